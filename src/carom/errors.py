@@ -1,0 +1,21 @@
+"""What can go wrong, each with one sentence: what was found, what was expected, what to do."""
+
+
+class CaromError(Exception):
+    """Base of every error that Carom raises on purpose; its text is one clear sentence."""
+
+
+class InputError(CaromError, ValueError):
+    """The input cannot be used as it is: a wrong type, value, key, unit or file."""
+
+
+class OverlapError(InputError):
+    """Two components overlap at the start; the text names the pair and the depth."""
+
+
+class FileError(InputError):
+    """A file is missing, truncated, foreign, or must not be overwritten."""
+
+
+class CaromWarning(UserWarning):
+    """Something a user should know about a result, e.g. too few samples for an error bar."""
