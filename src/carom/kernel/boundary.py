@@ -1,0 +1,122 @@
+"""Periodic boxes: which image of a component is meant.
+
+A candidate is named by a *word*. In a wide box the word is the candidate's index and the image is the nearest one. In a small
+box one component can be met under several images (the paper's unsectored case), and the word says which: ``index * 3^d + code``,
+where ``code`` names the neighbouring sector, image or not, in which it was found.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.kernel.dispatch import generic
+
+
+class NearestImage(NamedTuple):
+    """A periodic box in which no component can meet two images of another before one of the two changes sector."""
+
+    edges: tuple
+    """Edges of the box [length]."""
+    inverse: tuple
+    """Their inverses."""
+
+
+class SectorImage(NamedTuple):
+    """A periodic box with fewer than four sectors along some edge: the image is the one seen in the sector."""
+
+    edges: tuple
+    """Edges of the box [length]."""
+    inverse: tuple
+    """Their inverses."""
+    shape: tuple
+    """Number of sectors along each edge."""
+    place: np.ndarray
+    """Sector of each component, not wrapped, (n, d) int32: the array of the sectors themselves."""
+    digits: np.ndarray
+    """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
+
+
+@generic
+def index(boundary, word):
+    """Return the component that a word names."""
+    raise NotImplementedError(type(boundary))
+
+
+@index.register
+def _(boundary: NearestImage, word):
+    return word
+
+
+@index.register
+def _(boundary: SectorImage, word):
+    return word // len(boundary.digits)
+
+
+@generic
+def word_of(boundary, j, code):
+    """Return the word for component ``j`` found in the neighbouring sector ``code``."""
+    raise NotImplementedError(type(boundary))
+
+
+@word_of.register
+def _(boundary: NearestImage, j, code):
+    return j
+
+
+@word_of.register
+def _(boundary: SectorImage, j, code):
+    return j * len(boundary.digits) + code
+
+
+@generic
+def mirror(boundary, i, word):
+    """Return the word under which the component named by ``word`` sees component ``i``."""
+    raise NotImplementedError(type(boundary))
+
+
+@mirror.register
+def _(boundary: NearestImage, i, word):
+    return i
+
+
+@mirror.register
+def _(boundary: SectorImage, i, word):
+    images = len(boundary.digits)
+    return i * images + (images - 1 - word % images)
+
+
+@generic
+def separation(boundary, i, word, axis, dx):
+    """Return the coordinate of the image named by ``word`` relative to i, from the difference ``dx`` of their coordinates."""
+    raise NotImplementedError(type(boundary))
+
+
+@separation.register
+def _(boundary: NearestImage, i, word, axis, dx):
+    return dx - boundary.edges[axis] * np.rint(dx * boundary.inverse[axis])
+
+
+@separation.register
+def _(boundary: SectorImage, i, word, axis, dx):
+    images = len(boundary.digits)
+    j = word // images
+    sectors = boundary.place[i, axis] + boundary.digits[word % images, axis] - boundary.place[j, axis]
+    return dx + boundary.edges[axis] * np.rint(sectors / boundary.shape[axis])
+
+
+@generic
+def count_images(images, i, axis, crossings):
+    """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
+    raise NotImplementedError(type(images))
+
+
+@count_images.register
+def _(images: None, i, axis, crossings):
+    return None
+
+
+@count_images.register
+def _(images: np.ndarray, i, axis, crossings):
+    images[i, axis] += crossings

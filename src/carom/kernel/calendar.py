@@ -1,0 +1,242 @@
+"""The event queue: buckets of time that are only ever appended to, and a small heap for the bucket at hand.
+
+Nothing is removed. A component has one new event, so an entry (just the component's index) is good if the time now due for that
+component falls into the bucket, and stale otherwise; stale entries are dropped when their bucket comes up. A pair event needs one entry
+for either of the two. The buckets cover a *window* of time; what is due later waits in the rows and is found by one pass over them
+when the window is used up. Order is by (time, component), whatever the width of the buckets.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.kernel.boundary import index
+from carom.kernel.constants import NEVER
+from carom.kernel.dispatch import inner
+from carom.kernel.state import aligned
+
+ENTRIES = 14
+"""Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""
+
+CONTROL = np.dtype(
+    [
+        ("start", "f8"),
+        ("end", "f8"),
+        ("width", "f8"),
+        ("inverse", "f8"),
+        ("cursor", "i8"),
+        ("size", "i8"),
+        ("lines", "i8"),
+        ("full", "i8"),
+        ("cycles", "i8"),
+    ]
+)
+
+
+class Calendar(NamedTuple):
+    """A window of buckets and a heap."""
+
+    control: np.ndarray
+    """One record of type CONTROL."""
+    buckets: np.ndarray
+    """(buckets, 16) uint32: count, link, entries."""
+    lines: np.ndarray
+    """(lines, 16) uint32: full lines that buckets spilled; line 0 is no line."""
+    due: np.ndarray
+    """Heap: times."""
+    who: np.ndarray
+    """Heap: components."""
+
+
+def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
+    """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
+    buckets = 1 << max(4, (n // 8).bit_length())
+    lines = 2 * (n // ENTRIES) + 64
+    heap = max(heap, 256)
+    control = np.zeros(1, CONTROL)
+    control["width"] = width
+    control["cursor"] = buckets
+    return Calendar(
+        control.view(np.recarray),
+        aligned(16 * buckets, np.uint32).reshape(-1, 16),
+        aligned(16 * lines, np.uint32).reshape(-1, 16),
+        np.zeros(heap),
+        np.zeros(heap, np.int32),
+    )
+
+
+@inner
+def push(calendar, time, i):
+    """Put an entry on the heap; the caller has seen to the room."""
+    control = calendar.control[0]
+    due, who = calendar.due, calendar.who
+    k = np.uint64(control.size)
+    control.size += 1
+    while k > 0:
+        parent = (k - np.uint64(1)) >> np.uint64(1)
+        if due[parent] < time or (due[parent] == time and who[parent] <= i):
+            break
+        due[k] = due[parent]
+        who[k] = who[parent]
+        k = parent
+    due[k] = time
+    who[k] = i
+
+
+@inner
+def pop(calendar):
+    """Drop the first entry of the heap."""
+    control = calendar.control[0]
+    due, who = calendar.due, calendar.who
+    control.size -= 1
+    size = np.uint64(control.size)
+    time = due[size]
+    i = who[size]
+    k = np.uint64(0)
+    child = np.uint64(1)
+    while child < size:
+        right = child + np.uint64(1)
+        if right < size and (due[right] < due[child] or (due[right] == due[child] and who[right] < who[child])):
+            child = right
+        if time < due[child] or (time == due[child] and i <= who[child]):
+            break
+        due[k] = due[child]
+        who[k] = who[child]
+        k = child
+        child = (k << np.uint64(1)) + np.uint64(1)
+    due[k] = time
+    who[k] = i
+
+
+@inner
+def insert(calendar, i, time):
+    """Enter component ``i``, due at ``time``; nothing to do beyond the window."""
+    control = calendar.control[0]
+    if time >= control.end:
+        return
+    bucket = min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
+    if bucket <= control.cursor:
+        push(calendar, time, i)
+    else:
+        append(calendar, np.uint64(bucket), i)
+
+
+@inner
+def append(calendar, bucket, i):
+    """Append an entry to a bucket that lies ahead."""
+    control = calendar.control[0]
+    buckets = calendar.buckets
+    count = buckets[bucket, 0]
+    if count == ENTRIES:
+        line = np.uint64(control.lines)
+        if line == np.uint64(len(calendar.lines)):
+            control.full = 1  # the entry is lost, and found again when the window is laid out anew
+            return
+        control.lines += 1
+        for k in range(1, 16):
+            calendar.lines[line, k] = buckets[bucket, k]
+        buckets[bucket, 1] = line
+        count = np.uint32(0)
+    buckets[bucket, np.uint64(count) + np.uint64(2)] = i
+    buckets[bucket, 0] = count + np.uint32(1)
+
+
+@inner
+def drain(calendar, rows, bucket):
+    """Move what is still good in a bucket to the heap; return False, and do nothing, if the heap has too little room."""
+    control = calendar.control[0]
+    buckets = calendar.buckets
+    count = np.int64(buckets[bucket, 0])
+    link = buckets[bucket, 1]
+    total = count
+    while link > 0:
+        total += ENTRIES
+        link = calendar.lines[link, 1]
+    if control.size + total > len(calendar.due):
+        return False
+    for k in range(count):
+        offer(calendar, rows, bucket, buckets[bucket, np.uint64(k) + np.uint64(2)])
+    link = buckets[bucket, 1]
+    while link > 0:
+        for k in range(ENTRIES):
+            offer(calendar, rows, bucket, calendar.lines[link, np.uint64(k) + np.uint64(2)])
+        link = calendar.lines[link, 1]
+    return True
+
+
+@inner
+def offer(calendar, rows, bucket, i):
+    """Push component ``i`` if it is due in this bucket."""
+    control = calendar.control[0]
+    time = rows[i].due
+    if time < control.end:
+        k = min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
+        if k <= np.int64(bucket):
+            push(calendar, time, np.int32(i))
+
+
+@inner
+def lay_out(calendar, state, boundary, start, end):
+    """Begin a window at ``start`` that reaches to ``end`` at most, and enter all that is due in it.
+
+    Returns
+    -------
+    earliest : float
+        The earliest time due, in the window or beyond it.
+    """
+    control = calendar.control[0]
+    rows = state.rows
+    size = np.int64(len(calendar.buckets))
+    control.start = start
+    control.end = min(start + size * control.width, end)
+    control.inverse = 1.0 / control.width
+    control.cursor = -1
+    control.size = 0
+    control.lines = 1
+    control.full = 0
+    control.cycles = 0
+    for b in range(size):
+        calendar.buckets[np.uint64(b), 0] = 0
+        calendar.buckets[np.uint64(b), 1] = 0
+    earliest = NEVER
+    for i in range(np.uint64(len(state.partner))):
+        time = rows[i].due
+        earliest = min(earliest, time)
+        if time < control.end:
+            word = state.partner[i]
+            if word < 0 or np.int64(index(boundary, word)) > np.int64(i):
+                bucket = min(np.int64((time - start) * control.inverse), size - 1)
+                append(calendar, np.uint64(max(bucket, 0)), np.uint32(i))
+    return earliest
+
+
+@inner
+def adapt(calendar, longest):
+    """Choose the width of the next window's buckets by the cycles counted in this one: a few a bucket."""
+    control = calendar.control[0]
+    size = np.int64(len(calendar.buckets))
+    if control.cycles > 8 * size:
+        control.width *= 0.5
+    elif control.cycles < 2 * size and 2.0 * size * control.width <= longest:
+        control.width *= 2.0
+
+
+@inner
+def first(calendar, rows):
+    """Return the component whose event is first, left on the heap, or -1 at the end of the window, or -2 for want of room."""
+    control = calendar.control[0]
+    while True:
+        while control.size > 0:
+            i = calendar.who[0]
+            if rows[np.uint64(i)].due == calendar.due[0]:
+                return np.int64(i)
+            pop(calendar)
+        if control.cursor + 1 >= len(calendar.buckets):
+            return np.int64(-1)
+        if not drain(calendar, rows, np.uint64(control.cursor + 1)):
+            return np.int64(-2)
+        control.cursor += 1
+
+

@@ -1,0 +1,21 @@
+"""The values that stand for 'nothing': one place, shared by every module of the kernel."""
+
+import numpy as np
+
+NEVER = np.inf
+"""Time of an event that is not scheduled (the paper's + infinity)."""
+
+LAMBDA = -1
+"""Partner of an advancement: nobody (the paper's Lambda)."""
+
+TRANSIT = -2
+"""Partner of the first one-component event; further ones count down (the paper's N + k)."""
+
+# Why the cycle returned.
+REACHED_TIME = 0
+REACHED_COLLISIONS = 1
+SPENT = 2
+IDLE = 3
+NEEDS_HEAP = 4
+NEEDS_NEIGHBORS = 5
+NEEDS_LOG = 6

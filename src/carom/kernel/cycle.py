@@ -1,0 +1,351 @@
+"""The main cycle of the paper's Figure 2, written once.
+
+It knows the basic functions ``interaction_time``, ``jump`` and ``advance`` (here ``position`` and ``velocity``) and nothing of physics. One
+departure, and why: both halves of a collision are processed in one cycle. Taken one at a time, the second is still pending while the first
+schedules, at the same time and with its state from before the collision, and the printed cycle then stalls (docs/concepts).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.kernel.boundary import count_images, index, mirror, separation
+from carom.kernel.calendar import adapt, first, insert, lay_out, pop
+from carom.kernel.constants import (
+    IDLE,
+    LAMBDA,
+    NEEDS_HEAP,
+    NEEDS_LOG,
+    NEEDS_NEIGHBORS,
+    NEVER,
+    REACHED_COLLISIONS,
+    REACHED_TIME,
+    SPENT,
+)
+from carom.kernel.dispatch import FAST, entry, inner
+from carom.kernel.motion import position, velocity
+from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
+from carom.kernel.pair import contact_time, depth, interaction_time, jump
+from carom.kernel.tally import log_full, record
+from numba import njit
+
+BLOCK = 32
+"""Candidates looked at in one go: as many as the low bits of a time can number without costing it digits that matter."""
+
+NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
+"""Bits of the largest finite float: nobody found."""
+
+ROOM = 8
+"""Entries that one cycle can add to the heap, at most."""
+
+
+class Model(NamedTuple):
+    """What the basic functions are, by type, and their parameters, by value."""
+
+    pair: tuple
+    motion: tuple
+    boundary: tuple
+
+
+@njit(**FAST)
+def nearest(model, state, i, now, words, count):
+    """Return the position in ``words`` of the candidate that i meets first, or -1 (the paper's line 4).
+
+    The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of the time's last five
+    bits, and the smallest integer is the earliest candidate.
+    """
+    rows = state.rows
+    me = rows[i]
+    best = NOBODY
+    where = np.int64(-1)
+    for start in range(0, count, BLOCK):
+        block = NOBODY
+        for k in range(min(count - start, BLOCK)):
+            word = words[np.uint64(start + k)]
+            j = index(model.boundary, word)
+            other = rows[j]
+            rr = 0.0
+            rv = 0.0
+            vv = 0.0
+            for axis in range(len(model.boundary.edges)):
+                x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
+                y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
+                r = separation(model.boundary, i, word, axis, y - x)
+                v = velocity(model.motion, axis, other.v[axis], now - other.t) - velocity(
+                    model.motion, axis, me.v[axis], now - me.t
+                )
+                rr += r * r
+                rv += r * v
+                vv += v * v
+            t = interaction_time(model.pair, i, j, rr, rv, vv, now)
+            t = t if other.due - now >= t else NEVER
+            key = (np.float64(t).view(np.int64) & ~np.int64(BLOCK - 1)) | k
+            block = min(block, key)
+        if block < best:
+            best = block
+            where = start + (block & (BLOCK - 1))
+    return where
+
+
+@inner
+def relative(model, state, i, word, now):
+    """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
+    rows = state.rows
+    me = rows[i]
+    other = rows[np.uint64(index(model.boundary, word))]
+    rr = 0.0
+    rv = 0.0
+    vv = 0.0
+    for axis in range(len(model.boundary.edges)):
+        x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
+        r = separation(model.boundary, i, word, axis, y - x)
+        v = velocity(model.motion, axis, other.v[axis], now - other.t) - velocity(
+            model.motion, axis, me.v[axis], now - me.t
+        )
+        rr += r * r
+        rv += r * v
+        vv += v * v
+    return rr, rv, vv
+
+
+@inner
+def predict(model, state, neighbors, calendar, tally, i, now, met):
+    """Schedule the next event of component i (lines 14 to 23 of Figure 2).
+
+    ``met`` is the component that i has just collided with, or -1: those two do not collide again at the same time (condition V), even where
+    rounding has them overlap and approach.
+    """
+    rows = state.rows
+    held = np.int64(state.partner[i])
+    held_due = rows[i].due
+    rows[i].due = NEVER
+    state.partner[i] = LAMBDA
+    words, count = candidates(neighbors, model.boundary, i)
+    where = nearest(model, state, i, now, words, count)
+    due = NEVER
+    word = np.int64(LAMBDA)
+    clamped = False
+    if where >= 0:
+        word = np.int64(words[np.uint64(where)])
+        j = np.int64(index(model.boundary, word))
+        rr, rv, vv = relative(model, state, i, word, now)
+        t, clamped = contact_time(model.pair, np.int64(i), j, rr, rv, vv, now)
+        due = now + t
+        if j == met and due == now:
+            others = rows[np.uint64(j)].due
+            rows[np.uint64(j)].due = -NEVER
+            where = nearest(model, state, i, now, words, count)
+            rows[np.uint64(j)].due = others
+            due = NEVER
+            clamped = False
+            if where >= 0:
+                word = np.int64(words[np.uint64(where)])
+                j = np.int64(index(model.boundary, word))
+                rr, rv, vv = relative(model, state, i, word, now)
+                t, clamped = contact_time(model.pair, np.int64(i), j, rr, rv, vv, now)
+                due = now + t
+    leave, code = transit_time(neighbors, model.motion, model.boundary, state, i, now)
+    if leave < due:
+        rows[i].due = leave
+        state.partner[i] = code
+        insert(calendar, np.int32(i), leave)
+    elif due < NEVER:
+        pair_up(model, state, calendar, i, word, due)
+        tally.clamped += np.int64(clamped)
+        tally.returns += np.int64(j == met)
+    if held >= 0:
+        release(model, state, calendar, i, held, held_due)
+
+
+@inner
+def release(model, state, calendar, i, held, due):
+    """Leave the partner that i was given before it chose for itself with an advancement, unless i chose the same."""
+    j = np.uint64(index(model.boundary, held))
+    back = np.int64(state.partner[j])
+    if back < 0 or np.uint64(index(model.boundary, back)) != i:
+        return
+    chosen = np.int64(state.partner[i])
+    if chosen < 0 or np.uint64(index(model.boundary, chosen)) != j:
+        state.partner[j] = LAMBDA
+        insert(calendar, np.int32(j), due)
+
+
+@inner
+def pair_up(model, state, calendar, i, word, due):
+    """Give i and the component that ``word`` names their new event; a third party is left with an advancement."""
+    rows = state.rows
+    j = np.uint64(index(model.boundary, word))
+    third = np.int64(state.partner[j])
+    if third >= 0:
+        m = np.uint64(index(model.boundary, third))
+        if m != np.uint64(i):
+            state.partner[m] = LAMBDA
+            insert(calendar, np.int32(m), rows[m].due)
+    rows[i].due = due
+    rows[j].due = due
+    state.partner[i] = word
+    state.partner[j] = mirror(model.boundary, np.int64(i), word)
+    insert(calendar, np.int32(i), due)
+
+
+@inner
+def advance(model, state, neighbors, i, now):
+    """Bring the old event of component i to the time now, its position into the box."""
+    row = state.rows[i]
+    t = now - row.t
+    row.t = now
+    for axis in range(len(model.boundary.edges)):
+        x = position(model.motion, axis, row.x[axis], row.v[axis], t)
+        crossings = np.floor(x * model.boundary.inverse[axis])
+        if crossings != 0.0:
+            x -= crossings * model.boundary.edges[axis]
+            count_images(state.images, i, axis, np.int64(crossings))
+            wrapped(neighbors, i, axis, crossings)
+        row.x[axis] = x
+        row.v[axis] = velocity(model.motion, axis, row.v[axis], t)
+
+
+@inner
+def collide(model, state, neighbors, tally, log, i, word, now):
+    """Process both halves of a collision: advance, jump, settle."""
+    rows = state.rows
+    j = np.uint64(index(model.boundary, word))
+    advance(model, state, neighbors, i, now)
+    advance(model, state, neighbors, j, now)
+    me = rows[i]
+    other = rows[j]
+    rr = 0.0
+    rv = 0.0
+    for axis in range(len(model.boundary.edges)):
+        r = separation(model.boundary, i, word, axis, other.x[axis] - me.x[axis])
+        rr += r * r
+        rv += r * (other.v[axis] - me.v[axis])
+    a, b, virial = jump(model.pair, np.int64(i), np.int64(j), rr, rv)
+    for axis in range(len(model.boundary.edges)):
+        r = separation(model.boundary, i, word, axis, other.x[axis] - me.x[axis])
+        me.v[axis] += a * r
+        other.v[axis] -= b * r
+    tally.collisions += 1
+    tally.virial += virial
+    tally.depth = max(tally.depth, depth(model.pair, np.int64(i), np.int64(j), rr))
+    record(log, state.clock[0], np.int64(i), word, virial / np.sqrt(rr))
+    rows[i].due = NEVER
+    rows[j].due = NEVER
+    state.partner[i] = LAMBDA
+    state.partner[j] = LAMBDA
+
+
+@inner
+def new_epoch(model, state, neighbors):
+    """Begin the next epoch: every old event is brought to its beginning, every time reduced by its length."""
+    clock = state.clock[0]
+    length = clock.length
+    for i in range(np.uint64(len(state.partner))):
+        advance(model, state, neighbors, i, length)
+        state.rows[i].t = 0.0
+        state.rows[i].due -= length
+    clock.epoch += 1
+    clock.now = 0.0
+
+
+def _schedule(digest):
+    def schedule(model, state, neighbors, calendar, tallies):
+        """Build the neighbour scheme and schedule every component at the present time; False if an array is too small."""
+        digest  # noqa: B018 (part of the cache's key)
+        if not settle(neighbors, model.motion, model.boundary, state):
+            return False
+        rows = state.rows
+        partner = state.partner
+        now = state.clock[0].now
+        tally = tallies[0]
+        n = np.uint64(len(partner))
+        calendar.control[0].end = -NEVER  # nothing enters the calendar until all is known
+        for i in range(n):
+            rows[i].due = NEVER
+            partner[i] = LAMBDA
+        for i in range(n):
+            predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1))
+        lay_out(calendar, state, model.boundary, now, state.clock[0].length)
+        return True
+
+    return schedule
+
+
+def _run(digest):
+    def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, collisions, cycles):
+        """Run the main cycle and say why it returned.
+
+        Parameters
+        ----------
+        end_epoch, end_time : int, float
+            Return before the first event later than this.
+        collisions : int
+            Return after the collision of this number.
+        cycles : int
+            Return after so many cycles.
+        """
+        digest  # noqa: B018 (part of the cache's key)
+        rows = state.rows
+        clock = state.clock[0]
+        tally = tallies[0]
+        control = calendar.control[0]
+        while True:
+            if control.full != 0:
+                lay_out(calendar, state, model.boundary, clock.now, clock.length)
+            if control.size + ROOM > len(calendar.due):
+                return NEEDS_HEAP
+            chosen = first(calendar, rows)
+            if chosen == -2:
+                return NEEDS_HEAP
+            last = clock.epoch == end_epoch
+            if chosen == -1:
+                if last and end_time < control.end:
+                    return REACHED_TIME
+                adapt(calendar, clock.length)
+                start = control.end
+                if start >= clock.length:
+                    new_epoch(model, state, neighbors)
+                    start = 0.0
+                if lay_out(calendar, state, model.boundary, start, clock.length) == NEVER:
+                    return IDLE
+                continue
+            i = np.uint64(chosen)
+            now = rows[i].due
+            if (last and now > end_time) or clock.epoch > end_epoch:
+                return REACHED_TIME
+            if tally.collisions >= collisions:
+                return REACHED_COLLISIONS
+            if cycles == 0:
+                return SPENT
+            if log_full(log):
+                return NEEDS_LOG
+            word = np.int64(state.partner[i])
+            if word < LAMBDA and not transit(neighbors, model.motion, model.boundary, state, i, now, word):
+                return NEEDS_NEIGHBORS
+            cycles -= 1
+            control.cycles += 1
+            clock.now = now
+            pop(calendar)
+            if word >= 0:
+                j = np.uint64(index(model.boundary, word))
+                if j < i:  # the same bits, whichever of the two was found first
+                    word = np.int64(mirror(model.boundary, np.int64(i), word))
+                    i, j = j, i
+                collide(model, state, neighbors, tally, log, i, word, now)
+                predict(model, state, neighbors, calendar, tally, i, now, np.int64(j))
+                predict(model, state, neighbors, calendar, tally, j, now, np.int64(i))
+            else:
+                if word == LAMBDA:
+                    tally.advancements += 1
+                else:
+                    tally.transits += 1
+                predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1))
+
+    return run
+
+
+schedule = entry(_schedule)
+run = entry(_run)

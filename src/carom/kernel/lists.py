@@ -1,0 +1,220 @@
+"""Neighbour lists: the sector's idea with a sphere for a sector.
+
+Every component has a reference point. Two components are listed with each other while their reference points are within ``reach``; a
+component that has moved ``margin = (reach - sigma) / 2`` away from its own takes a new one and renews its list, alone. Reference points are
+fractions of the box in 32-bit integers: differences then are the nearest image's by themselves, and exact.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.kernel.constants import NEVER, TRANSIT
+from carom.kernel.dispatch import inner
+from carom.kernel.motion import position
+from carom.kernel.neighbors import (
+    Cells,
+    candidates,
+    enter_cell,
+    leave_cell,
+    make_cells,
+    settle,
+    transit,
+    transit_time,
+    wrapped,
+)
+
+GRAIN = 2.0**-32
+"""Reference points lie on a grid of this fraction of the box."""
+
+
+class Lists(NamedTuple):
+    """Components by neighbour."""
+
+    cells: Cells
+    grain: tuple
+    """Length of one step of a reference point along each axis."""
+    reach: float
+    """Square of the distance of reference points up to which two components are listed."""
+    margin: float
+    """Square of the distance from its reference point that a component may reach."""
+    reference: np.ndarray
+    """Reference points, (n, d) uint32."""
+    words: np.ndarray
+    """Neighbours, (n, capacity) uint32, padded with the ghost."""
+    counts: np.ndarray
+    """How many neighbours, (n,) int32."""
+
+
+def make_lists(n: int, edges, shape, cell_capacity: int, reach: float, margin: float, capacity: int) -> Lists:
+    """Return empty lists: reference points within ``reach``, flights up to ``margin`` [length]."""
+    return Lists(
+        make_cells(shape, cell_capacity),
+        tuple(edge * GRAIN for edge in edges),
+        reach * reach,
+        margin * margin,
+        np.zeros((n, len(shape)), np.uint32),
+        np.full((n, capacity), n, np.uint32),
+        np.zeros(n, np.int32),
+    )
+
+
+@inner
+def wrap32(difference):
+    """Return an integer difference of two 32-bit fractions as the nearest image's, in [-2^31, 2^31)."""
+    return ((np.int64(difference) + 2147483648) & 4294967295) - 2147483648
+
+
+@inner
+def cell_of(lists, i):
+    """Return the cell of i's reference point."""
+    cell = np.int64(0)
+    for axis in range(len(lists.grain)):
+        size = lists.cells.shape[axis]
+        cell = cell * size + ((np.int64(lists.reference[i, axis]) * size) >> 32)
+    return np.uint64(cell)
+
+
+@inner
+def unlist(lists, i, j):
+    """Remove j from the list of i."""
+    last = np.uint64(lists.counts[i] - 1)
+    for k in range(last):
+        if lists.words[i, k] == j:
+            lists.words[i, k] = lists.words[i, last]
+            break
+    lists.words[i, last] = len(lists.counts)
+    lists.counts[i] = last
+
+
+@inner
+def enlist(lists, i, j):
+    """Add j to the list of i; the caller has seen to the room."""
+    count = lists.counts[i]
+    lists.words[i, np.uint64(count)] = j
+    lists.counts[i] = count + 1
+
+
+@inner
+def apart(lists, i, j):
+    """Return the squared distance of two reference points."""
+    rr = 0.0
+    for axis in range(len(lists.grain)):
+        r = wrap32(np.int64(lists.reference[i, axis]) - np.int64(lists.reference[j, axis])) * lists.grain[axis]
+        rr += r * r
+    return rr
+
+
+@candidates.register
+def _(neighbors: Lists, boundary, i):
+    return neighbors.words[i], (np.int64(neighbors.counts[i]) + 7) & ~7
+
+
+@inner
+def refer(lists, motion, state, i, now):
+    """Make the present position of i its reference point."""
+    row = state.rows[i]
+    for axis in range(len(lists.grain)):
+        x = position(motion, axis, row.x[axis], row.v[axis], now - row.t)
+        lists.reference[i, axis] = np.int64(np.floor(x / lists.grain[axis])) & 4294967295
+
+
+@transit_time.register
+def _(neighbors: Lists, motion, boundary, state, i, now):
+    row = state.rows[i]
+    rr = 0.0
+    rv = 0.0
+    vv = 0.0
+    for axis in range(len(neighbors.grain)):
+        v = row.v[axis]
+        r = position(motion, axis, row.x[axis], v, now - row.t) - neighbors.reference[i, axis] * neighbors.grain[axis]
+        r -= boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
+        rr += r * r
+        rv += r * v
+        vv += v * v
+    if vv == 0.0:
+        return NEVER, TRANSIT
+    # The outward root of |r + v t|^2 = margin^2, in the form that does not cancel for either sign of r.v.
+    c = max(neighbors.margin - rr, 0.0)
+    root = np.sqrt(rv * rv + vv * c)
+    t = c / (rv + root) if rv > 0.0 else (root - rv) / vv
+    return now + t, TRANSIT
+
+
+@transit.register
+def _(neighbors: Lists, motion, boundary, state, i, now, code):
+    return renew(neighbors, motion, state, i, now)
+
+
+@inner
+def renew(lists, motion, state, i, now):
+    """Take a new reference point for i and bring its list, and it in the others' lists, up to date."""
+    cells = lists.cells
+    capacity = lists.words.shape[1]
+    me = np.uint32(i)
+    old_cell = cell_of(lists, i)
+    refer(lists, motion, state, i, now)
+    new_cell = cell_of(lists, i)
+    if new_cell != old_cell:
+        leave_cell(cells, old_cell, me)
+        if not enter_cell(cells, new_cell, me):
+            return False
+    for k in range(np.int64(lists.counts[i])):
+        unlist(lists, np.uint64(lists.words[i, np.uint64(k)]), me)
+        lists.words[i, np.uint64(k)] = len(lists.counts)
+    lists.counts[i] = 0
+    return enlist_around(lists, i, new_cell, np.uint32(len(lists.counts)), capacity)
+
+
+@inner
+def enlist_around(lists, i, cell, below, capacity):
+    """List i and all components of lower index than ``below`` within reach with each other; False if a list is full."""
+    cells = lists.cells
+    dimension = len(lists.grain)
+    for code in range(np.uint64(len(cells.digits))):
+        rest = np.int64(cell)
+        there = np.int64(0)
+        stride = np.int64(1)
+        for back in range(dimension):
+            axis = dimension - 1 - back
+            size = cells.shape[axis]
+            upper = rest // size
+            place = rest - upper * size + cells.digits[code, axis]
+            rest = upper
+            place = size - 1 if place < 0 else (0 if place >= size else place)
+            there += place * stride
+            stride *= size
+        other = np.uint64(there)
+        for k in range(np.uint64(cells.counts[other])):
+            j = cells.members[other, k]
+            if j != np.uint32(i) and j < below and apart(lists, i, np.uint64(j)) <= lists.reach:
+                if lists.counts[i] == capacity or lists.counts[j] == capacity:
+                    return False
+                enlist(lists, i, j)
+                enlist(lists, np.uint64(j), np.uint32(i))
+    return True
+
+
+@wrapped.register
+def _(neighbors: Lists, i, axis, crossings):
+    return None
+
+
+@settle.register
+def _(neighbors: Lists, motion, boundary, state):
+    cells = neighbors.cells
+    now = state.clock[0].now
+    capacity = neighbors.words.shape[1]
+    cells.counts[:] = 0
+    neighbors.counts[:] = 0
+    neighbors.words[:] = len(neighbors.counts)
+    for i in range(np.uint64(len(state.partner))):
+        refer(neighbors, motion, state, i, now)
+        cell = cell_of(neighbors, i)
+        if not enter_cell(cells, cell, np.uint32(i)) or not enlist_around(
+            neighbors, i, cell, np.uint32(i), capacity
+        ):
+            return False
+    return True
