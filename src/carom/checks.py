@@ -1,0 +1,165 @@
+"""Checks of single values: what every input must be before anything is computed from it."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from carom.errors import InputError
+
+#: Lengths, masses and speeds beyond this, or (where zero has no meaning) below its inverse, are refused:
+#: products of six edges and squares of kinetic energies would leave the range of doubles.
+MAGNITUDE = 1e30
+
+
+def describe(value: Any) -> str:
+    """Name a value and its type in a few words, for the end of an error message."""
+    if isinstance(value, str):
+        shown = value if len(value) <= 40 else value[:37] + "..."
+        return f"the string {shown!r}"
+    if isinstance(value, bool | np.bool_):
+        return f"the boolean {str(bool(value)).lower()}"
+    if value is None:
+        return "nothing"
+    if isinstance(value, int) and abs(value) >= 10**18:
+        return "an integer of more than 18 digits"
+    if isinstance(value, numbers.Real):
+        return f"{value}"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}"
+    return f"a {type(value).__name__}"
+
+
+def number(
+    value: Any, name: str, *, low: float = -math.inf, high: float = math.inf, open_low: bool = False
+) -> float:
+    """Return a finite real number as a float.
+
+    Parameters
+    ----------
+    value : object
+        What was given; booleans and strings are no numbers.
+    name : str
+        What to call it in the message.
+    low, high : float
+        Smallest and largest value allowed.
+    open_low : bool
+        Whether ``low`` itself is refused.
+
+    Raises
+    ------
+    InputError
+        If it is none, is not finite, or out of range.
+    """
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
+        hint = ""
+        if isinstance(value, str):
+            hint = " Carom works in reduced units, so write a plain number without quotes or a unit."
+        raise InputError(f"{name} must be a number, found {describe(value)}.{hint}")
+    try:
+        result = float(value)
+    except OverflowError:
+        result = math.inf
+    if not math.isfinite(result):
+        raise InputError(f"{name} must be finite, found {describe(value)}.")
+    if result < low or result > high or (open_low and result == low):
+        raise InputError(f"{name} must be {_range(low, high, open_low)}, found {describe(value)}.")
+    return result
+
+
+def integer(value: Any, name: str, *, low: int, high: int | None = None) -> int:
+    """Return an integer of at least ``low`` and at most ``high``, or raise InputError (as :func:`number`)."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral):
+        hint = " Write it without quotes or a unit." if isinstance(value, str) else ""
+        raise InputError(f"{name} must be an integer, found {describe(value)}.{hint}")
+    result = int(value)
+    if result < low or (high is not None and result > high):
+        limits = f"at least {low}" if high is None else f"between {low} and {high}"
+        raise InputError(f"{name} must be {limits}, found {describe(value)}.")
+    return result
+
+
+def positive(value: Any, name: str) -> float:
+    """Return a number between 1 / MAGNITUDE and MAGNITUDE: a length or a mass."""
+    result = number(value, name)
+    if result <= 0:
+        raise InputError(f"{name} must be positive, found {result:g}.")
+    return number(value, name, low=1 / MAGNITUDE, high=MAGNITUDE)
+
+
+def array(value: Any, name: str, shape: str, *, ndim: int) -> np.ndarray:
+    """Return a copy of an array of finite numbers as float64, C-contiguous.
+
+    Parameters
+    ----------
+    value : array_like
+        What was given.
+    name, shape : str
+        What to call it and its shape in the message, e.g. "positions" and "(n, d)".
+    ndim : int
+        Number of axes it must have.
+
+    Raises
+    ------
+    InputError
+        If it is ragged, not numeric, holds booleans, NaN or infinity, or has another number of axes.
+    """
+    try:
+        given = np.asarray(value)
+        if isinstance(value, Sequence) and any(
+            isinstance(x, bool | np.bool_) for x in np.asarray(value, dtype=object).flat
+        ):
+            # A boolean among numbers becomes 1.0 silently.
+            given = np.zeros(given.shape, dtype=bool)
+    except (ValueError, TypeError, OverflowError) as problem:
+        raise InputError(
+            f"{name} must be an array {shape} of numbers, found rows of unequal length."
+        ) from problem
+    if given.dtype.kind not in "iuf":
+        kinds = {
+            "b": "booleans",
+            "U": "strings",
+            "S": "strings",
+            "c": "complex numbers",
+            "O": "objects that are no numbers",
+        }
+        found = kinds.get(given.dtype.kind, f"values of type {given.dtype}")
+        raise InputError(f"{name} must be an array {shape} of numbers, found {found}.")
+    if given.ndim != ndim:
+        raise InputError(f"{name} must be an array of shape {shape}, found shape {given.shape}.")
+    with np.errstate(over="ignore"):
+        result = np.array(given, dtype=np.float64, order="C", copy=True)
+    finite = np.isfinite(result)
+    if not finite.all():
+        where = tuple(int(k) for k in np.argwhere(~finite)[0])
+        index = ", ".join(map(str, where))
+        raise InputError(f"{name} must be finite, found {result[where]} at [{index}].")
+    return result
+
+
+def generator(seed: Any) -> np.random.Generator:
+    """Return a random generator from an integer >= 0, or the Generator given.
+
+    Raises
+    ------
+    InputError
+        If it is anything else: a run without a seed could not be repeated.
+    """
+    if isinstance(seed, np.random.Generator):
+        return seed
+    return np.random.default_rng(integer(seed, "seed", low=0))
+
+
+def _range(low: float, high: float, open_low: bool) -> str:
+    least = f"greater than {low:g}" if open_low else f"at least {low:g}"
+    if math.isinf(high):
+        return least
+    if math.isinf(low):
+        return f"at most {high:g}"
+    return f"{least} and at most {high:g}"
