@@ -1,1 +1,27 @@
-"""."""
+"""Files and bridges: trajectories (H5MD, extended XYZ, GSD), checkpoints, event logs, ASE and MDAnalysis.
+
+Nothing here is imported before it is used: h5py, ASE, MDAnalysis and gsd load with the first call that needs
+them. No file that is read can run code.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from carom.frame import Frame
+from carom.io.ase import from_ase, to_ase
+from carom.io.trajectory import Reader, Writer, convert, open, read, rebuild
+
+if TYPE_CHECKING:
+    import MDAnalysis
+
+__all__ = ["Reader", "Writer", "convert", "from_ase", "open", "read", "rebuild", "to_ase", "universe"]
+
+
+def universe(source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame) -> MDAnalysis.Universe:
+    """Return an MDAnalysis Universe of a file or of Frames; see :func:`carom.io.mdanalysis.universe`."""
+    from carom.io import mdanalysis
+
+    return mdanalysis.universe(source)

@@ -1,0 +1,149 @@
+"""Frames as ``ase.Atoms`` and back.
+
+Everything is in the scene's own (reduced) units: what ASE calls angstrom, atomic mass units or kelvin means
+nothing here.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.io.embedding import edges, embed, momenta, periodic, require_at_most_three
+
+if TYPE_CHECKING:
+    import ase
+
+
+def to_ase(frame: Frame) -> ase.Atoms:
+    """Return a frame as an ``ase.Atoms`` of the species X.
+
+    Parameters
+    ----------
+    frame : Frame
+        Of at most three dimensions; missing coordinates become 0, along an axis that is not periodic.
+
+    Returns
+    -------
+    ase.Atoms
+        With masses, momenta and the arrays ``radius`` (n,), ``velo`` (n, 3), ``id`` (n,) and, where the frame
+        has image counts, ``images`` (n, 3); ``info`` holds ``time``, ``step`` and ``dimension``.
+
+    Raises
+    ------
+    InputError
+        If the frame has more than three dimensions.
+
+    Notes
+    -----
+    ASE keeps momenta, so ``get_velocities()`` equals the velocities bit for bit if the masses are powers of
+    two (1, for one), and otherwise to one unit in the last place. ``arrays["velo"]`` always does.
+    """
+    require_at_most_three(frame.dimension, "ASE")
+    import ase
+
+    atoms = ase.Atoms(
+        numbers=np.zeros(frame.n, dtype=int),
+        positions=embed(frame.positions),
+        cell=edges(frame.box),
+        pbc=periodic(frame.dimension),
+        info={"time": float(frame.time), "step": int(frame.step), "dimension": frame.dimension},
+    )
+    atoms.set_masses(frame.masses)
+    atoms.set_momenta(embed(momenta(frame.velocities, frame.masses)))
+    atoms.set_array("radius", frame.diameters / 2.0)
+    atoms.set_array("velo", embed(frame.velocities))
+    atoms.set_array("id", np.arange(1, frame.n + 1))
+    if frame.images is not None:
+        atoms.set_array("images", embed(frame.images))
+    return atoms
+
+
+def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
+    """Return an ``ase.Atoms`` as a frame.
+
+    Parameters
+    ----------
+    atoms : ase.Atoms
+        In a rectangular cell. Axes that are not periodic must come last and hold zeros only: they are left
+        out, and the others are the dimensions. Positions outside the cell are wrapped into it.
+    diameter : float, optional
+        Diameter [length] of every particle. By default twice ``atoms.arrays["radius"]``.
+
+    Raises
+    ------
+    InputError
+        If there are no atoms, no diameters, a cell that is not rectangular, or coordinates along axes that
+        are not periodic.
+    """
+    dimension = _dimension(atoms)
+    cell = np.asarray(atoms.cell[:], dtype=np.float64)
+    if np.any(cell != np.diag(np.diag(cell))) or not np.all(np.diag(cell)[:dimension] > 0.0):
+        raise InputError(
+            f"The cell of these atoms is {cell.tolist()}; expected a rectangular one with edges > 0."
+        )
+    box = np.diag(cell)[:dimension]
+    positions, images = _wrap(
+        np.array(atoms.positions[:, :dimension], dtype=np.float64), box, atoms.arrays.get("images")
+    )
+    if diameter is not None:
+        diameters = np.full(len(atoms), float(diameter))
+    elif "radius" in atoms.arrays:
+        diameters = 2.0 * np.asarray(atoms.arrays["radius"], dtype=np.float64)
+    else:
+        raise InputError("These atoms have no array 'radius', so their size is unknown; give diameter=.")
+    return Frame(
+        time=float(atoms.info.get("time", 0.0)),
+        step=int(atoms.info.get("step", 0)),
+        positions=positions,
+        velocities=np.ascontiguousarray(_velocities(atoms)[:, :dimension]),
+        box=tuple(float(edge) for edge in box),
+        diameters=diameters,
+        masses=np.array(atoms.get_masses(), dtype=np.float64),
+        images=images,
+    )
+
+
+def _dimension(atoms: ase.Atoms) -> int:
+    """Return how many axes there are: the leading periodic ones, all else being zero."""
+    if len(atoms) == 0:
+        raise InputError("There are no atoms here; expected at least one.")
+    flags = [bool(flag) for flag in atoms.pbc]
+    dimension = sum(flags)
+    if dimension == 0 or flags != list(periodic(dimension)):
+        raise InputError(
+            f"The periodic axes of these atoms are {flags}; expected the first one, two or three."
+        )
+    if np.any(atoms.positions[:, dimension:]):
+        raise InputError(
+            f"Only the first {dimension} axes are periodic, yet some atoms are off zero along the others; "
+            "make those axes periodic, or set their coordinates to zero."
+        )
+    return dimension
+
+
+def _wrap(
+    positions: np.ndarray, box: np.ndarray, images: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return (n, d) positions in ``0 <= x < edge``, those inside untouched, and their images."""
+    counts = np.floor(positions / box)
+    outside = (positions < 0.0) | (positions >= box)
+    wrapped = np.where(outside, positions - counts * box, positions)
+    # A small negative coordinate plus an edge can round to the edge itself, and a quotient just below 1 to 1.
+    wrapped = np.where((wrapped < 0.0) | (wrapped >= box), 0.0, wrapped)
+    if images is None:
+        return wrapped, None
+    moved = np.where(outside, counts, 0.0).astype(np.int32)
+    return wrapped, np.asarray(images[:, : len(box)], dtype=np.int32) + moved
+
+
+def _velocities(atoms: ase.Atoms) -> np.ndarray:
+    """Return the (n, 3) velocities: the exact ones, unless the momenta were changed since."""
+    velocities = np.asarray(atoms.get_velocities(), dtype=np.float64)
+    exact = atoms.arrays.get("velo")
+    if exact is not None and np.array_equal(momenta(exact, atoms.get_masses()), atoms.get_momenta()):
+        return np.asarray(exact, dtype=np.float64)
+    return velocities

@@ -1,0 +1,161 @@
+"""Checkpoints: named arrays and attributes in one HDF5 file, whole and unchanged or refused.
+
+The first 512 bytes (HDF5's user block, which ``h5dump`` and h5py skip) are a line of text with the format's
+name, its version, the number of bytes that follow and their SHA-256; the digest is checked before anything
+else is read. The rest is HDF5: a data set for each array in the group ``arrays``, and the attributes as one
+JSON text in ``attributes``. The digest detects accidents; it is no signature.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import carom
+from carom.errors import FileError, InputError
+from carom.io.paths import existing, reading, replacing, writing
+
+_MAGIC = "carom-checkpoint"
+_VERSION = 1
+_HEADER = 512  # bytes; the smallest user block that HDF5 allows
+
+
+def save(
+    path: str | os.PathLike[str], arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
+) -> None:
+    """Write a checkpoint that replaces `path` once it is complete and on the disk.
+
+    Parameters
+    ----------
+    path : str or path
+        The file; if anything fails, it is left as it was.
+    arrays : mapping of str to array
+        Of any NumPy dtype but object, kept bit for bit.
+    attributes : mapping of str to value
+        None, bool, int (of any size), float, str, and lists and dicts of them; NumPy scalars become Python
+        ones.
+
+    Raises
+    ------
+    InputError
+        If a name is empty or holds a '/', an array holds objects, or an attribute is none of the above.
+    FileError
+        If it cannot be written.
+    """
+    import h5py
+
+    text = _to_json(attributes)
+    with replacing(Path(path)) as temporary, writing(Path(path)):
+        with h5py.File(temporary, "w", userblock_size=_HEADER) as file:
+            file["attributes"] = np.frombuffer(text.encode("utf-8"), dtype=np.uint8)
+            group = file.create_group("arrays")
+            for name, array in arrays.items():
+                _put(group, name, np.asarray(array))
+        with temporary.open("r+b") as raw:
+            raw.seek(_HEADER)
+            digest = hashlib.file_digest(raw, "sha256").hexdigest()
+            size = raw.tell() - _HEADER
+            line = f"{_MAGIC} {_VERSION} {size} {digest} written by carom {carom.__version__}\n"
+            raw.seek(0)
+            raw.write(line.encode("ascii").ljust(_HEADER, b"\0"))
+
+
+def load(path: str | os.PathLike[str]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Return the arrays and attributes of a checkpoint.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, a folder, truncated, changed since it was written, no checkpoint, or of a
+        newer version.
+    """
+    import h5py
+
+    path = existing(path)
+    with reading(path, "checkpoint"):
+        content = path.read_bytes()
+        _verify(path, content)
+        with h5py.File(io.BytesIO(content), "r") as file:
+            attributes = json.loads(file["attributes"][:].tobytes().decode("utf-8"))
+            return {name: _get(data) for name, data in file["arrays"].items()}, attributes
+
+
+def _verify(path: Path, content: bytes) -> None:
+    words = content[:_HEADER].split(b"\n")[0].split(b" ")
+    if words[0] != _MAGIC.encode():
+        raise FileError(f"{path} is no checkpoint of Carom; name the file that Carom wrote as one.")
+    version, size, digest = int(words[1]), int(words[2]), words[3].decode("ascii")
+    if version > _VERSION:
+        raise FileError(
+            f"{path} is a checkpoint of version {version}, and carom {carom.__version__} reads up to "
+            f"{_VERSION}; use a newer Carom."
+        )
+    if len(content) - _HEADER != size:
+        raise FileError(
+            f"{path} is truncated or has grown: {size} bytes were written and "
+            f"{len(content) - _HEADER} are there; restore it from a copy."
+        )
+    if hashlib.sha256(memoryview(content)[_HEADER:]).hexdigest() != digest:
+        raise FileError(
+            f"{path} was changed since it was written (its SHA-256 differs); restore it from a copy."
+        )
+
+
+def _put(group: Any, name: str, array: np.ndarray) -> None:
+    if not isinstance(name, str) or not name or "/" in name or "\0" in name or name == ".":
+        raise InputError(f"The array's name is {name!r}; expected a text without '/'.")
+    if array.dtype.hasobject:
+        raise InputError(
+            f"The array '{name}' holds Python objects ({array.dtype}); expected numbers, text or dates."
+        )
+    if array.dtype.kind in "biuf" and array.dtype != np.longdouble and array.dtype.isnative:
+        group.create_dataset(name, data=array)
+        return
+    # What HDF5 has no type for (dates, str, long double, ...) is kept as bytes beside its dtype and shape.
+    data = group.create_dataset(name, data=np.frombuffer(array.tobytes(), dtype=np.uint8))
+    data.attrs["dtype"] = json.dumps(np.lib.format.dtype_to_descr(array.dtype))
+    data.attrs["shape"] = np.array(array.shape, dtype=np.int64)
+
+
+def _get(data: Any) -> np.ndarray:
+    if "dtype" not in data.attrs:
+        return np.asarray(data[()])
+    dtype = np.lib.format.descr_to_dtype(_tuples(json.loads(data.attrs["dtype"])))
+    return np.frombuffer(data[()].tobytes(), dtype=dtype).reshape(tuple(data.attrs["shape"])).copy()
+
+
+def _tuples(descr: Any) -> Any:
+    """Undo JSON's turning of a structured dtype's tuples, and of their shapes, into lists."""
+    if not isinstance(descr, list):
+        return descr
+    fields = []
+    for name, *rest in descr:
+        kind, *shape = rest
+        fields.append(
+            (tuple(name) if isinstance(name, list) else name, _tuples(kind), *(tuple(s) for s in shape))
+        )
+    return fields
+
+
+def _to_json(attributes: Mapping[str, Any]) -> str:
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.generic):
+            return value.item()
+        raise TypeError(f"{type(value).__name__} is none of them")
+
+    for name in attributes:
+        if not isinstance(name, str):
+            raise InputError(f"The attribute's name is {name!r}; expected a text.")
+    try:
+        return json.dumps(dict(attributes), default=plain)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"The attributes must be None, bool, int, float, str, or lists and dicts of them: {error}."
+        ) from None

@@ -1,0 +1,258 @@
+"""The event log: every collision of a run, from which any state can be rebuilt.
+
+An HDF5 file with one growing data set for each column, row k of all of them being event k, and the initial
+state in the group ``initial``. The layout is in ``docs/files.md``.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+import numpy as np
+
+import carom
+from carom.errors import FileError, InputError
+from carom.io.h5md import open_h5
+from carom.io.paths import existing, reading, writable, writing
+
+if TYPE_CHECKING:
+    import h5py
+
+_KIND = "event log"
+_FORMAT, _LAYOUT = "carom-events", 1
+_CHUNK = 16384  # events; 128 kB of a float64 column
+_DTYPES = {
+    "epoch": np.int64,
+    "time": np.float64,
+    "i": np.int32,
+    "j": np.int32,
+    "image": np.int32,
+    "impulse": np.float64,
+}
+
+
+class Events(NamedTuple):
+    """Events in the order in which they happened.
+
+    Attributes
+    ----------
+    epoch : (k,) int64 array
+        Whole epochs since the start of the run.
+    time : (k,) float64 array
+        Time [time] since the start of that epoch.
+    i, j : (k,) int32 arrays
+        The two components.
+    image : (k,) int32 array
+        Which periodic image of j it was.
+    impulse : (k,) float64 array
+        Impulse [mass * length / time] on j along the line of centres.
+    """
+
+    epoch: np.ndarray
+    time: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+    image: np.ndarray
+    impulse: np.ndarray
+
+
+def _count(file: h5py.File) -> int:
+    """Return the number of whole events: a kill may leave some columns longer than others."""
+    kind = file.attrs.get("format")
+    if kind is None or np.bytes_(kind) != _FORMAT.encode():
+        raise ValueError(f"it is not of the format {_FORMAT}")
+    layout = int(file.attrs["layout"])
+    if layout > _LAYOUT:
+        raise ValueError(
+            f"its layout is {layout}, newer than the {_LAYOUT} that carom {carom.__version__} knows"
+        )
+    for name, dtype in _DTYPES.items():
+        if file[name].dtype != dtype or file[name].ndim != 1:
+            raise ValueError(f"its column {name} is not one of {np.dtype(dtype)}")
+    return min(len(file[name]) for name in _DTYPES)
+
+
+class EventLog:
+    """Writer of an event log.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    mode : {"w", "x", "a"}
+        Write, in place of what is there; write, and refuse if anything is there; append.
+    initial : mapping of str to array
+        The state before the first event; for modes "w" and "x".
+    keep : int, optional
+        With mode "a": keep the first `keep` events and drop the later ones; by default keep all.
+
+    Raises
+    ------
+    FileError
+        If the file exists (mode "x"), is missing, foreign or destroyed (mode "a"), holds fewer than `keep`
+        events, or cannot be written.
+    InputError
+        If the mode or the initial state is none of the above.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        mode: str = "w",
+        *,
+        initial: Mapping[str, np.ndarray] | None = None,
+        keep: int | None = None,
+    ):
+        if mode not in ("w", "x", "a"):
+            raise InputError(f"The mode is {mode!r}; expected 'w', 'x' or 'a'.")
+        if (mode == "a") == (initial is not None):
+            raise InputError("An event log is given its initial state when it is made, and only then.")
+        if keep is not None and (mode != "a" or keep < 0):
+            raise InputError(f"keep is {keep}; expected 0 or more events, with mode 'a'.")
+        self.path = writable(path)
+        if mode == "x" and (self.path.exists() or self.path.is_symlink()):
+            raise FileError(f"{path} exists already and was left as it is; choose another name or mode 'w'.")
+        if initial is None:
+            self._reopen(keep)
+        else:
+            self._create(initial)
+
+    def _create(self, initial: Mapping[str, np.ndarray]) -> None:
+        arrays = {name: np.asarray(values) for name, values in initial.items()}
+        for name, array in arrays.items():
+            if array.dtype.kind not in "biuf" or "/" in name:
+                raise InputError(
+                    f"The initial state's '{name}' holds {array.dtype}; expected an array of numbers."
+                )
+        with writing(self.path):
+            self._file = open_h5(self.path, "w")
+            self._file.attrs["format"] = np.bytes_(_FORMAT)
+            self._file.attrs["layout"] = np.int64(_LAYOUT)
+            self._file.attrs["creator"] = np.bytes_(f"carom {carom.__version__}")
+            group = self._file.create_group("initial")
+            for name, array in arrays.items():
+                group.create_dataset(name, data=array)
+            for name, dtype in _DTYPES.items():
+                self._file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(_CHUNK,), dtype=dtype)
+            self._file.flush()
+        self._events = 0
+
+    def _reopen(self, keep: int | None) -> None:
+        existing(self.path)
+        with reading(self.path, _KIND):
+            self._file = open_h5(self.path, "r+")
+            try:
+                count = _count(self._file)
+                keep = count if keep is None else keep
+                if keep > count:
+                    raise FileError(f"{self.path} holds {count} events, and {keep} were to be kept.")
+                with writing(self.path):
+                    for name in _DTYPES:
+                        self._file[name].resize(keep, axis=0)
+                    self._file.flush()
+            except BaseException:
+                self._file.close()
+                raise
+        self._events = keep
+
+    def __len__(self) -> int:
+        return self._events
+
+    def append(
+        self,
+        epoch: np.ndarray,
+        time: np.ndarray,
+        i: np.ndarray,
+        j: np.ndarray,
+        image: np.ndarray,
+        impulse: np.ndarray,
+    ) -> None:
+        """Append events: (k,) arrays as in :class:`Events`.
+
+        Call :meth:`flush` now and then: what was flushed survives a kill.
+
+        Raises
+        ------
+        InputError
+            If the arrays differ in length, or do not fit the columns' types.
+        FileError
+            If they cannot be written.
+        """
+        columns = {}
+        for (name, dtype), values in zip(_DTYPES.items(), (epoch, time, i, j, image, impulse), strict=True):
+            array = np.asarray(values)
+            if array.ndim != 1 or len(array) != len(np.asarray(epoch)):
+                raise InputError(f"The column {name} has the shape {array.shape}; expected ({len(epoch)},).")
+            if not np.can_cast(array.dtype, dtype, "same_kind"):
+                raise InputError(f"The column {name} is of {array.dtype}; expected {np.dtype(dtype)}.")
+            columns[name] = array
+        end = self._events + len(columns["epoch"])
+        with writing(self.path):
+            for name, array in columns.items():
+                self._file[name].resize(end, axis=0)
+                self._file[name][self._events : end] = array
+        self._events = end
+
+    def flush(self) -> None:
+        """Hand all events to the system, so that they survive a kill of this process.
+
+        Raises
+        ------
+        FileError
+            If they cannot be written.
+        """
+        with writing(self.path):
+            self._file.flush()
+
+    def close(self) -> None:
+        """Flush and close the file; a second time does nothing.
+
+        Raises
+        ------
+        FileError
+            If what was left to write cannot be written.
+        """
+        with writing(self.path):
+            self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        try:
+            self.close()
+        except FileError:
+            # After a failed write closing fails as well; the first error is the one to hear of.
+            if error is None:
+                raise
+
+
+def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None = None) -> Events:
+    """Return the events ``start <= k < stop`` of a log, by default all.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, truncated, foreign or a folder.
+    """
+    path = existing(path)
+    with reading(path, _KIND), open_h5(path, "r") as file:
+        rows = slice(*slice(start, stop).indices(_count(file)))
+        return Events(*(file[name][rows] for name in _DTYPES))
+
+
+def read_initial(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the initial state of a log, as the arrays it was made with.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, truncated, foreign or a folder.
+    """
+    path = existing(path)
+    with reading(path, _KIND), open_h5(path, "r") as file:
+        _count(file)
+        return {name: data[()] for name, data in file["initial"].items()}

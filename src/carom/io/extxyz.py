@@ -1,0 +1,240 @@
+"""Extended XYZ: text for exchange with ASE and OVITO, with every bit of a double.
+
+One frame is a line with the number of components, a line of ``key=value`` pairs, and a line per component::
+
+    Lattice="10 0 0 0 10 0 0 0 10" Properties=species:S:1:pos:R:3:momenta:R:3:masses:R:1:radius:R:1:
+    velo:R:3:id:I:1 pbc="T T T" time=0.5 step=120 dimension=3 carom=0.1.0       (all of it one line)
+
+ASE takes velocities from ``momenta``, OVITO from ``velo``; ``images:I:3`` follows where frames hold image
+counts. All numbers are written with 17 significant digits, which determine a double.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import carom
+from carom.errors import FileError
+from carom.frame import Frame
+from carom.io.embedding import edges, embed, momenta, periodic, require_at_most_three
+from carom.io.paths import reading, writing
+from carom.io.trajectory import Reader, Writer
+
+_KIND = "extended XYZ"
+_COLUMNS = (("pos", "R", 3), ("momenta", "R", 3), ("masses", "R", 1), ("radius", "R", 1), ("velo", "R", 3))
+_PAIR = re.compile(r"""([A-Za-z_][\w-]*)=(?:"([^"]*)"|(\S+))""")
+
+
+def render(frame: Frame) -> bytes:
+    """Return one frame as the bytes of the file.
+
+    Raises
+    ------
+    InputError
+        If the frame has more than three dimensions.
+    """
+    require_at_most_three(frame.dimension, "Extended XYZ")
+    columns = [
+        embed(frame.positions),
+        embed(momenta(frame.velocities, frame.masses)),
+        frame.masses[:, np.newaxis],
+        frame.diameters[:, np.newaxis] / 2.0,
+        embed(frame.velocities),
+        np.arange(1.0, frame.n + 1.0)[:, np.newaxis],
+    ]
+    properties = (
+        "species:S:1:" + ":".join(f"{name}:{kind}:{width}" for name, kind, width in _COLUMNS) + ":id:I:1"
+    )
+    row = "X" + " %.17g" * 11 + " %d"
+    if frame.images is not None:
+        columns.append(embed(frame.images).astype(np.float64))
+        properties += ":images:I:3"
+        row += " %d %d %d"
+    lx, ly, lz = (f"{edge:.17g}" for edge in edges(frame.box))
+    pbc = " ".join("T" if flag else "F" for flag in periodic(frame.dimension))
+    # repr keeps a time such as 3.0 a float for readers that guess types.
+    head = (
+        f'{frame.n}\nLattice="{lx} 0 0 0 {ly} 0 0 0 {lz}" Properties={properties} pbc="{pbc}" '
+        f"time={float(frame.time)!r} step={int(frame.step)} dimension={frame.dimension} "
+        f"carom={carom.__version__}\n"
+    )
+    # One formatting of the whole table is about twice as fast as one a row.
+    body = ((row + "\n") * frame.n) % tuple(np.concatenate(columns, axis=1).ravel().tolist())
+    return (head + body).encode("ascii")
+
+
+class Index:
+    """Where the frames of a file start.
+
+    Attributes
+    ----------
+    offsets : list of int
+        First byte of each complete frame, and the byte after the last.
+    torn : bool
+        Whether part of a frame follows.
+    """
+
+    def __init__(self, path: Path, limit: int | None = None):
+        self.offsets = [0]
+        self.torn = False
+        with path.open("rb") as file:
+            while limit is None or len(self.offsets) <= limit:
+                first = file.readline()
+                if not first.strip():
+                    if file.read().strip():
+                        raise ValueError(f"an empty line follows frame {len(self.offsets) - 1}")
+                    break
+                complete = first.endswith(b"\n")
+                n = self._number(first)
+                for _ in range(n + 1):
+                    # A line without its end is the last of the file, cut off in the middle of a number.
+                    complete = complete and file.readline().endswith(b"\n")
+                    if not complete:
+                        break
+                if not complete:
+                    self.torn = True
+                    break
+                self.offsets.append(file.tell())
+
+    def _number(self, line: bytes) -> int:
+        text = line.strip()
+        if not text.isdigit() or len(text) > 18 or int(text) == 0:
+            raise ValueError(f"frame {len(self)} does not start with a number of components")
+        return int(text)
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+
+def parse(path: Path, start: int, stop: int) -> tuple[dict[str, str], dict[str, np.ndarray]]:
+    """Return the ``key=value`` pairs and the columns of the frame in the bytes `start` to `stop`.
+
+    Any extended XYZ will do. Columns are (n,) or (n, width) arrays of float64, int64 or str.
+
+    Raises
+    ------
+    ValueError
+        If the table is not what ``Properties`` announces.
+    """
+    with path.open("rb") as file:
+        file.seek(start)
+        text = file.read(stop - start).decode("utf-8")
+    lines = text.splitlines()
+    info = {m[1]: m[2] if m[2] is not None else m[3] for m in _PAIR.finditer(lines[1])}
+    fields = info.get("Properties", "species:S:1:pos:R:3").split(":")
+    if len(fields) % 3:
+        raise ValueError(f"Properties has {len(fields)} fields, which is no multiple of 3")
+    widths = [int(width) for width in fields[2::3]]
+    rows = [line.split() for line in lines[2:]]
+    if len(rows) != int(lines[0]) or any(len(row) != sum(widths) for row in rows):
+        raise ValueError(f"a line has not the {sum(widths)} columns that Properties announces")
+    columns: dict[str, np.ndarray] = {}
+    at = 0
+    for name, kind, width in zip(fields[0::3], fields[1::3], widths, strict=True):
+        convert: Any = {"R": float, "I": int, "S": str, "L": str}[kind]
+        values = np.array([[convert(word) for word in row[at : at + width]] for row in rows])
+        columns[name] = values[:, 0] if width == 1 else values
+        at += width
+    return info, columns
+
+
+def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
+    for name in ("pos", "velo", "masses", "radius"):
+        if name not in columns:
+            raise ValueError(f"it has no column '{name}'")
+    for name in ("Lattice", "time", "step"):
+        if name not in info:
+            raise ValueError(f"its second line has no '{name}'")
+    dimension = int(info.get("dimension", "3"))
+    lattice = np.array([float(word) for word in info["Lattice"].split()]).reshape(3, 3)
+    if not 1 <= dimension <= 3 or np.any(lattice != np.diag(np.diag(lattice))):
+        raise ValueError("its box is not rectangular, of one to three dimensions")
+    images = columns.get("images")
+    frame = Frame(
+        time=float(info["time"]),
+        step=int(info["step"]),
+        positions=np.ascontiguousarray(columns["pos"][:, :dimension], dtype=np.float64),
+        velocities=np.ascontiguousarray(columns["velo"][:, :dimension], dtype=np.float64),
+        box=tuple(float(edge) for edge in np.diag(lattice)[:dimension]),
+        diameters=2.0 * columns["radius"],
+        masses=columns["masses"].astype(np.float64),
+        images=None if images is None else np.ascontiguousarray(images[:, :dimension], dtype=np.int32),
+    )
+    for values in (frame.positions, frame.velocities, frame.box, frame.diameters, frame.masses, frame.time):
+        if not np.isfinite(values).all():
+            raise ValueError("it holds NaN or infinite values")
+    return frame
+
+
+class ExtxyzReader(Reader):
+    """Reader of extended XYZ with the columns that Carom writes; it holds no file open."""
+
+    def __init__(self, path: Path, *, torn: bool = False):
+        self.path = path
+        with reading(path, _KIND):
+            self._index = Index(path)
+            if self._index.torn and not torn:
+                raise FileError(
+                    f"{path} ends inside frame {len(self)}, after {len(self)} complete ones; "
+                    "opening it once with mode 'a' drops the rest."
+                )
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def _read(self, k: int) -> Frame:
+        with reading(self.path, _KIND):
+            return _to_frame(*parse(self.path, *self._index.offsets[k : k + 2]))
+
+
+class ExtxyzWriter(Writer):
+    """Writer of extended XYZ. A frame that could not be written whole is taken back."""
+
+    def __init__(self, path: Path, scene: Any = None, *, append: bool = False, keep: int | None = None):
+        super().__init__(path, scene)
+        end = 0
+        if append:
+            end = self._keep(keep)
+        with writing(path):
+            # Unbuffered: a failed frame must not come back from a buffer when the file is closed.
+            self._file: io.FileIO = path.open("r+b" if append else "wb", buffering=0)
+            if append:
+                self._file.truncate(end)
+                self._file.seek(end)
+        self._end = end
+
+    def _keep(self, keep: int | None) -> int:
+        with reading(self.path, _KIND):
+            index = Index(self.path, limit=keep)
+            if keep is not None and len(index) < keep:
+                raise FileError(
+                    f"{self.path} holds {len(index)} complete frames, and {keep} were to be kept."
+                )
+            if len(index):
+                last = _to_frame(*parse(self.path, *index.offsets[-2:]))
+                self._check(last)
+                self._follow(last)
+        self._count = len(index)
+        return index.offsets[-1]
+
+    def _append(self, frame: Frame) -> None:
+        rest = memoryview(render(frame))
+        size = len(rest)
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) :]
+        except OSError:
+            with contextlib.suppress(OSError):
+                self._file.truncate(self._end)
+                self._file.seek(self._end)
+            raise
+        self._end += size
+
+    def _close(self) -> None:
+        self._file.close()

@@ -1,0 +1,138 @@
+"""GSD (the format of HOOMD-blue): compact, float32, understood by OVITO, freud and MDAnalysis.
+
+Positions are float32 and centred, as GSD has them: ``-edge / 2 <= x < edge / 2``. That is enough for a
+picture or a structure function, and too little to continue a run: spheres in contact overlap by about 1e-7 of
+the box.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.io.embedding import edges, embed, require_at_most_three
+from carom.io.paths import reading, replacing, writing
+from carom.io.trajectory import Reader, Writer
+
+if TYPE_CHECKING:
+    import gsd.hoomd
+
+_KIND = "GSD"
+
+
+def _open(path: Path, mode: str) -> gsd.hoomd.HOOMDTrajectory:
+    try:
+        import gsd.hoomd
+    except ImportError:
+        raise InputError(
+            f"{path} needs the package gsd, which is not installed: pip install 'carom[gsd]'."
+        ) from None
+    return gsd.hoomd.open(str(path), mode)
+
+
+def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
+    import gsd.hoomd
+
+    result = gsd.hoomd.Frame()
+    result.configuration.step = int(frame.step)
+    result.configuration.box = np.array([*edges(frame.box), 0.0, 0.0, 0.0], dtype=np.float32)
+    # GSD knows two and three dimensions; a line is drawn in the plane.
+    result.configuration.dimensions = max(2, frame.dimension)
+    particles = result.particles
+    particles.N = frame.n
+    particles.types = ["X"]
+    particles.typeid = np.zeros(frame.n, dtype=np.uint32)
+    particles.position = embed(frame.positions - 0.5 * np.asarray(frame.box)).astype(np.float32)
+    particles.velocity = embed(frame.velocities).astype(np.float32)
+    particles.mass = frame.masses.astype(np.float32)
+    particles.diameter = frame.diameters.astype(np.float32)
+    if frame.images is not None:
+        particles.image = embed(frame.images)
+    result.log["carom/time"] = np.array([frame.time], dtype=np.float64)
+    result.log["carom/dimension"] = np.array([frame.dimension], dtype=np.int64)
+    result.log["carom/images"] = np.array([frame.images is not None], dtype=np.uint8)
+    return result
+
+
+def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
+    if "carom/time" not in stored.log:
+        raise ValueError("it has no log/carom/time")
+    d = int(stored.log["carom/dimension"][0])
+    box = np.asarray(stored.configuration.box[:d], dtype=np.float64)
+    particles = stored.particles
+    positions = particles.position[:, :d].astype(np.float64) + 0.5 * box
+    # Rounding to float32 can carry a component onto, or just past, a face.
+    positions = np.where(positions < 0.0, 0.0, np.where(positions >= box, 0.0, positions))
+    images = bool(stored.log["carom/images"][0])
+    return Frame(
+        time=float(stored.log["carom/time"][0]),
+        step=int(stored.configuration.step),
+        positions=positions,
+        velocities=np.ascontiguousarray(particles.velocity[:, :d], dtype=np.float64),
+        box=tuple(float(edge) for edge in box),
+        diameters=particles.diameter.astype(np.float64),
+        masses=particles.mass.astype(np.float64),
+        images=np.ascontiguousarray(particles.image[:, :d], dtype=np.int32) if images else None,
+    )
+
+
+class GsdReader(Reader):
+    """Reader of the GSD files that Carom writes."""
+
+    def __init__(self, path: Path, *, torn: bool = False):
+        # GSD lists a frame when it is complete, so `torn` changes nothing here.
+        self.path = path
+        with reading(path, _KIND):
+            self._file = _open(path, "r")
+
+    def __len__(self) -> int:
+        return len(self._file)
+
+    def _read(self, k: int) -> Frame:
+        with reading(self.path, _KIND):
+            return _to_frame(self._file[k])
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+class GsdWriter(Writer):
+    """Writer of GSD, flushed after each frame (otherwise only the first survives a kill)."""
+
+    def __init__(self, path: Path, scene: Any = None, *, append: bool = False, keep: int | None = None):
+        super().__init__(path, scene)
+        if append:
+            self._keep(keep)
+        with writing(path):
+            self._file = _open(path, "r+" if append else "w")
+
+    def _keep(self, keep: int | None) -> None:
+        with GsdReader(self.path) as reader:
+            count = len(reader)
+            keep = count if keep is None else keep
+            if keep > count:
+                raise FileError(f"{self.path} holds {count} complete frames, and {keep} were to be kept.")
+            if count:
+                last = reader[count - 1]
+                self._check(last)
+                self._follow(last)
+            # GSD cannot drop single frames: copy those to keep, as they are, into a new file.
+            if keep < count:
+                with replacing(self.path) as temporary, writing(temporary), _open(temporary, "w") as kept:
+                    kept.extend(reader._file[:keep])
+        self._count = keep
+
+    def _append(self, frame: Frame) -> None:
+        require_at_most_three(frame.dimension, "GSD")
+        self._file.append(_to_gsd(frame))
+        self._file.flush()
+
+    def _close(self) -> None:
+        if self._file is not None:
+            self._file.close()
+            self._file = None

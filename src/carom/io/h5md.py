@@ -1,0 +1,266 @@
+"""H5MD 1.1: the native store of trajectories, lossless, and open to MDAnalysis as it is.
+
+See de Buyl, Colberg and Hofling, Comput. Phys. Commun. 185, 1546 (2014), and nongnu.org/h5md. The layout is
+in ``docs/files.md``. Three choices serve ``MDAnalysis.Universe("run.h5md")``: the particle group is called
+``trajectory``, units are named "Angstrom" and "ps" (an identity there; they stand for the scene's own units),
+and frames of one and two dimensions are padded to three columns along an axis whose boundary is "none". More
+than three dimensions are written as they are, which H5MD allows and MDAnalysis refuses.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import carom
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.io.embedding import edges, embed, periodic
+from carom.io.paths import reading, reason, writing
+from carom.io.trajectory import Reader, Writer
+
+if TYPE_CHECKING:
+    import h5py
+
+_KIND = "H5MD"
+_LAYOUT = 1
+_GROUP = "particles/trajectory"
+_LENGTH, _TIME, _VELOCITY = "Angstrom", "ps", "Angstrom ps-1"
+
+
+def open_h5(path: Path, mode: str) -> h5py.File:
+    """Open an HDF5 file so that others can read it at the same time.
+
+    A writer takes no lock. A reader takes the usual one, as MDAnalysis does, because HDF5 refuses to open one
+    file with two settings in one process; where that meets a writer, it takes none.
+    """
+    import h5py
+
+    if mode != "r":
+        return h5py.File(path, mode, locking=False)
+    try:
+        return h5py.File(path, "r")
+    except OSError:
+        return h5py.File(path, "r", locking=False)
+
+
+class _Store:
+    """The data sets of an open file, in the order in which a frame is written."""
+
+    def __init__(self, file: h5py.File):
+        group = file[_GROUP]
+        self.masses, self.diameters = group["mass"], group["diameter"]
+        self.columns = {
+            "step": group["position/step"],
+            "time": group["position/time"],
+            "edges": group["box/edges/value"],
+            "velocity": group["velocity/value"],
+        }
+        if "image" in group:
+            self.columns["image"] = group["image/value"]
+        # Last, so that the length of what MDAnalysis counts never exceeds that of the rest.
+        self.columns["position"] = group["position/value"]
+        self.dimension = int(file["parameters/carom"].attrs["dimension"])
+        lengths = {name: len(data) for name, data in self.columns.items()}
+        if min(lengths.values()) < lengths["position"]:
+            raise ValueError(f"its data sets differ in length: {lengths}")
+        self.n = int(self.columns["position"].shape[1])
+
+    def __len__(self) -> int:
+        return len(self.columns["position"])
+
+    def resize(self, count: int) -> None:
+        for data in self.columns.values():
+            data.resize(count, axis=0)
+
+    def read(self, k: int) -> Frame:
+        d, columns = self.dimension, self.columns
+        frame = Frame(
+            time=float(columns["time"][k]),
+            step=int(columns["step"][k]),
+            positions=np.ascontiguousarray(columns["position"][k][:, :d], dtype=np.float64),
+            velocities=np.ascontiguousarray(columns["velocity"][k][:, :d], dtype=np.float64),
+            box=tuple(float(edge) for edge in columns["edges"][k][:d]),
+            diameters=np.asarray(self.diameters[:], dtype=np.float64),
+            masses=np.asarray(self.masses[:], dtype=np.float64),
+            images=(
+                np.ascontiguousarray(columns["image"][k][:, :d], dtype=np.int32)
+                if "image" in columns
+                else None
+            ),
+        )
+        if (
+            frame.positions.shape != (self.n, d)
+            or frame.velocities.shape != (self.n, d)
+            or len(frame.box) != d
+        ):
+            raise ValueError(f"frame {k} has not the {self.n} components in {d} dimensions that it should")
+        return frame
+
+
+def _header(file: h5py.File) -> None:
+    h5md = file.create_group("h5md")
+    h5md.attrs["version"] = np.array([1, 1], dtype=np.int32)
+    h5md.create_group("author").attrs["name"] = np.bytes_("unknown")
+    creator = h5md.create_group("creator")
+    creator.attrs["name"] = np.bytes_("carom")
+    creator.attrs["version"] = np.bytes_(carom.__version__)
+    h5md.create_group("modules/units").attrs["version"] = np.array([1, 0], dtype=np.int32)
+    file.create_group("parameters/carom").attrs["layout"] = np.int64(_LAYOUT)
+
+
+def _create(file: h5py.File, frame: Frame) -> _Store:
+    """Lay out the empty data sets for frames like `frame`."""
+    n, width = frame.n, max(3, frame.dimension)
+    file["parameters/carom"].attrs["dimension"] = np.int64(frame.dimension)
+    group = file.create_group(_GROUP)
+
+    def grow(
+        parent: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any, unit: str | None, rows: int
+    ) -> None:
+        data = parent.create_dataset(
+            name, shape=(0, *shape), maxshape=(None, *shape), chunks=(rows, *shape), dtype=dtype
+        )
+        if unit is not None:
+            # Of variable length, because MDAnalysis compares it with a str.
+            data.attrs["unit"] = unit
+
+    position = group.create_group("position")
+    grow(position, "step", (), np.int64, None, 512)
+    grow(position, "time", (), np.float64, _TIME, 512)
+    grow(position, "value", (n, width), np.float64, _LENGTH, 1)
+    grow(group.create_group("velocity"), "value", (n, width), np.float64, _VELOCITY, 1)
+    box = group.create_group("box")
+    box.attrs["dimension"] = np.int32(width)
+    box.attrs["boundary"] = np.array(
+        [b"periodic" if flag else b"none" for flag in periodic(frame.dimension)], dtype="S8"
+    )
+    grow(box.create_group("edges"), "value", (width,), np.float64, _LENGTH, 512)
+    names = ["velocity", "box/edges"]
+    if frame.images is not None:
+        grow(group.create_group("image"), "value", (n, width), np.int32, None, 1)
+        names.append("image")
+    for name in names:  # hard links: one step and one time for all
+        group[name]["step"], group[name]["time"] = position["step"], position["time"]
+    for name, values, unit in (("mass", frame.masses, None), ("diameter", frame.diameters, _LENGTH)):
+        data = group.create_dataset(name, data=np.asarray(values, dtype=np.float64))
+        if unit is not None:
+            data.attrs["unit"] = unit
+    return _Store(file)
+
+
+def _find_store(file: h5py.File) -> _Store | None:
+    """Return the data sets of a file that Carom wrote, None if no frame was ever written to it."""
+    if "h5md" not in file or "parameters/carom" not in file:
+        raise ValueError("it has no parameters/carom")
+    layout = int(file["parameters/carom"].attrs["layout"])
+    if layout > _LAYOUT:
+        raise ValueError(
+            f"its layout is {layout}, newer than the {_LAYOUT} that carom {carom.__version__} knows"
+        )
+    return _Store(file) if _GROUP in file else None
+
+
+class H5mdReader(Reader):
+    """Reader of the H5MD files that Carom writes."""
+
+    def __init__(self, path: Path, *, torn: bool = False):
+        # A frame that a kill cut off is never counted (see _Store), so `torn` changes nothing here.
+        self.path = path
+        with reading(path, _KIND):
+            self._file = open_h5(path, "r")
+            try:
+                self._store = _find_store(self._file)
+            except BaseException:
+                self._file.close()
+                raise
+
+    def __len__(self) -> int:
+        return 0 if self._store is None else len(self._store)
+
+    def _read(self, k: int) -> Frame:
+        assert self._store is not None
+        with reading(self.path, _KIND):
+            return self._store.read(k)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+class H5mdWriter(Writer):
+    """Writer of H5MD, flushed after each frame so that a kill leaves a file that opens."""
+
+    def __init__(self, path: Path, scene: Any = None, *, append: bool = False, keep: int | None = None):
+        super().__init__(path, scene)
+        self._store: _Store | None = None
+        if append:
+            self._reopen(keep)
+            return
+        with writing(path):
+            self._file = open_h5(path, "w")
+            _header(self._file)
+            self._file.flush()
+
+    def _reopen(self, keep: int | None) -> None:
+        try:
+            with reading(self.path, _KIND):
+                self._file = open_h5(self.path, "r+")
+        except FileError as error:
+            raise FileError(
+                f"{self.path} cannot be opened for appending ({reason(error.__cause__ or error)}); "
+                "if a kill destroyed it, carom.io.rebuild(source, target, keep) makes it anew from the "
+                ".extxyz beside it."
+            ) from error
+        try:
+            with reading(self.path, _KIND):
+                self._store = _find_store(self._file)
+                count = 0 if self._store is None else len(self._store)
+                keep = count if keep is None else keep
+                if keep > count:
+                    raise FileError(f"{self.path} holds {count} complete frames, and {keep} were to be kept.")
+                if self._store is not None:
+                    if count:
+                        last = self._store.read(count - 1)
+                        self._check(last)
+                        self._follow(last)
+                    with writing(self.path):
+                        self._store.resize(keep)
+                        self._file.flush()
+                self._count = keep
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _append(self, frame: Frame) -> None:
+        if self._store is None:
+            self._store = _create(self._file, frame)
+        store, k = self._store, self._count
+        for name, stored, values in (
+            ("diameters", store.diameters, frame.diameters),
+            ("masses", store.masses, frame.masses),
+        ):
+            if not np.array_equal(stored[:], values):
+                raise InputError(
+                    f"The frame's {name} differ from those of {self.path}, where they are fixed in time; "
+                    "write .extxyz, which holds them for each frame."
+                )
+        padded = embed if frame.dimension < 3 else np.asarray
+        row: dict[str, Any] = {
+            "step": frame.step,
+            "time": frame.time,
+            "edges": edges(frame.box),
+            "velocity": padded(frame.velocities),
+            "position": padded(frame.positions),
+        }
+        if frame.images is not None:
+            row["image"] = padded(frame.images)
+        for name, data in store.columns.items():
+            data.resize(k + 1, axis=0)
+            data[k] = row[name]
+        self._file.flush()
+
+    def _close(self) -> None:
+        self._file.close()

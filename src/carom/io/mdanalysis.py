@@ -1,0 +1,226 @@
+"""Frames and extended XYZ for MDAnalysis.
+
+Importing this module teaches MDAnalysis the format EXTXYZ: from then on ``MDAnalysis.Universe("run.extxyz")``
+works, with time, box, velocities, radii and masses, for the files of Carom and for other extended XYZ (whose
+optional columns may be missing). :func:`universe` makes a Universe of any file or list of Frames.
+
+MDAnalysis keeps float32. The doubles are in ``ts.data["positions"]`` and ``ts.data["velocities"]``, (n, d)
+arrays.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from MDAnalysis import Universe
+from MDAnalysis.coordinates.base import ReaderBase
+from MDAnalysis.core.topology import Topology
+from MDAnalysis.core.topologyattrs import (
+    Atomids,
+    Atomnames,
+    Atomtypes,
+    Masses,
+    Radii,
+    Resids,
+    Resnames,
+    Resnums,
+    Segids,
+)
+from MDAnalysis.lib.mdamath import triclinic_box
+from MDAnalysis.lib.util import store_init_arguments
+from MDAnalysis.topology.base import TopologyReaderBase
+
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.io.embedding import edges, embed, require_at_most_three
+from carom.io.extxyz import Index, parse
+from carom.io.paths import existing, reading
+from carom.io.trajectory import Reader, open_reader
+
+
+class _Held:
+    """Frames for a reader. (A bare list is, to MDAnalysis, a list of files.)"""
+
+    def __init__(self, frames: Reader | Sequence[Frame]):
+        self.frames = frames
+
+
+class _SequenceReader(ReaderBase):
+    """What the two readers below share: random access to a number of frames."""
+
+    units: ClassVar = {"time": "ps", "length": "Angstrom", "velocity": "Angstrom/ps"}
+
+    @store_init_arguments
+    def __init__(self, filename: Any, **kwargs: Any):
+        super().__init__(filename, **kwargs)
+        self._source = filename  # MDAnalysis itself keeps str(filename) only
+        self._load()
+        self.ts = self._Timestep(self.n_atoms, **self._ts_kwargs)
+        self._read_frame(0)
+
+    def _load(self) -> None:
+        """Set ``n_atoms`` and ``n_frames``."""
+        raise NotImplementedError
+
+    def _fill(self, frame: int) -> None:
+        """Fill the Timestep with frame ``0 <= frame < n_frames``."""
+        raise NotImplementedError
+
+    def _read_frame(self, frame: int) -> Any:
+        if not 0 <= frame < self.n_frames:
+            raise OSError(f"there is no frame {frame}; this trajectory has {self.n_frames}")
+        self._fill(frame)
+        self.ts.frame = frame
+        return self.ts
+
+    def _read_next_timestep(self, ts: Any = None) -> Any:
+        return self._read_frame(self.ts.frame + 1)
+
+    def _reopen(self) -> None:
+        self.ts.frame = -1
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+
+class FramesReader(_SequenceReader):
+    """MDAnalysis reader over Frames, in memory or read from a file of Carom as they are asked for."""
+
+    format = "CAROMFRAMES"
+
+    def _load(self) -> None:
+        self._frames = self._source.frames
+        self.n_frames = len(self._frames)
+        self.n_atoms = self._frames[0].n
+
+    def _fill(self, frame: int) -> None:
+        source, ts = self._frames[frame], self.ts
+        if source.n != self.n_atoms:
+            raise InputError(f"Frame {frame} has {source.n} components and frame 0 has {self.n_atoms}.")
+        ts.positions = embed(source.positions)
+        ts.velocities = embed(source.velocities)
+        ts.dimensions = [*edges(source.box), 90.0, 90.0, 90.0]
+        ts.time = source.time
+        ts.data["step"] = source.step
+        ts.data["positions"] = source.positions
+        ts.data["velocities"] = source.velocities
+        if source.images is not None:
+            ts.data["images"] = source.images
+
+
+class ExtxyzReader(_SequenceReader):
+    """MDAnalysis reader of extended XYZ."""
+
+    format = "EXTXYZ"
+
+    def _load(self) -> None:
+        self._path = existing(self.filename)
+        with reading(self._path, "extended XYZ"):
+            self._index = Index(self._path)
+            if self._index.torn or not len(self._index):
+                raise ValueError(f"it ends inside frame {len(self._index)}")
+        self.n_frames = len(self._index)
+        self.n_atoms = self.parse_n_atoms(self.filename)
+
+    @staticmethod
+    def parse_n_atoms(filename: str, **kwargs: Any) -> int:
+        """Return the number of components in the first frame."""
+        path = existing(filename)
+        with reading(path, "extended XYZ"), path.open("rb") as file:
+            return int(file.readline())
+
+    def _fill(self, frame: int) -> None:
+        ts = self.ts
+        with reading(self._path, "extended XYZ"):
+            info, columns = parse(self._path, *self._index.offsets[frame : frame + 2])
+            d = int(info.get("dimension", "3"))
+            ts.positions = columns["pos"]
+            ts.data["positions"] = columns["pos"][:, :d]
+            if "velo" in columns:
+                ts.velocities = columns["velo"]
+                ts.data["velocities"] = columns["velo"][:, :d]
+            if "images" in columns:
+                ts.data["images"] = columns["images"][:, :d]
+            if "Lattice" in info:
+                lattice = np.array([float(word) for word in info["Lattice"].split()]).reshape(3, 3)
+                ts.dimensions = triclinic_box(*lattice)
+            if "time" in info:
+                ts.time = float(info["time"])
+            if "step" in info:
+                ts.data["step"] = int(info["step"])
+
+
+class ExtxyzParser(TopologyReaderBase):
+    """MDAnalysis parser of the first frame of extended XYZ: names, and radii and masses where it has them."""
+
+    format = "EXTXYZ"
+
+    def parse(self, **kwargs: Any) -> Topology:
+        """Return the Topology."""
+        path = existing(self.filename)
+        with reading(path, "extended XYZ"):
+            index = Index(path, limit=1)
+            _, columns = parse(path, *index.offsets[:2])
+            names = columns.get("species", np.full(len(columns["pos"]), "X"))
+            return _topology(names, columns.get("radius"), columns.get("masses"))
+
+
+def _topology(names: np.ndarray, radii: np.ndarray | None, masses: np.ndarray | None) -> Topology:
+    n = len(names)
+    attributes = [
+        Atomnames(names.astype(object)),
+        Atomtypes(names.astype(object)),
+        Atomids(np.arange(1, n + 1)),
+        Resids(np.array([1])),
+        Resnums(np.array([1])),
+        Resnames(np.array(["X"], dtype=object)),
+        Segids(np.array(["SYSTEM"], dtype=object)),
+    ]
+    if radii is not None:
+        attributes.append(Radii(np.asarray(radii, dtype=np.float64)))
+    if masses is not None:
+        attributes.append(Masses(np.asarray(masses, dtype=np.float64)))
+    return Topology(n, 1, 1, attrs=attributes)
+
+
+def universe(source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame) -> Universe:
+    """Return an MDAnalysis Universe of a file or of Frames.
+
+    Parameters
+    ----------
+    source : path, Reader, Frame or sequence of Frames
+        A trajectory that :func:`carom.io.open` reads (it stays open as long as the Universe), or frames in
+        memory.
+
+    Returns
+    -------
+    MDAnalysis.Universe
+        With radii, masses, velocities, box and time; of fewer than three dimensions padded with zeros.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read or holds no frames.
+    InputError
+        If there are no frames, or they have more than three dimensions.
+    """
+    frames: Reader | Sequence[Frame]
+    if isinstance(source, Frame):
+        frames = [source]
+    elif isinstance(source, str | os.PathLike):
+        frames = open_reader(Path(source))
+    else:
+        frames = source
+    if len(frames) == 0:
+        raise InputError("There are no frames to make a Universe of; expected at least one.")
+    first = frames[0]
+    require_at_most_three(first.dimension, "MDAnalysis")
+    return Universe(
+        _topology(np.full(first.n, "X"), first.diameters / 2.0, first.masses),
+        _Held(frames),
+        format=FramesReader,
+    )

@@ -1,0 +1,123 @@
+"""What every file of Carom shares: clear errors about paths, and results that appear whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from carom.errors import CaromError, FileError
+
+#: What a parser can raise on bytes that are not what it expects (h5py and gsd raise all of these).
+_PARSE_ERRORS = (
+    OSError,
+    EOFError,
+    LookupError,
+    ValueError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    RuntimeError,
+    MemoryError,
+)
+
+
+def reason(error: BaseException) -> str:
+    """Return the first line of an exception's text, fit for the middle of a sentence."""
+    text = (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__
+    return text.strip().splitlines()[0].rstrip(".")
+
+
+def existing(path: str | os.PathLike[str]) -> Path:
+    """Return `path` if it is a file.
+
+    Raises
+    ------
+    FileError
+        If it is missing, a folder or no regular file.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise FileError(f"{path} is a folder, where a file was expected; name a file inside it.")
+    if not path.exists():
+        raise FileError(f"{path} does not exist; check the name and the folder.")
+    if not path.is_file():
+        raise FileError(f"{path} is no regular file; copy its content into one.")
+    return path
+
+
+def writable(path: str | os.PathLike[str]) -> Path:
+    """Return `path` if a file can stand there: no folder, and inside a folder that exists.
+
+    Raises
+    ------
+    FileError
+        If it is a folder, or its folder is missing.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise FileError(f"{path} is a folder, where a file was to be written; name a file inside it.")
+    if not path.parent.is_dir():
+        raise FileError(
+            f"{path} cannot be written: its folder {path.parent} does not exist; create it first."
+        )
+    return path
+
+
+@contextlib.contextmanager
+def reading(path: Path, kind: str) -> Iterator[None]:
+    """Turn whatever a parser raises about the content of `path` into one FileError."""
+    try:
+        yield
+    except CaromError:
+        raise
+    except _PARSE_ERRORS as error:
+        raise FileError(
+            f"{path} is not a readable {kind} file ({reason(error)}): "
+            "it is truncated, damaged or was not written by Carom."
+        ) from error
+
+
+@contextlib.contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn a failed write (a full disk, a folder without permission) into one FileError."""
+    try:
+        yield
+    except CaromError:
+        raise
+    # h5py reports some failed flushes as RuntimeError.
+    except (OSError, RuntimeError) as error:
+        raise FileError(
+            f"{path} cannot be written: {reason(error)}; free some space or choose another folder."
+        ) from error
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Yield a temporary path beside `path` that takes its place once complete and on the disk.
+
+    Until then, and for ever if the body raises, `path` is as it was.
+    """
+    path = writable(path)
+    # The suffix stays last, because it chooses the format.
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
+    try:
+        yield temporary
+        with writing(path):
+            _synchronise(temporary)
+            os.replace(temporary, path)
+            _synchronise(path.parent)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _synchronise(path: Path) -> None:
+    """Ask the system to put a file, or a folder's list of names, on the disk."""
+    if os.name == "nt" and path.is_dir():  # Windows opens no folders.
+        return
+    descriptor = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,360 @@
+"""Readers and writers of trajectories: what they share, and which format a file name asks for."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, overload
+
+import numpy as np
+
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.io.paths import existing, replacing, writable, writing
+
+#: Suffix -> format.
+SUFFIXES = {".h5md": "h5md", ".h5": "h5md", ".extxyz": "extxyz", ".xyz": "extxyz", ".gsd": "gsd"}
+
+
+class Reader(ABC):
+    """A file as a sequence of Frames; each is read when it is asked for.
+
+    ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for frame in reader`` work as for a list.
+    """
+
+    path: Path
+
+    @abstractmethod
+    def __len__(self) -> int: ...
+
+    @abstractmethod
+    def _read(self, k: int) -> Frame:
+        """Return frame ``0 <= k < len(self)``."""
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Frame]: ...
+    def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
+        if isinstance(index, slice):
+            return [self._read(k) for k in range(*index.indices(len(self)))]
+        k = index + len(self) if index < 0 else index
+        if not 0 <= k < len(self):
+            raise IndexError(f"{self.path} holds {len(self)} frames; there is no frame {index}.")
+        return self._read(k)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (self._read(k) for k in range(len(self)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # MDAnalysis sends readers to its workers: a worker opens the file itself.
+        return type(self), (self.path,)
+
+    def close(self) -> None:  # noqa: B027  (extxyz holds nothing open)
+        """Close the file."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+
+class Writer(ABC):
+    """A file that takes Frames, each complete on return from :meth:`write`.
+
+    All frames of one file have the same number of components and dimensions, and all of them or none hold
+    images. ``len(writer)`` is the number of frames in the file.
+    """
+
+    def __init__(self, path: Path, scene: Any = None):
+        self.path = path
+        self._count = 0
+        self._shape: tuple[int, int] | None = None if scene is None else (scene.n, scene.dimension)
+        self._images: bool | None = None
+
+    def __len__(self) -> int:
+        return self._count
+
+    def write(self, frame: Frame) -> None:
+        """Append `frame` and hand it to the system, so that it survives a kill of this process.
+
+        Raises
+        ------
+        InputError
+            If the frame does not fit the file, or holds NaN or infinite values.
+        FileError
+            If it cannot be written, e.g. because the disk is full.
+        """
+        self._check(frame)
+        with writing(self.path):
+            self._append(frame)
+        self._follow(frame)
+        self._count += 1
+
+    @abstractmethod
+    def _append(self, frame: Frame) -> None: ...
+
+    @abstractmethod
+    def _close(self) -> None: ...
+
+    def close(self) -> None:
+        """Close the file; a second time does nothing.
+
+        Raises
+        ------
+        FileError
+            If what was left to write cannot be written.
+        """
+        with writing(self.path):
+            self._close()
+
+    def _follow(self, frame: Frame) -> None:
+        """Expect more frames like this one."""
+        self._shape = (frame.n, frame.dimension)
+        self._images = frame.images is not None
+
+    def _check(self, frame: Frame) -> None:
+        n, dimension = frame.positions.shape
+        if self._shape is not None and self._shape != (n, dimension):
+            raise InputError(
+                f"{self.path} holds {self._shape[0]} components in {self._shape[1]} dimensions, and this "
+                f"frame has {n} in {dimension}; write it to another file."
+            )
+        if self._images is not None and self._images != (frame.images is not None):
+            has, lacks = ("hold", "this one does not") if self._images else ("hold no", "this one does")
+            raise InputError(
+                f"The frames of {self.path} {has} image counts and {lacks}; write it to another file."
+            )
+        shapes = {
+            "positions": (frame.positions, (n, dimension)),
+            "velocities": (frame.velocities, (n, dimension)),
+            "box": (np.asarray(frame.box), (dimension,)),
+            "diameters": (frame.diameters, (n,)),
+            "masses": (frame.masses, (n,)),
+            "time": (np.asarray(frame.time), ()),
+        }
+        if frame.images is not None:
+            shapes["images"] = (frame.images, (n, dimension))
+        for name, (values, shape) in shapes.items():
+            if values.shape != shape:
+                raise InputError(f"The frame's {name} have the shape {values.shape}; expected {shape}.")
+            if not np.isfinite(values).all():
+                raise InputError(f"The frame's {name} hold NaN or infinite values; nothing was written.")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        # After a failed write closing fails as well; the first error is the one to hear of.
+        with contextlib.nullcontext() if error is None else contextlib.suppress(FileError):
+            self.close()
+
+
+def format_of(path: str | os.PathLike[str]) -> str:
+    """Return the format that a file name asks for: ``"h5md"``, ``"extxyz"`` or ``"gsd"``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is none of the known ones.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(
+            f"{path} has the suffix '{suffix}', which chooses the format; "
+            f"expected one of {', '.join(SUFFIXES)}."
+        )
+    return SUFFIXES[suffix]
+
+
+def _classes(path: str | os.PathLike[str]) -> tuple[Callable[..., Reader], Callable[..., Writer]]:
+    name = format_of(path)
+    if name == "h5md":
+        from carom.io.h5md import H5mdReader, H5mdWriter
+
+        return H5mdReader, H5mdWriter
+    if name == "extxyz":
+        from carom.io.extxyz import ExtxyzReader, ExtxyzWriter
+
+        return ExtxyzReader, ExtxyzWriter
+    from carom.io.gsd import GsdReader, GsdWriter
+
+    return GsdReader, GsdWriter
+
+
+def open_reader(path: str | os.PathLike[str], *, torn: bool = False) -> Reader:
+    """Open a trajectory for reading; with ``torn=True`` a last frame cut off by a kill is left out."""
+    reader, _ = _classes(path)
+    return reader(existing(path), torn=torn)
+
+
+def open_writer(
+    path: str | os.PathLike[str], mode: str = "w", scene: Any = None, *, keep: int | None = None
+) -> Writer:
+    """Open a trajectory for writing; see :func:`carom.io.open`."""
+    _, writer = _classes(path)
+    if mode not in ("w", "x", "a"):
+        raise InputError(f"The mode is {mode!r}; expected 'r', 'w', 'x' or 'a'.")
+    if keep is not None:
+        if mode != "a":
+            raise InputError(f"keep={keep} goes with mode 'a' alone, and the mode is {mode!r}.")
+        if keep < 0:
+            raise InputError(f"keep is {keep}; expected the number of frames to keep, 0 or more.")
+    path = writable(path)
+    if mode == "x" and (path.exists() or path.is_symlink()):
+        raise FileError(f"{path} exists already and was left as it is; choose another name or mode 'w'.")
+    if mode == "a":
+        if path.exists():
+            return writer(existing(path), scene, append=True, keep=keep)
+        if keep:
+            raise FileError(
+                f"{path} does not exist, and {keep} frames of it were to be kept; rebuild it first."
+            )
+    return writer(path, scene)
+
+
+def open(
+    path: str | os.PathLike[str], mode: str = "r", scene: Any = None, *, keep: int | None = None
+) -> Reader | Writer:
+    """Open a trajectory; the suffix chooses the format.
+
+    Parameters
+    ----------
+    path : str or path
+        ``.h5md`` or ``.h5`` (H5MD), ``.extxyz`` or ``.xyz`` (extended XYZ), ``.gsd`` (GSD, float32).
+    mode : {"r", "w", "x", "a"}
+        Read; write, in place of what is there; write, and refuse if anything is there; append.
+    scene : Scene, optional
+        What the frames belong to: each must have its number of components and dimensions.
+    keep : int, optional
+        With mode ``"a"``: keep the first `keep` frames and drop those after them, as if they had never been
+        written. By default all complete frames are kept, and one that a kill cut off is dropped.
+
+    Returns
+    -------
+    Reader or Writer
+        Both are context managers.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, truncated, foreign, a folder, holds fewer than `keep` frames, or cannot be
+        written.
+    InputError
+        If the suffix or the mode is unknown.
+    """
+    if mode == "r":
+        if keep is not None:
+            raise InputError(f"keep={keep} goes with mode 'a' alone, and the mode is 'r'.")
+        return open_reader(path)
+    return open_writer(path, mode, scene, keep=keep)
+
+
+def _as_index(index: int | slice | str) -> int | slice:
+    """Return ``":"``, ``"::10"`` or ``"-1"`` as the slice or number it stands for."""
+    if not isinstance(index, str):
+        return index
+    try:
+        if ":" not in index:
+            return int(index)
+        return slice(*(int(part) if part.strip() else None for part in index.split(":")))
+    except (ValueError, TypeError):
+        raise InputError(
+            f"The index is {index!r}; expected a number or a slice such as ':' or '::10'."
+        ) from None
+
+
+@overload
+def read(path: str | os.PathLike[str], index: int = -1) -> Frame: ...
+@overload
+def read(path: str | os.PathLike[str], index: slice) -> list[Frame]: ...
+@overload
+def read(path: str | os.PathLike[str], index: str) -> Frame | list[Frame]: ...
+def read(path: str | os.PathLike[str], index: int | slice | str = -1) -> Frame | list[Frame]:
+    """Read one frame, by default the last, or a list of them.
+
+    Parameters
+    ----------
+    path : str or path
+        A trajectory that :func:`carom.io.open` reads.
+    index : int, slice or str
+        A number gives a Frame, a slice (or its text, such as ``":"`` or ``"-10:"``) a list.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, truncated, foreign or a folder, or has no such frame.
+    """
+    selection = _as_index(index)
+    with open_reader(path) as reader:
+        try:
+            return reader[selection]
+        except IndexError as error:
+            raise FileError(str(error)) from None
+
+
+def convert(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    *,
+    overwrite: bool = False,
+    progress: Callable[[int, int], object] | None = None,
+) -> int:
+    """Copy a trajectory into another format, one frame at a time; return the number of frames.
+
+    Parameters
+    ----------
+    source, target : str or path
+        Files whose suffixes choose the formats. The target appears when it is complete, or not at all.
+    overwrite : bool
+        Whether an existing target may be replaced.
+    progress : callable, optional
+        Called as ``progress(done, total)`` after each frame.
+
+    Raises
+    ------
+    FileError
+        If the source cannot be read, or the target exists or cannot be written.
+    InputError
+        If the target's format cannot hold the frames.
+    """
+    format_of(target)
+    destination = writable(target)
+    if not overwrite and (destination.exists() or destination.is_symlink()):
+        raise FileError(
+            f"{target} exists already and was left as it is; choose another name or allow overwriting."
+        )
+    with open_reader(source) as reader:
+        return _copy(reader, destination, len(reader), progress)
+
+
+def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:
+    """Write `target` anew with the first `keep` frames of `source`, e.g. an .h5md that a kill destroyed.
+
+    The frames are bit for bit those of `source` (except in GSD, which is float32). A last frame of `source`
+    that was cut off does not matter. Returns `keep`.
+
+    Raises
+    ------
+    FileError
+        If `source` holds fewer than `keep` complete frames, or `target` cannot be written.
+    """
+    format_of(target)
+    with open_reader(source, torn=True) as reader:
+        if len(reader) < keep:
+            raise FileError(f"{source} holds {len(reader)} complete frames, and {keep} were to be kept.")
+        return _copy(reader, Path(target), keep, None)
+
+
+def _copy(reader: Reader, target: Path, count: int, progress: Callable[[int, int], object] | None) -> int:
+    with replacing(target) as temporary, open_writer(temporary) as writer:
+        for k in range(count):
+            writer.write(reader[k])
+            if progress is not None:
+                progress(k + 1, count)
+    return count
