@@ -1,3 +1,39 @@
 """Carom: event-driven molecular dynamics of hard particles in any dimension."""
 
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
 __version__ = "0.1.0"
+
+# Name -> module: imported when first used, so that `import carom` and `carom --help` stay fast.
+_LAZY = {
+    "Scene": "carom.scene",
+    "Simulation": "carom.simulation",
+    "Statistics": "carom.simulation",
+    "Frame": "carom.frame",
+    "Block": "carom.tally",
+    "Pressure": "carom.observables.pressure",
+    "rdf": "carom.observables.rdf",
+    "CaromError": "carom.errors",
+    "InputError": "carom.errors",
+    "OverlapError": "carom.errors",
+    "FileError": "carom.errors",
+    "CaromWarning": "carom.errors",
+}
+_MODULES = ("io", "observables", "plots", "reference", "studies", "theory")
+
+__all__ = [*_LAZY, *_MODULES, "__version__"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(_LAZY[name]), name)
+    if name in _MODULES:
+        return importlib.import_module(f"carom.{name}")
+    raise AttributeError(f"module 'carom' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,8 +1,8 @@
 """Periodic boxes: which image of a component is meant.
 
 A candidate is named by a *word*. In a wide box the word is the candidate's index and the image is the nearest one. In a small
-box one component can be met under several images (the paper's unsectored case), and the word says which: ``index * 3^d + code``,
-where ``code`` names the neighbouring sector, image or not, in which it was found.
+box one component can be met under several images (the paper's unsectored case), and the word says which: ``index << bits | code``,
+where ``code`` < 3^d names the neighbouring sector, image or not, in which it was found.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ class SectorImage(NamedTuple):
     """Sector of each component, not wrapped, (n, d) int32: the array of the sectors themselves."""
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
+    bits: int
+    """Bits of a word that hold the neighbouring sector."""
 
 
 @generic
@@ -51,7 +53,7 @@ def _(boundary: NearestImage, word):
 
 @index.register
 def _(boundary: SectorImage, word):
-    return word // len(boundary.digits)
+    return np.int64(word) >> boundary.bits
 
 
 @generic
@@ -67,7 +69,7 @@ def _(boundary: NearestImage, j, code):
 
 @word_of.register
 def _(boundary: SectorImage, j, code):
-    return j * len(boundary.digits) + code
+    return (j << boundary.bits) | code
 
 
 @generic
@@ -83,8 +85,8 @@ def _(boundary: NearestImage, i, word):
 
 @mirror.register
 def _(boundary: SectorImage, i, word):
-    images = len(boundary.digits)
-    return i * images + (images - 1 - word % images)
+    code = word & ((1 << boundary.bits) - 1)
+    return (i << boundary.bits) | (len(boundary.digits) - 1 - code)
 
 
 @generic
@@ -100,9 +102,10 @@ def _(boundary: NearestImage, i, word, axis, dx):
 
 @separation.register
 def _(boundary: SectorImage, i, word, axis, dx):
-    images = len(boundary.digits)
-    j = word // images
-    sectors = boundary.place[i, axis] + boundary.digits[word % images, axis] - boundary.place[j, axis]
+    word = np.int64(word)
+    j = np.uint64(word >> boundary.bits)
+    code = np.uint64(word & ((1 << boundary.bits) - 1))
+    sectors = boundary.place[i, axis] + boundary.digits[code, axis] - boundary.place[j, axis]
     return dx + boundary.edges[axis] * np.rint(sectors / boundary.shape[axis])
 
 

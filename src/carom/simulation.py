@@ -1,0 +1,685 @@
+"""A simulation: a scene set in motion. Compile, run, sample, measure, checkpoint, resume."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import time as clock
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import initial
+from carom.errors import CaromWarning, FileError, InputError
+from carom.frame import Frame
+from carom.scene import Scene
+from carom.tally import Block
+
+if TYPE_CHECKING:
+    from carom.kernel.scheme import Engine, Scheme
+
+CYCLES = 20_000
+"""Cycles between two looks at the clock and at Ctrl-C: some 10 ms."""
+
+PATIENCE = 1000.0
+"""Mean free times without any collision after which a run towards a number of collisions gives up."""
+
+LOG_BUFFER = 1 << 16
+"""Collisions kept in memory before they go to the event log."""
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a run did, and how well.
+
+    Attributes
+    ----------
+    collisions : int
+        Pair collisions, each counted once.
+    transits : int
+        Sector crossings, or renewals of a neighbour list.
+    advancements : int
+        Events left without a partner by a preemption.
+    advancement_fraction : float
+        Advancements over all processed events, a collision counting as two, as in the paper's section 6.
+    third_party_first : int
+        Pairs that scheduled each other again right after colliding: the paper's m* = i*.
+    clamped_roots : int
+        Negative times until contact replaced by zero.
+    collisions_per_second : float
+        Pair collisions per second of wall time spent in the engine.
+    worst_overlap : float
+        Largest depth of two cores seen at a collision, in diameters.
+    energy_drift, momentum_drift : float
+        Change since the start: of the energy, relative to it; of the momentum, relative to ``sum(m |v|)``.
+    """
+
+    collisions: int
+    transits: int
+    advancements: int
+    advancement_fraction: float
+    third_party_first: int
+    clamped_roots: int
+    collisions_per_second: float
+    worst_overlap: float
+    energy_drift: float
+    momentum_drift: float
+
+
+class Simulation:
+    """Event-driven dynamics of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is simulated.
+    kT : float, optional
+        Temperature of the Maxwell velocities drawn for a scene that has none; 1 if left out.
+    seed : int
+        Seed of those velocities. The same scene, seed and version give the same bits.
+    neighbors : {"auto", "lists", "sectors"}
+        Neighbour scheme; changes the speed, not the physics.
+    shell : float, optional
+        Reach of the neighbour lists in diameters.
+    images : bool
+        Count the boxes that each component crosses, for unwrapped positions.
+    event_log : path, optional
+        Write every collision to this HDF5 file (see ``docs/files``).
+
+    Raises
+    ------
+    InputError
+        If the scene has velocities and ``kT`` is given too, or a parameter is out of range.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    >>> block = sim.run(collisions_per_particle=10)
+    >>> block.collisions
+    540
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        kT: float | None = None,
+        seed: int = 0,
+        neighbors: str = "auto",
+        shell: float | None = None,
+        images: bool = True,
+        event_log: str | PathLike[str] | None = None,
+    ):
+        if neighbors not in ("auto", "lists", "sectors"):
+            raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists' or 'sectors'.")
+        if shell is not None and not (math.isfinite(shell) and shell > 1.0):
+            raise InputError(f"shell is {shell!r}; expected a number of diameters above 1.")
+        if scene.velocities is None:
+            velocities = initial.maxwell_velocities(
+                scene.n, scene.dimension, scene.masses, 1.0 if kT is None else kT, seed
+            )
+        elif kT is None:
+            velocities = scene.velocities
+        else:
+            raise InputError("The scene has velocities and kT is given too: leave out one of them.")
+        from carom.kernel import scheme
+
+        speed = math.sqrt(float(np.mean(np.sum(velocities * velocities, axis=1))))
+        try:
+            chosen = scheme.choose(
+                scene.n, scene.box, scene.diameter, scene.packing_fraction, speed, neighbors, shell
+            )
+        except ValueError as error:
+            raise InputError(str(error)) from None
+        self._setup(scene, velocities, chosen, images)
+        self._schedule()
+        if event_log is not None:
+            self._open_log(event_log, keep=None)
+
+    def _setup(self, scene: Scene, velocities: np.ndarray, chosen: Scheme, images: bool) -> None:
+        """Make the arrays and what never changes during a run."""
+        from carom.kernel import scheme
+
+        self.scene = scene
+        self._scheme = chosen
+        self._initial_velocities = np.array(velocities)
+        self._engine: Engine = scheme.build(
+            chosen, scene.positions, velocities, scene.box, scene.diameter, scene.mass, images
+        )
+        self._energy0, self._momentum0, self._momentum_scale = self._mechanics()
+        self._epoch, self._offset = 0, 0.0
+        self._seconds = 0.0
+        self._log: Any = None
+        self._log_file: Any = None
+
+    # Time: an epoch and an offset within it, both exact.
+
+    @property
+    def time(self) -> float:
+        """Time since the start [sigma sqrt(m / kT)], rounded to a double."""
+        return float(self._instant())
+
+    @property
+    def epoch_length(self) -> float:
+        """Length of an epoch [time]: a power of two."""
+        return self._scheme.epoch
+
+    def _instant(self) -> Fraction:
+        return self._epoch * Fraction(self._scheme.epoch) + Fraction(self._offset)
+
+    def _split(self, instant: Fraction) -> tuple[int, float]:
+        """Return the epoch and the offset of an exact time."""
+        length = Fraction(self._scheme.epoch)
+        epoch = int(instant // length)
+        offset = float(instant - epoch * length)
+        return (epoch, offset) if offset < self._scheme.epoch else (epoch + 1, 0.0)
+
+    @property
+    def collisions(self) -> int:
+        """Pair collisions since the start."""
+        return int(self._engine.tallies.collisions[0])
+
+    @property
+    def kT(self) -> float:
+        """Temperature [energy]: ``2 K / (d (n - 1))``; ``2 K / d`` for a single component."""
+        v = self._engine.state.rows["v"][: self.scene.n]
+        return float(
+            np.sum(self.scene.masses[:, None] * v * v) / (self.scene.dimension * max(self.scene.n - 1, 1))
+        )
+
+    # Running.
+
+    def run(
+        self,
+        *,
+        collisions: int | None = None,
+        collisions_per_particle: float | None = None,
+        time: float | None = None,
+        walltime: float | None = None,
+        progress: Callable[[float], object] | None = None,
+    ) -> Block:
+        """Run on, until the first of the given limits.
+
+        Parameters
+        ----------
+        collisions : int, optional
+            Pair collisions to add.
+        collisions_per_particle : float, optional
+            The same per component: every collision counts for two components.
+        time : float, optional
+            Time to add [sigma sqrt(m / kT)]; the run then ends exactly there.
+        walltime : float, optional
+            Seconds.
+        progress : callable, optional
+            Called now and then with the fraction done; changes no bit of the run.
+
+        Returns
+        -------
+        Block
+            Duration, collisions and virial of this stretch.
+
+        Raises
+        ------
+        InputError
+            If no limit is given or one is not a number at least zero.
+
+        Warns
+        -----
+        CaromWarning
+            If the collisions asked for cannot be had: nothing moves, or nobody is met in a thousand mean free times.
+        """
+        limits = {
+            "collisions": collisions,
+            "collisions_per_particle": collisions_per_particle,
+            "time": time,
+            "walltime": walltime,
+        }
+        for name, value in limits.items():
+            number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+            if value is not None and not (number and math.isfinite(value) and value >= 0):
+                raise InputError(f"{name} is {value!r}; expected a finite number, at least 0.")
+        if all(value is None for value in limits.values()):
+            raise InputError(f"run() needs a limit: one of {', '.join(limits)}.")
+        if collisions_per_particle is not None:
+            added = round(collisions_per_particle * self.scene.n / 2)
+            collisions = added if collisions is None else min(collisions, added)
+        end = None if time is None else self._split(self._instant() + Fraction(float(time)))
+        return self._run(None if collisions is None else int(collisions), end, walltime, progress)
+
+    def _run(
+        self,
+        collisions: int | None,
+        end: tuple[int, float] | None,
+        walltime: float | None = None,
+        progress: Callable[[float], object] | None = None,
+    ) -> Block:
+        from carom.kernel import constants, cycle, scheme
+
+        before = self._engine.tallies[0].copy()
+        start = self._instant()
+        target = np.int64(2**62) if collisions is None else np.int64(before.collisions + collisions)
+        end_epoch, end_time = (np.int64(2**62), 0.0) if end is None else (np.int64(end[0]), float(end[1]))
+        deadline = math.inf if walltime is None else clock.perf_counter() + walltime
+        patience = self._patience() if collisions is not None and end is None else math.inf
+        last_seen, last_epoch = int(before.collisions), self._epoch
+        while True:
+            began = clock.perf_counter()
+            code = cycle.run(
+                *self._engine, self._log, end_epoch, end_time, target, np.int64(CYCLES)
+            )
+            now = clock.perf_counter()
+            self._seconds += now - began
+            record = self._engine.state.clock[0]
+            if code == constants.REACHED_TIME:
+                self._epoch, self._offset = int(end_epoch), end_time
+                break
+            self._epoch, self._offset = int(record.epoch), float(record.now)
+            if code == constants.REACHED_COLLISIONS:
+                break
+            if code == constants.IDLE:
+                if end is not None:
+                    self._rest_until(end)
+                elif collisions is not None:
+                    self._warn("Nothing moves, so nobody will ever collide: the run ended.")
+                break
+            if code == constants.NEEDS_HEAP:
+                self._scheme = self._scheme.with_larger_heap()
+                self._engine = scheme.enlarge_heap(self._engine, self._scheme)
+            elif code == constants.NEEDS_NEIGHBORS:
+                self._enlarge_neighbors()
+                self._schedule()
+            elif code == constants.NEEDS_LOG:
+                self._flush_log()
+            if progress is not None:
+                progress(self._fraction(before, start, target, end))
+            if now >= deadline:
+                break
+            if self.collisions > last_seen:
+                last_seen, last_epoch = self.collisions, self._epoch
+            elif self._epoch - last_epoch > patience:
+                self._warn(
+                    f"No collision in {PATIENCE:g} mean free times, after {self.collisions} in all: the components seem to miss "
+                    "each other for ever, and the run ended; ask for time= instead of collisions."
+                )
+                break
+        if progress is not None:
+            progress(1.0)
+        after = self._engine.tallies[0]
+        return Block(
+            float(self._instant() - start),
+            int(after.collisions - before.collisions),
+            float(after.virial - before.virial),
+        )
+
+    @staticmethod
+    def _warn(text: str) -> None:
+        warnings.warn(text, CaromWarning, stacklevel=4)
+
+    def _patience(self) -> float:
+        """Return the epochs without a collision after which none is to be expected."""
+        from carom.kernel import scheme
+
+        speed = math.sqrt(2.0 * self._energy0 / (self.scene.mass * self.scene.n))
+        rate = scheme.collision_rate(
+            self.scene.packing_fraction, self.scene.dimension, self.scene.diameter, speed
+        )
+        return PATIENCE / (rate * self._scheme.epoch) + 1.0 if rate > 0.0 else 1.0
+
+    def _fraction(self, before, start: Fraction, target, end) -> float:
+        done = [0.0]
+        if target < 2**62 and target > before.collisions:
+            done.append((self.collisions - int(before.collisions)) / (int(target) - int(before.collisions)))
+        if end is not None:
+            span = end[0] * Fraction(self._scheme.epoch) + Fraction(end[1]) - start
+            done.append(float((self._instant() - start) / span) if span else 1.0)
+        return min(max(done), 1.0)
+
+    def _rest_until(self, end: tuple[int, float]) -> None:
+        """Let time pass where nothing moves."""
+        record = self._engine.state.clock[0]
+        self._epoch, self._offset = end
+        record.epoch, record.now = end
+        self._engine.state.rows["t"] = end[1]
+        self._engine.calendar.control.end[0] = self._scheme.epoch
+
+    def _schedule(self) -> None:
+        from carom.kernel import cycle
+
+        while not cycle.schedule(*self._engine):
+            self._enlarge_neighbors()
+
+    def _enlarge_neighbors(self) -> None:
+        from carom.kernel import scheme
+
+        self._scheme = self._scheme.with_larger_neighbors()
+        self._engine = scheme.enlarge_neighbors(
+            self._engine, self._scheme, self.scene.box, self.scene.diameter
+        )
+
+    # Looking.
+
+    def frame(self) -> Frame:
+        """Return all components at the present time; changes no bit of the run."""
+        from carom.kernel.project import project
+
+        n, dimension = self.scene.n, self.scene.dimension
+        state = self._engine.state
+        positions, velocities = np.empty((n, dimension)), np.empty((n, dimension))
+        images = None if state.images is None else state.images.copy()
+        record = state.clock[0]
+        offset = self._offset + float(self._epoch - int(record.epoch)) * self._scheme.epoch
+        project(self._engine.model, state, offset, positions, velocities, images)
+        return Frame(
+            time=self.time,
+            step=self.collisions,
+            positions=positions,
+            velocities=velocities,
+            box=self.scene.box,
+            diameters=self.scene.diameters,
+            masses=self.scene.masses,
+            images=images,
+        )
+
+    def sample(
+        self,
+        *,
+        every: float | None = None,
+        count: int | None = None,
+        times: Iterable[float] | None = None,
+        progress: Callable[[float], object] | None = None,
+    ) -> Iterator[Frame]:
+        """Run on and yield Frames exactly at the given times; changes no bit of the run.
+
+        Parameters
+        ----------
+        every : float
+            Time between two frames; the first one is ``every`` after the present.
+        count : int, optional
+            How many frames; without end if left out.
+        times : iterable of float
+            Times since the start of the run instead, not decreasing, none of them past.
+        progress : callable, optional
+            Called with the fraction of the frames done.
+
+        Raises
+        ------
+        InputError
+            If neither or both of ``every`` and ``times`` are given, or a time lies in the past.
+        """
+        if (every is None) == (times is None):
+            raise InputError("sample() needs either every= (with count=) or times=.")
+        if every is not None and not (math.isfinite(every) and every > 0):
+            raise InputError(f"every is {every!r}; expected a positive time.")
+        return self._frames(every, count, times, progress)
+
+    def _frames(self, every, count, times, progress) -> Iterator[Frame]:
+        if times is None:
+            start, step = self._instant(), Fraction(float(every))
+            instants: Iterable[Fraction] = (
+                start + k * step for k in (range(1, count + 1) if count is not None else _forever())
+            )
+        else:
+            times = list(times)
+            count = len(times)
+            instants = (Fraction(float(t)) for t in times)
+        for k, instant in enumerate(instants, start=1):
+            if instant < self._instant():
+                raise InputError(f"A sample at time {float(instant):g} is asked for at {self.time:g}; times must not decrease.")
+            self._run(None, self._split(instant))
+            if progress is not None and count:
+                progress(k / count)
+            yield self.frame()
+
+    def measure(
+        self,
+        observable,
+        *,
+        collisions: int | None = None,
+        collisions_per_particle: float | None = None,
+        time: float | None = None,
+        progress: Callable[[float], object] | None = None,
+    ):
+        """Run on and measure an observable of the collisions, such as :class:`carom.Pressure`.
+
+        The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in: blocks that end with a
+        collision would bias the mean. A number of collisions is turned into a time by the rate seen so far, or in a short pilot.
+
+        Returns
+        -------
+        The observable's estimate, with its error bar.
+        """
+        given = [value for value in (collisions, collisions_per_particle, time) if value is not None]
+        if len(given) != 1:
+            raise InputError("measure() needs exactly one of collisions, collisions_per_particle, time.")
+        if time is None:
+            wanted = collisions if collisions is not None else collisions_per_particle * self.scene.n / 2  # type: ignore[operator]
+            time = self.time_for(wanted)
+        blocks = []
+        for block in self.blocks(time / observable.blocks, observable.blocks):
+            blocks.append(block)
+            if progress is not None:
+                progress(len(blocks) / observable.blocks)
+        return observable.estimate(
+            blocks,
+            n=self.scene.n,
+            dimension=self.scene.dimension,
+            volume=self.scene.volume,
+            diameter=self.scene.diameter,
+            kT=self.kT,
+        )
+
+    def blocks(self, duration: float, count: int) -> Iterator[Block]:
+        """Run on for ``count`` blocks of equal time and yield each."""
+        start, step = self._instant(), Fraction(float(duration))
+        for k in range(1, count + 1):
+            yield self._run(None, self._split(start + k * step))
+
+    def time_for(self, collisions: float) -> float:
+        """Return the time in which about so many pair collisions happen, from the rate so far.
+
+        A run with fewer than 1000 collisions behind it first runs a pilot of as many.
+        """
+        if self.scene.n == 1 or self._energy0 == 0.0:
+            raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
+        if self.collisions < 1000:
+            self.run(collisions=1000 - self.collisions)
+        if self.collisions == 0:
+            raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
+        return float(collisions) * self.time / self.collisions
+
+    def _mechanics(self) -> tuple[float, np.ndarray, float]:
+        """Return energy, momentum (d,), and the momentum that the same speeds would have in one direction."""
+        v = self._engine.state.rows["v"][: self.scene.n]
+        masses = self.scene.masses[:, None]
+        energy = 0.5 * math.fsum((masses * v * v).ravel())
+        momentum = np.array([math.fsum(column) for column in (masses * v).T])
+        return energy, momentum, float(np.sum(masses[:, 0] * np.sqrt(np.sum(v * v, axis=1))))
+
+    @property
+    def statistics(self) -> Statistics:
+        """What the run did so far, and how well."""
+        tally = self._engine.tallies[0]
+        energy, momentum, _ = self._mechanics()
+        events = 2 * tally.collisions + tally.advancements + tally.transits
+        worst = 1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0
+        return Statistics(
+            collisions=int(tally.collisions),
+            transits=int(tally.transits),
+            advancements=int(tally.advancements),
+            advancement_fraction=float(tally.advancements / events) if events else 0.0,
+            third_party_first=int(tally.returns),
+            clamped_roots=int(tally.clamped),
+            collisions_per_second=float(tally.collisions / self._seconds) if self._seconds else 0.0,
+            worst_overlap=worst,
+            energy_drift=abs(energy - self._energy0) / self._energy0 if self._energy0 else 0.0,
+            momentum_drift=(
+                float(np.linalg.norm(momentum - self._momentum0)) / self._momentum_scale
+                if self._momentum_scale
+                else 0.0
+            ),
+        )
+
+    # Keeping.
+
+    def save(self, path: str | PathLike[str], **extra: Any) -> None:
+        """Write a checkpoint: the continued run equals the uninterrupted one, bit for bit.
+
+        Parameters
+        ----------
+        path : path
+            An HDF5 file, replaced atomically.
+        **extra
+            Small JSON-able values kept with it (what the caller was doing).
+        """
+        import carom
+        from carom.io import checkpoint
+        from carom.kernel import scheme
+
+        self._flush_log()
+        arrays = {
+            **scheme.arrays(self._engine),
+            "scene.positions": self.scene.positions,
+            "scene.velocities": self._initial_velocities,
+        }
+        attributes = {
+            "carom": carom.__version__,
+            "box": json.dumps(self.scene.box),
+            "diameter": self.scene.diameter,
+            "mass": self.scene.mass,
+            "scheme": json.dumps(dataclasses.asdict(self._scheme)),
+            "images": self._engine.state.images is not None,
+            "epoch": self._epoch,
+            "offset": self._offset,
+            "seconds": self._seconds,
+            "event_log": "" if self._log_file is None else str(self._log_file.path),
+            "extra": json.dumps(extra),
+        }
+        checkpoint.save(path, arrays, attributes)
+
+    @classmethod
+    def load(
+        cls, path: str | PathLike[str], *, event_log: str | PathLike[str] | None = None
+    ) -> Simulation:
+        """Return the simulation that a checkpoint holds.
+
+        Parameters
+        ----------
+        path : path
+            A file that :meth:`save` wrote.
+        event_log : path, optional
+            Where the event log is now, if it was moved; what it holds beyond the checkpoint is dropped.
+
+        Raises
+        ------
+        FileError
+            If the file is missing, truncated, foreign, or of another version of Carom.
+        """
+        import carom
+        from carom.io import checkpoint
+        from carom.kernel import scheme
+
+        arrays, attributes = checkpoint.load(path)
+        try:
+            version = str(attributes["carom"])
+            if version != carom.__version__:
+                raise FileError(
+                    f"{path} was written by Carom {version}, this is {carom.__version__}, and the same bits are only promised within "
+                    "one version; go on with that version, or start from a frame."
+                )
+            settings = json.loads(str(attributes["scheme"]))
+            chosen = scheme.Scheme(**{**settings, "shape": tuple(settings["shape"])})
+            scene = Scene(
+                arrays["scene.positions"],
+                tuple(json.loads(str(attributes["box"]))),
+                diameter=float(attributes["diameter"]),
+                mass=float(attributes["mass"]),
+                velocities=arrays["scene.velocities"],
+            )
+            sim = cls.__new__(cls)
+            sim._setup(scene, arrays["scene.velocities"], chosen, bool(attributes["images"]))
+            scheme.restore(sim._engine, arrays)
+            sim._epoch, sim._offset = int(attributes["epoch"]), float(attributes["offset"])
+            sim._seconds = float(attributes["seconds"])
+            sim.notes = json.loads(str(attributes["extra"]))
+        except (KeyError, TypeError, ValueError) as error:
+            if isinstance(error, FileError):
+                raise
+            raise FileError(f"{path} is not a checkpoint of a simulation: {error}.") from None
+        log = event_log or str(attributes.get("event_log", ""))
+        if log:
+            sim._open_log(log, keep=sim.collisions)
+        return sim
+
+    notes: dict[str, Any] = {}
+    """What the caller kept with the checkpoint this simulation was loaded from."""
+
+    # The event log.
+
+    def _open_log(self, path, keep: int | None) -> None:
+        from carom.io.events import EventLog
+        from carom.kernel.tally import make_log
+
+        header = {
+            "positions": self.scene.positions,
+            "velocities": self._initial_velocities,
+            "box": np.asarray(self.scene.box),
+            "diameter": np.float64(self.scene.diameter),
+            "mass": np.float64(self.scene.mass),
+            "epoch_length": np.float64(self._scheme.epoch),
+            "shape": np.asarray(self._scheme.shape, np.int64),
+            "bits": np.int64(self._bits()),
+        }
+        self._log_file = EventLog(path, header) if keep is None else EventLog(path, keep=keep)
+        self._log = make_log(LOG_BUFFER)
+
+    def _bits(self) -> int:
+        """Return how many bits of a word name the image: none in a wide box."""
+        from carom.kernel.boundary import SectorImage
+
+        boundary = self._engine.model.boundary
+        return boundary.bits if isinstance(boundary, SectorImage) else 0
+
+    def _flush_log(self) -> None:
+        if self._log is None:
+            return
+        used = int(self._log.used[0])
+        bits = self._bits()
+        self._log_file.append(
+            self._log.epoch[:used],
+            self._log.time[:used],
+            self._log.i[:used],
+            self._log.word[:used] >> bits,
+            self._log.word[:used] & ((1 << bits) - 1),
+            self._log.impulse[:used],
+        )
+        self._log.used[0] = 0
+
+    def close(self) -> None:
+        """Flush and close the event log, if there is one."""
+        if self._log_file is not None:
+            self._flush_log()
+            self._log_file.close()
+            self._log = self._log_file = None
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Simulation of {self.scene!r} at time {self.time:g}, {self.collisions} collisions>"
+
+
+def _forever() -> Iterator[int]:
+    k = 0
+    while True:
+        k += 1
+        yield k
