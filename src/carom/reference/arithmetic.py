@@ -1,0 +1,119 @@
+"""Numbers of the reference algorithms: floats, mpmath at any precision, or exact fractions."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from carom.errors import InputError
+
+ArithmeticName = Literal["float", "mpmath", "fraction"]
+
+NEVER = math.inf
+"""The time of an event that does not come; it compares with every kind of number used here."""
+
+
+class Arithmetic(NamedTuple):
+    """How to make a number and how to take a root.
+
+    Attributes
+    ----------
+    name : {"float", "mpmath", "fraction"}
+        As given by the user.
+    number : callable
+        Converts an int, float, str or Fraction; floats are taken as the exact binary numbers that they are.
+    sqrt : callable
+        Square root of a non-negative number.
+    """
+
+    name: str
+    number: Callable[[Any], Any]
+    sqrt: Callable[[Any], Any]
+
+    def array(self, values: Any, what: str) -> np.ndarray:
+        """Return `values` as an array of numbers (float64 or object), all finite.
+
+        Raises
+        ------
+        InputError
+            If a value is no number, or not finite; `what` names the input in the message.
+        """
+        raw = np.array(values, dtype=object)
+        dtype = float if self.name == "float" else object
+        out = np.empty(raw.shape, dtype=dtype)
+        for index, value in np.ndenumerate(raw):
+            try:
+                finite = math.isfinite(float(value) if not isinstance(value, str) else float(Fraction(value)))
+                if finite:
+                    out[index] = self.number(_plain(value))
+            except (TypeError, ValueError, OverflowError) as error:
+                raise InputError(f"{what} has {value!r} where a number is expected.") from error
+            if not finite:
+                raise InputError(f"{what} has {value!r}; every value must be finite.")
+        return out
+
+
+def _plain(value: Any) -> Any:
+    """Strip numpy's scalar types, which mpmath and Fraction do not all know."""
+    if isinstance(value, numbers.Integral):
+        return int(value)
+    if isinstance(value, np.floating):
+        return float(value)
+    return value
+
+
+def _fraction_sqrt(value: Fraction) -> Fraction:
+    top, bottom = math.isqrt(value.numerator), math.isqrt(value.denominator)
+    if top * top != value.numerator or bottom * bottom != value.denominator:
+        raise InputError(
+            "A collision time has an irrational square root, which a Fraction cannot hold: in fraction "
+            'arithmetic only d = 1 and head-on meetings are exact; use arithmetic="mpmath".'
+        )
+    return Fraction(top, bottom)
+
+
+def make_arithmetic(name: str, digits: int = 50) -> Arithmetic:
+    """Return the arithmetic called `name`.
+
+    Parameters
+    ----------
+    name : {"float", "mpmath", "fraction"}
+        IEEE doubles; mpmath with `digits` decimal digits, in a context of its own, so that the global
+        ``mpmath.mp`` is neither read nor changed; or exact ``fractions.Fraction``, whose square root raises
+        InputError unless it is rational.
+    digits : int
+        Decimal digits of mpmath.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, `digits` is below 15, or mpmath is not installed.
+    """
+    if name == "float":
+        return Arithmetic(
+            name, lambda value: float(Fraction(value)) if isinstance(value, str) else float(value), math.sqrt
+        )
+    if name == "fraction":
+        return Arithmetic(name, Fraction, _fraction_sqrt)
+    if name != "mpmath":
+        raise InputError(f'arithmetic is {name!r}; expected "float", "mpmath" or "fraction".')
+    if digits < 15:
+        raise InputError(f"digits is {digits}; mpmath needs at least 15, or it is worse than a float.")
+    try:
+        import mpmath
+    except ImportError as error:
+        raise InputError('mpmath is not installed: install it, or use arithmetic="float".') from error
+    context = mpmath.mp.clone()
+    context.dps = digits
+
+    def number(value: Any) -> Any:
+        if isinstance(value, Fraction):
+            return context.mpf(value.numerator) / value.denominator
+        return context.mpf(value)
+
+    return Arithmetic(name, number, context.sqrt)
