@@ -1,0 +1,240 @@
+"""Means with honest error bars from correlated series: Flyvbjerg-Petersen blocking."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import CaromWarning, InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+# Fewer blocks than this say too little about their own variance: it is known to sqrt(2 / 15), a third, and the
+# Student factor at 95 % is 2.13. Halving further trades a small bias for a large noise.
+MIN_BLOCKS = 16
+
+# Blocks count as uncorrelated when Jonsson's statistic is below this quantile of its chi-squared distribution.
+QUANTILE = 0.95
+
+# Below this many independent samples an error bar is a guess, and the user is told.
+FEW_SAMPLES = 4.0
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A mean with its standard error and what the error rests on.
+
+    Parameters
+    ----------
+    mean, error : float
+        Mean and its standard error (one sigma), in the units of the samples. The error is ``inf`` when
+        the series is too short to know it.
+    n_eff : float
+        Independent samples that would give the same error: (sample variance) / error^2. It exceeds the
+        number of samples where neighbours are anticorrelated.
+    tau : float
+        Samples per independent one, ``samples / n_eff``; 1 for independent samples, (1 + a) / (1 - a) for an
+        AR(1) series. Twice the integrated autocorrelation time of Sokal's convention.
+    blocks : int
+        Block means from which the error was computed.
+
+    Examples
+    --------
+    >>> print(Estimate(mean=10.0123, error=0.0031, n_eff=1234.0, tau=1.83, blocks=512))
+    10.012 +- 0.003 (n_eff 1234, tau 1.8 blocks)
+    """
+
+    mean: float
+    error: float
+    n_eff: float
+    tau: float
+    blocks: int
+
+    def __str__(self) -> str:
+        return f"{self.value_text} (n_eff {self.n_eff:.0f}, tau {self.tau:.1f} blocks)"
+
+    @property
+    def value_text(self) -> str:
+        """``mean +- error`` with the digits that the error leaves: one, or two where it begins with 1."""
+        if not (math.isfinite(self.mean) and math.isfinite(self.error)):
+            return f"{self.mean:.6g} +- {self.error:.3g}"
+        if self.error == 0.0:
+            return f"{self.mean:.12g} +- 0"
+        exponent = math.floor(math.log10(self.error))
+        digits = 1 if self.error / 10.0**exponent < 1.95 else 0
+        decimals = max(digits - exponent, 0)
+        return f"{self.mean:.{decimals}f} +- {self.error:.{decimals}f}"
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Degrees of freedom of the error: ``min(blocks, n_eff) - 1``, at least 1.
+
+        With blocks of one sample this is ``n_eff - 1``; larger blocks know their variance from ``blocks``
+        numbers only, however many independent samples are inside.
+        """
+        return max(min(float(self.blocks), self.n_eff) - 1.0, 1.0)
+
+    def confidence(self, level: float = 0.95) -> tuple[float, float]:
+        """Interval that holds the true mean with probability `level` (Student t).
+
+        Parameters
+        ----------
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        low, high : float
+
+        Raises
+        ------
+        InputError
+            If `level` is not between 0 and 1.
+        """
+        if not 0.0 < level < 1.0:
+            raise InputError(f"level is {level!r}; a confidence level lies between 0 and 1, e.g. 0.95.")
+        from scipy.stats import t
+
+        half = float(t.ppf(0.5 + 0.5 * level, self.degrees_of_freedom)) * self.error if self.error else 0.0
+        return self.mean - half, self.mean + half
+
+    def scaled(self, factor: float, offset: float = 0.0) -> Estimate:
+        """Estimate of ``offset + factor * x`` where this one is of ``x``; `factor` and `offset` are exact."""
+        error = abs(factor) * self.error if factor else 0.0
+        return Estimate(offset + factor * self.mean, error, self.n_eff, self.tau, self.blocks)
+
+    @classmethod
+    def exact(cls, mean: float) -> Estimate:
+        """Estimate of what is known without sampling: error 0."""
+        return cls(float(mean), 0.0, math.inf, 1.0, 1)
+
+
+def blocking(samples: ArrayLike) -> Estimate:
+    """Mean of a correlated series with its standard error.
+
+    Parameters
+    ----------
+    samples : (n,) array_like of float
+        Equally spaced samples of a stationary series, in order.
+
+    Returns
+    -------
+    Estimate
+        With error ``inf`` for one sample, and 0 for a constant series.
+
+    Raises
+    ------
+    InputError
+        If `samples` is empty, not one-dimensional or not finite.
+
+    Warns
+    -----
+    CaromWarning
+        If fewer than four independent samples are found, so that the error bar is a guess.
+
+    Notes
+    -----
+    Neighbours are averaged in pairs, again and again (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461 (1989)).
+    The level is the first at which this one and all later ones look uncorrelated by the chi-squared statistic
+    ``M_j = sum_{k >= j} n_k r_k^2`` of their lag-one correlations r_k (Jonsson, Phys. Rev. E 98, 043304 (2018)).
+    Levels end at 16 blocks.
+
+    Short series fail that plain recipe: r is biased low by (1 + 4 r) / n (Marriott and Pope, Biometrika 41, 390
+    (1954)), and correlation that is too weak to be detected, or left at the last level, makes the error too
+    small: 95 % intervals held the truth in 85 % of AR(1) series of 64 samples. Hence r is freed of that bias, and
+    the squared error is multiplied by (1 + r) / (1 - r), the factor of the AR(1) process with the r of
+    the chosen level. It tends to 1 for long series.
+    """
+    x = np.asarray(samples, dtype=np.float64)
+    if x.ndim != 1 or x.size == 0:
+        raise InputError(f"samples have shape {x.shape}; a series of one dimension and at least one value is needed.")
+    if not np.isfinite(x).all():
+        index = int(np.flatnonzero(~np.isfinite(x))[0])
+        raise InputError(f"sample {index} is {x[index]}; a mean needs finite samples.")
+    n = x.size
+    mean = float(x.mean())
+    if n == 1:
+        _warn_few(1.0)
+        return Estimate(mean, math.inf, 1.0, 1.0, 1)
+    # A constant series may deviate from its mean by the rounding of that mean.
+    if np.ptp(x) == 0.0:
+        return Estimate(mean, 0.0, float(n), 1.0, n)
+    blocks, correlation = _choose_level(x - mean)
+    squared_error = float(np.var(blocks, ddof=1)) / blocks.size * (1.0 + correlation) / (1.0 - correlation)
+    n_eff = float(np.var(x, ddof=1)) / squared_error if squared_error else math.inf
+    if n_eff < FEW_SAMPLES:
+        _warn_few(n_eff)
+    return Estimate(mean, math.sqrt(squared_error), n_eff, n / n_eff, blocks.size)
+
+
+def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
+    """Ratio of two sums, ``sum(a) / sum(b)``, over blocks that may differ in length, with its error.
+
+    Parameters
+    ----------
+    numerators, denominators : (n,) array_like of float
+        What each block adds to the two sums, in order; denominators are positive.
+
+    Returns
+    -------
+    Estimate
+        The mean is exactly the ratio of the sums. The error is that of the linearised ratio (delta method),
+        ``R + (a_k - R b_k) / mean(b)``, by :func:`blocking`.
+
+    Raises
+    ------
+    InputError
+        If the two differ in length, or a denominator is not positive.
+    """
+    a = np.asarray(numerators, dtype=np.float64)
+    b = np.asarray(denominators, dtype=np.float64)
+    if a.shape != b.shape:
+        raise InputError(f"{a.size} numerators and {b.size} denominators: a ratio needs one of each for every block.")
+    if not (b > 0.0).all():
+        raise InputError("A block has a denominator that is not positive; leave blocks of zero length out.")
+    quotient = float(a.sum() / b.sum())
+    linear = blocking(quotient + (a - quotient * b) / b.mean())
+    return Estimate(quotient, linear.error, linear.n_eff, linear.tau, linear.blocks)
+
+
+def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:
+    """Block means at the chosen level, and the lag-one correlation that is left there."""
+    levels, correlations = [], []
+    y = deviations
+    while not levels or y.size >= MIN_BLOCKS:
+        levels.append(y)
+        correlations.append(_lag_one(y))
+        pairs = y.size // 2
+        y = 0.5 * (y[0 : 2 * pairs : 2] + y[1 : 2 * pairs : 2])
+    from scipy.stats import chi2
+
+    statistics = np.array([level.size * r * r for level, r in zip(levels, correlations, strict=True)])
+    tails = np.cumsum(statistics[::-1])[::-1]
+    uncorrelated = np.flatnonzero(tails < chi2.ppf(QUANTILE, np.arange(len(levels), 0, -1)))
+    chosen = int(uncorrelated[0]) if uncorrelated.size else len(levels) - 1
+    return levels[chosen], correlations[chosen]
+
+
+def _lag_one(y: np.ndarray) -> float:
+    """Lag-one correlation of a short series, freed of its leading bias and kept inside (-1, 1)."""
+    d = y - y.mean()
+    square = float(d @ d)
+    if square == 0.0:
+        return 0.0
+    r = float(d[1:] @ d[:-1]) / square
+    # 16 blocks cannot tell an r beyond 1 - 1/16 from a random walk, whose mean has no error bar.
+    limit = 1.0 - 1.0 / max(y.size, MIN_BLOCKS)
+    return min(max(r + (1.0 + 4.0 * r) / y.size, -limit), limit)
+
+
+def _warn_few(n_eff: float) -> None:
+    warnings.warn(
+        f"Only {n_eff:.1f} independent samples were found: the error bar is a guess. Run longer.",
+        CaromWarning,
+        stacklevel=3,
+    )

@@ -1,0 +1,149 @@
+"""Error bars: known series, coverage of the intervals, and what happens with too little data."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from scipy.stats import binom
+
+from carom.errors import CaromWarning, InputError
+from carom.observables.statistics import Estimate, blocking, ratio
+
+SERIES = 400
+SIX_SIGMA = 6.0
+
+
+def autoregressive(rng, a, n, count):
+    """Stationary AR(1) series (count, n) of mean 0, variance 1 and correlation a^lag."""
+    noise = rng.standard_normal((count, n)) * math.sqrt(1.0 - a * a)
+    noise[:, 0] /= math.sqrt(1.0 - a * a)
+    return lfilter([1.0], [1.0, -a], noise, axis=1)
+
+
+def accepted(level, slack, count=SERIES):
+    """Numbers of hits out of `count` that a true coverage within `slack` of `level` gives in all but 1e-4 cases."""
+    return binom.ppf(1e-4, count, level - slack), binom.ppf(1 - 1e-4, count, min(level + slack, 1.0))
+
+
+# What blocking promises: the coverage is the level, within 2 % of it when there are 20 independent samples or more;
+# below that nobody can know tau, and 5 % is granted.
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.parametrize("n", [64, 256, 2048])
+@pytest.mark.parametrize("a", [0.0, 0.3, 0.6, 0.8, 0.9])
+def test_confidence_intervals_cover_the_truth_as_often_as_they_say(a, n):
+    rng = np.random.default_rng([n, round(10 * a)])
+    independent = n * (1 - a) / (1 + a)
+    slack = 0.02 if independent >= 20 else 0.05
+    estimates = [blocking(x) for x in autoregressive(rng, a, n, SERIES)]
+    for level in (0.68, 0.95):
+        intervals = [e.confidence(level) for e in estimates]
+        hits = sum(low <= 0.0 <= high for low, high in intervals)
+        fewest, most = accepted(level, slack)
+        assert fewest <= hits <= most
+
+
+def test_error_and_tau_of_a_long_series_are_the_exact_ones():
+    a, n, count = 0.8, 16384, 100
+    estimates = [blocking(x) for x in autoregressive(np.random.default_rng(5), a, n, count)]
+    tau = (1 + a) / (1 - a)
+    taus = np.array([e.tau for e in estimates])
+    # Mean of many, against its own scatter; the variance of the mean of a finite series is smaller by tau / n.
+    assert abs(taus.mean() - tau) < SIX_SIGMA * taus.std(ddof=1) / math.sqrt(count) + tau * 0.02
+    errors = np.array([e.error for e in estimates])
+    assert np.mean(errors**2) == pytest.approx(tau / n, rel=0.1)
+    assert all(e.n_eff * e.tau == pytest.approx(n) for e in estimates)
+
+
+def test_weak_correlation_below_the_noise_is_found_by_later_levels():
+    rng = np.random.default_rng(2)
+    slow, n, count = 0.95, 4096, 100
+    series = 2 * rng.standard_normal((count, n)) + autoregressive(rng, slow, n, count)
+    exact = math.sqrt((4 + (1 + slow) / (1 - slow)) / n)
+    errors = np.array([blocking(x).error for x in series])
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(exact, rel=0.1)
+
+
+def test_anticorrelated_samples_count_for_more_than_their_number():
+    a = -0.5
+    estimate = blocking(autoregressive(np.random.default_rng(3), a, 4096, 1)[0])
+    # tau is a ratio of variances, each known from about `blocks` numbers.
+    assert estimate.tau == pytest.approx((1 + a) / (1 - a), rel=SIX_SIGMA * math.sqrt(2 / estimate.blocks))
+    assert estimate.n_eff > 4096
+
+
+def test_blocking_scales_with_the_samples_bit_for_bit():
+    x = autoregressive(np.random.default_rng(4), 0.6, 300, 1)[0] + 7.0
+    small, large = blocking(x), blocking(1024.0 * x)
+    assert (large.mean, large.error, large.tau) == (1024 * small.mean, 1024 * small.error, small.tau)
+
+
+def test_a_constant_series_has_no_error():
+    estimate = blocking(np.full(50, 0.1))
+    assert (estimate.error, estimate.tau) == (0.0, 1.0)
+    assert estimate.mean == pytest.approx(0.1, rel=4 * np.finfo(float).eps)
+    assert estimate.confidence(0.95) == (estimate.mean, estimate.mean)
+
+
+def test_one_sample_has_an_infinite_error_and_says_so():
+    with pytest.warns(CaromWarning, match=r"1\.0 independent"):
+        estimate = blocking([3.0])
+    assert (estimate.mean, estimate.error) == (3.0, math.inf)
+    assert estimate.confidence(0.95) == (-math.inf, math.inf)
+
+
+def test_a_random_walk_warns_that_its_error_is_a_guess():
+    walk = np.cumsum(np.random.default_rng(6).standard_normal(40))
+    with pytest.warns(CaromWarning, match="guess"):
+        blocking(walk)
+
+
+@pytest.mark.parametrize("bad", [[], [[1.0, 2.0]], [1.0, math.nan], [math.inf, 1.0]])
+def test_unusable_samples_are_refused(bad):
+    with pytest.raises(InputError):
+        blocking(bad)
+
+
+@pytest.mark.parametrize("level", [0.0, 1.0, 95])
+def test_a_confidence_level_is_a_probability(level):
+    with pytest.raises(InputError, match="between 0 and 1"):
+        Estimate(1.0, 0.1, 10.0, 1.0, 10).confidence(level)
+
+
+def test_a_ratio_is_that_of_the_sums_and_its_error_that_of_equal_blocks():
+    rng = np.random.default_rng(7)
+    durations = rng.uniform(0.5, 1.5, 4000)
+    events = rng.poisson(10.0 * durations)
+    estimate = ratio(events, durations)
+    assert estimate.mean == events.sum() / durations.sum()
+    # A Poisson rate known from `events` events has the relative error 1 / sqrt(events).
+    expected = estimate.mean / math.sqrt(events.sum())
+    assert estimate.error == pytest.approx(expected, rel=SIX_SIGMA * math.sqrt(0.5 / estimate.blocks))
+    assert abs(estimate.mean - 10.0) < SIX_SIGMA * estimate.error
+
+
+def test_a_ratio_refuses_blocks_of_no_length():
+    with pytest.raises(InputError, match="zero length"):
+        ratio([1.0, 2.0], [1.0, 0.0])
+    with pytest.raises(InputError, match="for every block"):
+        ratio([1.0, 2.0], [1.0])
+
+
+@pytest.mark.parametrize(
+    ("mean", "error", "text"),
+    [
+        (10.0123, 0.0031, "10.012 +- 0.003"),
+        (10.0123, 0.00131, "10.0123 +- 0.0013"),
+        (123456.0, 250.0, "123456 +- 250"),
+        (1.0, 0.0, "1 +- 0"),
+        (2.5, math.inf, "2.5 +- inf"),
+    ],
+)
+def test_estimates_print_the_digits_they_know(mean, error, text):
+    estimate = Estimate(mean, error, 1234.0, 1.83, 512)
+    assert str(estimate) == text + " (n_eff 1234, tau 1.8 blocks)"
+
+
+def test_scaling_an_estimate_scales_its_error():
+    estimate = Estimate(2.0, 0.1, 30.0, 2.0, 16).scaled(-3.0, offset=1.0)
+    assert (estimate.mean, estimate.error) == (-5.0, pytest.approx(0.3))
