@@ -153,7 +153,11 @@ class Lattice:
         """Return the number of points of a block of ``cells``."""
         return len(self.basis) * math.prod(cells)
 
-    def points(self, cells: Sequence[int], edge: float = 1.0) -> tuple[np.ndarray, tuple[float, ...]]:
+    def box(self, cells: Sequence[int], edge: float = 1.0) -> tuple[float, ...]:
+        """Return the edges of a block of ``cells`` whose first edge is ``edge`` long."""
+        return tuple(c * (edge * s) for c, s in zip(cells, self.shape, strict=True))
+
+    def points(self, cells: Sequence[int], edge: float = 1.0) -> np.ndarray:
         """Return the points of a periodic block of cells.
 
         Parameters
@@ -165,10 +169,8 @@ class Lattice:
 
         Returns
         -------
-        positions : (n, d) array
-            In [0, box), clear of its faces.
-        box : tuple of d floats
-            Edges of the block.
+        (n, d) array
+            In [0, :meth:`box`), clear of its faces.
         """
         edges = edge * np.asarray(self.shape)
         basis = np.asarray(self.basis)
@@ -176,8 +178,7 @@ class Lattice:
         basis = basis + (1 - basis.max(axis=0)) / 2
         corners = np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1)
         places = corners.reshape(-1, 1, self.dimension) + basis
-        positions = places.reshape(-1, self.dimension) * edges
-        return positions, tuple(float(c * e) for c, e in zip(cells, edges, strict=True))
+        return places.reshape(-1, self.dimension) * edges
 
 
 def cubic(dimension: int) -> Lattice:

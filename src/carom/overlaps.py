@@ -96,7 +96,8 @@ def pairs_within(positions: np.ndarray, box: np.ndarray, distance: float) -> np.
     """
     from scipy.spatial import cKDTree
 
-    return cKDTree(positions, boxsize=box).query_pairs(distance, output_type="ndarray")
+    # Wrapped again, because a change of unit can round a coordinate up to the edge.
+    return cKDTree(wrapped(positions, box), boxsize=box).query_pairs(distance, output_type="ndarray")
 
 
 def deepest(positions: np.ndarray, box: np.ndarray) -> Overlap | None:

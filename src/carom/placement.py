@@ -8,8 +8,8 @@ from carom.errors import InputError
 from carom.initial import sphere_volume
 from carom.overlaps import pair_distances, pairs_within, wrapped
 
-#: Packing fraction of random close packing in d dimensions, to two digits: d = 2 Lubachevsky and Stillinger
-#: (1990), d = 3 to 6 Skoge, Donev, Stillinger and Torquato (2006).
+#: Packing fraction of random close packing in d dimensions, to two digits: O'Hern et al. (2003) for d = 2 and
+#: 3, Skoge, Donev, Stillinger and Torquato (2006) for d = 4 to 6.
 RANDOM_CLOSE_PACKING = {2: 0.84, 3: 0.64, 4: 0.46, 5: 0.31, 6: 0.20}
 
 #: Up to this part of random close packing, well above freezing in every dimension, a few hundred steps

@@ -160,7 +160,14 @@ class Scene:
             If the spheres would overlap, or an argument is out of range.
         """
         lattice = initial.cubic(_dimension(dimension))
-        return cls._on(lattice, cells, packing_fraction, density, diameter, mass)
+        return cls.on(
+            lattice,
+            cells,
+            packing_fraction=packing_fraction,
+            density=density,
+            diameter=diameter,
+            mass=mass,
+        )
 
     @classmethod
     def fcc(
@@ -173,7 +180,14 @@ class Scene:
         mass: float = 1.0,
     ) -> Self:
         """Place spheres on the face-centred cubic lattice (d = 3), four a cell; as :meth:`cubic`."""
-        return cls._on(initial.dn(3), cells, packing_fraction, density, diameter, mass)
+        return cls.on(
+            initial.dn(3),
+            cells,
+            packing_fraction=packing_fraction,
+            density=density,
+            diameter=diameter,
+            mass=mass,
+        )
 
     @classmethod
     def triangular(
@@ -190,7 +204,14 @@ class Scene:
         One number of cells counts those along x; along y as many are taken as make the box most nearly a
         square. The other arguments are those of :meth:`cubic`.
         """
-        return cls._on(initial.triangular(), cells, packing_fraction, density, diameter, mass)
+        return cls.on(
+            initial.triangular(),
+            cells,
+            packing_fraction=packing_fraction,
+            density=density,
+            diameter=diameter,
+            mass=mass,
+        )
 
     @classmethod
     def dn(
@@ -205,7 +226,14 @@ class Scene:
     ) -> Self:
         """Place spheres on the lattice D_n (d >= 3), 2^(d-1) a cell; arguments as :meth:`cubic`."""
         lattice = initial.dn(_dimension(dimension, low=3))
-        return cls._on(lattice, cells, packing_fraction, density, diameter, mass)
+        return cls.on(
+            lattice,
+            cells,
+            packing_fraction=packing_fraction,
+            density=density,
+            diameter=diameter,
+            mass=mass,
+        )
 
     @classmethod
     def lattice(
@@ -218,20 +246,29 @@ class Scene:
         diameter: float = 1.0,
         mass: float = 1.0,
     ) -> Self:
-        """Place spheres on a dense lattice: a row, triangular, fcc, D_n (d = 1, 2, 3, more); as :meth:`cubic`."""
+        """Place spheres on a dense lattice: a row, triangular, fcc, D_n (d = 1, 2, 3, more)."""
         lattice = initial.densest(_dimension(dimension))
-        return cls._on(lattice, cells, packing_fraction, density, diameter, mass)
+        return cls.on(
+            lattice,
+            cells,
+            packing_fraction=packing_fraction,
+            density=density,
+            diameter=diameter,
+            mass=mass,
+        )
 
     @classmethod
-    def _on(
+    def on(
         cls,
         lattice: initial.Lattice,
-        cells: Any,
-        packing_fraction: float | None,
-        density: float | None,
-        diameter: float,
-        mass: float,
+        cells: int | Sequence[int],
+        *,
+        packing_fraction: float | None = None,
+        density: float | None = None,
+        diameter: float = 1.0,
+        mass: float = 1.0,
     ) -> Self:
+        """Place spheres on any :class:`carom.initial.Lattice`; arguments as :meth:`cubic`."""
         sigma = checks.positive(diameter, "diameter")
         # The densest packing of all first: beyond it no other lattice helps.
         for limit, where in ((None, "any packing"), (lattice.limit, f"a {lattice.name} lattice")):
@@ -243,8 +280,9 @@ class Scene:
                 where=where,
             )
         block = initial.cells_along(lattice, cells)
-        positions, box = lattice.points(block, lattice.edge(rho) * sigma)
-        return cls(positions, box, diameter=sigma, mass=mass)
+        edge = lattice.edge(rho) * sigma
+        box = _edges(lattice.box(block, edge), lattice.dimension, sigma)
+        return cls(lattice.points(block, edge), box, diameter=sigma, mass=mass)
 
     @classmethod
     def random(

@@ -1,0 +1,323 @@
+"""The three sections of a plan as frozen dataclasses that check themselves: scene, run and output."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from carom import checks, initial
+from carom.errors import InputError
+from carom.initial import Lattice
+from carom.scene import LONGEST_EDGE, Scene
+
+INITIAL = ("fcc", "cubic", "triangular", "dn", "random", "file")
+NEIGHBORS = ("auto", "sectors", "lists")
+FORMATS = ("h5md", "extxyz", "gsd")
+
+#: More collisions a particle than any run reaches, few enough that their total fits an integer of 64 bits.
+MOST_COLLISIONS = 1e10
+
+
+@dataclass(frozen=True)
+class SceneSpec:
+    """What to simulate: the section ``[scene]``. What is None is left out.
+
+    Parameters
+    ----------
+    initial : str
+        "fcc", "cubic", "triangular", "dn", "random" or "file".
+    cells : int or tuple of ints
+        Cells along each axis, for lattices.
+    n : int
+        Number of spheres: of "random", or of a lattice with equal cells along every axis.
+    dimension : int
+        d, for "cubic", "dn" and "random" (3 when left out).
+    packing_fraction, density : float
+        Part of the volume filled, or spheres in diameter^d.
+    box : tuple of floats
+        Edges [length], for "random", instead of a density.
+    diameter, mass : float
+        [length], [mass]; 1 when left out.
+    kT : float
+        Temperature [energy]; 1 when left out. With "file" it replaces the velocities of the file.
+    file : str
+        What to start from.
+    frame : int
+        Which frame of it; -1, the last, when left out.
+    """
+
+    initial: str = "fcc"
+    cells: int | tuple[int, ...] | None = None
+    n: int | None = None
+    dimension: int | None = None
+    packing_fraction: float | None = None
+    density: float | None = None
+    box: tuple[float, ...] | None = None
+    diameter: float | None = None
+    mass: float | None = None
+    kT: float | None = None
+    file: str | None = None
+    frame: int | None = None
+
+    def __post_init__(self) -> None:
+        check = _Checker("scene", self)
+        check.choice("initial", INITIAL)
+        check.integers("cells", low=1, high=initial.MOST)
+        check.integer("n", low=1, high=initial.MOST)
+        check.integer("dimension", low=1, high=initial.MOST_DIMENSIONS)
+        check.number("packing_fraction", low=0, high=1, open_low=True)
+        check.number("density", low=0, open_low=True)
+        check.edges("box")
+        for name in ("diameter", "mass"):
+            check.number(name, low=1 / checks.MAGNITUDE, high=checks.MAGNITUDE)
+        check.number("kT", low=0, high=checks.MAGNITUDE)
+        check.text("file")
+        check.integer("frame", low=-(2**31), high=2**31)
+        self._check_together()
+        # Made explicit, so that equal scenes are equal values.
+        defaults = {"frame": -1} if self.initial == "file" else {"diameter": 1.0, "mass": 1.0, "kT": 1.0}
+        for name, value in defaults.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+
+    @property
+    def temperature(self) -> float:
+        """The kT with which velocities are drawn when the scene brings none."""
+        return 1.0 if self.kT is None else self.kT
+
+    def _given(self, *names: str) -> list[str]:
+        return [name for name in names if getattr(self, name) is not None]
+
+    def _check_together(self) -> None:
+        """Raise InputError where keys contradict each other or one is missing."""
+        every = tuple(f.name for f in dataclasses.fields(self))
+        needed, unused = {
+            "file": (
+                ("file",),
+                tuple(name for name in every if name not in ("initial", "file", "frame", "kT")),
+            ),
+            "random": (("n",), ("cells", "file", "frame")),
+        }.get(self.initial, ((), ("box", "file", "frame")))
+        where = f'with initial = "{self.initial}"'
+        if extra := self._given(*unused):
+            raise InputError(f"[scene] {extra[0]} has no meaning {where}; remove it.")
+        for name in needed:
+            if getattr(self, name) is None:
+                raise InputError(f"[scene] {name} is needed {where}, found none.")
+        if self.initial == "file":
+            return
+        for group in (("cells", "n"), ("packing_fraction", "density", "box")):
+            if len(both := self._given(*group)) > 1:
+                raise InputError(f"[scene] {both[0]} and {both[1]} contradict each other; remove one.")
+        if self.initial != "random":
+            if not self._given("cells", "n"):
+                raise InputError(f"[scene] cells or n is needed {where}, found neither.")
+            if not self._given("packing_fraction", "density"):
+                raise InputError(f"[scene] packing_fraction or density is needed {where}, found neither.")
+        fixed = {"fcc": 3, "triangular": 2}.get(self.initial)
+        if fixed is not None and self.dimension not in (None, fixed):
+            raise InputError(f"[scene] dimension is {fixed} {where}, found {self.dimension}.")
+        if self.initial == "dn" and self.dimension is not None and self.dimension < 3:
+            raise InputError(f"[scene] dimension must be at least 3 {where}, found {self.dimension}.")
+        if self.box is not None and self.dimension not in (None, len(self.box)):
+            raise InputError(f"[scene] box must have {self.dimension} edges, found {len(self.box)}.")
+
+    def build(self, seed: Any) -> Scene:
+        """Return the scene; ``seed`` (int or Generator) is used by "random" alone.
+
+        Raises
+        ------
+        InputError
+            If the scene cannot be, e.g. packed too densely; FileError if the file to start from cannot be
+            read.
+        """
+        if self.initial == "file":
+            from carom.io import read
+
+            scene = Scene.from_frame(read(self.file or "", -1 if self.frame is None else self.frame))
+            return scene if self.kT is None else dataclasses.replace(scene, velocities=None)
+        assert self.diameter is not None
+        assert self.mass is not None
+        if self.initial == "random":
+            return Scene.random(
+                self.n or 1,
+                self.dimension,
+                packing_fraction=self.packing_fraction,
+                density=self.density,
+                box=self.box,
+                diameter=self.diameter,
+                mass=self.mass,
+                seed=seed,
+            )
+        lattice = self._lattice()
+        cells = initial.cells_for(lattice, self.n) if self.cells is None else self.cells
+        return Scene.on(
+            lattice,
+            cells,
+            packing_fraction=self.packing_fraction,
+            density=self.density,
+            diameter=self.diameter,
+            mass=self.mass,
+        )
+
+    def _lattice(self) -> Lattice:
+        if self.initial == "triangular":
+            return initial.triangular()
+        dimension = 3 if self.dimension is None else self.dimension
+        return initial.cubic(dimension) if self.initial == "cubic" else initial.dn(dimension)
+
+
+@dataclass(frozen=True)
+class RunSpec:
+    """How long to simulate: the section ``[run]``.
+
+    Parameters
+    ----------
+    seed : int
+        Source of all randomness.
+    equilibration, collisions_per_particle : float
+        Collisions per particle before, and during, the measurement.
+    frames : int
+        How many frames to sample.
+    checkpoint_every : float
+        Seconds between checkpoints.
+    neighbors : str
+        "auto", "sectors" or "lists".
+    """
+
+    seed: int = 1
+    equilibration: float = 200.0
+    collisions_per_particle: float = 10000.0
+    frames: int = 100
+    checkpoint_every: float = 10.0
+    neighbors: str = "auto"
+
+    def __post_init__(self) -> None:
+        check = _Checker("run", self)
+        check.integer("seed", low=0, high=2**63 - 1)
+        check.number("equilibration", low=0, high=MOST_COLLISIONS)
+        check.number("collisions_per_particle", low=0, high=MOST_COLLISIONS, open_low=True)
+        check.integer("frames", low=1, high=10**9)
+        check.number("checkpoint_every", low=0, high=1e9, open_low=True)
+        check.choice("neighbors", NEIGHBORS)
+
+
+@dataclass(frozen=True)
+class OutputSpec:
+    """What to write: the section ``[output]``.
+
+    Parameters
+    ----------
+    trajectory : tuple of str
+        Formats: "h5md", "extxyz", "gsd".
+    event_log : bool
+        Whether to write every collision.
+    pictures : bool
+        Whether to draw.
+    """
+
+    trajectory: tuple[str, ...] = ("h5md", "extxyz")
+    event_log: bool = False
+    pictures: bool = True
+
+    def __post_init__(self) -> None:
+        check = _Checker("output", self)
+        check.choices("trajectory", FORMATS)
+        check.switch("event_log")
+        check.switch("pictures")
+
+
+class _Checker:
+    """Checks the fields of a section, and replaces each by its value in the right type."""
+
+    def __init__(self, section: str, spec: Any) -> None:
+        self.section = section
+        self.spec = spec
+
+    def _replace(self, name: str, check: Callable[[Any, str], Any]) -> None:
+        value = getattr(self.spec, name)
+        optional = type(self.spec).__dataclass_fields__[name].default is None
+        if value is not None or not optional:
+            object.__setattr__(self.spec, name, check(value, f"[{self.section}] {name}"))
+
+    def number(
+        self, name: str, low: float = -math.inf, high: float = math.inf, open_low: bool = False
+    ) -> None:
+        self._replace(name, lambda v, k: checks.number(v, k, low=low, high=high, open_low=open_low))
+
+    def integer(self, name: str, low: int, high: int) -> None:
+        self._replace(name, lambda v, k: checks.integer(v, k, low=low, high=high))
+
+    def integers(self, name: str, low: int, high: int) -> None:
+        def check(value: Any, key: str) -> int | tuple[int, ...]:
+            if not isinstance(value, tuple):
+                return checks.integer(value, key, low=low, high=high)
+            return tuple(checks.integer(v, key, low=low, high=high) for v in _some(value, key))
+
+        self._replace(name, check)
+
+    def edges(self, name: str) -> None:
+        def check(value: Any, key: str) -> tuple[float, ...]:
+            if not isinstance(value, tuple):
+                raise InputError(f"{key} must be a list of edges, found {checks.describe(value)}.")
+            return tuple(
+                checks.number(v, key, low=1 / checks.MAGNITUDE, high=LONGEST_EDGE * checks.MAGNITUDE)
+                for v in _some(value, key)
+            )
+
+        self._replace(name, check)
+
+    def text(self, name: str) -> None:
+        def check(value: Any, key: str) -> str:
+            if not isinstance(value, str):
+                raise InputError(f"{key} must be a string, found {checks.describe(value)}.")
+            try:
+                value.encode("utf-8")
+            except UnicodeEncodeError:
+                value = ""
+            if not value or "\0" in value:
+                raise InputError(f"{key} must be the name of a file, found something else.")
+            return value
+
+        self._replace(name, check)
+
+    def choice(self, name: str, known: tuple[str, ...]) -> None:
+        self._replace(name, lambda v, k: _choice(v, k, known))
+
+    def choices(self, name: str, known: tuple[str, ...]) -> None:
+        def check(value: Any, key: str) -> tuple[str, ...]:
+            if not isinstance(value, tuple):
+                raise InputError(f"{key} must be a list of formats, found {checks.describe(value)}.")
+            result = tuple(_choice(v, key, known) for v in value)
+            if len(set(result)) < len(result):
+                raise InputError(f"{key} names a format twice: {', '.join(result)}.")
+            return result
+
+        self._replace(name, check)
+
+    def switch(self, name: str) -> None:
+        def check(value: Any, key: str) -> bool:
+            if not isinstance(value, bool):
+                raise InputError(f"{key} must be true or false, found {checks.describe(value)}.")
+            return value
+
+        self._replace(name, check)
+
+
+def _some(values: tuple[Any, ...], key: str) -> tuple[Any, ...]:
+    if not 1 <= len(values) <= initial.MOST_DIMENSIONS:
+        raise InputError(f"{key} must have one value an axis, found {len(values)}.")
+    return values
+
+
+def _choice(value: Any, key: str, known: tuple[str, ...]) -> str:
+    if isinstance(value, str) and value in known:
+        return value
+    hint = ""
+    if isinstance(value, str) and (near := difflib.get_close_matches(value[:80], known, n=1)):
+        hint = f" Did you mean {near[0]}?"
+    raise InputError(f"{key} must be one of {', '.join(known)}; found {checks.describe(value)}.{hint}")
