@@ -54,7 +54,8 @@ def momenta(velocities: np.ndarray, masses: np.ndarray) -> np.ndarray:
     """
     mass = masses[:, np.newaxis]
     result = velocities * mass
-    for towards in (np.inf, -np.inf):
+    # Towards a finite bound, which no finite momentum can overflow.
+    for towards in (np.finfo(np.float64).max, np.finfo(np.float64).min):
         neighbour = np.nextafter(velocities * mass, towards)
         better = (result / mass != velocities) & (neighbour / mass == velocities)
         result = np.where(better, neighbour, result)

@@ -15,8 +15,8 @@ import numpy as np
 
 import carom
 from carom.errors import FileError, InputError
-from carom.io.h5md import open_h5
-from carom.io.paths import existing, reading, writable, writing
+from carom.io.hdf5 import Input, Output
+from carom.io.paths import existing, reading, uninterrupted, writable, writing
 
 if TYPE_CHECKING:
     import h5py
@@ -128,7 +128,8 @@ class EventLog:
                     f"The initial state's '{name}' holds {array.dtype}; expected an array of numbers."
                 )
         with writing(self.path):
-            self._file = open_h5(self.path, "w")
+            self._output = Output(self.path, "w")
+            self._file = self._output.file
             self._file.attrs["format"] = np.bytes_(_FORMAT)
             self._file.attrs["layout"] = np.int64(_LAYOUT)
             self._file.attrs["creator"] = np.bytes_(f"carom {carom.__version__}")
@@ -137,13 +138,14 @@ class EventLog:
                 group.create_dataset(name, data=array)
             for name, dtype in _DTYPES.items():
                 self._file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(_CHUNK,), dtype=dtype)
-            self._file.flush()
+            self._output.flush()
         self._events = 0
 
     def _reopen(self, keep: int | None) -> None:
         existing(self.path)
         with reading(self.path, _KIND):
-            self._file = open_h5(self.path, "r+")
+            self._output = Output(self.path, "r+")
+            self._file = self._output.file
             try:
                 count = _count(self._file)
                 keep = count if keep is None else keep
@@ -152,9 +154,9 @@ class EventLog:
                 with writing(self.path):
                     for name in _DTYPES:
                         self._file[name].resize(keep, axis=0)
-                    self._file.flush()
+                    self._output.flush()
             except BaseException:
-                self._file.close()
+                self._output.close()
                 raise
         self._events = keep
 
@@ -172,7 +174,7 @@ class EventLog:
     ) -> None:
         """Append events: (k,) arrays as in :class:`Events`.
 
-        Call :meth:`flush` now and then: what was flushed survives a kill.
+        On return they have been handed to the system, so that they survive a kill of this process.
 
         Raises
         ------
@@ -190,22 +192,12 @@ class EventLog:
                 raise InputError(f"The column {name} is of {array.dtype}; expected {np.dtype(dtype)}.")
             columns[name] = array
         end = self._events + len(columns["epoch"])
-        with writing(self.path):
+        with uninterrupted(), writing(self.path):
             for name, array in columns.items():
                 self._file[name].resize(end, axis=0)
                 self._file[name][self._events : end] = array
+            self._output.flush()
         self._events = end
-
-    def flush(self) -> None:
-        """Hand all events to the system, so that they survive a kill of this process.
-
-        Raises
-        ------
-        FileError
-            If they cannot be written.
-        """
-        with writing(self.path):
-            self._file.flush()
 
     def close(self) -> None:
         """Flush and close the file; a second time does nothing.
@@ -215,8 +207,8 @@ class EventLog:
         FileError
             If what was left to write cannot be written.
         """
-        with writing(self.path):
-            self._file.close()
+        with uninterrupted(), writing(self.path):
+            self._output.close()
 
     def __enter__(self) -> Self:
         return self
@@ -239,7 +231,7 @@ def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None =
         If the file is missing, truncated, foreign or a folder.
     """
     path = existing(path)
-    with reading(path, _KIND), open_h5(path, "r") as file:
+    with reading(path, _KIND), Input(path) as file:
         rows = slice(*slice(start, stop).indices(_count(file)))
         return Events(*(file[name][rows] for name in _DTYPES))
 
@@ -253,6 +245,6 @@ def read_initial(path: str | os.PathLike[str]) -> dict[str, Any]:
         If the file is missing, truncated, foreign or a folder.
     """
     path = existing(path)
-    with reading(path, _KIND), open_h5(path, "r") as file:
+    with reading(path, _KIND), Input(path) as file:
         _count(file)
         return {name: data[()] for name, data in file["initial"].items()}

@@ -18,6 +18,7 @@ import carom
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.embedding import edges, embed, periodic
+from carom.io.hdf5 import Input, Output
 from carom.io.paths import reading, reason, writing
 from carom.io.trajectory import Reader, Writer
 
@@ -28,22 +29,6 @@ _KIND = "H5MD"
 _LAYOUT = 1
 _GROUP = "particles/trajectory"
 _LENGTH, _TIME, _VELOCITY = "Angstrom", "ps", "Angstrom ps-1"
-
-
-def open_h5(path: Path, mode: str) -> h5py.File:
-    """Open an HDF5 file so that others can read it at the same time.
-
-    A writer takes no lock. A reader takes the usual one, as MDAnalysis does, because HDF5 refuses to open one
-    file with two settings in one process; where that meets a writer, it takes none.
-    """
-    import h5py
-
-    if mode != "r":
-        return h5py.File(path, mode, locking=False)
-    try:
-        return h5py.File(path, "r")
-    except OSError:
-        return h5py.File(path, "r", locking=False)
 
 
 class _Store:
@@ -170,11 +155,11 @@ class H5mdReader(Reader):
         # A frame that a kill cut off is never counted (see _Store), so `torn` changes nothing here.
         self.path = path
         with reading(path, _KIND):
-            self._file = open_h5(path, "r")
+            self._input = Input(path)
             try:
-                self._store = _find_store(self._file)
+                self._store = _find_store(self._input.file)
             except BaseException:
-                self._file.close()
+                self._input.close()
                 raise
 
     def __len__(self) -> int:
@@ -187,7 +172,7 @@ class H5mdReader(Reader):
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        self._input.close()
 
 
 class H5mdWriter(Writer):
@@ -200,14 +185,14 @@ class H5mdWriter(Writer):
             self._reopen(keep)
             return
         with writing(path):
-            self._file = open_h5(path, "w")
-            _header(self._file)
-            self._file.flush()
+            self._output = Output(path, "w")
+            _header(self._output.file)
+            self._output.flush()
 
     def _reopen(self, keep: int | None) -> None:
         try:
             with reading(self.path, _KIND):
-                self._file = open_h5(self.path, "r+")
+                self._output = Output(self.path, "r+")
         except FileError as error:
             raise FileError(
                 f"{self.path} cannot be opened for appending ({reason(error.__cause__ or error)}); "
@@ -216,7 +201,7 @@ class H5mdWriter(Writer):
             ) from error
         try:
             with reading(self.path, _KIND):
-                self._store = _find_store(self._file)
+                self._store = _find_store(self._output.file)
                 count = 0 if self._store is None else len(self._store)
                 keep = count if keep is None else keep
                 if keep > count:
@@ -228,15 +213,15 @@ class H5mdWriter(Writer):
                         self._follow(last)
                     with writing(self.path):
                         self._store.resize(keep)
-                        self._file.flush()
+                        self._output.flush()
                 self._count = keep
         except BaseException:
-            self._file.close()
+            self._output.close()
             raise
 
     def _append(self, frame: Frame) -> None:
         if self._store is None:
-            self._store = _create(self._file, frame)
+            self._store = _create(self._output.file, frame)
         store, k = self._store, self._count
         for name, stored, values in (
             ("diameters", store.diameters, frame.diameters),
@@ -260,7 +245,7 @@ class H5mdWriter(Writer):
         for name, data in store.columns.items():
             data.resize(k + 1, axis=0)
             data[k] = row[name]
-        self._file.flush()
+        self._output.flush()
 
     def _close(self) -> None:
-        self._file.close()
+        self._output.close()

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
+import threading
 from collections.abc import Iterator
 from pathlib import Path
+from types import FrameType
 
 from carom.errors import CaromError, FileError
 
@@ -91,6 +94,24 @@ def writing(path: Path) -> Iterator[None]:
         raise FileError(
             f"{path} cannot be written: {reason(error)}; free some space or choose another folder."
         ) from error
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let a Ctrl-C wait until the body is done, so that it cuts no frame in two."""
+    handler = signal.getsignal(signal.SIGINT)
+    # Only the main thread receives signals, and only what Python installed can be put back.
+    if threading.current_thread() is not threading.main_thread() or handler is None:
+        yield
+        return
+    received: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda *arguments: received.append(arguments))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+        if received and callable(handler):
+            handler(*received[0])
 
 
 @contextlib.contextmanager

@@ -14,7 +14,7 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.paths import existing, replacing, writable, writing
+from carom.io.paths import existing, replacing, uninterrupted, writable, writing
 
 #: Suffix -> format.
 SUFFIXES = {".h5md": "h5md", ".h5": "h5md", ".extxyz": "extxyz", ".xyz": "extxyz", ".gsd": "gsd"}
@@ -83,6 +83,8 @@ class Writer(ABC):
     def write(self, frame: Frame) -> None:
         """Append `frame` and hand it to the system, so that it survives a kill of this process.
 
+        A Ctrl-C takes effect when the frame is complete.
+
         Raises
         ------
         InputError
@@ -91,10 +93,11 @@ class Writer(ABC):
             If it cannot be written, e.g. because the disk is full.
         """
         self._check(frame)
-        with writing(self.path):
-            self._append(frame)
-        self._follow(frame)
-        self._count += 1
+        with uninterrupted():
+            with writing(self.path):
+                self._append(frame)
+            self._follow(frame)
+            self._count += 1
 
     @abstractmethod
     def _append(self, frame: Frame) -> None: ...
@@ -110,7 +113,7 @@ class Writer(ABC):
         FileError
             If what was left to write cannot be written.
         """
-        with writing(self.path):
+        with uninterrupted(), writing(self.path):
             self._close()
 
     def _follow(self, frame: Frame) -> None:
