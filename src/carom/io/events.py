@@ -82,39 +82,31 @@ class EventLog:
     ----------
     path : str or path
         The file.
-    mode : {"w", "x", "a"}
-        Write, in place of what is there; write, and refuse if anything is there; append.
-    initial : mapping of str to array
-        The state before the first event; for modes "w" and "x".
+    initial : mapping of str to array, optional
+        The state before the first event: a new log begins, in place of what is there. Without it, the log
+        that is there continues.
     keep : int, optional
-        With mode "a": keep the first `keep` events and drop the later ones; by default keep all.
+        Of a log that continues: keep the first `keep` events and drop the later ones; by default keep all.
 
     Raises
     ------
     FileError
-        If the file exists (mode "x"), is missing, foreign or destroyed (mode "a"), holds fewer than `keep`
-        events, or cannot be written.
+        If the log to continue is missing, foreign or destroyed, or holds fewer than `keep` events, or the
+        file cannot be written.
     InputError
-        If the mode or the initial state is none of the above.
+        If the initial state holds anything but numbers, or `keep` goes with a new log.
     """
 
     def __init__(
         self,
         path: str | os.PathLike[str],
-        mode: str = "w",
-        *,
         initial: Mapping[str, np.ndarray] | None = None,
+        *,
         keep: int | None = None,
     ):
-        if mode not in ("w", "x", "a"):
-            raise InputError(f"The mode is {mode!r}; expected 'w', 'x' or 'a'.")
-        if (mode == "a") == (initial is not None):
-            raise InputError("An event log is given its initial state when it is made, and only then.")
-        if keep is not None and (mode != "a" or keep < 0):
-            raise InputError(f"keep is {keep}; expected 0 or more events, with mode 'a'.")
+        if keep is not None and (initial is not None or keep < 0):
+            raise InputError(f"keep is {keep}; expected 0 or more events, of a log that continues.")
         self.path = writable(path)
-        if mode == "x" and (self.path.exists() or self.path.is_symlink()):
-            raise FileError(f"{path} exists already and was left as it is; choose another name or mode 'w'.")
         if initial is None:
             self._reopen(keep)
         else:
@@ -190,7 +182,11 @@ class EventLog:
                 raise InputError(f"The column {name} has the shape {array.shape}; expected ({len(epoch)},).")
             if not np.can_cast(array.dtype, dtype, "same_kind"):
                 raise InputError(f"The column {name} is of {array.dtype}; expected {np.dtype(dtype)}.")
-            columns[name] = array
+            columns[name] = array.astype(dtype)
+            if not np.array_equal(columns[name], array):
+                raise InputError(
+                    f"The column {name} holds numbers that {np.dtype(dtype)} cannot; nothing was written."
+                )
         end = self._events + len(columns["epoch"])
         with uninterrupted(), writing(self.path):
             for name, array in columns.items():
