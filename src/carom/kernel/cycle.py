@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from carom.kernel.borrow import borrowed
 from carom.kernel.boundary import count_images, index, mirror, separation
 from carom.kernel.calendar import adapt, first, insert, lay_out, pop
 from carom.kernel.constants import (
@@ -50,7 +51,7 @@ class Model(NamedTuple):
 
 
 @njit(**FAST)
-def nearest(model, state, i, now, words, count):
+def nearest(model, state, i, now, words, begin, count):
     """Return the position in ``words`` of the candidate that i meets first, or -1 (the paper's line 4).
 
     The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of the time's last five
@@ -63,7 +64,7 @@ def nearest(model, state, i, now, words, count):
     for start in range(0, count, BLOCK):
         block = NOBODY
         for k in range(min(count - start, BLOCK)):
-            word = words[np.uint64(start + k)]
+            word = words[begin + np.uint64(start + k)]
             j = index(model.boundary, word)
             other = rows[j]
             rr = 0.0
@@ -123,30 +124,28 @@ def predict(model, state, neighbors, calendar, tally, i, now, met):
     held_due = rows[i].due
     rows[i].due = NEVER
     state.partner[i] = LAMBDA
-    words, count = candidates(neighbors, model.boundary, i)
-    where = nearest(model, state, i, now, words, count)
+    words, begin, count = candidates(neighbors, model.boundary, i)
     due = NEVER
     word = np.int64(LAMBDA)
+    j = np.int64(-1)
     clamped = False
-    if where >= 0:
-        word = np.int64(words[np.uint64(where)])
+    hidden = NEVER  # the time due for ``met`` while it is hidden from the search
+    while True:
+        where = nearest(model, state, i, now, words, begin, count)
+        if where < 0:
+            due = NEVER
+            break
+        word = np.int64(words[begin + np.uint64(where)])
         j = np.int64(index(model.boundary, word))
         rr, rv, vv = relative(model, state, i, word, now)
         t, clamped = contact_time(model.pair, np.int64(i), j, rr, rv, vv, now)
         due = now + t
-        if j == met and due == now:
-            others = rows[np.uint64(j)].due
-            rows[np.uint64(j)].due = -NEVER
-            where = nearest(model, state, i, now, words, count)
-            rows[np.uint64(j)].due = others
-            due = NEVER
-            clamped = False
-            if where >= 0:
-                word = np.int64(words[np.uint64(where)])
-                j = np.int64(index(model.boundary, word))
-                rr, rv, vv = relative(model, state, i, word, now)
-                t, clamped = contact_time(model.pair, np.int64(i), j, rr, rv, vv, now)
-                due = now + t
+        if j != met or due > now:
+            break
+        hidden = rows[np.uint64(met)].due
+        rows[np.uint64(met)].due = -NEVER
+    if met >= 0 and rows[np.uint64(met)].due == -NEVER:
+        rows[np.uint64(met)].due = hidden
     leave, code = transit_time(neighbors, model.motion, model.boundary, state, i, now)
     if leave < due:
         rows[i].due = leave
@@ -255,6 +254,8 @@ def _schedule(digest):
     def schedule(model, state, neighbors, calendar, tallies):
         """Build the neighbour scheme and schedule every component at the present time; False if an array is too small."""
         digest  # noqa: B018 (part of the cache's key)
+        model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
+        calendar, tallies = borrowed(calendar), borrowed(tallies)
         if not settle(neighbors, model.motion, model.boundary, state):
             return False
         rows = state.rows
@@ -288,6 +289,8 @@ def _run(digest):
             Return after so many cycles.
         """
         digest  # noqa: B018 (part of the cache's key)
+        model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
+        calendar, tallies, log = borrowed(calendar), borrowed(tallies), borrowed(log)
         rows = state.rows
         clock = state.clock[0]
         tally = tallies[0]
@@ -335,14 +338,17 @@ def _run(digest):
                     word = np.int64(mirror(model.boundary, np.int64(i), word))
                     i, j = j, i
                 collide(model, state, neighbors, tally, log, i, word, now)
-                predict(model, state, neighbors, calendar, tally, i, now, np.int64(j))
-                predict(model, state, neighbors, calendar, tally, j, now, np.int64(i))
+                met = np.int64(j)
             else:
+                met = np.int64(-1)
                 if word == LAMBDA:
                     tally.advancements += 1
                 else:
                     tally.transits += 1
-                predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1))
+            halves = 2 if met >= 0 else 1
+            for _ in range(halves):
+                predict(model, state, neighbors, calendar, tally, i, now, met)
+                i, met = np.uint64(met), np.int64(i)
 
     return run
 

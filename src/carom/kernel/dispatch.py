@@ -18,11 +18,12 @@ from numba.extending import overload
 
 # Division must not test for zero, or no loop that divides can be vectorised.
 STRICT = {"error_model": "numpy", "nogil": True}
+INLINE = {**STRICT, "forceinline": True}
 # Contraction may only choose among candidates; whatever reaches the state is computed with STRICT, so that a
 # run has the same bits on every machine that rounds as IEEE 754 says.
-FAST = {**STRICT, "fastmath": {"contract", "nsz"}}
+FAST = {**INLINE, "fastmath": {"contract", "nsz"}}
 
-inner = njit(**STRICT)
+inner = njit(**INLINE)
 
 
 def _class_of(model):
@@ -41,7 +42,7 @@ def generic(function):
     """
     face = singledispatch(function)
 
-    @overload(face, strict=False, jit_options=STRICT)
+    @overload(face, strict=False, jit_options=INLINE)
     def choose(model, *args):
         cls = _class_of(model)
         return face.dispatch(cls) if cls in face.registry else None

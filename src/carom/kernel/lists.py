@@ -43,7 +43,9 @@ class Lists(NamedTuple):
     reference: np.ndarray
     """Reference points, (n, d) uint32."""
     words: np.ndarray
-    """Neighbours, (n, capacity) uint32, padded with the ghost."""
+    """Neighbours, (n * capacity,) uint32, each list padded with the ghost."""
+    capacity: int
+    """Room of one list."""
     counts: np.ndarray
     """How many neighbours, (n,) int32."""
 
@@ -56,7 +58,8 @@ def make_lists(n: int, edges, shape, cell_capacity: int, reach: float, margin: f
         reach * reach,
         margin * margin,
         np.zeros((n, len(shape)), np.uint32),
-        np.full((n, capacity), n, np.uint32),
+        np.full(n * capacity, n, np.uint32),
+        capacity,
         np.zeros(n, np.int32),
     )
 
@@ -80,20 +83,22 @@ def cell_of(lists, i):
 @inner
 def unlist(lists, i, j):
     """Remove j from the list of i."""
-    last = np.uint64(lists.counts[i] - 1)
-    for k in range(last):
-        if lists.words[i, k] == j:
-            lists.words[i, k] = lists.words[i, last]
+    first = i * np.uint64(lists.capacity)
+    count = lists.counts[i] - 1
+    last = first + np.uint64(count)
+    for k in range(first, last):
+        if lists.words[k] == j:
+            lists.words[k] = lists.words[last]
             break
-    lists.words[i, last] = len(lists.counts)
-    lists.counts[i] = last
+    lists.words[last] = len(lists.counts)
+    lists.counts[i] = count
 
 
 @inner
 def enlist(lists, i, j):
     """Add j to the list of i; the caller has seen to the room."""
     count = lists.counts[i]
-    lists.words[i, np.uint64(count)] = j
+    lists.words[i * np.uint64(lists.capacity) + np.uint64(count)] = j
     lists.counts[i] = count + 1
 
 
@@ -109,7 +114,7 @@ def apart(lists, i, j):
 
 @candidates.register
 def _(neighbors: Lists, boundary, i):
-    return neighbors.words[i], (np.int64(neighbors.counts[i]) + 7) & ~7
+    return neighbors.words, i * np.uint64(neighbors.capacity), (np.int64(neighbors.counts[i]) + 7) & ~7
 
 
 @inner
@@ -152,7 +157,6 @@ def _(neighbors: Lists, motion, boundary, state, i, now, code):
 def renew(lists, motion, state, i, now):
     """Take a new reference point for i and bring its list, and it in the others' lists, up to date."""
     cells = lists.cells
-    capacity = lists.words.shape[1]
     me = np.uint32(i)
     old_cell = cell_of(lists, i)
     refer(lists, motion, state, i, now)
@@ -161,15 +165,16 @@ def renew(lists, motion, state, i, now):
         leave_cell(cells, old_cell, me)
         if not enter_cell(cells, new_cell, me):
             return False
-    for k in range(np.int64(lists.counts[i])):
-        unlist(lists, np.uint64(lists.words[i, np.uint64(k)]), me)
-        lists.words[i, np.uint64(k)] = len(lists.counts)
+    first = i * np.uint64(lists.capacity)
+    for k in range(first, first + np.uint64(lists.counts[i])):
+        unlist(lists, np.uint64(lists.words[k]), me)
+        lists.words[k] = len(lists.counts)
     lists.counts[i] = 0
-    return enlist_around(lists, i, new_cell, np.uint32(len(lists.counts)), capacity)
+    return enlist_around(lists, i, new_cell, np.uint32(len(lists.counts)))
 
 
 @inner
-def enlist_around(lists, i, cell, below, capacity):
+def enlist_around(lists, i, cell, below):
     """List i and all components of lower index than ``below`` within reach with each other; False if a list is full."""
     cells = lists.cells
     dimension = len(lists.grain)
@@ -190,7 +195,7 @@ def enlist_around(lists, i, cell, below, capacity):
         for k in range(np.uint64(cells.counts[other])):
             j = cells.members[other, k]
             if j != np.uint32(i) and j < below and apart(lists, i, np.uint64(j)) <= lists.reach:
-                if lists.counts[i] == capacity or lists.counts[j] == capacity:
+                if lists.counts[i] == lists.capacity or lists.counts[j] == lists.capacity:
                     return False
                 enlist(lists, i, j)
                 enlist(lists, np.uint64(j), np.uint32(i))
@@ -206,15 +211,12 @@ def _(neighbors: Lists, i, axis, crossings):
 def _(neighbors: Lists, motion, boundary, state):
     cells = neighbors.cells
     now = state.clock[0].now
-    capacity = neighbors.words.shape[1]
     cells.counts[:] = 0
     neighbors.counts[:] = 0
     neighbors.words[:] = len(neighbors.counts)
     for i in range(np.uint64(len(state.partner))):
         refer(neighbors, motion, state, i, now)
         cell = cell_of(neighbors, i)
-        if not enter_cell(cells, cell, np.uint32(i)) or not enlist_around(
-            neighbors, i, cell, np.uint32(i), capacity
-        ):
+        if not enter_cell(cells, cell, np.uint32(i)) or not enlist_around(neighbors, i, cell, np.uint32(i)):
             return False
     return True

@@ -75,8 +75,10 @@ def candidates(neighbors, boundary, i):
 
     Returns
     -------
-    words : (capacity,) uint32 array
-        The words, padded with the ghost.
+    words : uint32 array
+        Holds the words, padded with the ghost.
+    begin : int
+        Where in the array they begin.
     count : int
         How many of them to look at, a multiple of 8.
     """

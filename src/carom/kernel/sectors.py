@@ -71,7 +71,7 @@ def _(neighbors: Sectors, boundary, i):
     ghost = word_of(boundary, np.int64(len(neighbors.place) - 1), np.int64(0))
     for k in range(np.uint64(8)):
         words[total + k] = ghost
-    return words, (np.int64(total) + 7) & ~7
+    return words, np.uint64(0), (np.int64(total) + 7) & ~7
 
 
 @transit_time.register
