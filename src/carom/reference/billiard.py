@@ -1,7 +1,7 @@
 """The paper's basic functions for hard spheres in a periodic box, with and without sectors (sec. 2).
 
 ``interaction_time``, ``jump`` and ``advance`` are all that the figures of :mod:`carom.reference.figures` know
-of the physics. Diameter and mass are unchangeable parts of a component's state, as sec. 10 has it.
+of the physics. Diameter and mass are unchangeable parts of a component's state, as sec. 11 has it.
 """
 
 from __future__ import annotations
@@ -87,8 +87,9 @@ class Billiard:
         self.obstacles = 0
         if sectors is not None:
             counts = np.array(sectors, dtype=np.int64)
-            self.sides = self.box / array(counts, "sectors")
-            if counts.shape != self.box.shape or (counts < 3).any() or (self.sides < max(diameters)).any():
+            fits = counts.shape == self.box.shape and (counts >= 3).all()
+            self.sides = self.box / array(counts, "sectors") if fits else self.box
+            if not fits or (self.sides < max(diameters)).any():
                 raise InputError(
                     f"sectors is {sectors!r}; expected {self.dimension} counts of at least 3, none so "
                     "large that a side is shorter than the largest diameter."
@@ -104,11 +105,11 @@ class Billiard:
         return tuple(int(c) for c in np.floor((position / self.sides).astype(float)))
 
     def advance(self, state: State, time0: Any, time1: Any) -> State:
-        """State at `time1` of a component in `state` at `time0`, without interactions (eq. 8)."""
+        """State at `time1` of a component in `state` at `time0`, without interactions."""
         return state._replace(position=state.position + state.velocity * (time1 - time0))
 
     def interaction_time(self, state1: State, time1: Any, state2: State, time2: Any) -> Any:
-        """Time of the next collision of two components by themselves, or NEVER (eq. 1).
+        """Time of the next collision of two components by themselves, or NEVER.
 
         With sectors, NEVER also for components that are not in the same or in neighbouring sectors.
         """
@@ -117,7 +118,8 @@ class Billiard:
         x2 = state2.position + state2.velocity * (time - time2)
         r, u = x2 - x1, state2.velocity - state1.velocity
         if self.sectors is not None:
-            assert state1.sector is not None and state2.sector is not None
+            assert state1.sector is not None
+            assert state2.sector is not None
             apart = np.subtract(state2.sector, state1.sector)
             image = -np.rint(apart / self.sectors).astype(np.int64)
             if (np.abs(apart + image * self.sectors) > 1).any():
@@ -144,7 +146,7 @@ class Billiard:
         return r - np.rint((r / self.box).astype(float)).astype(np.int64) * self.box
 
     def crossing_time(self, state: State, time: Any, obstacle: int) -> Any:
-        """Time at which a component reaches face `obstacle` (1 to K) of its sector (eq. 5).
+        """Time at which a component reaches face `obstacle` (1 to K) of its sector.
 
         Odd faces are the lower ones: 1, 2 along the first axis, 3, 4 along the second, and so on.
         """
@@ -162,7 +164,7 @@ class Billiard:
         )
 
     def cross(self, state: State, obstacle: int) -> State:
-        """Enter the sector behind face `obstacle`: a jump of nothing but the membership (eq. 6)."""
+        """Enter the sector behind face `obstacle`: a jump of nothing but the membership."""
         assert state.sector is not None
         axis, upper = divmod(obstacle - 1, 2)
         sector = list(state.sector)
@@ -170,7 +172,7 @@ class Billiard:
         return state._replace(sector=tuple(sector))
 
     def jump(self, state1: State, state2: State) -> tuple[State, State]:
-        """Both states immediately after an elastic collision (eq. 4).
+        """Both states immediately after an elastic collision.
 
         At contact no image is nearer than the one that is touched, so the nearest one is meant.
         """

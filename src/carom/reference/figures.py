@@ -30,7 +30,7 @@ Kind = Literal["start", "collision", "second half", "crossing", "advancement"]
 
 
 class InvariantError(CaromError):
-    """An invariant of the paper's sec. 6 does not hold after a cycle."""
+    """An invariant of the paper's sec. 8 does not hold after a cycle."""
 
 
 class Cycle(NamedTuple):

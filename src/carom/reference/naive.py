@@ -2,8 +2,8 @@
 
 The whole system goes from collision to collision: of all pairs and all periodic images the earliest meeting
 is found, every sphere is advanced to it, two velocities jump, and the search starts over. Lubachevsky (1991)
-*calls* the trajectory found in this way the correct one ("Consistency of basic operations"); with 50 digits it
-stays so for hundreds of collisions, long after any computation in doubles has diverged from it.
+*calls* the trajectory found in this way the correct one (sec. 7); with 50 digits it stays so for hundreds of
+collisions, long after any computation in doubles has diverged from it.
 """
 
 from __future__ import annotations
@@ -238,8 +238,8 @@ class NaiveSystem:
         widest = int(np.argmax(self.diameters))
         if (self.box < self.diameters[widest]).any():
             raise OverlapError(
-                f"Sphere {widest} of diameter {float(self.diameters[widest]):.6g} overlaps its own image in the "
-                f"box {tuple(float(edge) for edge in self.box)}; no edge may be shorter than a diameter."
+                f"Sphere {widest} of diameter {float(self.diameters[widest]):.6g} overlaps its own image in "
+                f"the box {tuple(float(edge) for edge in self.box)}; no edge may be shorter than a diameter."
             )
         x, edges, sigma = self._x.astype(float), self.box.astype(float), self.diameters.astype(float)
         for i in range(len(x) - 1):
@@ -266,8 +266,8 @@ def collisions(
     """Return an iterator over the collisions of hard spheres in a periodic box, in the order of time.
 
     Parameters, errors and the order of simultaneous collisions are those of :class:`NaiveSystem`; the input
-    is checked at once, before the first collision is asked for. The iterator ends only when there can never be
-    another collision.
+    is checked at once, before the first collision is asked for. The iterator ends only when there can
+    never be another collision.
 
     Examples
     --------
