@@ -1,0 +1,23 @@
+"""What the realised events of one stretch of a run add up to."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Block(NamedTuple):
+    """Sums over the collisions of one stretch of time.
+
+    Attributes
+    ----------
+    duration : float
+        Length of the stretch [time].
+    collisions : int
+        Pair collisions in it.
+    virial : float
+        Sum of ``r_ij . dp_ij`` over them [energy]; ``m sigma |u_n|`` for equal masses.
+    """
+
+    duration: float
+    collisions: int
+    virial: float
