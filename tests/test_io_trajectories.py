@@ -405,6 +405,8 @@ def test_rebuild_makes_the_h5md_anew_from_a_torn_extxyz(tmp_path):
         carom.io.open(target, "a", keep=2)
     with pytest.raises(FileError, match="holds 3 complete frames, and 4"):
         carom.io.rebuild(source, target, 4)
+    assert carom.io.rebuild(source, target, 0) == 0
+    assert len(carom.io.open(write(target, frames[:1], "a"))) == 1
     assert carom.io.rebuild(source, target, 2) == 2
     for a, b in zip(frames[:2], carom.io.read(target, ":"), strict=True):
         assert_same(a, b)
