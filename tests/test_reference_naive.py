@@ -1,5 +1,6 @@
 """The oracle against what is known without it: exact cases, a search by brute force, conservation laws."""
 
+import doctest
 import itertools
 import json
 import math
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from carom.errors import InputError, OverlapError
-from carom.reference import NaiveSystem, NoMeetingFound, collisions
+from carom.reference import NaiveSystem, NoMeetingFound, collisions, naive
 from carom.reference.arithmetic import make_arithmetic
 from carom.reference.meeting import next_meeting
 
@@ -265,3 +266,9 @@ def test_bad_input_is_told_in_one_sentence(change, error, words):
     good = {"positions": [[0, 0], [3, 0]], "velocities": [[1, 0], [0, 0]], "box": [9, 9]}
     with pytest.raises(error, match=words):
         collisions(**(good | change))
+
+
+def test_the_examples_of_the_docstrings_run():
+    results = doctest.testmod(naive)
+    assert results.attempted > 4
+    assert results.failed == 0
