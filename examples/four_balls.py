@@ -63,8 +63,8 @@ def trace(title, run, cycles):
 
 
 # %% The picture of one cycle: a full disk where a ball is now, its velocity (an arrow), and a dashed circle
-# where its new event takes place, with "(partner) time". A dotted circle is where the old event was. Grey disks
-# are periodic images.
+# where its new event takes place, with "(partner) time". A dotted circle is where the old event was. Grey
+# disks are periodic images.
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#aa4499"]
 ARROW, MARGIN = 45.0, 75.0
 
