@@ -295,9 +295,15 @@ def maxwell_velocities(
     dimension = checks.integer(dimension, "dimension", low=1)
     kT = checks.number(kT, "kT", low=0, high=checks.MAGNITUDE)
     rng = checks.generator(seed)
-    mass = np.broadcast_to(np.asarray(masses, dtype=np.float64), (n,))
-    if not (np.isfinite(mass).all() and (mass > 0).all()):
-        raise InputError("masses must be positive and finite.")
+    if np.ndim(masses) == 0:
+        mass = np.full(n, checks.positive(masses, "masses"))
+    else:
+        mass = checks.array(masses, "masses", "(n,)", ndim=1)
+        if len(mass) != n or (mass <= 0).any():
+            raise InputError(
+            least = mass.min(initial=np.inf)
+            raise InputError(f"masses must be {n} positive numbers, found {len(mass)}, the least {least:g}.")
+            )
     velocities = rng.standard_normal((n, dimension)) / np.sqrt(mass)[:, None]
     if n > 1:
         for _ in range(2):  # the second time takes away what rounding left

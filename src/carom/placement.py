@@ -88,7 +88,9 @@ def random_positions(n: int, box: np.ndarray, rng: np.random.Generator) -> np.nd
     return positions
 
 
-def separated(positions: np.ndarray, box: np.ndarray) -> np.ndarray | None:
+def separated(
+    positions: np.ndarray, box: np.ndarray, clearance: float = CLEARANCE, patience: int = PATIENCE
+) -> np.ndarray | None:
     """Move unit spheres apart until none overlap, or return None if that does not end.
 
     Parameters
@@ -97,21 +99,25 @@ def separated(positions: np.ndarray, box: np.ndarray) -> np.ndarray | None:
         Centres [diameter].
     box : (d,) array
         Edges [diameter].
+    clearance : float
+        Distance [diameter] to which pairs closer than that are moved.
+    patience : int
+        Steps after which it ends without a result.
     """
     n = len(positions)
     listed_at = positions = wrapped(positions, box)
-    pairs = pairs_within(positions, box, CLEARANCE + SKIN)
-    for _ in range(PATIENCE):
+    pairs = pairs_within(positions, box, clearance + SKIN)
+    for _ in range(patience):
         moved = positions - listed_at
         if np.einsum("ij,ij->i", moved, moved).max() > (SKIN / 2) ** 2:
             listed_at = positions = wrapped(positions, box)
-            pairs = pairs_within(positions, box, CLEARANCE + SKIN)
+            pairs = pairs_within(positions, box, clearance + SKIN)
         separation, distance = pair_distances(positions, pairs, box)
         if not (distance < 1).any():
             return wrapped(positions, box)
-        near = np.nonzero((distance < CLEARANCE) & (distance > 0))[0]
+        near = np.nonzero((distance < clearance) & (distance > 0))[0]
         i, j = pairs[near].T
-        step = separation[near] * (0.5 * (CLEARANCE / distance[near] - 1))[:, None]
+        step = separation[near] * (0.5 * (clearance / distance[near] - 1))[:, None]
         shift = [np.bincount(j, s, n) - np.bincount(i, s, n) for s in step.T]
         positions = positions + np.stack(shift, axis=1)
     return None

@@ -354,7 +354,7 @@ class Scene:
         -----
         CaromWarning
             If spheres overlap by no more than single precision explains (a GSD file holds such numbers): they
-            are then moved apart, by about a thousandth of a diameter.
+            are then moved apart by as little.
         """
         diameter = _common(frame.diameters, "diameters", frame.n)
         mass = _common(frame.masses, "masses", frame.n)
@@ -505,11 +505,13 @@ def _parted(positions: Any, box: tuple[float, ...], diameter: float) -> Any:
     reduced = np.asarray(edges) / diameter
     places = overlaps.wrapped(places, np.asarray(edges)) / diameter
     overlap = overlaps.deepest(places, reduced)
-    if overlap is None or overlap.depth > overlaps.rounding(reduced, float(np.finfo(np.float32).eps)):
+    single = overlaps.rounding(reduced, float(np.finfo(np.float32).eps))
+    if overlap is None or overlap.depth > single:
         return positions
     from carom import placement
 
-    moved = placement.separated(places, reduced)
+    # A fluid gives way in a few steps; what does not is jammed, and stays an error.
+    moved = placement.separated(places, reduced, clearance=1 + 2 * single, patience=200)
     if moved is None:
         return positions
     warn(

@@ -1,0 +1,243 @@
+"""Lattices, random placement and Maxwell velocities."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.spatial import cKDTree
+
+from carom import initial, placement
+from carom.errors import InputError
+from carom.scene import Scene
+
+EPS = np.finfo(float).eps
+
+#: A packing fraction is a product of some ten factors, each rounded, one a d-th root taken to the power d.
+TEN_ROUNDINGS = 10 * EPS
+
+#: Chance of a false alarm of the statistical tests; seeds are fixed, so they either always pass or never.
+UNLIKELY = 1e-4
+
+LATTICES = {
+    "cubic 1": (lambda **k: Scene.cubic(7, 1, **k), 7, 1, 2, 1.0),
+    "cubic 2": (lambda **k: Scene.cubic((4, 6), 2, **k), 24, 2, 4, math.pi / 4),
+    "cubic 3": (lambda **k: Scene.cubic(5, **k), 125, 3, 6, math.pi / 6),
+    "cubic 4": (lambda **k: Scene.cubic(4, 4, **k), 256, 4, 8, math.pi**2 / 32),
+    "triangular": (lambda **k: Scene.triangular((5, 3), **k), 30, 2, 6, math.pi / math.sqrt(12)),
+    "fcc": (lambda **k: Scene.fcc(4, **k), 256, 3, 12, math.pi / math.sqrt(18)),
+    "fcc oblong": (lambda **k: Scene.fcc((3, 4, 5), **k), 240, 3, 12, math.pi / math.sqrt(18)),
+    "d4": (lambda **k: Scene.dn(3, 4, **k), 648, 4, 24, math.pi**2 / 16),
+    "d5": (lambda **k: Scene.dn(2, 5, **k), 512, 5, 40, math.pi**2 / (15 * math.sqrt(2))),
+    "d6": (lambda **k: Scene.dn(2, 6, **k), 2048, 6, 60, math.pi**3 / 96),
+    "dense 1": (lambda **k: Scene.lattice(5, 1, **k), 5, 1, 2, 1.0),
+    "dense 2": (lambda **k: Scene.lattice(5, 2, **k), 30, 2, 6, math.pi / math.sqrt(12)),
+    "dense 3": (lambda **k: Scene.lattice(4, **k), 256, 3, 12, math.pi / math.sqrt(18)),
+    "dense 4": (lambda **k: Scene.lattice(3, 4, **k), 648, 4, 24, math.pi**2 / 16),
+}
+
+
+@pytest.mark.parametrize("name", LATTICES)
+def test_every_lattice_has_its_number_neighbours_and_packing_fraction(name):
+    """Kissing numbers and closest packings: Conway and Sloane, Sphere Packings, Lattices and Groups."""
+    build, n, dimension, neighbours, limit = LATTICES[name]
+    fraction = 0.6 * limit
+    scene = build(packing_fraction=fraction)
+    assert (scene.n, scene.dimension) == (n, dimension)
+    assert scene.packing_fraction == pytest.approx(fraction, rel=TEN_ROUNDINGS)
+    # Spheres that touch at the limit are (limit / fraction)^(1/d) diameters apart below it.
+    nearest = (limit / fraction) ** (1 / dimension)
+    tree = cKDTree(scene.positions, boxsize=scene.box)
+    distances, _ = tree.query(scene.positions, k=2)
+    np.testing.assert_allclose(distances[:, 1], nearest, rtol=100 * EPS)
+    around = tree.query_ball_point(scene.positions, nearest * (1 + 1e-9), return_length=True)
+    assert (around == neighbours + 1).all()
+
+
+@pytest.mark.parametrize("name", LATTICES)
+def test_every_lattice_can_be_closest_packed_and_no_closer(name):
+    build, n, _, _, limit = LATTICES[name]
+    assert build(packing_fraction=limit).n == n
+    with pytest.raises(InputError, match=f"{limit:.6f}"):
+        build(packing_fraction=limit * (1 + 1e-9))
+
+
+@pytest.mark.parametrize("scale", [2.0**-40, 1.0, 2.0**13])
+def test_the_diameter_scales_a_lattice_bit_for_bit(scale):
+    unit = Scene.fcc(3, packing_fraction=0.5)
+    scaled = Scene.fcc(3, packing_fraction=0.5, diameter=scale)
+    np.testing.assert_array_equal(scaled.positions / scale, unit.positions)
+    np.testing.assert_array_equal(np.array(scaled.box) / scale, unit.box)
+
+
+def test_a_density_is_the_number_of_spheres_in_a_volume_of_a_diameter_cubed():
+    scene = Scene.fcc(3, density=0.9, diameter=0.5)
+    assert scene.number_density * 0.5**3 == pytest.approx(0.9, rel=TEN_ROUNDINGS)
+
+
+def test_one_number_of_triangular_cells_makes_the_box_nearly_square():
+    scene = Scene.triangular(30, packing_fraction=0.7)
+    assert scene.n == 2 * 30 * 17
+    assert scene.box[1] / scene.box[0] == pytest.approx(17 * math.sqrt(3) / 30, rel=TEN_ROUNDINGS)
+
+
+@pytest.mark.parametrize("dimension", range(1, 9))
+def test_the_unit_ball_has_its_known_volume(dimension):
+    """V_d = 2 pi / d V_(d-2), from V_0 = 1 and V_1 = 2."""
+    volumes = [1.0, 2.0]
+    for d in range(2, dimension + 1):
+        volumes.append(2 * math.pi / d * volumes[d - 2])
+    assert initial.unit_ball_volume(dimension) == pytest.approx(volumes[dimension], rel=TEN_ROUNDINGS)
+
+
+@pytest.mark.parametrize(
+    ("build", "says"),
+    [
+        (lambda: Scene.fcc(4), "exactly one of packing_fraction and density, found neither"),
+        (lambda: Scene.fcc(4, packing_fraction=0.4, density=0.8), "found both"),
+        (lambda: Scene.fcc(4, packing_fraction=0.8), "0.740480"),
+        (lambda: Scene.fcc(4, density=1.5), "0.740480"),
+        (lambda: Scene.cubic(4, packing_fraction=0.6), "cubic lattice .* 0.523599"),
+        (lambda: Scene.triangular(4, packing_fraction=0.91), "0.906900"),
+        (lambda: Scene.fcc(4, packing_fraction=0.0), "greater than 0"),
+        (lambda: Scene.fcc(4, packing_fraction=-0.1), "greater than 0"),
+        (lambda: Scene.fcc(4, packing_fraction=math.nan), "finite"),
+        (lambda: Scene.fcc(4, packing_fraction="0.4"), "string"),
+        (lambda: Scene.fcc(4, packing_fraction=True), "boolean"),
+        (lambda: Scene.fcc(4, density=1e-300), "at most 1e"),
+        (lambda: Scene.fcc(4, density=5e-324), "finite"),
+        (lambda: Scene.fcc(0, packing_fraction=0.4), "at least|between"),
+        (lambda: Scene.fcc(2.5, packing_fraction=0.4), "integer"),
+        (lambda: Scene.fcc((4, 4), packing_fraction=0.4), "3 of them"),
+        (lambda: Scene.fcc("444", packing_fraction=0.4), "integer"),
+        (lambda: Scene.fcc(10**6, packing_fraction=0.4), "at most 100000000 components"),
+        (lambda: Scene.dn(2, 2, packing_fraction=0.4), "dimension must be between 3"),
+        (lambda: Scene.cubic(2, 40, packing_fraction=0.4), "dimension must be between 1"),
+        (lambda: Scene.random(0), "n must be"),
+        (lambda: Scene.random(10, packing_fraction=0.7), "lattice and equilibrate"),
+        (lambda: Scene.random(10, packing_fraction=0.75), "0.740480"),
+        (lambda: Scene.random(10, 1, packing_fraction=1.0), "lattice and equilibrate"),
+        (lambda: Scene.random(10, box=[4, 4, 4], density=0.1), "found both"),
+        (lambda: Scene.random(10, 2, box=[4, 4, 4]), "one edge or 2"),
+        (lambda: Scene.random(10, box="4"), "reduced units"),
+        (lambda: Scene.random(10, seed=-1), "seed"),
+        (lambda: Scene.random(10, seed=1.5), "seed"),
+        (lambda: Scene.random(10, seed=None), "seed"),
+        (lambda: Scene.random(1, packing_fraction=0.53), "own image"),
+    ],
+)
+def test_a_start_that_cannot_be_is_refused(build, says):
+    with pytest.raises(InputError, match=says):
+        build()
+
+
+@pytest.mark.parametrize("dimension", range(1, 7))
+@pytest.mark.parametrize("part", [0.2, 0.6, 0.98])
+def test_random_spheres_do_not_overlap_up_to_the_limit(dimension, part):
+    """Scene checks overlaps itself; here the distances are taken once more, by an independent route."""
+    fraction = part * placement.random_limit(dimension)
+    scene = Scene.random(300, dimension, packing_fraction=fraction, seed=7)
+    assert scene.packing_fraction == pytest.approx(fraction, rel=TEN_ROUNDINGS)
+    box = np.array(scene.box)
+    for k in range(1, scene.n):
+        separation = scene.positions[k] - scene.positions[:k]
+        separation -= box * np.rint(separation / box)
+        assert np.sqrt((separation**2).sum(axis=1)).min() > 1 - 1e-12
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 8])
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_few_random_spheres_fit_small_boxes(n, dimension):
+    box = [1.05 * max(n, 2) if dimension == 1 else 1.1 + n ** (1 / dimension)] * dimension
+    scene = Scene.random(n, box=box, seed=3)
+    assert (scene.n, scene.dimension) == (n, dimension)
+
+
+def test_random_scenes_repeat_with_their_seed_only():
+    first, again, other = (Scene.random(50, 2, seed=s).positions for s in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).any()
+    generator = np.random.default_rng(1)
+    np.testing.assert_array_equal(Scene.random(50, 2, seed=generator).positions, first)
+    assert (Scene.random(50, 2, seed=generator).positions != first).any()
+
+
+def test_random_scenes_scale_with_the_diameter_bit_for_bit():
+    unit, scaled = (Scene.random(100, 3, seed=4, diameter=s) for s in (1.0, 0.125))
+    np.testing.assert_array_equal(scaled.positions / 0.125, unit.positions)
+
+
+def test_random_rods_are_the_equilibrium_gas():
+    """Gaps of n rods on a ring of free length F: P(gap > x) = (1 - x / F)^(n - 1), exactly (Tonks 1936)."""
+    n, gaps = 20, []
+    for seed in range(200):
+        scene = Scene.random(n, 1, packing_fraction=0.8, seed=seed)
+        edge = scene.box[0]
+        places = np.sort(scene.positions[:, 0])
+        # One gap a scene: those of one scene add up to F and are not independent.
+        gaps.append((places[1] - places[0] - 1) / (edge - n))
+    assert stats.kstest(gaps, stats.beta(1, n - 1).cdf).pvalue > UNLIKELY
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+@pytest.mark.parametrize("n", [2, 3, 100])
+@pytest.mark.parametrize("kT", [1.0, 0.37])
+def test_maxwell_velocities_have_no_momentum_and_an_exact_temperature(n, dimension, kT):
+    masses = 0.5 + np.random.default_rng(0).random(n)
+    velocities = initial.maxwell_velocities(n, dimension, masses, kT, seed=5)
+    assert velocities.shape == (n, dimension)
+    kinetic = 0.5 * math.fsum((masses[:, None] * velocities**2).ravel())
+    assert 2 * kinetic / (dimension * (n - 1)) == pytest.approx(kT, rel=8 * EPS)
+    # Each of n terms is rounded to eps / 2 of at most the largest momentum, and so is their sum's every step.
+    largest = np.abs(masses[:, None] * velocities).max()
+    for k in range(dimension):
+        assert abs(math.fsum(masses * velocities[:, k])) <= n * EPS * largest
+
+
+def test_one_particle_keeps_its_momentum_and_has_d_kT_over_2():
+    velocities = initial.maxwell_velocities(1, 3, 2.0, 0.5, seed=1)
+    assert 0.5 * 2.0 * (velocities**2).sum() == pytest.approx(3 * 0.5 / 2, rel=8 * EPS)
+
+
+def test_no_temperature_is_rest():
+    assert not initial.maxwell_velocities(10, 3, kT=0.0).any()
+
+
+def test_velocities_are_maxwellian():
+    """With n = 20000 the constraints change the distribution by 1 / n, far below what the test resolves."""
+    velocities = initial.maxwell_velocities(20_000, 2, 4.0, 9.0, seed=11)
+    assert stats.kstest(velocities.ravel(), stats.norm(scale=1.5).cdf).pvalue > UNLIKELY
+    speeds = np.sqrt((velocities**2).sum(axis=1))
+    assert stats.kstest(speeds, stats.rayleigh(scale=1.5).cdf).pvalue > UNLIKELY
+
+
+def test_heavier_components_are_slower_by_the_root_of_the_mass():
+    masses = np.repeat([1.0, 100.0], 20_000)
+    velocities = initial.maxwell_velocities(40_000, 3, masses, seed=2)
+    light, heavy = velocities[:20_000], velocities[20_000:]
+    # The variance of a variance of m normal numbers is 2 / m.
+    six_sigma = 6 * math.sqrt(2 * 2 / light.size)
+    assert light.var() / heavy.var() == pytest.approx(100.0, rel=six_sigma)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"n": 0, "dimension": 3},
+        {"n": 3, "dimension": 0},
+        {"n": 3, "dimension": 3, "kT": -1},
+        {"n": 3, "dimension": 3, "kT": math.nan},
+        {"n": 3, "dimension": 3, "kT": "1"},
+        {"n": 3, "dimension": 3, "masses": 0.0},
+        {"n": 3, "dimension": 3, "masses": np.array([1, math.nan, 1])},
+        {"n": 3, "dimension": 3, "masses": np.ones(2)},
+        {"n": 3, "dimension": 3, "masses": []},
+        {"n": 3, "dimension": 3, "masses": "heavy"},
+        {"n": 3, "dimension": 3, "seed": "one"},
+    ],
+)
+def test_bad_arguments_of_maxwell_velocities_are_refused(arguments):
+    with pytest.raises(InputError):
+        initial.maxwell_velocities(**arguments)

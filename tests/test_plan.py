@@ -1,0 +1,292 @@
+"""The plan: a scene file in TOML, read strictly."""
+
+from __future__ import annotations
+
+import dataclasses
+import string
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import carom.io
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.plan import LARGEST_FILE, OutputSpec, Plan, RunSpec, SceneSpec, template
+from carom.scene import Scene
+
+
+def test_the_template_is_the_default_plan():
+    assert Plan.from_toml(template()) == Plan() == Plan.from_toml("")
+
+
+def test_the_default_scene_has_2048_spheres_at_045():
+    scene = Plan().build_scene()
+    assert (scene.n, scene.dimension) == (2048, 3)
+    assert scene.packing_fraction == pytest.approx(0.45, rel=1e-14)
+
+
+def test_every_key_of_the_template_is_explained_there():
+    text = template()
+    for section in dataclasses.fields(Plan):
+        assert f"[{section.name}]" in text
+    for spec in (SceneSpec, RunSpec, OutputSpec):
+        for key in dataclasses.fields(spec):
+            assert f"\n{key.name} = " in text or f"\n# {key.name} = " in text
+
+
+SCENES = [
+    ("initial = 'fcc'\ncells = 3\ndensity = 0.5", 108, 3),
+    ("cells = [2, 3, 4]\npacking_fraction = 0.5", 96, 3),
+    ("n = 256\npacking_fraction = 0.5", 256, 3),
+    ("initial = 'cubic'\ndimension = 1\nn = 7\npacking_fraction = 0.5", 7, 1),
+    ("initial = 'cubic'\ndimension = 4\ncells = 3\npacking_fraction = 0.2", 81, 4),
+    ("initial = 'triangular'\ncells = [4, 2]\npacking_fraction = 0.7", 16, 2),
+    ("initial = 'dn'\ndimension = 4\ncells = 2\npacking_fraction = 0.2", 128, 4),
+    ("initial = 'random'\nn = 50\ndimension = 2", 50, 2),
+    ("initial = 'random'\nn = 50\nbox = [9, 9.5]\ndiameter = 0.5\nmass = 2", 50, 2),
+]
+
+
+@pytest.mark.parametrize(("scene", "n", "dimension"), SCENES)
+def test_a_section_scene_builds_its_scene(scene, n, dimension):
+    plan = Plan.from_toml("[scene]\n" + scene)
+    assert Plan.from_toml(plan.to_toml()) == plan
+    built = plan.build_scene()
+    assert (built.n, built.dimension) == (n, dimension)
+    assert built.diameter == plan.scene.diameter
+    assert built.mass == plan.scene.mass
+
+
+def test_the_seed_places_random_spheres():
+    text = "[scene]\ninitial = 'random'\nn = 20\n[run]\nseed = {}"
+    first, again, other = (Plan.from_toml(text.format(s)).build_scene().positions for s in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).any()
+
+
+BAD = [
+    ("[scen]\ncells = 8", r"\[scen\] is no known section; did you mean scene"),
+    ("[colour]", r"\[colour\] is no known section \(known: output, run, scene\)"),
+    ("cells = 8", r"outside of any section; write it below \[scene\]"),
+    ("nonsense = 8", "outside of any section and is no known key"),
+    ("scene = 8", r"\[scene\] must be a section, found 8"),
+    ("[[scene]]", r"\[scene\] must be a section, found a list"),
+    ("[scene]\nceels = 8", r"\[scene\] ceels is no known key; did you mean cells"),
+    ("[run]\nframs = 8", r"\[run\] frams is no known key; did you mean frames"),
+    ("[output]\nzzz = 8", r"\[output\] zzz is no known key \(known: event_log, pictures, trajectory\)"),
+    ("[scene]\ncells = ", "line 2|end of document"),
+    ("[scene]\ncells = 1\nkT = 1 1\n", "line 3"),
+    ("[scene]\ncells = 1\ncells = 2", "overwrite"),
+    ("[scene]\ncells = '8'", "cells must be an integer, found the string '8'"),
+    ("[scene]\ncells = 8.0", "integer, found 8.0"),
+    ("[scene]\ncells = true", "integer, found the boolean true"),
+    ("[scene]\ncells = [8, 'x', 8]", "integer, found the string 'x'"),
+    ("[scene]\ncells = []", "one value an axis, found 0"),
+    ("[scene]\ncells = 0", "between 1"),
+    ("[scene]\ncells = 8\nn = 2048", "cells and n contradict"),
+    ("[scene]\ndensity = 1\npacking_fraction = 0.4", "packing_fraction and density contradict"),
+    ("[scene]\npacking_fraction = '0.45'", "found the string '0.45'.*plain number"),
+    ("[scene]\npacking_fraction = 1.5", "at most 1"),
+    ("[scene]\npacking_fraction = nan", "finite"),
+    ("[scene]\npacking_fraction = true", "boolean"),
+    ("[scene]\npacking_fraction = 1979-05-27", "found a date"),
+    ("[scene]\ndiameter = '1 nm'", "reduced units"),
+    ("[scene]\ndiameter = 0", "diameter must be"),
+    ("[scene]\nmass = -1.0", "mass must be"),
+    ("[scene]\nkT = inf", "finite"),
+    ("[scene]\nkT = -1", "at least 0"),
+    ("[scene]\ninitial = 'fc'", "found the string 'fc'. Did you mean fcc"),
+    ("[scene]\ninitial = 3", "must be one of fcc"),
+    ("[scene]\ninitial = 'fcc'\ndimension = 2", "dimension is 3 with initial"),
+    ("[scene]\ninitial = 'dn'\ncells = 2\ndensity = 0.1\ndimension = 2", "at least 3"),
+    ("[scene]\ninitial = 'cubic'\ndensity = 0.1", "cells or n is needed"),
+    ("[scene]\ninitial = 'cubic'\ncells = 2", "packing_fraction or density is needed"),
+    ("[scene]\nbox = [9, 9, 9]", "box has no meaning"),
+    ("[scene]\ninitial = 'random'", "n is needed"),
+    ("[scene]\ninitial = 'random'\nn = 9\ncells = 2", "cells has no meaning"),
+    ("[scene]\ninitial = 'random'\nn = 9\nbox = 9", "box must be a list of edges, found 9"),
+    ("[scene]\ninitial = 'random'\nn = 9\nbox = [9, 0]", "box must be at least"),
+    ("[scene]\ninitial = 'random'\nn = 9\nbox = [9, 9]\ndensity = 1", "density and box contradict"),
+    ("[scene]\ninitial = 'random'\nn = 9\nbox = [9, 9]\ndimension = 3", "must have 3 edges, found 2"),
+    ("[scene]\nfile = 'a.h5md'", "file has no meaning"),
+    ("[scene]\ninitial = 'file'", "file is needed"),
+    ("[scene]\ninitial = 'file'\nfile = 3", "file must be a string"),
+    ("[scene]\ninitial = 'file'\nfile = ''", "name of a file"),
+    ("[scene]\ninitial = 'file'\nfile = 'a'\nn = 3", "n has no meaning"),
+    ("[run]\nseed = -1", "seed must be between 0"),
+    ("[run]\nseed = 1.5", "seed must be an integer"),
+    ("[run]\nseed = 9223372036854775808", "more than 18 digits"),
+    ("[run]\nequilibration = -1", "at least 0"),
+    ("[run]\ncollisions_per_particle = 0", "greater than 0"),
+    ("[run]\nframes = 0", "frames must be between 1"),
+    ("[run]\ncheckpoint_every = '10 s'", "plain number"),
+    ("[run]\nneighbors = 'list'", "Did you mean lists"),
+    ("[output]\ntrajectory = 'h5md'", "list of formats, found the string"),
+    ("[output]\ntrajectory = ['pdb']", "must be one of h5md, extxyz, gsd; found the string 'pdb'"),
+    ("[output]\ntrajectory = ['gsd', 'gsd']", "names a format twice"),
+    ("[output]\nevent_log = 1", "true or false, found 1"),
+    ("[output]\npictures = 'yes'", "true or false, found the string"),
+    ("x = " + "[" * 9000, "nested too deeply"),
+    ("x = " + "1" * 9000, "no valid TOML"),
+    ("#" * (LARGEST_FILE + 1), "at most"),
+]
+
+
+@pytest.mark.parametrize(("text", "says"), BAD)
+def test_a_bad_scene_file_is_named_in_one_sentence(text, says):
+    with pytest.raises(InputError, match=says) as caught:
+        Plan.from_toml(text)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 250
+
+
+def test_a_lattice_that_n_does_not_fill_names_the_nearest_that_do():
+    plan = Plan.from_toml("[scene]\nn = 2000")
+    with pytest.raises(InputError, match="1372 or 2048"):
+        plan.build_scene()
+
+
+def test_packing_too_densely_names_the_limit():
+    with pytest.raises(InputError, match=r"0\.740480"):
+        Plan.from_toml("[scene]\npacking_fraction = 0.75").build_scene()
+
+
+@pytest.mark.parametrize(
+    "change", [{"kT": "1"}, {"cells": 2.5}, {"initial": "file"}, {"n": 3}, {"packing_fraction": 7}]
+)
+def test_a_plan_made_in_python_is_checked_alike(change):
+    with pytest.raises(InputError):
+        dataclasses.replace(Plan().scene, **change)
+
+
+def test_a_plan_can_be_changed_in_python():
+    plan = dataclasses.replace(Plan(), run=dataclasses.replace(Plan().run, seed=7))
+    assert Plan.from_toml(plan.to_toml()).run.seed == 7
+
+
+def test_a_scene_starts_from_a_frame_of_a_file(tmp_path, monkeypatch):
+    start = Scene.random(10, 2, seed=3)
+    velocities = np.random.default_rng(1).standard_normal((10, 2))
+    asked = []
+
+    def read(path, index=-1):
+        asked.append((path, index))
+        return Frame(
+            1.0, 5, start.positions, velocities, start.box, start.diameters, start.masses, images=None
+        )
+
+    monkeypatch.setattr(carom.io, "read", read)
+    scene_file = tmp_path / "scene.toml"
+    scene_file.write_text("[scene]\ninitial = 'file'\nfile = 'old/run.h5md'\nframe = 3\n")
+    plan = Plan.load(scene_file)
+    scene = plan.build_scene()
+    assert asked == [(str(tmp_path / "old/run.h5md"), 3)]
+    np.testing.assert_array_equal(scene.positions, start.positions)
+    np.testing.assert_array_equal(scene.velocities, velocities)
+    warmer = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, kT=2.0))
+    assert warmer.build_scene().velocities is None
+    assert warmer.scene.temperature == 2.0
+    assert Plan.from_toml(plan.to_toml()) == plan
+
+
+def test_a_missing_folder_binary_or_large_file_is_refused(tmp_path):
+    (tmp_path / "binary").write_bytes(b"\x89HDF\xff\xfe")
+    (tmp_path / "large").write_bytes(b"#" * (LARGEST_FILE + 1))
+    for name, says in (
+        ("missing", "does not exist"),
+        (".", "not a file"),
+        ("binary", "not text in UTF-8"),
+        ("large", "more than"),
+        ("x" * 5000, "cannot be read|does not exist"),
+        ("\0", "cannot be read|does not exist"),
+    ):
+        with pytest.raises(FileError, match=says):
+            Plan.load(tmp_path / name)
+
+
+def test_an_error_in_a_file_names_the_file(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("[scene]\nceels = 8")
+    with pytest.raises(InputError, match=r"scene\.toml: \[scene\] ceels"):
+        Plan.load(path)
+
+
+def test_a_file_with_a_byte_order_mark_and_windows_lines_is_read(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(b"\xef\xbb\xbf[scene]\r\ncells = 3\r\n")
+    assert Plan.load(path).scene.cells == 3
+
+
+@given(name=st.text(min_size=1, max_size=30).filter(lambda s: "\0" not in s))
+def test_any_name_of_a_file_survives_the_round_trip(name):
+    try:
+        plan = Plan(SceneSpec(initial="file", file=name))
+    except InputError:
+        assert name != name.encode("utf-8", "ignore").decode()
+        return
+    assert Plan.from_toml(plan.to_toml()) == plan
+
+
+KEYS = [f.name for spec in (SceneSpec, RunSpec, OutputSpec) for f in dataclasses.fields(spec)]
+KEYS += ["", "é", "a.b", "packing_fractoin", "__class__", "x" * 100]
+
+toml_value = st.one_of(
+    st.integers().map(str),
+    st.floats().map(lambda x: repr(x)),
+    st.sampled_from(
+        ["true", "false", "1979-05-27", "07:32:00", "{a = 1}", "[]", "[[1]]", "0x1F", "'1 nm'", "''"]
+    ),
+    st.sampled_from(["'fcc'", "'cubic'", "'triangular'", "'dn'", "'random'", "'file'", "'lists'", "['gsd']"]),
+    st.lists(st.integers(-2, 9), max_size=4).map(repr),
+    st.lists(st.floats(0, 20), max_size=4).map(repr),
+    st.integers(1, 300).map(str),
+    st.floats(0, 1).map(repr),
+    st.text(string.printable, max_size=8),
+)
+toml_key = st.sampled_from(KEYS).map(lambda k: k if k.isidentifier() and k.isascii() else f"'{k}'")
+toml_section = st.builds(
+    lambda name, pairs: f"[{name}]\n" + "".join(f"{k} = {v}\n" for k, v in pairs),
+    st.sampled_from(["scene", "scene", "run", "output", "sceen", "scene.file", "a b"]),
+    st.lists(st.tuples(toml_key, toml_value), max_size=5, unique_by=lambda pair: pair[0]),
+)
+toml_text = st.one_of(st.lists(toml_section, max_size=3).map("".join), st.text(max_size=60))
+
+
+@settings(max_examples=400, deadline=1000)
+@given(text=toml_text)
+def test_any_text_becomes_a_plan_or_an_input_error(text):
+    try:
+        plan = Plan.from_toml(text)
+    except InputError:
+        return
+    assert Plan.from_toml(plan.to_toml()) == plan
+
+
+scene_keys = st.fixed_dictionaries(
+    {},
+    optional={
+        "initial": st.sampled_from(["fcc", "cubic", "triangular", "dn", "random"]),
+        "cells": st.integers(1, 4) | st.lists(st.integers(1, 3), min_size=1, max_size=4).map(tuple),
+        "n": st.integers(1, 300),
+        "dimension": st.integers(1, 4),
+        "packing_fraction": st.floats(0, 1),
+        "density": st.floats(0, 2),
+        "box": st.lists(st.floats(0.5, 9), min_size=1, max_size=3).map(tuple),
+        "diameter": st.sampled_from([0.5, 1.0, 3.0]),
+    },
+)
+
+
+@settings(max_examples=200, deadline=2000)
+@given(keys=scene_keys)
+def test_a_plan_that_reads_builds_a_scene_or_says_why_not(keys):
+    try:
+        plan = Plan(SceneSpec(**keys))
+        scene = plan.build_scene()
+    except InputError:
+        return
+    assert scene.n >= 1
+    if plan.scene.packing_fraction is not None:
+        assert scene.packing_fraction == pytest.approx(plan.scene.packing_fraction, rel=1e-14)
