@@ -300,10 +300,8 @@ def maxwell_velocities(
     else:
         mass = checks.array(masses, "masses", "(n,)", ndim=1)
         if len(mass) != n or (mass <= 0).any():
-            raise InputError(
             least = mass.min(initial=np.inf)
             raise InputError(f"masses must be {n} positive numbers, found {len(mass)}, the least {least:g}.")
-            )
     velocities = rng.standard_normal((n, dimension)) / np.sqrt(mass)[:, None]
     if n > 1:
         for _ in range(2):  # the second time takes away what rounding left
