@@ -57,6 +57,22 @@ def _(boundary: SectorImage, word):
 
 
 @generic
+def index_bits(boundary):
+    """Return how many low bits of a word are not the component's index."""
+    raise NotImplementedError(type(boundary))
+
+
+@index_bits.register
+def _(boundary: NearestImage):
+    return 0
+
+
+@index_bits.register
+def _(boundary: SectorImage):
+    return boundary.bits
+
+
+@generic
 def word_of(boundary, j, code):
     """Return the word for component ``j`` found in the neighbouring sector ``code``."""
     raise NotImplementedError(type(boundary))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.kernel.borrow import borrowed
-from carom.kernel.boundary import count_images, index, mirror, separation
+from carom.kernel.boundary import count_images, index, index_bits, mirror, separation
 from carom.kernel.calendar import adapt, first, insert, lay_out, pop
 from carom.kernel.constants import (
     IDLE,
@@ -29,11 +29,9 @@ from carom.kernel.dispatch import FAST, entry, inner
 from carom.kernel.motion import position, velocity
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.pair import contact_time, depth, interaction_time, jump
+from carom.kernel.spread import LANES, WIDTH, spread
 from carom.kernel.tally import log_full, record
 from numba import njit
-
-BLOCK = 32
-"""Candidates looked at in one go: as many as the low bits of a time can number without costing it digits that matter."""
 
 NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
@@ -57,36 +55,40 @@ def nearest(model, state, i, now, words, begin, count):
     The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of the time's last five
     bits, and the smallest integer is the earliest candidate.
     """
-    rows = state.rows
-    me = rows[i]
+    me = state.rows[i]
+    block = state.block
+    dimension = len(model.boundary.edges)
+    bits = np.int64(index_bits(model.boundary))
     best = NOBODY
     where = np.int64(-1)
-    for start in range(0, count, BLOCK):
-        block = NOBODY
-        for k in range(min(count - start, BLOCK)):
-            word = words[begin + np.uint64(start + k)]
-            j = index(model.boundary, word)
-            other = rows[j]
+    for start in range(0, count, WIDTH):
+        size = min(count - start, WIDTH)
+        for lane in range(0, size, LANES):
+            spread(state.rows, words, np.int64(begin) + start + lane, bits, block, np.int64(lane))
+        earliest = NOBODY
+        for k in range(np.uint64(size)):
+            word = words[begin + np.uint64(start) + k]
             rr = 0.0
             rv = 0.0
             vv = 0.0
-            for axis in range(len(model.boundary.edges)):
+            elapsed = now - block[dimension, k]
+            for axis in range(dimension):
                 x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
-                y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
+                y = position(model.motion, axis, block[axis, k], block[dimension + 1 + axis, k], elapsed)
                 r = separation(model.boundary, i, word, axis, y - x)
-                v = velocity(model.motion, axis, other.v[axis], now - other.t) - velocity(
+                v = velocity(model.motion, axis, block[dimension + 1 + axis, k], elapsed) - velocity(
                     model.motion, axis, me.v[axis], now - me.t
                 )
                 rr += r * r
                 rv += r * v
                 vv += v * v
-            t = interaction_time(model.pair, i, j, rr, rv, vv, now)
-            t = t if other.due - now >= t else NEVER
-            key = (np.float64(t).view(np.int64) & ~np.int64(BLOCK - 1)) | k
-            block = min(block, key)
-        if block < best:
-            best = block
-            where = start + (block & (BLOCK - 1))
+            t = interaction_time(model.pair, i, index(model.boundary, word), rr, rv, vv, now)
+            t = t if block[2 * dimension + 1, k] - now >= t else NEVER
+            key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | np.int64(k)
+            earliest = min(earliest, key)
+        if earliest < best:
+            best = earliest
+            where = start + (earliest & (WIDTH - 1))
     return where
 
 

@@ -46,20 +46,27 @@ class Lists(NamedTuple):
     """Neighbours, (n * capacity,) uint32, each list padded with the ghost."""
     capacity: int
     """Room of one list."""
+    fresh: np.ndarray
+    """Room for one reference point that is not in force yet, (d,) uint32."""
+    found: np.ndarray
+    """Room for those found in the cells around one, uint32."""
     counts: np.ndarray
     """How many neighbours, (n,) int32."""
 
 
 def make_lists(n: int, edges, shape, cell_capacity: int, reach: float, margin: float, capacity: int) -> Lists:
     """Return empty lists: reference points within ``reach``, flights up to ``margin`` [length]."""
+    cells = make_cells(shape, cell_capacity)
     return Lists(
-        make_cells(shape, cell_capacity),
+        cells,
         tuple(edge * GRAIN for edge in edges),
         reach * reach,
         margin * margin,
         np.zeros((n, len(shape)), np.uint32),
         np.full(n * capacity, n, np.uint32),
         capacity,
+        np.zeros(len(shape), np.uint32),
+        np.zeros(len(cells.digits) * cell_capacity + 1, np.uint32),
         np.zeros(n, np.int32),
     )
 
@@ -71,12 +78,24 @@ def wrap32(difference):
 
 
 @inner
-def cell_of(lists, i):
-    """Return the cell of i's reference point."""
+def cell_of(lists, point):
+    """Return the cell of a reference point."""
     cell = np.int64(0)
     for axis in range(len(lists.grain)):
         size = lists.cells.shape[axis]
-        cell = cell * size + ((np.int64(lists.reference[i, axis]) * size) >> 32)
+        cell = cell * size + ((np.int64(point[axis]) * size) >> 32)
+    return np.uint64(cell)
+
+
+@inner
+def cell_near(lists, point, code):
+    """Return the cell at offset ``code`` from that of a reference point."""
+    cell = np.int64(0)
+    for axis in range(len(lists.grain)):
+        size = lists.cells.shape[axis]
+        place = ((np.int64(point[axis]) * size) >> 32) + lists.cells.digits[code, axis]
+        place = size - 1 if place < 0 else (0 if place >= size else place)
+        cell = cell * size + place
     return np.uint64(cell)
 
 
@@ -103,11 +122,11 @@ def enlist(lists, i, j):
 
 
 @inner
-def apart(lists, i, j):
-    """Return the squared distance of two reference points."""
+def apart(lists, point, j):
+    """Return the squared distance of a reference point from that of j."""
     rr = 0.0
     for axis in range(len(lists.grain)):
-        r = wrap32(np.int64(lists.reference[i, axis]) - np.int64(lists.reference[j, axis])) * lists.grain[axis]
+        r = wrap32(np.int64(point[axis]) - np.int64(lists.reference[j, axis])) * lists.grain[axis]
         rr += r * r
     return rr
 
@@ -119,11 +138,11 @@ def _(neighbors: Lists, boundary, i):
 
 @inner
 def refer(lists, motion, state, i, now):
-    """Make the present position of i its reference point."""
+    """Put the present position of i, as a reference point, into ``fresh``."""
     row = state.rows[i]
     for axis in range(len(lists.grain)):
         x = position(motion, axis, row.x[axis], row.v[axis], now - row.t)
-        lists.reference[i, axis] = np.int64(np.floor(x / lists.grain[axis])) & 4294967295
+        lists.fresh[axis] = np.int64(np.floor(x / lists.grain[axis])) & 4294967295
 
 
 @transit_time.register
@@ -158,47 +177,52 @@ def renew(lists, motion, state, i, now):
     """Take a new reference point for i and bring its list, and it in the others' lists, up to date."""
     cells = lists.cells
     me = np.uint32(i)
-    old_cell = cell_of(lists, i)
+    nobody = np.uint32(len(lists.counts))
+    old = lists.reference[i]
     refer(lists, motion, state, i, now)
-    new_cell = cell_of(lists, i)
+    fresh = lists.fresh
+    old_cell = cell_of(lists, old)
+    new_cell = cell_of(lists, fresh)
     if new_cell != old_cell:
-        leave_cell(cells, old_cell, me)
         if not enter_cell(cells, new_cell, me):
             return False
+        leave_cell(cells, old_cell, me)
     first = i * np.uint64(lists.capacity)
+    kept = first
     for k in range(first, first + np.uint64(lists.counts[i])):
-        unlist(lists, np.uint64(lists.words[k]), me)
-        lists.words[k] = len(lists.counts)
-    lists.counts[i] = 0
-    return enlist_around(lists, i, new_cell, np.uint32(len(lists.counts)))
+        j = lists.words[k]
+        if apart(lists, fresh, np.uint64(j)) <= lists.reach:
+            lists.words[kept] = j
+            kept += np.uint64(1)
+        else:
+            unlist(lists, np.uint64(j), me)
+    for k in range(kept, first + np.uint64(lists.counts[i])):
+        lists.words[k] = nobody
+    lists.counts[i] = kept - first
+    # Without a branch on who is near: that is a coin toss for the processor.
+    total = np.uint64(0)
+    for code in range(np.uint64(len(cells.digits))):
+        cell = cell_near(lists, fresh, code)
+        for k in range(np.uint64(cells.counts[cell])):
+            j = cells.members[cell, k]
+            near = apart(lists, fresh, np.uint64(j)) <= lists.reach
+            listed = apart(lists, old, np.uint64(j)) <= lists.reach
+            lists.found[total] = j
+            total += np.uint64(near & (not listed))
+    for axis in range(len(lists.grain)):
+        lists.reference[i, axis] = fresh[axis]
+    return enlist_found(lists, i, total)
 
 
 @inner
-def enlist_around(lists, i, cell, below):
-    """List i and all components of lower index than ``below`` within reach with each other; False if a list is full."""
-    cells = lists.cells
-    dimension = len(lists.grain)
-    for code in range(np.uint64(len(cells.digits))):
-        rest = np.int64(cell)
-        there = np.int64(0)
-        stride = np.int64(1)
-        for back in range(dimension):
-            axis = dimension - 1 - back
-            size = cells.shape[axis]
-            upper = rest // size
-            place = rest - upper * size + cells.digits[code, axis]
-            rest = upper
-            place = size - 1 if place < 0 else (0 if place >= size else place)
-            there += place * stride
-            stride *= size
-        other = np.uint64(there)
-        for k in range(np.uint64(cells.counts[other])):
-            j = cells.members[other, k]
-            if j != np.uint32(i) and j < below and apart(lists, i, np.uint64(j)) <= lists.reach:
-                if lists.counts[i] == lists.capacity or lists.counts[j] == lists.capacity:
-                    return False
-                enlist(lists, i, j)
-                enlist(lists, np.uint64(j), np.uint32(i))
+def enlist_found(lists, i, total):
+    """List i and those found with each other; False if a list is full."""
+    for k in range(total):
+        j = lists.found[k]
+        if lists.counts[i] == lists.capacity or lists.counts[j] == lists.capacity:
+            return False
+        enlist(lists, i, j)
+        enlist(lists, np.uint64(j), np.uint32(i))
     return True
 
 
@@ -216,7 +240,17 @@ def _(neighbors: Lists, motion, boundary, state):
     neighbors.words[:] = len(neighbors.counts)
     for i in range(np.uint64(len(state.partner))):
         refer(neighbors, motion, state, i, now)
-        cell = cell_of(neighbors, i)
-        if not enter_cell(cells, cell, np.uint32(i)) or not enlist_around(neighbors, i, cell, np.uint32(i)):
+        total = np.uint64(0)
+        for code in range(np.uint64(len(cells.digits))):
+            cell = cell_near(neighbors, neighbors.fresh, code)
+            for k in range(np.uint64(cells.counts[cell])):
+                j = cells.members[cell, k]
+                neighbors.found[total] = j
+                total += np.uint64(apart(neighbors, neighbors.fresh, np.uint64(j)) <= neighbors.reach)
+        for axis in range(len(neighbors.grain)):
+            neighbors.reference[i, axis] = neighbors.fresh[axis]
+        if not enter_cell(cells, cell_of(neighbors, neighbors.fresh), np.uint32(i)) or not enlist_found(
+            neighbors, i, total
+        ):
             return False
     return True

@@ -28,6 +28,8 @@ class State(NamedTuple):
     """Boxes crossed, (n, d) int32, or None where nobody asks."""
     clock: np.ndarray
     """One record of type CLOCK."""
+    block: np.ndarray
+    """Room for the rows of some candidates side by side, (fields, 32) float64."""
 
 
 def row_type(dimension: int) -> np.dtype:
@@ -67,4 +69,5 @@ def make_state(positions, velocities, epoch_length: float, count_images: bool) -
         partner=np.full(n, LAMBDA, np.int32),
         images=np.zeros((n, dimension), np.int32) if count_images else None,
         clock=clock.view(np.recarray),
+        block=aligned(32 * rows.dtype.itemsize // 8, np.float64).reshape(-1, 32),
     )
