@@ -49,18 +49,19 @@ class Model(NamedTuple):
 
 
 @njit(**FAST)
-def nearest(model, state, i, now, words, begin, count):
-    """Return the position in ``words`` of the candidate that i meets first, or -1 (the paper's line 4).
+def nearest(model, state, neighbors, i, now, half):
+    """Return the word of the candidate that i meets first, or -1 (the paper's line 4).
 
     The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of the time's last five
     bits, and the smallest integer is the earliest candidate.
     """
     me = state.rows[i]
-    block = state.block
+    words, begin, count = candidates(neighbors, model.boundary, i, half)
+    block = state.block[half]
     dimension = len(model.boundary.edges)
     bits = np.int64(index_bits(model.boundary))
     best = NOBODY
-    where = np.int64(-1)
+    chosen = np.int64(-1)
     for start in range(0, count, WIDTH):
         size = min(count - start, WIDTH)
         for lane in range(0, size, LANES):
@@ -88,8 +89,8 @@ def nearest(model, state, i, now, words, begin, count):
             earliest = min(earliest, key)
         if earliest < best:
             best = earliest
-            where = start + (earliest & (WIDTH - 1))
-    return where
+            chosen = np.int64(words[begin + np.uint64(start + (earliest & (WIDTH - 1)))])
+    return chosen
 
 
 @inner
@@ -115,37 +116,37 @@ def relative(model, state, i, word, now):
 
 
 @inner
-def predict(model, state, neighbors, calendar, tally, i, now, met):
+def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     """Schedule the next event of component i (lines 14 to 23 of Figure 2).
 
-    ``met`` is the component that i has just collided with, or -1: those two do not collide again at the same time (condition V), even where
-    rounding has them overlap and approach.
+    ``word`` is what the search for i found. ``met`` is the component that i has just collided with, or -1: those two do not collide again at
+    the same time (condition V), even where rounding has them overlap and approach.
     """
     rows = state.rows
     held = np.int64(state.partner[i])
     held_due = rows[i].due
     rows[i].due = NEVER
     state.partner[i] = LAMBDA
-    words, begin, count = candidates(neighbors, model.boundary, i)
     due = NEVER
-    word = np.int64(LAMBDA)
     j = np.int64(-1)
     clamped = False
-    hidden = NEVER  # the time due for ``met`` while it is hidden from the search
-    while True:
-        where = nearest(model, state, i, now, words, begin, count)
-        if where < 0:
-            due = NEVER
-            break
-        word = np.int64(words[begin + np.uint64(where)])
+    searched = False
+    hidden = NEVER  # the time due for ``met`` while it is hidden from a search
+    while word >= 0:
         j = np.int64(index(model.boundary, word))
         rr, rv, vv = relative(model, state, i, word, now)
         t, clamped = contact_time(model.pair, np.int64(i), j, rr, rv, vv, now)
         due = now + t
-        if j != met or due > now:
+        again = j == met and due == now
+        if again:
+            hidden = rows[np.uint64(met)].due
+            rows[np.uint64(met)].due = -NEVER
+        elif searched or due <= rows[np.uint64(j)].due:
             break
-        hidden = rows[np.uint64(met)].due
-        rows[np.uint64(met)].due = -NEVER
+        # The two just met, or the search was made before the other half of a collision took this candidate.
+        searched = True
+        due = NEVER
+        word = nearest(model, state, neighbors, i, now, 0)
     if met >= 0 and rows[np.uint64(met)].due == -NEVER:
         rows[np.uint64(met)].due = hidden
     leave, code = transit_time(neighbors, model.motion, model.boundary, state, i, now)
@@ -270,7 +271,8 @@ def _schedule(digest):
             rows[i].due = NEVER
             partner[i] = LAMBDA
         for i in range(n):
-            predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1))
+            found = nearest(model, state, neighbors, i, now, 0)
+            predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1), found)
         lay_out(calendar, state, model.boundary, now, state.clock[0].length)
         return True
 
@@ -347,10 +349,13 @@ def _run(digest):
                     tally.advancements += 1
                 else:
                     tally.transits += 1
-            halves = 2 if met >= 0 else 1
-            for _ in range(halves):
-                predict(model, state, neighbors, calendar, tally, i, now, met)
-                i, met = np.uint64(met), np.int64(i)
+            found = nearest(model, state, neighbors, i, now, 0)
+            other = np.int64(-1)
+            if met >= 0:  # two searches that do not wait for each other
+                other = nearest(model, state, neighbors, np.uint64(met), now, 1)
+            for _ in range(2 if met >= 0 else 1):
+                predict(model, state, neighbors, calendar, tally, i, now, met, found)
+                i, met, found = np.uint64(met), np.int64(i), other
 
     return run
 

@@ -132,7 +132,7 @@ def apart(lists, point, j):
 
 
 @candidates.register
-def _(neighbors: Lists, boundary, i):
+def _(neighbors: Lists, boundary, i, half):
     return neighbors.words, i * np.uint64(neighbors.capacity), (np.int64(neighbors.counts[i]) + 7) & ~7
 
 

@@ -70,8 +70,10 @@ def leave_cell(cells, cell, i):
 
 
 @generic
-def candidates(neighbors, boundary, i):
+def candidates(neighbors, boundary, i, half):
     """Return the words of all that component i can meet before one of them has a one-component event.
+
+    ``half`` (0 or 1) says which of two rooms to use where the words have to be put together.
 
     Returns
     -------

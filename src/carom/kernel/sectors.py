@@ -33,7 +33,7 @@ class Sectors(NamedTuple):
     place: np.ndarray
     """Sector of each component along each axis, (n, d) int32; not wrapped while a flight lasts, as the position is not."""
     words: np.ndarray
-    """Room for the candidates of one component, uint32."""
+    """Room for the candidates of two components, uint32."""
 
 
 def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
@@ -43,7 +43,7 @@ def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
         cells,
         tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
         np.zeros((n + 1, len(shape)), np.int32),  # the ghost has a place, too
-        np.zeros(len(cells.digits) * capacity + 8, np.uint32),
+        np.zeros(2 * (len(cells.digits) * capacity + 8), np.uint32),
     )
 
 
@@ -59,10 +59,11 @@ def cell_at(sectors, i, code):
 
 
 @candidates.register
-def _(neighbors: Sectors, boundary, i):
+def _(neighbors: Sectors, boundary, i, half):
     cells = neighbors.cells
     words = neighbors.words
-    total = np.uint64(0)
+    begin = np.uint64(half * (len(words) // 2))
+    total = begin
     for code in range(np.uint64(len(cells.digits))):
         cell = cell_at(neighbors, i, code)
         for k in range(np.uint64(cells.counts[cell])):
@@ -71,7 +72,7 @@ def _(neighbors: Sectors, boundary, i):
     ghost = word_of(boundary, np.int64(len(neighbors.place) - 1), np.int64(0))
     for k in range(np.uint64(8)):
         words[total + k] = ghost
-    return words, np.uint64(0), (np.int64(total) + 7) & ~7
+    return words, begin, (np.int64(total - begin) + 7) & ~7
 
 
 @transit_time.register

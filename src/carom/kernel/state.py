@@ -29,7 +29,7 @@ class State(NamedTuple):
     clock: np.ndarray
     """One record of type CLOCK."""
     block: np.ndarray
-    """Room for the rows of some candidates side by side, (fields, 32) float64."""
+    """Room for the rows of some candidates side by side, for two searches, (2, fields, 32) float64."""
 
 
 def row_type(dimension: int) -> np.dtype:
@@ -69,5 +69,5 @@ def make_state(positions, velocities, epoch_length: float, count_images: bool) -
         partner=np.full(n, LAMBDA, np.int32),
         images=np.zeros((n, dimension), np.int32) if count_images else None,
         clock=clock.view(np.recarray),
-        block=aligned(32 * rows.dtype.itemsize // 8, np.float64).reshape(-1, 32),
+        block=aligned(64 * rows.dtype.itemsize // 8, np.float64).reshape(2, -1, 32),
     )
