@@ -84,11 +84,6 @@ class SceneSpec:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
 
-    @property
-    def temperature(self) -> float:
-        """The kT with which velocities are drawn when the scene brings none."""
-        return 1.0 if self.kT is None else self.kT
-
     def _given(self, *names: str) -> list[str]:
         return [name for name in names if getattr(self, name) is not None]
 
