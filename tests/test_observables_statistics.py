@@ -22,12 +22,12 @@ def autoregressive(rng, a, n, count):
 
 
 def accepted(level, slack, count=SERIES):
-    """Numbers of hits out of `count` that a true coverage within `slack` of `level` gives in all but 1e-4 cases."""
+    """Fewest and most hits for a true coverage within `slack` of `level`, but for 1e-4 of cases."""
     return binom.ppf(1e-4, count, level - slack), binom.ppf(1 - 1e-4, count, min(level + slack, 1.0))
 
 
-# What blocking promises: the coverage is the level, within 2 % of it when there are 20 independent samples or more;
-# below that nobody can know tau, and 5 % is granted.
+# What blocking promises: the coverage is the level, within 2 % of it when there are 20 independent samples or
+# more; below that nobody can know tau, and 5 % is granted.
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 @pytest.mark.parametrize("n", [64, 256, 2048])
 @pytest.mark.parametrize("a", [0.0, 0.3, 0.6, 0.8, 0.9])
@@ -48,7 +48,8 @@ def test_error_and_tau_of_a_long_series_are_the_exact_ones():
     estimates = [blocking(x) for x in autoregressive(np.random.default_rng(5), a, n, count)]
     tau = (1 + a) / (1 - a)
     taus = np.array([e.tau for e in estimates])
-    # Mean of many, against its own scatter; the variance of the mean of a finite series is smaller by tau / n.
+    # Mean of many, against its own scatter; the variance of the mean of a finite series is smaller by tau /
+    # n.
     assert abs(taus.mean() - tau) < SIX_SIGMA * taus.std(ddof=1) / math.sqrt(count) + tau * 0.02
     errors = np.array([e.error for e in estimates])
     assert np.mean(errors**2) == pytest.approx(tau / n, rel=0.1)

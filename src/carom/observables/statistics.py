@@ -14,11 +14,12 @@ from carom.errors import CaromWarning, InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# Fewer blocks than this say too little about their own variance: it is known to sqrt(2 / 15), a third, and the
-# Student factor at 95 % is 2.13. Halving further trades a small bias for a large noise.
+# Fewer blocks than this say too little about their own variance: it is known to sqrt(2 / 15), a third, and
+# the Student factor at 95 % is 2.13. Halving further trades a small bias for a large noise.
 MIN_BLOCKS = 16
 
-# Blocks count as uncorrelated when Jonsson's statistic is below this quantile of its chi-squared distribution.
+# Blocks count as uncorrelated when Jonsson's statistic is below this quantile of its chi-squared
+# distribution.
 QUANTILE = 0.95
 
 # Below this many independent samples an error bar is a guess, and the user is told.
@@ -141,18 +142,21 @@ def blocking(samples: ArrayLike) -> Estimate:
     -----
     Neighbours are averaged in pairs, again and again (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461 (1989)).
     The level is the first at which this one and all later ones look uncorrelated by the chi-squared statistic
-    ``M_j = sum_{k >= j} n_k r_k^2`` of their lag-one correlations r_k (Jonsson, Phys. Rev. E 98, 043304 (2018)).
-    Levels end at 16 blocks.
+    ``M_j = sum_{k >= j} n_k r_k^2`` of their lag-one correlations r_k (Jonsson, Phys. Rev. E 98, 043304
+    (2018)). Levels end at 16 blocks.
 
-    Short series fail that plain recipe: r is biased low by (1 + 4 r) / n (Marriott and Pope, Biometrika 41, 390
-    (1954)), and correlation that is too weak to be detected, or left at the last level, makes the error too
-    small: 95 % intervals held the truth in 85 % of AR(1) series of 64 samples. Hence r is freed of that bias, and
-    the squared error is multiplied by (1 + r) / (1 - r), the factor of the AR(1) process with the r of
-    the chosen level. It tends to 1 for long series.
+    Short series fail that plain recipe: r is biased low by (1 + 4 r) / n (Marriott and Pope, Biometrika 41,
+    390 (1954)), and correlation that is too weak to be detected, or left at the last level, makes the error
+    too small: its 95 % intervals held the truth in 87 % of AR(1) series of 64 samples with tau 4, in 57 %
+    with tau 19. Hence r is freed of that bias, and the squared error is multiplied by (1 + r) / (1 - r), the
+    factor of the AR(1) process with the r of the chosen level. It tends to 1 for long series; with it the
+    figures are 94 % and 92 %.
     """
     x = np.asarray(samples, dtype=np.float64)
     if x.ndim != 1 or x.size == 0:
-        raise InputError(f"samples have shape {x.shape}; a series of one dimension and at least one value is needed.")
+        raise InputError(
+            f"samples have shape {x.shape}; a series of one dimension and at least one value is needed."
+        )
     if not np.isfinite(x).all():
         index = int(np.flatnonzero(~np.isfinite(x))[0])
         raise InputError(f"sample {index} is {x[index]}; a mean needs finite samples.")
@@ -194,7 +198,9 @@ def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
     a = np.asarray(numerators, dtype=np.float64)
     b = np.asarray(denominators, dtype=np.float64)
     if a.shape != b.shape:
-        raise InputError(f"{a.size} numerators and {b.size} denominators: a ratio needs one of each for every block.")
+        raise InputError(
+            f"{a.size} numerators and {b.size} denominators: a ratio needs one of each for every block."
+        )
     if not (b > 0.0).all():
         raise InputError("A block has a denominator that is not positive; leave blocks of zero length out.")
     quotient = float(a.sum() / b.sum())
@@ -204,7 +210,8 @@ def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
 
 def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:
     """Block means at the chosen level, and the lag-one correlation that is left there."""
-    levels, correlations = [], []
+    levels: list[np.ndarray] = []
+    correlations: list[float] = []
     y = deviations
     while not levels or y.size >= MIN_BLOCKS:
         levels.append(y)

@@ -1,0 +1,224 @@
+"""The pressure from collisions: virial, collision rate, and the contact value that they imply."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from carom import theory
+from carom.errors import CaromWarning, InputError
+from carom.observables.statistics import Estimate, ratio
+from carom.tally import Block
+
+# With fewer collisions than this the error of the virial is itself uncertain by a fifth, and blocks are
+# mostly empty.
+FEW_COLLISIONS = 16
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """Request to measure the pressure, for :meth:`carom.Simulation.measure`.
+
+    Parameters
+    ----------
+    blocks : int
+        Stretches of equal length that the run is cut into; the error bar comes from their scatter.
+
+    Raises
+    ------
+    InputError
+        If `blocks` is not an integer of at least 2.
+    """
+
+    blocks: int = 256
+
+    def __post_init__(self) -> None:
+        if isinstance(self.blocks, bool) or not isinstance(self.blocks, int) or self.blocks < 2:
+            raise InputError(
+                f"blocks is {self.blocks!r}; an error bar needs at least 2 blocks, better 64 or more."
+            )
+
+    @staticmethod
+    def estimate(
+        blocks: Sequence[Block],
+        *,
+        n: int,
+        dimension: int,
+        volume: float,
+        diameter: float,
+        kT: float,
+        mass: float = 1.0,
+    ) -> PressureEstimate:
+        """Pressure of n equal particles in a periodic box with zero total momentum.
+
+        Parameters
+        ----------
+        blocks : sequence of Block
+            What the collisions of successive stretches of the run add up to.
+        n, dimension : int
+        volume : float
+            Of the box [length^d].
+        diameter, mass : float
+            Of every particle [length], [mass].
+        kT : float
+            ``2 K / (d (n - 1))`` with the kinetic energy K [energy].
+
+        Returns
+        -------
+        PressureEstimate
+
+        Raises
+        ------
+        InputError
+            If there is no block of positive duration, or a parameter is not positive and finite.
+
+        Warns
+        -----
+        CaromWarning
+            If fewer than 16 collisions were seen, or too few independent blocks. Without any collision the
+            errors are ``inf``: nothing is known.
+
+        Notes
+        -----
+        ``Z = 1 + W / (d n kT t)`` with the virial W, the sum of ``r_ij . dp_ij`` over the collisions in the
+        time t. With this kT it is the canonical Z of n particles; take kT as ``2 K / (d n)`` and it is wrong
+        by 1 / n. One particle has Z = 1 exactly.
+        """
+        for name, value in (("volume", volume), ("diameter", diameter), ("kT", kT), ("mass", mass)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"{name} is {value!r}; it must be positive and finite.")
+        if n < 1 or dimension < 1:
+            raise InputError(f"n is {n} and dimension is {dimension}; both must be at least 1.")
+        packing_fraction = n * theory.ball_volume(dimension, diameter) / volume
+        number_density = n * diameter**dimension / volume
+        kept = [block for block in blocks if block.duration > 0.0]
+        if n == 1:
+            z, rate = Estimate.exact(1.0), Estimate.exact(0.0)
+            contact = Estimate(math.nan, math.inf, 1.0, 1.0, 1)
+            times = [block.duration for block in kept]
+            return PressureEstimate(
+                z, rate, Estimate.exact(number_density), contact, z, n, dimension, packing_fraction,
+                tuple(times), (1.0,) * len(times),
+            )  # fmt: skip
+        if not kept:
+            raise InputError("No block of positive duration was given; run before measuring the pressure.")
+        durations = np.array([block.duration for block in kept])
+        virials = np.array([block.virial for block in kept])
+        collisions = np.array([float(block.collisions) for block in kept])
+        scale = dimension * n * kT
+        with warnings.catch_warnings():
+            # One series, one warning: the counts fail where the virial does.
+            warnings.simplefilter("ignore", CaromWarning)
+            count = _ratio_of_events(collisions, durations, collisions)
+        excess = _ratio_of_events(virials, durations, collisions)
+        _warn_few_collisions(int(collisions.sum()))
+        z = excess.scaled(1.0 / scale, offset=1.0)
+        rate = count.scaled(2.0 / n)
+        per_rate = 1.0 / theory.collision_rate(2.0, dimension, n=n, diameter=diameter, mass=mass, kT=kT)
+        per_excess = theory.contact_value(2.0, packing_fraction, dimension, n)
+        return PressureEstimate(
+            compressibility_factor=z,
+            collision_rate=rate,
+            reduced_pressure=z.scaled(number_density),
+            contact_value=excess.scaled(per_excess / scale),
+            compressibility_factor_from_rate=rate.scaled(per_rate, offset=1.0),
+            n=n,
+            dimension=dimension,
+            packing_fraction=packing_fraction,
+            block_durations=tuple(durations.tolist()),
+            block_values=tuple((1.0 + virials / (scale * durations)).tolist()),
+        )
+
+
+@dataclass(frozen=True)
+class PressureEstimate:
+    """Pressure of a fluid of equal particles, by two independent routes.
+
+    Parameters
+    ----------
+    compressibility_factor : Estimate
+        Z = P V / (n kT), canonical, of this n.
+    collision_rate : Estimate
+        Collisions of one particle per time; each counts for both partners.
+    reduced_pressure : Estimate
+        P sigma^d / kT.
+    contact_value : Estimate
+        g(sigma+) that Z implies, with g normalised by (n - 1) / V; nan for one particle.
+    compressibility_factor_from_rate : Estimate
+        Z from the number of collisions alone, by ``Z - 1 = omega sqrt(pi) sigma / (2 d c_D) sqrt(m / kT)``:
+        it must agree with the first within a few errors, which are correlated.
+    n, dimension : int
+    packing_fraction : float
+    block_durations, block_values : tuple of float
+        Duration [time] and Z of each block.
+    """
+
+    compressibility_factor: Estimate
+    collision_rate: Estimate
+    reduced_pressure: Estimate
+    contact_value: Estimate
+    compressibility_factor_from_rate: Estimate
+    n: int
+    dimension: int
+    packing_fraction: float
+    block_durations: tuple[float, ...] = field(repr=False)
+    block_values: tuple[float, ...] = field(repr=False)
+
+    def __str__(self) -> str:
+        return f"Z = {self.compressibility_factor}"
+
+    def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:
+        """Z of the infinite fluid, by :func:`finite_size_correction`."""
+        return finite_size_correction(
+            self.compressibility_factor,
+            packing_fraction=self.packing_fraction,
+            n=self.n,
+            equation=theory.best(self.dimension) if equation is None else equation,
+        )
+
+
+def finite_size_correction(
+    compressibility_factor: Estimate, *, packing_fraction: float, n: int, equation: theory.Equation
+) -> Estimate:
+    """Take Z of n particles to Z of infinitely many, to leading order in 1 / n.
+
+    Parameters
+    ----------
+    compressibility_factor : Estimate
+        Z measured with n particles in a periodic box.
+    packing_fraction : float
+    n : int
+    equation : callable
+        Equation of state whose derivatives give the correction, e.g. ``carom.theory.best(3)``.
+
+    Returns
+    -------
+    Estimate
+        Its error is the statistical one only.
+
+    Notes
+    -----
+    See :func:`carom.theory.finite_size_shift`, also for where it fails: small n at high density.
+    """
+    shift = theory.finite_size_shift(packing_fraction, n, equation)
+    return compressibility_factor.scaled(1.0, offset=-shift)
+
+
+def _ratio_of_events(sums: np.ndarray, durations: np.ndarray, collisions: np.ndarray) -> Estimate:
+    """Rate of something that collisions add to; without a collision its error is infinite, not zero."""
+    if collisions.sum() == 0.0:
+        return Estimate(0.0, math.inf, 0.0, math.inf, len(durations))
+    return ratio(sums, durations)
+
+
+def _warn_few_collisions(collisions: int) -> None:
+    if collisions < FEW_COLLISIONS:
+        warnings.warn(
+            f"Only {collisions} collisions were seen: the pressure and its error are a guess. Run longer.",
+            CaromWarning,
+            stacklevel=3,
+        )

@@ -1,0 +1,157 @@
+"""The pressure from tallies: identities, the exact Tonks gas, and too little data."""
+
+import math
+
+import numpy as np
+import pytest
+
+from carom import theory
+from carom.errors import CaromWarning, InputError
+from carom.observables import Pressure
+from carom.observables.pressure import finite_size_correction
+from carom.observables.statistics import Estimate
+from carom.tally import Block
+
+SIX_SIGMA = 6.0
+
+
+def synthetic_blocks(z, *, n, dimension, count, seed, duration=50.0, mass=1.0, kT=1.0, diameter=1.0):
+    """Blocks of a fluid of compressibility factor `z`: independent collisions, the exact law of |u_n|.
+
+    Canonical: normal relative speeds at collision have p(u) ~ u exp(-m u^2 / 4 kT), so that <m sigma u> over
+    <collisions> ties the virial to the collision rate of the infinite fluid.
+    """
+    rng = np.random.default_rng(seed)
+    rate = theory.collision_rate(z, dimension, diameter=diameter, mass=mass, kT=kT) * n / 2
+    blocks = []
+    for _ in range(count):
+        t = duration * rng.uniform(0.5, 1.5)
+        collisions = int(rng.poisson(rate * t))
+        speeds = rng.rayleigh(math.sqrt(2 * kT / mass), collisions)
+        blocks.append(Block(t, collisions, float(np.sum(mass * diameter * speeds))))
+    return blocks
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_virial_and_collision_count_both_give_the_z_that_made_them(dimension):
+    z, n, units = 3.2, 500, {"mass": 2.5, "kT": 1.7, "diameter": 0.4}
+    blocks = synthetic_blocks(z, n=n, dimension=dimension, count=200, seed=dimension, duration=0.5, **units)
+    volume = 1.3 * n * theory.ball_volume(dimension, units["diameter"]) / 0.2
+    result = Pressure.estimate(blocks, n=n, dimension=dimension, volume=volume, **units)
+    virial, count = result.compressibility_factor, result.compressibility_factor_from_rate
+    assert abs(virial.mean - z) < SIX_SIGMA * virial.error
+    # The synthetic gas is the infinite one; the route through the count takes n for finite, by c_D.
+    c = theory.speed_factor(dimension * (n - 1))
+    assert abs(c * (count.mean - 1) - (z - 1)) < SIX_SIGMA * count.error
+    # sigma(Z - 1) / (Z - 1): <u^2> / <u>^2 = 4 / pi for independent collisions, known as well as the error
+    # itself.
+    collisions = sum(block.collisions for block in blocks)
+    expected = (z - 1) * math.sqrt(4 / math.pi / collisions)
+    assert virial.error == pytest.approx(expected, rel=SIX_SIGMA / math.sqrt(2 * virial.blocks))
+
+
+def test_every_field_follows_from_the_sums():
+    blocks = [Block(2.0, 30, 45.0), Block(1.0, 14, 22.0), Block(3.0, 47, 70.0), Block(2.0, 31, 43.0)] * 8
+    n, d, volume, diameter, kT = 20, 3, 60.0, 1.1, 2.0
+    result = Pressure.estimate(blocks, n=n, dimension=d, volume=volume, diameter=diameter, kT=kT)
+    z = 1 + 180.0 / (d * n * kT * 8.0)
+    eta = n * math.pi / 6 * diameter**3 / volume
+    assert result.compressibility_factor.mean == pytest.approx(z, rel=1e-15)
+    assert result.collision_rate.mean == pytest.approx(2 * 122 / (n * 8.0), rel=1e-15)
+    assert result.reduced_pressure.mean == pytest.approx(z * n * diameter**3 / volume, rel=1e-15)
+    assert result.contact_value.mean == pytest.approx((z - 1) * n / (n - 1) / (4 * eta), rel=1e-14)
+    assert result.packing_fraction == pytest.approx(eta, rel=1e-15)
+    total = np.dot(result.block_values, result.block_durations) / sum(result.block_durations)
+    assert total == pytest.approx(z, rel=1e-14)
+
+
+def test_contact_value_and_pressure_agree_for_rods():
+    # Exact: n rods on a ring collide with Z - 1 = (1 - 1/n) rho / (1 - rho); g(sigma+) = 1 / (1 - rho).
+    n, rho = 10, 0.5
+    virial = (theory.tonks(rho, n) - 1) * n
+    result = Pressure.estimate(
+        [Block(1.0, 100, virial)] * 16, n=n, dimension=1, volume=n / rho, diameter=1.0, kT=1.0
+    )
+    assert result.contact_value.mean == pytest.approx(1 / (1 - rho), rel=1e-14)
+    assert result.infinite_size().mean == pytest.approx(1 / (1 - rho), rel=1e-9)
+
+
+def test_two_spheres_give_the_exact_table():
+    # few_body_exact.json, torus, d = 3, sigma = 0.3: Z and the mean time between collisions. A virial of
+    # the exact mean at every collision is all that enters.
+    z, time, n, d, sigma = 1.0637597224899795, 1.280583649114921, 2, 3, 0.3
+    virial = (z - 1) * d * n * time
+    result = Pressure.estimate(
+        [Block(100 * time, 100, 100 * virial)] * 8, n=n, dimension=d, volume=1.0, diameter=sigma, kT=1.0
+    )
+    assert result.compressibility_factor.mean == pytest.approx(z, rel=1e-14)
+    assert result.compressibility_factor_from_rate.mean == pytest.approx(z, rel=1e-14)
+
+
+def test_the_estimate_is_scale_free_bit_for_bit():
+    blocks = synthetic_blocks(2.0, n=50, dimension=2, count=64, seed=9)
+    one = Pressure.estimate(blocks, n=50, dimension=2, volume=100.0, diameter=1.0, kT=1.0)
+    # Lengths x 4, masses x 1: energies x 16 at equal times.
+    scaled = [Block(b.duration, b.collisions, 16.0 * b.virial) for b in blocks]
+    two = Pressure.estimate(scaled, n=50, dimension=2, volume=1600.0, diameter=4.0, kT=16.0)
+    assert one.compressibility_factor == two.compressibility_factor
+    assert one.contact_value == two.contact_value
+    assert one.reduced_pressure == two.reduced_pressure
+
+
+def test_one_particle_has_z_one_exactly():
+    result = Pressure.estimate([Block(1.0, 0, 0.0)] * 4, n=1, dimension=3, volume=2.0, diameter=1.0, kT=1.0)
+    z = result.compressibility_factor
+    assert (z.mean, z.error) == (1.0, 0.0)
+    assert result.reduced_pressure.mean == 0.5
+    assert math.isnan(result.contact_value.mean)
+    assert str(result).startswith("Z = 1 +- 0")
+
+
+def test_no_collision_leaves_the_error_infinite_and_warns():
+    with pytest.warns(CaromWarning, match="Only 0 collisions"):
+        result = Pressure.estimate(
+            [Block(1.0, 0, 0.0)] * 32, n=2, dimension=3, volume=1e6, diameter=1.0, kT=1.0
+        )
+    assert result.compressibility_factor.mean == 1.0
+    assert result.compressibility_factor.error == math.inf
+    assert result.contact_value.error == math.inf
+    assert "inf" in str(result)
+
+
+def test_one_block_has_an_infinite_error_and_warns():
+    with pytest.warns(CaromWarning, match="independent samples"):
+        result = Pressure.estimate(
+            [Block(1.0, 100, 99.0)], n=9, dimension=2, volume=20.0, diameter=1.0, kT=1.0
+        )
+    assert result.compressibility_factor.error == math.inf
+
+
+def test_blocks_without_duration_are_left_out():
+    blocks = synthetic_blocks(2.0, n=50, dimension=2, count=64, seed=9)
+    kwargs = {"n": 50, "dimension": 2, "volume": 100.0, "diameter": 1.0, "kT": 1.0}
+    assert Pressure.estimate([Block(0.0, 0, 0.0), *blocks], **kwargs) == Pressure.estimate(blocks, **kwargs)
+    with pytest.raises(InputError, match="positive duration"):
+        Pressure.estimate([Block(0.0, 0, 0.0)], **kwargs)
+
+
+@pytest.mark.parametrize("name", ["volume", "diameter", "kT", "mass"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_impossible_parameters_are_refused(name, value):
+    kwargs = {"n": 5, "dimension": 2, "volume": 9.0, "diameter": 1.0, "kT": 1.0, "mass": 1.0, name: value}
+    with pytest.raises(InputError, match=name):
+        Pressure.estimate([Block(1.0, 5, 5.0)], **kwargs)
+
+
+@pytest.mark.parametrize("blocks", [0, 1, 2.5, True])
+def test_a_request_for_too_few_blocks_is_refused(blocks):
+    with pytest.raises(InputError, match="at least 2"):
+        Pressure(blocks=blocks)
+
+
+def test_finite_size_correction_keeps_the_error_and_removes_the_known_shift():
+    measured = Estimate(theory.tonks(0.6, 20), 0.01, 100.0, 1.0, 64)
+    corrected = finite_size_correction(measured, packing_fraction=0.6, n=20, equation=theory.tonks)
+    # The differences in the shift are good to eps^(2/3), times derivatives of 1 / (1 - eta).
+    assert corrected.mean == pytest.approx(theory.tonks(0.6), rel=1e-8)
+    assert corrected.error == measured.error

@@ -1,0 +1,219 @@
+"""Theory against tables, exact cases and its own limits."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from carom import theory
+from carom.errors import InputError
+
+DATA = Path(__file__).parent / "data"
+
+
+def table(name):
+    """Rows of a reference file; its first lines, with #, are its sources."""
+    with open(DATA / name, encoding="utf-8") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def column(rows, name):
+    return np.array([float(row[name]) for row in rows])
+
+
+SPHERES = table("hard_spheres_fluid.csv")
+DISKS = table("hard_disks_fluid.csv")
+# The files round Z to six decimals.
+ROUNDING = 5.1e-7
+
+
+@pytest.mark.parametrize(
+    ("equation", "name"),
+    [
+        (theory.carnahan_starling, "Z_CS"),
+        (theory.kolafa_labik_malijevsky, "Z_KLM"),
+        (theory.pieprzyk, "Zref_mKLM"),
+    ],
+)
+def test_sphere_equations_give_the_table_to_its_last_digit(equation, name):
+    # eta is rounded to seven digits in the file, rho is exact.
+    eta = math.pi / 6 * column(SPHERES, "rho")
+    np.testing.assert_allclose(equation(eta), column(SPHERES, name), rtol=0, atol=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("equation", "name"),
+    [
+        (theory.henderson, "Henderson"),
+        (theory.santos_lopez_de_haro_yuste, "SHY"),
+        (theory.best(2), "Zref"),
+    ],
+)
+def test_disk_equations_give_the_table_to_its_last_digit(equation, name):
+    np.testing.assert_allclose(equation(column(DISKS, "eta")), column(DISKS, name), rtol=0, atol=2 * ROUNDING)
+
+
+@pytest.mark.parametrize("n", [108, 256, 500, 864, 1372, 4000])
+def test_finite_size_shift_of_spheres_is_that_of_the_table(n):
+    eta = math.pi / 6 * column(SPHERES, "rho")
+    shifted = theory.pieprzyk(eta) + theory.finite_size_shift(eta, n, theory.pieprzyk)
+    # Five decimals, and the last one differs by one where the table used other differences.
+    np.testing.assert_allclose(shifted, column(SPHERES, f"Z_N{n}"), rtol=0, atol=1.1e-5)
+
+
+@pytest.mark.parametrize("n", [72, 256, 1024])
+def test_finite_size_shift_of_disks_is_that_of_the_table(n):
+    eta = column(DISKS, "eta")
+    shifted = theory.best(2)(eta) + theory.finite_size_shift(eta, n, theory.best(2))
+    np.testing.assert_allclose(shifted, column(DISKS, f"Z_N{n}"), rtol=0, atol=1.1e-5)
+
+
+@pytest.mark.parametrize("n", [1, 2, 10, 1000])
+def test_finite_size_shift_is_exact_on_a_line(n):
+    eta = np.linspace(0.05, 0.95, 10)
+    # Differences with the step eps^(1/6) are good to eps^(2/3), times the sixth derivative near the pole.
+    np.testing.assert_allclose(
+        theory.tonks(eta) + theory.finite_size_shift(eta, n, theory.tonks), theory.tonks(eta, n), rtol=1e-6
+    )
+
+
+def test_tonks_gas_gives_the_table():
+    for row in table("tonks_gas.csv"):
+        if row["quantity"] == "Z":
+            n = None if row["N"] == "inf" else int(row["N"])
+            assert theory.tonks(float(row["rho"]), n) == pytest.approx(float(row["value"]), abs=5e-9)
+
+
+def test_virial_coefficients_give_the_table():
+    for row in table("virial_coefficients.csv"):
+        d, k = int(row["d"]), int(row["k"])
+        if k > 10:
+            continue
+        # Where several sources are listed they agree within three of their errors.
+        error = 3 * float(row["err"]) + 1e-7
+        assert theory.virial_coefficients(d)[k - 2] / 2 ** ((d - 1) * (k - 1)) == pytest.approx(
+            float(row["Bk_over_B2^(k-1)"]), abs=error
+        )
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5, 6])
+def test_every_equation_has_the_exact_second_and_third_virial_coefficients(dimension):
+    beta = theory.virial_coefficients(dimension)
+    assert beta[0] == 2 ** (dimension - 1)
+    eta = 1e-4
+    # (Z - 1) / eta - B_2 - B_3 eta is of order B_4 eta^2, times a factor that is below 2 this far down.
+    remainder = (theory.best(dimension)(eta) - 1) / eta - beta[0] - beta[1] * eta
+    assert abs(remainder) < 2 * abs(beta[2]) * eta**2 + 2 * np.finfo(float).eps / eta
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5, 6])
+def test_pade_approximants_reproduce_the_series(dimension):
+    # The first power that an approximant of eight terms does not keep is the ninth, with a coefficient of the
+    # order of the eighth's, which alternating series let grow by a factor of 20.
+    eta = 0.02 / 2**dimension
+    series = theory.virial_series(eta, dimension, order=9)
+    bound = 20 * abs(theory.virial_coefficients(dimension)[-1]) * eta**8
+    assert abs(theory.virial_pade(eta, dimension, (4, 4)) - series) < bound + 4 * np.finfo(float).eps
+
+
+def test_four_dimensional_approximants_agree_where_the_fluid_is_dense():
+    low, high = theory.virial_pade(0.25, 4, (3, 4)), theory.virial_pade(0.25, 4, (4, 3))
+    assert abs(low - high) < 1e-3
+    assert theory.best(4)(0.25) == pytest.approx(0.5 * (low + high), rel=1e-14)
+
+
+def test_contact_values_give_the_table():
+    for row in table("contact_values.csv"):
+        d, eta = int(row["d"]), float(row["eta"])
+        simple = theory.carnahan_starling if d == 3 else theory.henderson
+        for equation, name in ((simple, "g_CS_or_Henderson"), (theory.best(d), "g_accurate")):
+            value = theory.contact_value(equation(eta), eta, d)
+            # The table's accurate values carry the error of its Z, up to 1e-5.
+            assert value == pytest.approx(float(row[name]), abs=1.1e-6 if name != "g_accurate" else 1.1e-5)
+
+
+@pytest.mark.parametrize("n", [None, 2, 100])
+def test_contact_value_and_compressibility_factor_are_inverses(n):
+    for dimension in range(1, 7):
+        contact = theory.contact_value(1.7, 0.1, dimension, n)
+        assert theory.compressibility_factor(contact, 0.1, dimension, n) == pytest.approx(1.7, rel=1e-15)
+
+
+def test_contact_value_of_finitely_many_rods_is_the_exact_one():
+    for row in table("tonks_gas.csv"):
+        if row["quantity"] == "g_N" and row["r"] == "1.0000001":
+            n, rho = int(row["N"]), float(row["rho"])
+            # The table stands at r = 1 + 1e-7, where g has fallen by at most 1e-7 g N rho / (1 - rho).
+            assert theory.contact_value(theory.tonks(rho, n), rho, 1, n) == pytest.approx(
+                float(row["value"]), rel=5e-6
+            )
+
+
+def test_mean_free_times_give_the_tables():
+    for rows, d, name in ((SPHERES, 3, "Zref_mKLM"), (DISKS, 2, "Zref")):
+        # t0 is known to the relative rounding of Z - 1.
+        computed = theory.mean_free_time(column(rows, name), d)
+        np.testing.assert_allclose(computed, column(rows, "t0_meanfreetime"), rtol=1e-5)
+
+
+def test_collision_rates_scale_with_the_units():
+    unit = theory.collision_rate(5.0, 3, n=10)
+    # Rate ~ sqrt(kT / m) / sigma.
+    assert theory.collision_rate(5.0, 3, n=10, diameter=2.0, mass=4.0, kT=16.0) == pytest.approx(
+        unit, rel=1e-15
+    )
+
+
+def test_dilute_collision_rates_are_those_of_kinetic_theory():
+    density = 1e-6
+    spheres = theory.collision_rate(theory.best(3)(density * theory.ball_volume(3)), 3)
+    disks = theory.collision_rate(theory.best(2)(density * theory.ball_volume(2)), 2)
+    # Corrections are of the order of the density; Z - 1 loses digits to the 1.
+    assert spheres == pytest.approx(4 * math.sqrt(math.pi) * density, rel=1e-5)
+    assert disks == pytest.approx(2 * math.sqrt(math.pi) * density, rel=1e-5)
+
+
+def test_speed_factor_is_the_mean_speed_on_a_sphere():
+    # One degree of freedom: |v| is 1 against sqrt(2 / pi) of a Gaussian.
+    assert theory.speed_factor(1) == pytest.approx(math.sqrt(math.pi / 2), rel=1e-15)
+    # The next term of the expansion is 1 / (32 D^2).
+    assert theory.speed_factor(300) == pytest.approx(1 + 1 / 1200, abs=1 / 300**2)
+
+
+@pytest.mark.parametrize(
+    ("dimension", "volume"), [(1, 1), (2, math.pi / 4), (3, math.pi / 6), (4, math.pi**2 / 32)]
+)
+def test_ball_volumes(dimension, volume):
+    assert theory.ball_volume(dimension) == pytest.approx(volume, rel=1e-15)
+    assert theory.ball_volume(dimension, 2.0) == pytest.approx(volume * 2**dimension, rel=1e-15)
+
+
+def test_equations_take_floats_and_arrays():
+    equations = [theory.best(d) for d in range(1, 7)]
+    equations += [theory.carnahan_starling, theory.henderson, theory.kolafa_labik_malijevsky]
+    equations += [theory.santos_lopez_de_haro_yuste, lambda eta: theory.virial_series(eta, 3)]
+    for equation in equations:
+        assert isinstance(equation(0.05), float)
+        assert equation(0.0) == 1.0
+        # An array's powers are computed by another routine, within a few roundings of the float's.
+        np.testing.assert_allclose(
+            equation(np.array([0.05, 0.1])), [equation(0.05), equation(0.1)], rtol=16 * np.finfo(float).eps
+        )
+
+
+@pytest.mark.parametrize("eta", [-0.1, 1.0, math.nan, [0.1, 2.0]])
+def test_impossible_packing_fractions_are_refused(eta):
+    with pytest.raises(InputError, match="between 0 and 1"):
+        theory.carnahan_starling(eta)
+
+
+def test_unknown_dimensions_and_orders_are_refused():
+    for dimension in (0, 7):
+        with pytest.raises(InputError, match="1 to 6"):
+            theory.best(dimension)
+    with pytest.raises(InputError, match="B_1 to B_10"):
+        theory.virial_series(0.1, 4, order=11)
+    with pytest.raises(InputError, match="powers up to 12"):
+        theory.virial_pade(0.1, 2, (6, 6))
