@@ -30,6 +30,10 @@ GRAIN = 2.0**-32
 """Reference points lie on a grid of this fraction of the box."""
 
 
+STEP = 8
+"""Members of a cell copied in one go."""
+
+
 class Lists(NamedTuple):
     """Components by neighbour."""
 
@@ -56,7 +60,7 @@ class Lists(NamedTuple):
 
 def make_lists(n: int, edges, shape, cell_capacity: int, reach: float, margin: float, capacity: int) -> Lists:
     """Return empty lists: reference points within ``reach``, flights up to ``margin`` [length]."""
-    cells = make_cells(shape, cell_capacity)
+    cells = make_cells(shape, -(-cell_capacity // STEP) * STEP)
     return Lists(
         cells,
         tuple(edge * GRAIN for edge in edges),
@@ -66,7 +70,7 @@ def make_lists(n: int, edges, shape, cell_capacity: int, reach: float, margin: f
         np.full(n * capacity, n, np.uint32),
         capacity,
         np.zeros(len(shape), np.uint32),
-        np.zeros(len(cells.digits) * cell_capacity + 1, np.uint32),
+        np.zeros(cells.members.shape[1] * len(cells.digits) + STEP, np.uint32),
         np.zeros(n, np.int32),
     )
 
@@ -201,17 +205,35 @@ def renew(lists, motion, state, i, now):
     lists.counts[i] = kept - first
     # Without a branch on who is near: that is a coin toss for the processor.
     total = np.uint64(0)
-    for code in range(np.uint64(len(cells.digits))):
-        cell = cell_near(lists, fresh, code)
-        for k in range(np.uint64(cells.counts[cell])):
-            j = cells.members[cell, k]
-            near = apart(lists, fresh, np.uint64(j)) <= lists.reach
-            listed = apart(lists, old, np.uint64(j)) <= lists.reach
-            lists.found[total] = j
-            total += np.uint64(near & (not listed))
+    for k in range(look_around(lists, fresh)):
+        j = lists.found[k]
+        near = apart(lists, fresh, np.uint64(j)) <= lists.reach
+        listed = apart(lists, old, np.uint64(j)) <= lists.reach
+        lists.found[total] = j
+        total += np.uint64(near & (not listed))
     for axis in range(len(lists.grain)):
         lists.reference[i, axis] = fresh[axis]
     return enlist_found(lists, i, total)
+
+
+@inner
+def look_around(lists, point):
+    """Put all in the 3^d cells around a reference point into ``found`` and return how many they are.
+
+    Members are copied eight at a time, whether so many are there or not: cells hold a few each, and a loop over the right number would be
+    mispredicted at every one.
+    """
+    cells = lists.cells
+    found = lists.found
+    total = np.uint64(0)
+    for code in range(np.uint64(len(cells.digits))):
+        cell = cell_near(lists, point, code)
+        count = np.uint64(cells.counts[cell])
+        for start in range(np.uint64(0), count, np.uint64(STEP)):
+            for k in range(np.uint64(STEP)):
+                found[total + start + k] = cells.members[cell, start + k]
+        total += count
+    return total
 
 
 @inner
@@ -241,12 +263,10 @@ def _(neighbors: Lists, motion, boundary, state):
     for i in range(np.uint64(len(state.partner))):
         refer(neighbors, motion, state, i, now)
         total = np.uint64(0)
-        for code in range(np.uint64(len(cells.digits))):
-            cell = cell_near(neighbors, neighbors.fresh, code)
-            for k in range(np.uint64(cells.counts[cell])):
-                j = cells.members[cell, k]
-                neighbors.found[total] = j
-                total += np.uint64(apart(neighbors, neighbors.fresh, np.uint64(j)) <= neighbors.reach)
+        for k in range(look_around(neighbors, neighbors.fresh)):
+            j = neighbors.found[k]
+            neighbors.found[total] = j
+            total += np.uint64(apart(neighbors, neighbors.fresh, np.uint64(j)) <= neighbors.reach)
         for axis in range(len(neighbors.grain)):
             neighbors.reference[i, axis] = neighbors.fresh[axis]
         if not enter_cell(cells, cell_of(neighbors, neighbors.fresh), np.uint32(i)) or not enlist_found(
