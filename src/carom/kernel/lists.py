@@ -14,17 +14,8 @@ import numpy as np
 from carom.kernel.constants import NEVER, TRANSIT
 from carom.kernel.dispatch import inner
 from carom.kernel.motion import position
-from carom.kernel.neighbors import (
-    Cells,
-    candidates,
-    enter_cell,
-    leave_cell,
-    make_cells,
-    settle,
-    transit,
-    transit_time,
-    wrapped,
-)
+from carom.kernel.neighbors import candidates, neighborhood, settle, transit, transit_time, wrapped
+from carom.kernel.state import aligned
 
 GRAIN = 2.0**-32
 """Reference points lie on a grid of this fraction of the box."""
@@ -37,7 +28,14 @@ STEP = 8
 class Lists(NamedTuple):
     """Components by neighbour."""
 
-    cells: Cells
+    shape: tuple
+    """Cells along each axis."""
+    cells: np.ndarray
+    """What each cell holds, (cells, d + 1, room) uint32: components and, beside them, their reference points."""
+    members: np.ndarray
+    """How many each cell holds, (cells,) int32."""
+    digits: np.ndarray
+    """Offset -1, 0 or 1 along each axis of the 3^d cells around one, (3^d, d) int64."""
     grain: tuple
     """Length of one step of a reference point along each axis."""
     reach: float
@@ -53,25 +51,34 @@ class Lists(NamedTuple):
     fresh: np.ndarray
     """Room for one reference point that is not in force yet, (d,) uint32."""
     found: np.ndarray
-    """Room for those found in the cells around one, uint32."""
+    """Room for those found in the cells around one, as the cells hold them, (d + 1, room) uint32."""
+    hits: np.ndarray
+    """Which of them are to be listed, (room,) int64."""
     counts: np.ndarray
     """How many neighbours, (n,) int32."""
 
 
 def make_lists(n: int, edges, shape, cell_capacity: int, reach: float, margin: float, capacity: int) -> Lists:
     """Return empty lists: reference points within ``reach``, flights up to ``margin`` [length]."""
-    cells = make_cells(shape, -(-cell_capacity // STEP) * STEP)
+    dimension = len(shape)
+    count = int(np.prod(shape))
+    room = -(-cell_capacity // STEP) * STEP
+    around = 3**dimension * room + STEP
     return Lists(
-        cells,
-        tuple(edge * GRAIN for edge in edges),
-        reach * reach,
-        margin * margin,
-        np.zeros((n, len(shape)), np.uint32),
-        np.full(n * capacity, n, np.uint32),
-        capacity,
-        np.zeros(len(shape), np.uint32),
-        np.zeros(cells.members.shape[1] * len(cells.digits) + STEP, np.uint32),
-        np.zeros(n, np.int32),
+        shape=tuple(int(size) for size in shape),
+        cells=aligned(count * (dimension + 1) * room, np.uint32).reshape(count, dimension + 1, room),
+        members=np.zeros(count, np.int32),
+        digits=neighborhood(dimension),
+        grain=tuple(edge * GRAIN for edge in edges),
+        reach=reach * reach,
+        margin=margin * margin,
+        reference=np.zeros((n, dimension), np.uint32),
+        words=np.full(n * capacity, n, np.uint32),
+        counts=np.zeros(n, np.int32),
+        capacity=capacity,
+        fresh=np.zeros(dimension, np.uint32),
+        found=np.zeros((dimension + 1, around), np.uint32),
+        hits=np.zeros(around, np.int64),
     )
 
 
@@ -86,7 +93,7 @@ def cell_of(lists, point):
     """Return the cell of a reference point."""
     cell = np.int64(0)
     for axis in range(len(lists.grain)):
-        size = lists.cells.shape[axis]
+        size = lists.shape[axis]
         cell = cell * size + ((np.int64(point[axis]) * size) >> 32)
     return np.uint64(cell)
 
@@ -96,8 +103,8 @@ def cell_near(lists, point, code):
     """Return the cell at offset ``code`` from that of a reference point."""
     cell = np.int64(0)
     for axis in range(len(lists.grain)):
-        size = lists.cells.shape[axis]
-        place = ((np.int64(point[axis]) * size) >> 32) + lists.cells.digits[code, axis]
+        size = lists.shape[axis]
+        place = ((np.int64(point[axis]) * size) >> 32) + lists.digits[code, axis]
         place = size - 1 if place < 0 else (0 if place >= size else place)
         cell = cell * size + place
     return np.uint64(cell)
@@ -133,6 +140,31 @@ def apart(lists, point, j):
         r = wrap32(np.int64(point[axis]) - np.int64(lists.reference[j, axis])) * lists.grain[axis]
         rr += r * r
     return rr
+
+
+@inner
+def enter_cell(lists, cell, i, point):
+    """Add i with its reference point to a cell; False, and nothing done, if the cell is full."""
+    last = np.uint64(lists.members[cell])
+    if last == np.uint64(lists.cells.shape[2]):
+        return False
+    lists.cells[cell, 0, last] = i
+    for axis in range(len(lists.grain)):
+        lists.cells[cell, axis + 1, last] = point[axis]
+    lists.members[cell] += 1
+    return True
+
+
+@inner
+def leave_cell(lists, cell, i):
+    """Remove i from a cell; the last one takes its place."""
+    lists.members[cell] -= 1
+    last = np.uint64(lists.members[cell])
+    for k in range(last):
+        if lists.cells[cell, 0, k] == i:
+            for row in range(len(lists.grain) + 1):
+                lists.cells[cell, row, k] = lists.cells[cell, row, last]
+            break
 
 
 @candidates.register
@@ -179,41 +211,31 @@ def _(neighbors: Lists, motion, boundary, state, i, now, code):
 @inner
 def renew(lists, motion, state, i, now):
     """Take a new reference point for i and bring its list, and it in the others' lists, up to date."""
-    cells = lists.cells
     me = np.uint32(i)
     nobody = np.uint32(len(lists.counts))
     old = lists.reference[i]
-    refer(lists, motion, state, i, now)
     fresh = lists.fresh
-    old_cell = cell_of(lists, old)
-    new_cell = cell_of(lists, fresh)
-    if new_cell != old_cell:
-        if not enter_cell(cells, new_cell, me):
-            return False
-        leave_cell(cells, old_cell, me)
+    refer(lists, motion, state, i, now)
+    leave_cell(lists, cell_of(lists, old), me)
     first = i * np.uint64(lists.capacity)
+    end = first + np.uint64(lists.counts[i])
     kept = first
-    for k in range(first, first + np.uint64(lists.counts[i])):
+    for k in range(first, end):
         j = lists.words[k]
         if apart(lists, fresh, np.uint64(j)) <= lists.reach:
             lists.words[kept] = j
             kept += np.uint64(1)
         else:
             unlist(lists, np.uint64(j), me)
-    for k in range(kept, first + np.uint64(lists.counts[i])):
+    for k in range(kept, end):
         lists.words[k] = nobody
     lists.counts[i] = kept - first
-    # Without a branch on who is near: that is a coin toss for the processor.
-    total = np.uint64(0)
-    for k in range(look_around(lists, fresh)):
-        j = lists.found[k]
-        near = apart(lists, fresh, np.uint64(j)) <= lists.reach
-        listed = apart(lists, old, np.uint64(j)) <= lists.reach
-        lists.found[total] = j
-        total += np.uint64(near & (not listed))
+    total = look_around(lists, fresh)
+    for k in range(total):
+        lists.hits[k] = np.int64((beside(lists, fresh, k) <= lists.reach) & (beside(lists, old, k) > lists.reach))
     for axis in range(len(lists.grain)):
         lists.reference[i, axis] = fresh[axis]
-    return enlist_found(lists, i, total)
+    return enter_cell(lists, cell_of(lists, fresh), me, fresh) and enlist_hits(lists, i, total)
 
 
 @inner
@@ -223,24 +245,37 @@ def look_around(lists, point):
     Members are copied eight at a time, whether so many are there or not: cells hold a few each, and a loop over the right number would be
     mispredicted at every one.
     """
-    cells = lists.cells
-    found = lists.found
     total = np.uint64(0)
-    for code in range(np.uint64(len(cells.digits))):
+    for code in range(np.uint64(len(lists.digits))):
         cell = cell_near(lists, point, code)
-        count = np.uint64(cells.counts[cell])
+        count = np.uint64(lists.members[cell])
         for start in range(np.uint64(0), count, np.uint64(STEP)):
-            for k in range(np.uint64(STEP)):
-                found[total + start + k] = cells.members[cell, start + k]
+            for row in range(len(lists.grain) + 1):
+                for k in range(np.uint64(STEP)):
+                    lists.found[row, total + start + k] = lists.cells[cell, row, start + k]
         total += count
     return total
 
 
 @inner
-def enlist_found(lists, i, total):
-    """List i and those found with each other; False if a list is full."""
-    for k in range(total):
-        j = lists.found[k]
+def beside(lists, point, k):
+    """Return the squared distance of a reference point from that of the k-th found."""
+    rr = 0.0
+    for axis in range(len(lists.grain)):
+        r = wrap32(np.int64(point[axis]) - np.int64(lists.found[axis + 1, k])) * lists.grain[axis]
+        rr += r * r
+    return rr
+
+
+@inner
+def enlist_hits(lists, i, total):
+    """List i and the hits among those found with each other; False if a list is full."""
+    last = np.uint64(0)
+    for k in range(total):  # without a branch: who is near is a coin toss for the processor
+        lists.found[0, last] = lists.found[0, k]
+        last += np.uint64(lists.hits[k])
+    for k in range(last):
+        j = lists.found[0, k]
         if lists.counts[i] == lists.capacity or lists.counts[j] == lists.capacity:
             return False
         enlist(lists, i, j)
@@ -255,22 +290,18 @@ def _(neighbors: Lists, i, axis, crossings):
 
 @settle.register
 def _(neighbors: Lists, motion, boundary, state):
-    cells = neighbors.cells
     now = state.clock[0].now
-    cells.counts[:] = 0
+    neighbors.members[:] = 0
     neighbors.counts[:] = 0
     neighbors.words[:] = len(neighbors.counts)
+    fresh = neighbors.fresh
     for i in range(np.uint64(len(state.partner))):
         refer(neighbors, motion, state, i, now)
-        total = np.uint64(0)
-        for k in range(look_around(neighbors, neighbors.fresh)):
-            j = neighbors.found[k]
-            neighbors.found[total] = j
-            total += np.uint64(apart(neighbors, neighbors.fresh, np.uint64(j)) <= neighbors.reach)
+        total = look_around(neighbors, fresh)
+        for k in range(total):
+            neighbors.hits[k] = np.int64(beside(neighbors, fresh, k) <= neighbors.reach)
         for axis in range(len(neighbors.grain)):
-            neighbors.reference[i, axis] = neighbors.fresh[axis]
-        if not enter_cell(cells, cell_of(neighbors, neighbors.fresh), np.uint32(i)) or not enlist_found(
-            neighbors, i, total
-        ):
+            neighbors.reference[i, axis] = fresh[axis]
+        if not (enter_cell(neighbors, cell_of(neighbors, fresh), np.uint32(i), fresh) and enlist_hits(neighbors, i, total)):
             return False
     return True

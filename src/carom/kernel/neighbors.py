@@ -22,16 +22,20 @@ class Cells(NamedTuple):
     """Offset -1, 0 or 1 along each axis of the 3^d cells around one, (3^d, d) int64."""
 
 
+def neighborhood(dimension: int) -> np.ndarray:
+    """Return the offsets -1, 0 or 1 along each axis of the 3^d cells around one, (3^d, d) int64."""
+    digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
+    return np.ascontiguousarray(digits, dtype=np.int64)
+
+
 def make_cells(shape: tuple[int, ...], capacity: int) -> Cells:
     """Return an empty grid."""
-    dimension = len(shape)
     count = int(np.prod(shape))
-    digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
     return Cells(
-        tuple(np.int64(s) for s in shape),
+        tuple(int(size) for size in shape),
         np.zeros((count, capacity), np.uint32),
         np.zeros(count, np.int32),
-        np.ascontiguousarray(digits, dtype=np.int64),
+        neighborhood(len(shape)),
     )
 
 
