@@ -21,6 +21,10 @@ class BorrowedArray(types.Array):
             owned.dtype, owned.ndim, owned.layout, readonly=not owned.mutable, aligned=owned.aligned, name=f"borrowed({owned.name})"
         )
 
+    def copy(self, **changes):
+        """Return the type of a view, borrowed as well."""
+        return BorrowedArray(self.owned.copy(**changes))
+
 
 @register_default(BorrowedArray)
 class _BorrowedModel(models.StructModel):

@@ -33,7 +33,9 @@ class SectorImage(NamedTuple):
     shape: tuple
     """Number of sectors along each edge."""
     place: np.ndarray
-    """Sector of each component, not wrapped, (n, d) int32: the array of the sectors themselves."""
+    """Sector of each component, (n + 1, d) int32: the array of the sectors themselves."""
+    turn: np.ndarray
+    """Boxes between a component's position and its sector, (n + 1, d) int32, theirs too."""
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
     bits: int
@@ -70,6 +72,22 @@ def _(boundary: NearestImage):
 @index_bits.register
 def _(boundary: SectorImage):
     return boundary.bits
+
+
+@generic
+def lasting(boundary):
+    """Tell whether a word stays right when its component, or the one that uses it, changes sector."""
+    raise NotImplementedError(type(boundary))
+
+
+@lasting.register
+def _(boundary: NearestImage):
+    return True
+
+
+@lasting.register
+def _(boundary: SectorImage):
+    return False
 
 
 @generic
@@ -122,7 +140,8 @@ def _(boundary: SectorImage, i, word, axis, dx):
     j = np.uint64(word >> boundary.bits)
     code = np.uint64(word & ((1 << boundary.bits) - 1))
     sectors = boundary.place[i, axis] + boundary.digits[code, axis] - boundary.place[j, axis]
-    return dx + boundary.edges[axis] * np.rint(sectors / boundary.shape[axis])
+    turns = boundary.turn[i, axis] - boundary.turn[j, axis]
+    return dx + boundary.edges[axis] * (np.rint(sectors / boundary.shape[axis]) + turns)
 
 
 @generic

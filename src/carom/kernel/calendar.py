@@ -1,9 +1,9 @@
 """The event queue: buckets of time that are only ever appended to, and a small heap for the bucket at hand.
 
-Nothing is removed. A component has one new event, so an entry (just the component's index) is good if the time now due for that
-component falls into the bucket, and stale otherwise; stale entries are dropped when their bucket comes up. A pair event needs one entry
-for either of the two. The buckets cover a *window* of time; what is due later waits in the rows and is found by one pass over them
-when the window is used up. Order is by (time, component), whatever the width of the buckets.
+An entry names a component and one of its two times: ``2 i`` its new event, with or without a partner; ``2 i + 1`` its leaving the sector.
+Nothing is removed. An entry is good if the time it names falls into its bucket, and stale otherwise; stale entries are dropped when their
+bucket comes up. A pair event needs one entry, for either of the two. The buckets cover a *window* of time; what is due later waits in the rows and is found by one pass over them
+when the window is used up. Order is by (time, entry), whatever the width of the buckets.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ class Calendar(NamedTuple):
     due: np.ndarray
     """Heap: times."""
     who: np.ndarray
-    """Heap: components."""
+    """Heap: entries."""
 
 
 def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
     buckets = 1 << max(4, (n // 8).bit_length())
-    lines = 2 * (n // ENTRIES) + 64
+    lines = 5 * n // (2 * ENTRIES) + 64  # 2 n entries at most, and some room to go on
     heap = max(heap, 256)
     control = np.zeros(1, CONTROL)
     control["width"] = width
@@ -65,6 +65,13 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
         np.zeros(heap),
         np.zeros(heap, np.int32),
     )
+
+
+@inner
+def time_of(state, entry):
+    """Return the time that an entry names."""
+    i = np.uint64(entry) >> np.uint64(1)
+    return state.leave[i] if np.uint64(entry) & np.uint64(1) else state.rows[i].due
 
 
 @inner
@@ -111,16 +118,16 @@ def pop(calendar):
 
 
 @inner
-def insert(calendar, i, time):
-    """Enter component ``i``, due at ``time``; nothing to do beyond the window."""
+def insert(calendar, entry, time):
+    """Enter what is due at ``time``; nothing to do beyond the window."""
     control = calendar.control[0]
     if time >= control.end:
         return
     bucket = min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
     if bucket <= control.cursor:
-        push(calendar, time, i)
+        push(calendar, time, np.int32(entry))
     else:
-        append(calendar, np.uint64(bucket), i)
+        append(calendar, np.uint64(bucket), np.uint32(entry))
 
 
 @inner
@@ -144,7 +151,7 @@ def append(calendar, bucket, i):
 
 
 @inner
-def drain(calendar, rows, bucket):
+def drain(calendar, state, bucket):
     """Move what is still good in a bucket to the heap; return False, and do nothing, if the heap has too little room."""
     control = calendar.control[0]
     buckets = calendar.buckets
@@ -157,24 +164,24 @@ def drain(calendar, rows, bucket):
     if control.size + total > len(calendar.due):
         return False
     for k in range(count):
-        offer(calendar, rows, bucket, buckets[bucket, np.uint64(k) + np.uint64(2)])
+        offer(calendar, state, bucket, buckets[bucket, np.uint64(k) + np.uint64(2)])
     link = buckets[bucket, 1]
     while link > 0:
         for k in range(ENTRIES):
-            offer(calendar, rows, bucket, calendar.lines[link, np.uint64(k) + np.uint64(2)])
+            offer(calendar, state, bucket, calendar.lines[link, np.uint64(k) + np.uint64(2)])
         link = calendar.lines[link, 1]
     return True
 
 
 @inner
-def offer(calendar, rows, bucket, i):
-    """Push component ``i`` if it is due in this bucket."""
+def offer(calendar, state, bucket, entry):
+    """Push an entry if it is due in this bucket."""
     control = calendar.control[0]
-    time = rows[i].due
+    time = time_of(state, entry)
     if time < control.end:
         k = min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
         if k <= np.int64(bucket):
-            push(calendar, time, np.int32(i))
+            push(calendar, time, np.int32(entry))
 
 
 @inner
@@ -207,8 +214,11 @@ def lay_out(calendar, state, boundary, start, end):
         if time < control.end:
             word = state.partner[i]
             if word < 0 or np.int64(index(boundary, word)) > np.int64(i):
-                bucket = min(np.int64((time - start) * control.inverse), size - 1)
-                append(calendar, np.uint64(max(bucket, 0)), np.uint32(i))
+                insert(calendar, np.int64(2 * i), time)
+        time = state.leave[i]
+        earliest = min(earliest, time)
+        if time < control.end:
+            insert(calendar, np.int64(2 * i) + 1, time)
     return earliest
 
 
@@ -224,18 +234,18 @@ def adapt(calendar, longest):
 
 
 @inner
-def first(calendar, rows):
-    """Return the component whose event is first, left on the heap, or -1 at the end of the window, or -2 for want of room."""
+def first(calendar, state):
+    """Return the first entry, left on the heap, or -1 at the end of the window, or -2 for want of room."""
     control = calendar.control[0]
     while True:
         while control.size > 0:
-            i = calendar.who[0]
-            if rows[np.uint64(i)].due == calendar.due[0]:
-                return np.int64(i)
+            entry = calendar.who[0]
+            if time_of(state, entry) == calendar.due[0]:
+                return np.int64(entry)
             pop(calendar)
         if control.cursor + 1 >= len(calendar.buckets):
             return np.int64(-1)
-        if not drain(calendar, rows, np.uint64(control.cursor + 1)):
+        if not drain(calendar, state, np.uint64(control.cursor + 1)):
             return np.int64(-2)
         control.cursor += 1
 

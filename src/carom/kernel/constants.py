@@ -8,9 +8,6 @@ NEVER = np.inf
 LAMBDA = -1
 """Partner of an advancement: nobody (the paper's Lambda)."""
 
-TRANSIT = -2
-"""Partner of the first one-component event; further ones count down (the paper's N + k)."""
-
 # Why the cycle returned.
 REACHED_TIME = 0
 REACHED_COLLISIONS = 1

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.kernel.borrow import borrowed
-from carom.kernel.boundary import count_images, index, index_bits, mirror, separation
+from carom.kernel.boundary import count_images, index, index_bits, lasting, mirror, separation
 from carom.kernel.calendar import adapt, first, insert, lay_out, pop
 from carom.kernel.constants import (
     IDLE,
@@ -49,15 +49,15 @@ class Model(NamedTuple):
 
 
 @njit(**FAST)
-def nearest(model, state, neighbors, i, now, half):
+def nearest(model, state, i, now, words, begin, count, half):
     """Return the word of the candidate that i meets first, or -1 (the paper's line 4).
 
     The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of the time's last five
     bits, and the smallest integer is the earliest candidate.
     """
     me = state.rows[i]
-    words, begin, count = candidates(neighbors, model.boundary, i, half)
-    block = state.block[half]
+    room = np.uint64(half)
+    block = state.block
     dimension = len(model.boundary.edges)
     bits = np.int64(index_bits(model.boundary))
     best = NOBODY
@@ -65,32 +65,39 @@ def nearest(model, state, neighbors, i, now, half):
     for start in range(0, count, WIDTH):
         size = min(count - start, WIDTH)
         for lane in range(0, size, LANES):
-            spread(state.rows, words, np.int64(begin) + start + lane, bits, block, np.int64(lane))
+            spread(state.rows, words, np.int64(begin) + start + lane, bits, block, half, np.int64(lane))
         earliest = NOBODY
         for k in range(np.uint64(size)):
             word = words[begin + np.uint64(start) + k]
             rr = 0.0
             rv = 0.0
             vv = 0.0
-            elapsed = now - block[dimension, k]
+            elapsed = now - block[room, dimension, k]
             for axis in range(dimension):
                 x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
-                y = position(model.motion, axis, block[axis, k], block[dimension + 1 + axis, k], elapsed)
+                y = position(model.motion, axis, block[room, axis, k], block[room, dimension + 1 + axis, k], elapsed)
                 r = separation(model.boundary, i, word, axis, y - x)
-                v = velocity(model.motion, axis, block[dimension + 1 + axis, k], elapsed) - velocity(
+                v = velocity(model.motion, axis, block[room, dimension + 1 + axis, k], elapsed) - velocity(
                     model.motion, axis, me.v[axis], now - me.t
                 )
                 rr += r * r
                 rv += r * v
                 vv += v * v
             t = interaction_time(model.pair, i, index(model.boundary, word), rr, rv, vv, now)
-            t = t if block[2 * dimension + 1, k] - now >= t else NEVER
+            t = t if block[room, 2 * dimension + 1, k] - now >= t else NEVER
             key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | np.int64(k)
             earliest = min(earliest, key)
         if earliest < best:
             best = earliest
             chosen = np.int64(words[begin + np.uint64(start + (earliest & (WIDTH - 1)))])
     return chosen
+
+
+@inner
+def search(model, state, neighbors, i, now, half):
+    """Search among all that i can meet."""
+    words, begin, count = candidates(neighbors, model.boundary, i, half)
+    return nearest(model, state, i, now, words, begin, count, half)
 
 
 @inner
@@ -146,15 +153,10 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
         # The two just met, or the search was made before the other half of a collision took this candidate.
         searched = True
         due = NEVER
-        word = nearest(model, state, neighbors, i, now, 0)
+        word = search(model, state, neighbors, i, now, 0)
     if met >= 0 and rows[np.uint64(met)].due == -NEVER:
         rows[np.uint64(met)].due = hidden
-    leave, code = transit_time(neighbors, model.motion, model.boundary, state, i, now)
-    if leave < due:
-        rows[i].due = leave
-        state.partner[i] = code
-        insert(calendar, np.int32(i), leave)
-    elif due < NEVER:
+    if due < NEVER:
         pair_up(model, state, calendar, i, word, due)
         tally.clamped += np.int64(clamped)
         tally.returns += np.int64(j == met)
@@ -172,7 +174,7 @@ def release(model, state, calendar, i, held, due):
     chosen = np.int64(state.partner[i])
     if chosen < 0 or np.uint64(index(model.boundary, chosen)) != j:
         state.partner[j] = LAMBDA
-        insert(calendar, np.int32(j), due)
+        insert(calendar, np.int64(2 * j), due)
 
 
 @inner
@@ -185,12 +187,58 @@ def pair_up(model, state, calendar, i, word, due):
         m = np.uint64(index(model.boundary, third))
         if m != np.uint64(i):
             state.partner[m] = LAMBDA
-            insert(calendar, np.int32(m), rows[m].due)
+            insert(calendar, np.int64(2 * m), rows[m].due)
     rows[i].due = due
     rows[j].due = due
     state.partner[i] = word
     state.partner[j] = mirror(model.boundary, np.int64(i), word)
-    insert(calendar, np.int32(i), due)
+    insert(calendar, np.int64(2 * i), due)
+
+
+@inner
+def watch(model, state, neighbors, calendar, i, now):
+    """Note when component i leaves its sector (the paper's line 5)."""
+    leave = transit_time(neighbors, model.motion, model.boundary, state, i, now)
+    state.leave[i] = leave
+    insert(calendar, np.int64(2 * i) + 1, leave)
+
+
+@inner
+def welcome(model, state, calendar, tally, i, now, word):
+    """Schedule i with a newcomer to its neighbourhood, if they meet before the event that i has."""
+    if word < 0:
+        return
+    rows = state.rows
+    j = np.int64(index(model.boundary, word))
+    rr, rv, vv = relative(model, state, i, word, now)
+    t, clamped = contact_time(model.pair, np.int64(i), j, rr, rv, vv, now)
+    due = now + t
+    if due < rows[i].due and due <= rows[np.uint64(j)].due:
+        held = np.int64(state.partner[i])
+        held_due = rows[i].due
+        pair_up(model, state, calendar, i, word, due)
+        tally.clamped += np.int64(clamped)
+        if held >= 0:
+            release(model, state, calendar, i, held, held_due)
+
+
+@inner
+def start_over(model, state, neighbors, calendar, tally, i, now):
+    """Schedule i anew where its change of sector made its partner's word void."""
+    rows = state.rows
+    held = np.int64(state.partner[i])
+    held_due = rows[i].due
+    j = np.uint64(0)
+    if held >= 0:
+        j = np.uint64(index(model.boundary, held))
+        rows[j].due = NEVER
+        state.partner[j] = LAMBDA
+        state.partner[i] = LAMBDA
+    found = search(model, state, neighbors, i, now, 0)
+    predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1), found)
+    if held >= 0 and state.partner[j] == LAMBDA and rows[j].due == NEVER:
+        rows[j].due = held_due
+        insert(calendar, np.int64(2 * j), held_due)
 
 
 @inner
@@ -249,6 +297,7 @@ def new_epoch(model, state, neighbors):
         advance(model, state, neighbors, i, length)
         state.rows[i].t = 0.0
         state.rows[i].due -= length
+        state.leave[i] -= length
     clock.epoch += 1
     clock.now = 0.0
 
@@ -271,8 +320,9 @@ def _schedule(digest):
             rows[i].due = NEVER
             partner[i] = LAMBDA
         for i in range(n):
-            found = nearest(model, state, neighbors, i, now, 0)
+            found = search(model, state, neighbors, i, now, 0)
             predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1), found)
+            watch(model, state, neighbors, calendar, i, now)
         lay_out(calendar, state, model.boundary, now, state.clock[0].length)
         return True
 
@@ -304,7 +354,7 @@ def _run(digest):
                 lay_out(calendar, state, model.boundary, clock.now, clock.length)
             if control.size + ROOM > len(calendar.due):
                 return NEEDS_HEAP
-            chosen = first(calendar, rows)
+            chosen = first(calendar, state)
             if chosen == -2:
                 return NEEDS_HEAP
             last = clock.epoch == end_epoch
@@ -319,8 +369,9 @@ def _run(digest):
                 if lay_out(calendar, state, model.boundary, start, clock.length) == NEVER:
                     return IDLE
                 continue
-            i = np.uint64(chosen)
-            now = rows[i].due
+            i = np.uint64(chosen >> 1)
+            leaves = chosen & 1 == 1
+            now = calendar.due[0]
             if (last and now > end_time) or clock.epoch > end_epoch:
                 return REACHED_TIME
             if tally.collisions >= collisions:
@@ -329,33 +380,41 @@ def _run(digest):
                 return SPENT
             if log_full(log):
                 return NEEDS_LOG
-            word = np.int64(state.partner[i])
-            if word < LAMBDA and not transit(neighbors, model.motion, model.boundary, state, i, now, word):
-                return NEEDS_NEIGHBORS
             cycles -= 1
             control.cycles += 1
             clock.now = now
-            pop(calendar)
-            if word >= 0:
-                j = np.uint64(index(model.boundary, word))
-                if j < i:  # the same bits, whichever of the two was found first
-                    word = np.int64(mirror(model.boundary, np.int64(i), word))
-                    i, j = j, i
-                collide(model, state, neighbors, tally, log, i, word, now)
-                met = np.int64(j)
-            else:
-                met = np.int64(-1)
-                if word == LAMBDA:
-                    tally.advancements += 1
+            if leaves:
+                done, words, begin, count = transit(neighbors, model.motion, model.boundary, state, i, now)
+                if not done:
+                    return NEEDS_NEIGHBORS
+                pop(calendar)
+                tally.transits += 1
+                if lasting(model.boundary):
+                    found = nearest(model, state, i, now, words, begin, count, 0)
+                    welcome(model, state, calendar, tally, i, now, found)
                 else:
-                    tally.transits += 1
-            found = nearest(model, state, neighbors, i, now, 0)
-            other = np.int64(-1)
-            if met >= 0:  # two searches that do not wait for each other
-                other = nearest(model, state, neighbors, np.uint64(met), now, 1)
-            for _ in range(2 if met >= 0 else 1):
-                predict(model, state, neighbors, calendar, tally, i, now, met, found)
-                i, met, found = np.uint64(met), np.int64(i), other
+                    start_over(model, state, neighbors, calendar, tally, i, now)
+                watch(model, state, neighbors, calendar, i, now)
+                continue
+            pop(calendar)
+            word = np.int64(state.partner[i])
+            if word == LAMBDA:
+                tally.advancements += 1
+                found = search(model, state, neighbors, i, now, 0)
+                predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1), found)
+                continue
+            j = np.uint64(index(model.boundary, word))
+            if j < i:  # the same bits, whichever of the two was found first
+                word = np.int64(mirror(model.boundary, np.int64(i), word))
+                i, j = j, i
+            collide(model, state, neighbors, tally, log, i, word, now)
+            # Two searches that do not wait for each other.
+            found = search(model, state, neighbors, i, now, 0)
+            other = search(model, state, neighbors, j, now, 1)
+            for _ in range(2):
+                predict(model, state, neighbors, calendar, tally, i, now, np.int64(j), found)
+                watch(model, state, neighbors, calendar, i, now)
+                i, j, found = j, i, other
 
     return run
 

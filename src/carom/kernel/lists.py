@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.kernel.constants import NEVER, TRANSIT
+from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, neighborhood, settle, transit, transit_time, wrapped
@@ -52,6 +52,10 @@ class Lists(NamedTuple):
     """Room for one reference point that is not in force yet, (d,) uint32."""
     found: np.ndarray
     """Room for those found in the cells around one, as the cells hold them, (d + 1, room) uint32."""
+    stale: np.ndarray
+    """Room for the reference point that was in force before, (d,) uint32."""
+    newcomers: np.ndarray
+    """Room for those newly listed, uint32."""
     hits: np.ndarray
     """Which of them are to be listed, (room,) int64."""
     counts: np.ndarray
@@ -78,6 +82,8 @@ def make_lists(n: int, edges, shape, cell_capacity: int, reach: float, margin: f
         capacity=capacity,
         fresh=np.zeros(dimension, np.uint32),
         found=np.zeros((dimension + 1, around), np.uint32),
+        stale=np.zeros(dimension, np.uint32),
+        newcomers=np.zeros(around + STEP, np.uint32),
         hits=np.zeros(around, np.int64),
     )
 
@@ -195,26 +201,32 @@ def _(neighbors: Lists, motion, boundary, state, i, now):
         rv += r * v
         vv += v * v
     if vv == 0.0:
-        return NEVER, TRANSIT
+        return NEVER
     # The outward root of |r + v t|^2 = margin^2, in the form that does not cancel for either sign of r.v.
     c = max(neighbors.margin - rr, 0.0)
     root = np.sqrt(rv * rv + vv * c)
     t = c / (rv + root) if rv > 0.0 else (root - rv) / vv
-    return now + t, TRANSIT
+    return now + t
 
 
 @transit.register
-def _(neighbors: Lists, motion, boundary, state, i, now, code):
-    return renew(neighbors, motion, state, i, now)
+def _(neighbors: Lists, motion, boundary, state, i, now):
+    count = renew(neighbors, motion, state, i, now)
+    return count >= 0, neighbors.newcomers, np.uint64(0), (count + 7) & ~7
 
 
 @inner
 def renew(lists, motion, state, i, now):
-    """Take a new reference point for i and bring its list, and it in the others' lists, up to date."""
+    """Take a new reference point for i and bring its list, and it in the others' lists, up to date.
+
+    Returns the number of newcomers, or -1 if an array is too small.
+    """
     me = np.uint32(i)
     nobody = np.uint32(len(lists.counts))
-    old = lists.reference[i]
+    old = lists.stale
     fresh = lists.fresh
+    for axis in range(len(lists.grain)):
+        old[axis] = lists.reference[i, axis]
     refer(lists, motion, state, i, now)
     leave_cell(lists, cell_of(lists, old), me)
     first = i * np.uint64(lists.capacity)
@@ -235,7 +247,9 @@ def renew(lists, motion, state, i, now):
         lists.hits[k] = np.int64((beside(lists, fresh, k) <= lists.reach) & (beside(lists, old, k) > lists.reach))
     for axis in range(len(lists.grain)):
         lists.reference[i, axis] = fresh[axis]
-    return enter_cell(lists, cell_of(lists, fresh), me, fresh) and enlist_hits(lists, i, total)
+    if not enter_cell(lists, cell_of(lists, fresh), me, fresh):
+        return np.int64(-1)
+    return enlist_hits(lists, i, total)
 
 
 @inner
@@ -269,18 +283,20 @@ def beside(lists, point, k):
 
 @inner
 def enlist_hits(lists, i, total):
-    """List i and the hits among those found with each other; False if a list is full."""
+    """List i and the hits among those found with each other; return their number, or -1 if a list is full."""
     last = np.uint64(0)
     for k in range(total):  # without a branch: who is near is a coin toss for the processor
-        lists.found[0, last] = lists.found[0, k]
+        lists.newcomers[last] = lists.found[0, k]
         last += np.uint64(lists.hits[k])
+    for k in range(np.uint64(STEP)):
+        lists.newcomers[last + k] = len(lists.counts)
     for k in range(last):
-        j = lists.found[0, k]
+        j = lists.newcomers[k]
         if lists.counts[i] == lists.capacity or lists.counts[j] == lists.capacity:
-            return False
+            return np.int64(-1)
         enlist(lists, i, j)
         enlist(lists, np.uint64(j), np.uint32(i))
-    return True
+    return np.int64(last)
 
 
 @wrapped.register
@@ -302,6 +318,7 @@ def _(neighbors: Lists, motion, boundary, state):
             neighbors.hits[k] = np.int64(beside(neighbors, fresh, k) <= neighbors.reach)
         for axis in range(len(neighbors.grain)):
             neighbors.reference[i, axis] = fresh[axis]
-        if not (enter_cell(neighbors, cell_of(neighbors, fresh), np.uint32(i), fresh) and enlist_hits(neighbors, i, total)):
+        entered = enter_cell(neighbors, cell_of(neighbors, fresh), np.uint32(i), fresh)
+        if not entered or enlist_hits(neighbors, i, total) < 0:
             return False
     return True

@@ -40,16 +40,6 @@ def make_cells(shape: tuple[int, ...], capacity: int) -> Cells:
 
 
 @inner
-def fold(place, size):
-    """Return ``place`` modulo ``size``; it is seldom outside, so a loop beats a division."""
-    while place < 0:
-        place += size
-    while place >= size:
-        place -= size
-    return place
-
-
-@inner
 def enter_cell(cells, cell, i):
     """Add i to a cell; False, and nothing done, if the cell is full."""
     cell = np.uint64(cell)
@@ -93,13 +83,21 @@ def candidates(neighbors, boundary, i, half):
 
 @generic
 def transit_time(neighbors, motion, boundary, state, i, now):
-    """Return the time at which component i leaves its sector (or the sphere of its list), and the event's code."""
+    """Return the time at which component i leaves its sector (or the sphere of its list)."""
     raise NotImplementedError(type(neighbors))
 
 
 @generic
-def transit(neighbors, motion, boundary, state, i, now, code):
-    """Carry out a one-component event; False, and nothing done, if an array is too small for it."""
+def transit(neighbors, motion, boundary, state, i, now):
+    """Carry component i over into its next sector (or renew its list).
+
+    Returns
+    -------
+    done : bool
+        False if an array is too small; everything must then be built anew.
+    words, begin, count
+        Those that i can meet now and could not before, as ``candidates`` returns them.
+    """
     raise NotImplementedError(type(neighbors))
 
 

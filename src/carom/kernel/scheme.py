@@ -189,7 +189,7 @@ def build_neighbors(scheme: Scheme, n: int, box, diameter: float):
         return sectors, NearestImage(edges, inverse)
     cells = sectors.cells
     return sectors, SectorImage(
-        edges, inverse, cells.shape, sectors.place, cells.digits, (len(cells.digits) - 1).bit_length()
+        edges, inverse, cells.shape, sectors.place, sectors.turn, cells.digits, (len(cells.digits) - 1).bit_length()
     )
 
 

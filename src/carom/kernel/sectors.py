@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.kernel.boundary import word_of
-from carom.kernel.constants import NEVER, TRANSIT
+from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
 from carom.kernel.motion import position
 from carom.kernel.neighbors import (
     Cells,
     candidates,
     enter_cell,
-    fold,
     leave_cell,
     make_cells,
     settle,
@@ -22,6 +21,9 @@ from carom.kernel.neighbors import (
     transit_time,
     wrapped,
 )
+
+STEP = 8
+"""Members of a sector copied in one go."""
 
 
 class Sectors(NamedTuple):
@@ -31,88 +33,130 @@ class Sectors(NamedTuple):
     sides: tuple
     """Sides of a sector [length]."""
     place: np.ndarray
-    """Sector of each component along each axis, (n, d) int32; not wrapped while a flight lasts, as the position is not."""
+    """Sector of each component along each axis, (n + 1, d) int32; the ghost has one, too."""
+    turn: np.ndarray
+    """Boxes from the component's position, which is not wrapped in flight, to that sector, (n + 1, d) int32."""
+    faces: np.ndarray
+    """Neighbouring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d - 1)) int64."""
     words: np.ndarray
     """Room for the candidates of two components, uint32."""
 
 
 def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
     """Return empty sectors: ``shape`` of them along the edges, ``capacity`` components in each at most."""
-    cells = make_cells(shape, capacity)
+    dimension = len(shape)
+    cells = make_cells(shape, -(-capacity // STEP) * STEP)
     return Sectors(
-        cells,
-        tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
-        np.zeros((n + 1, len(shape)), np.int32),  # the ghost has a place, too
-        np.zeros(2 * (len(cells.digits) * capacity + 8), np.uint32),
+        cells=cells,
+        sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
+        place=np.zeros((n + 1, dimension), np.int32),
+        turn=np.zeros((n + 1, dimension), np.int32),
+        faces=np.array([np.flatnonzero(cells.digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
+        words=np.zeros(2 * (len(cells.digits) * cells.members.shape[1] + STEP), np.uint32),
     )
 
 
 @inner
-def cell_at(sectors, i, code):
-    """Return the cell at offset ``code`` from the one that holds component i."""
-    cells = sectors.cells
+def sector_near(sectors, i, code):
+    """Return the sector at offset ``code`` from the one that holds component i."""
     cell = np.int64(0)
-    for axis in range(len(cells.shape)):
-        size = cells.shape[axis]
-        cell = cell * size + fold(np.int64(sectors.place[i, axis]) + cells.digits[code, axis], size)
+    for axis in range(len(sectors.sides)):
+        size = sectors.cells.shape[axis]
+        place = np.int64(sectors.place[i, axis]) + sectors.cells.digits[code, axis]
+        place = size - 1 if place < 0 else (0 if place >= size else place)
+        cell = cell * size + place
     return np.uint64(cell)
+
+
+@inner
+def look_into(sectors, boundary, i, code, total):
+    """Append the words of all in a neighbouring sector at ``total``; return where the next go.
+
+    Members are copied eight at a time, whether so many are there or not: sectors hold a few each, and a loop over the right number would be
+    mispredicted at every one.
+    """
+    cells = sectors.cells
+    cell = sector_near(sectors, i, code)
+    count = np.uint64(cells.counts[cell])
+    for start in range(np.uint64(0), count, np.uint64(STEP)):
+        for k in range(np.uint64(STEP)):
+            word = word_of(boundary, np.int64(cells.members[cell, start + k]), np.int64(code))
+            sectors.words[total + start + k] = word
+    return total + count
+
+
+@inner
+def pad(sectors, boundary, total):
+    """Fill the last eight words up with the ghost."""
+    ghost = word_of(boundary, np.int64(len(sectors.place) - 1), np.int64(0))
+    for k in range(np.uint64(STEP)):
+        sectors.words[total + k] = ghost
 
 
 @candidates.register
 def _(neighbors: Sectors, boundary, i, half):
-    cells = neighbors.cells
-    words = neighbors.words
-    begin = np.uint64(half * (len(words) // 2))
+    begin = np.uint64(half * (len(neighbors.words) // 2))
     total = begin
-    for code in range(np.uint64(len(cells.digits))):
-        cell = cell_at(neighbors, i, code)
-        for k in range(np.uint64(cells.counts[cell])):
-            words[total] = word_of(boundary, np.int64(cells.members[cell, k]), np.int64(code))
-            total += np.uint64(1)
-    ghost = word_of(boundary, np.int64(len(neighbors.place) - 1), np.int64(0))
-    for k in range(np.uint64(8)):
-        words[total + k] = ghost
-    return words, begin, (np.int64(total - begin) + 7) & ~7
+    for code in range(np.uint64(len(neighbors.cells.digits))):
+        total = look_into(neighbors, boundary, i, code, total)
+    pad(neighbors, boundary, total)
+    return neighbors.words, begin, (np.int64(total - begin) + 7) & ~7
+
+
+@inner
+def next_face(sectors, motion, state, i, now):
+    """Return the time until component i reaches a face of its sector, and the face: twice the axis, plus one for the upper."""
+    row = state.rows[i]
+    best = NEVER
+    face = np.int64(0)
+    for axis in range(len(sectors.sides)):
+        v = row.v[axis]
+        x = position(motion, axis, row.x[axis], v, now - row.t)
+        up = np.int64(v > 0.0)
+        place = np.int64(sectors.place[i, axis]) + sectors.cells.shape[axis] * np.int64(sectors.turn[i, axis])
+        t = max((sectors.sides[axis] * (place + up) - x) / v, 0.0) if v != 0.0 else NEVER
+        if t < best:
+            best = t
+            face = 2 * axis + up
+    return best, face
 
 
 @transit_time.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
-    row = state.rows[i]
-    best = NEVER
-    face = np.int64(0)
-    for axis in range(len(neighbors.sides)):
-        v = row.v[axis]
-        x = position(motion, axis, row.x[axis], v, now - row.t)
-        up = v > 0.0
-        place = neighbors.place[i, axis]
-        wall = neighbors.sides[axis] * (place + 1 if up else place)
-        t = max((wall - x) / v, 0.0) if v != 0.0 else NEVER
-        if t < best:
-            best = t
-            face = 2 * axis + (1 if up else 0)
-    return now + best, TRANSIT - face
+    return now + next_face(neighbors, motion, state, i, now)[0]
 
 
 @transit.register
-def _(neighbors: Sectors, motion, boundary, state, i, now, code):
-    face = TRANSIT - np.int64(code)
+def _(neighbors: Sectors, motion, boundary, state, i, now):
+    cells = neighbors.cells
+    centre = np.uint64(len(cells.digits) // 2)
+    face = next_face(neighbors, motion, state, i, now)[1]
     axis = face >> 1
-    centre = np.uint64(len(neighbors.cells.digits) // 2)
-    step = 1 if face & 1 else -1
-    old = cell_at(neighbors, i, centre)
-    neighbors.place[i, axis] += step
-    new = cell_at(neighbors, i, centre)
+    old = sector_near(neighbors, i, centre)
+    place = np.int64(neighbors.place[i, axis]) + (1 if face & 1 else -1)
+    if place < 0:
+        place += cells.shape[axis]
+        neighbors.turn[i, axis] -= 1
+    elif place >= cells.shape[axis]:
+        place -= cells.shape[axis]
+        neighbors.turn[i, axis] += 1
+    neighbors.place[i, axis] = place
+    new = sector_near(neighbors, i, centre)
+    total = np.uint64(0)
+    done = True
     if new != old:  # one sector along this axis is its own neighbour
-        if not enter_cell(neighbors.cells, new, np.uint32(i)):
-            neighbors.place[i, axis] -= step
-            return False
-        leave_cell(neighbors.cells, old, np.uint32(i))
-    return True
+        done = enter_cell(cells, new, np.uint32(i))
+        if done:
+            leave_cell(cells, old, np.uint32(i))
+    for k in range(np.uint64(neighbors.faces.shape[1])):
+        total = look_into(neighbors, boundary, i, np.uint64(neighbors.faces[face, k]), total)
+    pad(neighbors, boundary, total)
+    return done, neighbors.words, np.uint64(0), (np.int64(total) + 7) & ~7
 
 
 @wrapped.register
 def _(neighbors: Sectors, i, axis, crossings):
-    neighbors.place[i, axis] -= np.int64(crossings) * neighbors.cells.shape[axis]
+    neighbors.turn[i, axis] -= np.int64(crossings)
 
 
 @settle.register
@@ -125,7 +169,10 @@ def _(neighbors: Sectors, motion, boundary, state):
         row = state.rows[i]
         for axis in range(len(neighbors.sides)):
             x = position(motion, axis, row.x[axis], row.v[axis], now - row.t)
-            neighbors.place[i, axis] = np.int32(np.floor(x / neighbors.sides[axis]))
-        if not enter_cell(cells, cell_at(neighbors, i, centre), np.uint32(i)):
+            place = np.int64(np.floor(x / neighbors.sides[axis]))
+            turn = place // cells.shape[axis]
+            neighbors.place[i, axis] = place - turn * cells.shape[axis]
+            neighbors.turn[i, axis] = turn
+        if not enter_cell(cells, sector_near(neighbors, i, centre), np.uint32(i)):
             return False
     return True

@@ -31,7 +31,7 @@ def _transpose(builder, rows):
 
 
 @intrinsic
-def _spread(typingctx, rows, words, begin, bits, block, lane):
+def _spread(typingctx, rows, words, begin, bits, block, half, lane):
     columns = rows.dtype.size // 8
 
     def codegen(context, builder, signature, args):
@@ -45,6 +45,7 @@ def _spread(typingctx, rows, words, begin, bits, block, lane):
         four = ir.VectorType(ir.DoubleType(), 4)
         eight = ir.VectorType(ir.DoubleType(), LANES)
         row_size = ir.Constant(word, rows.dtype.size)
+        offset = builder.add(args[6], builder.mul(args[5], ir.Constant(word, columns * WIDTH)))
         starts = []
         for k in range(LANES):
             name = builder.load(builder.gep(names, [builder.add(args[2], ir.Constant(word, k))]))
@@ -58,20 +59,20 @@ def _spread(typingctx, rows, words, begin, bits, block, lane):
                 loaded.align = 8
                 parts.append(loaded)
             for column, vector in enumerate(_transpose(builder, parts), start=group):
-                place = builder.gep(target, [builder.add(args[5], ir.Constant(word, column * WIDTH))])
+                place = builder.gep(target, [builder.add(offset, ir.Constant(word, column * WIDTH))])
                 stored = builder.store(vector, builder.bitcast(place, eight.as_pointer()))
                 stored.align = 8
         return context.get_dummy_value()
 
-    return types.void(rows, words, types.int64, types.int64, block, types.int64), codegen
+    return types.void(rows, words, types.int64, types.int64, block, types.int64, types.int64), codegen
 
 
 WIDTH = 32
 """Candidates a block holds."""
 
 
-def spread(rows, words, begin, bits, block, lane):
-    """Copy the rows of eight candidates into the columns ``lane`` to ``lane + 7`` of a block.
+def spread(rows, words, begin, bits, block, half, lane):
+    """Copy the rows of eight candidates into the columns ``lane`` to ``lane + 7`` of one half of a block.
 
     Parameters
     ----------
@@ -79,21 +80,21 @@ def spread(rows, words, begin, bits, block, lane):
         All components.
     words : uint32 array
         ``words[begin : begin + 8] >> bits`` are the rows meant.
-    block : (fields, WIDTH) float64 array
+    block : (2, fields, WIDTH) float64 array
         One line a field of a row: x, t, v, due, padding.
     """
     for k in range(LANES):
         row = rows[int(words[begin + k]) >> int(bits)]
         d = len(row.x)
-        block[:d, lane + k] = row.x
-        block[d, lane + k] = row.t
-        block[d + 1 : 2 * d + 1, lane + k] = row.v
-        block[2 * d + 1, lane + k] = row.due
+        block[half, :d, lane + k] = row.x
+        block[half, d, lane + k] = row.t
+        block[half, d + 1 : 2 * d + 1, lane + k] = row.v
+        block[half, 2 * d + 1, lane + k] = row.due
 
 
 @overload(spread, jit_options=INLINE)
-def _spread_compiled(rows, words, begin, bits, block, lane):
-    def body(rows, words, begin, bits, block, lane):
-        _spread(rows, words, begin, bits, block, lane)
+def _spread_compiled(rows, words, begin, bits, block, half, lane):
+    def body(rows, words, begin, bits, block, half, lane):
+        _spread(rows, words, begin, bits, block, half, lane)
 
     return body

@@ -23,7 +23,9 @@ class State(NamedTuple):
     rows: np.ndarray
     """Old event and time of the new one: fields x (d), t, v (d), due; n + 1 rows, the last one a ghost that nobody meets."""
     partner: np.ndarray
-    """Partner of the new event, (n,) int32: a word, LAMBDA, or a one-component event."""
+    """Partner of the new event, (n,) int32: a word, or LAMBDA for an advancement or no event."""
+    leave: np.ndarray
+    """Time at which each component leaves its sector (or the sphere of its list), (n,) float64."""
     images: np.ndarray | None
     """Boxes crossed, (n, d) int32, or None where nobody asks."""
     clock: np.ndarray
@@ -67,6 +69,7 @@ def make_state(positions, velocities, epoch_length: float, count_images: bool) -
     return State(
         rows=rows.view(np.recarray),
         partner=np.full(n, LAMBDA, np.int32),
+        leave=np.full(n, NEVER),
         images=np.zeros((n, dimension), np.int32) if count_images else None,
         clock=clock.view(np.recarray),
         block=aligned(64 * rows.dtype.itemsize // 8, np.float64).reshape(2, -1, 32),
