@@ -1,0 +1,131 @@
+"""What the texts say is so: examples in docstrings, commands in the README, pages that build, links that lead somewhere."""
+
+import doctest
+import importlib
+import importlib.util
+import pkgutil
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import carom
+
+ROOT = Path(__file__).parents[1]
+PAGES = [*ROOT.glob("*.md"), *ROOT.joinpath("docs").rglob("*.md")]
+PAGES = sorted(page for page in PAGES if "_build" not in page.parts)
+
+# Modules that teach a foreign program something when imported, or need an extra that may be missing.
+NEEDS = {"carom.io.gsd": "gsd", "carom.io.mdanalysis": "MDAnalysis"}
+
+MODULES = sorted(m.name for m in pkgutil.walk_packages(carom.__path__, "carom.") if not m.name.endswith("__main__"))
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_docstring_examples_run(name):
+    if name in NEEDS:
+        pytest.importorskip(NEEDS[name])
+    module = importlib.import_module(name)
+    options = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+    assert doctest.testmod(module, optionflags=options).failed == 0
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_every_module_and_its_public_names_are_documented(name):
+    if name in NEEDS:
+        pytest.importorskip(NEEDS[name])
+    module = importlib.import_module(name)
+    assert (module.__doc__ or "").strip(), f"{name} has no docstring"
+    own = (vars(module)[n] for n in vars(module) if not n.startswith("_"))
+    callables = [x for x in own if callable(x) and getattr(x, "__module__", None) == name]
+    assert [x.__name__ for x in callables if not (x.__doc__ or "").strip()] == []
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    """Return the fenced blocks of a page in one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def test_readme_has_the_two_commands_alone_on_their_lines():
+    lines = ROOT.joinpath("README.md").read_text(encoding="utf-8").splitlines()
+    assert "pip install . && carom run" in lines
+    assert 'pip install ".[test]" && pytest' in lines
+
+
+def test_readme_python_runs(tmp_path):
+    code = "\n".join(blocks(ROOT / "README.md", "python"))
+    assert "import carom" in code
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("Z")
+
+
+def test_commands_and_options_in_the_pages_exist():
+    """Every `carom ...` line of a shell block names a command and long options that its help knows."""
+    exe = shutil.which("carom", path=str(Path(sys.executable).parent)) or shutil.which("carom")
+    assert exe, "the command carom is not installed"
+    used: dict[str, set[str]] = {}
+    for page in PAGES:
+        for block in [*blocks(page, "bash"), *blocks(page, "sh"), *blocks(page, "console")]:
+            for line in re.findall(r"(?:^|&& |\$ )carom ([^#|&\n]*)", block, re.MULTILINE):
+                words = line.split()
+                used.setdefault(words[0], set()).update(w.split("=")[0] for w in words if w.startswith("--"))
+    assert "run" in used
+    for command, options in used.items():
+        if command.startswith("--"):
+            continue
+        environment = {"COLUMNS": "200", "NO_COLOR": "1", "TERM": "dumb", "PATH": ""}
+        done = subprocess.run([exe, command, "--help"], capture_output=True, text=True, env=environment, timeout=60)
+        assert done.returncode == 0, f"carom {command}: {done.stderr}"
+        missing = {option for option in options if option not in done.stdout}
+        assert not missing, f"carom {command} has no {missing}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_relative_links_lead_somewhere(page):
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
+        if not re.match(r"[a-z]+:", target):
+            assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+def test_no_text_names_a_place_on_one_machine():
+    """No absolute path of a home, a scratch or a mount folder in anything that is read."""
+    # Spelled so that this file does not find itself.
+    places = re.compile(r"(?<![\w.])/(?:home|Users|root|work|mnt|scratch)" + r"/\w")
+    found = []
+    for folder in ("src", "tests", "examples", "docs", ".ci"):
+        for path in ROOT.joinpath(folder).rglob("*"):
+            if path.suffix in {".py", ".md", ".toml", ".json", ".csv", ""} and path.is_file():
+                if "_build" not in path.parts and places.search(path.read_text(encoding="utf-8", errors="replace")):
+                    found.append(str(path.relative_to(ROOT)))
+    found += [p.name for p in ROOT.glob("*.*") if p.is_file() and places.search(p.read_text(encoding="utf-8"))]
+    assert found == []
+
+
+def test_version_dates_and_licence_agree():
+    citation = ROOT.joinpath("CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {carom.__version__}\n" in citation
+    assert f"## [{carom.__version__}]" in ROOT.joinpath("CHANGELOG.md").read_text(encoding="utf-8")
+    project = tomllib.loads(ROOT.joinpath("pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert f"\nlicense: {project['license']}\n" in citation
+
+
+@pytest.mark.parametrize("decision", sorted(ROOT.joinpath("docs/decisions").glob("*.md")), ids=lambda p: p.stem)
+def test_decision_records_have_their_three_parts(decision):
+    text = decision.read_text(encoding="utf-8")
+    for heading in ("## Context", "## Decision", "## Consequences"):
+        assert text.count(heading) == 1, f"{decision.name} lacks {heading}"
+
+
+def test_documentation_builds_without_a_warning(tmp_path):
+    for module in ("sphinx", "myst_parser", "furo"):
+        pytest.importorskip(module)
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", ROOT / "docs", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert "Carom" in tmp_path.joinpath("index.html").read_text(encoding="utf-8")
