@@ -61,7 +61,7 @@ class Scheme:
     def with_larger_neighbors(self) -> Scheme:
         """Return the scheme with more room in cells and lists."""
         more = self.capacity + 8 if self.capacity else 0
-        return replace(self, cell_capacity=2 * self.cell_capacity, capacity=more)
+        return replace(self, cell_capacity=self.cell_capacity + 8, capacity=more)
 
     def with_larger_heap(self) -> Scheme:
         """Return the scheme with more room in the calendar's heap."""
@@ -87,14 +87,29 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
 
     The law is ``2 d (Z - 1) sqrt(kT / m) / (sqrt(pi) sigma)``; ``Z - 1`` is taken as ``2^(d-1) eta / (1 - eta / eta_max)``.
     """
-    room = max(1.0 - packing_fraction / DENSEST[min(dimension, len(DENSEST)) - 1], 2.0**-40)
+    room = max(1.0 - packing_fraction / _of(DENSEST, dimension), 2.0**-40)
     excess = 2.0 ** (dimension - 1) * packing_fraction / room
     return 2.0 * math.sqrt(dimension / math.pi) * excess * speed / diameter
 
 
+NEIGHBORS = (5, 10, 16, 26, 40, 60)
+"""Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %)."""
+
+DILUTE = (0.4, 0.3, 0.23, 0.12, 0.06, 0.03)
+"""Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
+
+SHORTEST = 1.2
+"""Reach in diameters below which lists are renewed so often that sectors are better."""
+
+
+def _of(table: tuple, dimension: int):
+    return table[min(dimension, len(table)) - 1]
+
+
 def default_shell(packing_fraction: float, dimension: int) -> float:
-    """Return the reach of the lists in diameters: shorter where components are caged."""
-    return min(max(1.5 + 2.0 * (0.45 - packing_fraction), 1.5), 2.2)
+    """Return the reach in diameters at which lists are as long as they should be: ``2^d eta s^d = listed + 1``."""
+    listed = _of(NEIGHBORS, dimension) + 1
+    return max((listed / packing_fraction) ** (1.0 / dimension) / 2.0, SHORTEST)
 
 
 def choose(
@@ -106,7 +121,7 @@ def choose(
     neighbors: str = "auto",
     shell: float | None = None,
 ) -> Scheme:
-    """Choose the scheme for a scene.
+    """Choose the scheme for a scene; a shell asked for means lists where they fit.
 
     Parameters
     ----------
@@ -125,20 +140,23 @@ def choose(
         If lists are asked for in a box too small for them.
     """
     dimension = len(box)
-    reach = diameter * (default_shell(packing_fraction, dimension) if shell is None else shell)
     # Lists need three cells along every edge, and neighbours that stay the nearest image while both move by the margin.
-    wide = min(box) >= max(3.0 * reach, 4.0 * reach - 2.0 * diameter)
-    if neighbors == "lists" and not wide:
+    widest = min(min(box) / 3.0, (min(box) + 2.0 * diameter) / 4.0)
+    reach = diameter * (default_shell(packing_fraction, dimension) if shell is None else shell)
+    if shell is None:
+        reach = max(min(reach, widest), SHORTEST * diameter)
+    if neighbors == "lists" and reach > widest:
         raise ValueError(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least {max(3.0 * reach, 4.0 * reach - 2.0 * diameter):g}, "
             f"the shortest is {min(box):g}; use neighbors='sectors', or a smaller shell."
         )
     density = n / math.prod(box)
     if neighbors == "auto":
-        neighbors = "lists" if wide and packing_fraction > 0.2 else "sectors"
+        fit = reach <= widest and packing_fraction > _of(DILUTE, dimension)
+        neighbors = "lists" if fit or (reach <= widest and shell is not None) else "sectors"
     spacing = density ** (-1.0 / dimension)
     # A sector must be no smaller than a diameter; a relative hair more absorbs the rounding of its walls.
-    side = reach if neighbors == "lists" else max(diameter * (1.0 + 2.0**-40), min(1.1 * spacing, max(box)))
+    side = reach if neighbors == "lists" else max(diameter * (1.0 + 2.0**-40), min(1.2 * spacing, max(box)))
     shape = tuple(max(int(edge / side), 1) for edge in box)
     members = n / math.prod(shape)
     rate = collision_rate(packing_fraction, dimension, diameter, speed)
@@ -153,7 +171,7 @@ def choose(
     return Scheme(
         kind=neighbors,
         shape=shape,
-        cell_capacity=int(members + 3.0 * math.sqrt(members) + 4.0),
+        cell_capacity=-(-int(members + 2.0 * math.sqrt(members) + 1.0) // 8) * 8,
         reach=reach,
         capacity=capacity,
         epoch=epoch,
