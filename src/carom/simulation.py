@@ -158,6 +158,7 @@ class Simulation:
         self._seconds = 0.0
         self._log: Any = None
         self._log_file: Any = None
+        self.notes: dict[str, Any] = {}  # what the caller kept with the checkpoint this was loaded from
 
     # Time: an epoch and an offset within it, both exact.
 
@@ -233,7 +234,8 @@ class Simulation:
         Warns
         -----
         CaromWarning
-            If the collisions asked for cannot be had: nothing moves, or nobody is met in a thousand mean free times.
+            If the collisions asked for cannot be had: nothing moves, or nobody is met in a thousand mean free
+            times.
         """
         limits = {
             "collisions": collisions,
@@ -271,9 +273,7 @@ class Simulation:
         last_seen, last_epoch = int(before.collisions), self._epoch
         while True:
             began = clock.perf_counter()
-            code = cycle.run(
-                *self._engine, self._log, end_epoch, end_time, target, np.int64(CYCLES)
-            )
+            code = cycle.run(*self._engine, self._log, end_epoch, end_time, target, np.int64(CYCLES))
             now = clock.perf_counter()
             self._seconds += now - began
             record = self._engine.state.clock[0]
@@ -305,8 +305,9 @@ class Simulation:
                 last_seen, last_epoch = self.collisions, self._epoch
             elif self._epoch - last_epoch > patience:
                 self._warn(
-                    f"No collision in {PATIENCE:g} mean free times, after {self.collisions} in all: the components seem to miss "
-                    "each other for ever, and the run ended; ask for time= instead of collisions."
+                    f"No collision in {PATIENCE:g} mean free times, after {self.collisions} in all: "
+                    "the components seem to miss each other for ever, and the run ended; "
+                    "ask for time= instead of collisions."
                 )
                 break
         if progress is not None:
@@ -431,7 +432,10 @@ class Simulation:
             instants = (Fraction(float(t)) for t in times)
         for k, instant in enumerate(instants, start=1):
             if instant < self._instant():
-                raise InputError(f"A sample at time {float(instant):g} is asked for at {self.time:g}; times must not decrease.")
+                raise InputError(
+                    f"A sample at time {float(instant):g} is asked for at {self.time:g}; "
+                    "times must not decrease."
+                )
             self._run(None, self._split(instant))
             if progress is not None and count:
                 progress(k / count)
@@ -448,8 +452,9 @@ class Simulation:
     ):
         """Run on and measure an observable of the collisions, such as :class:`carom.Pressure`.
 
-        The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in: blocks that end with a
-        collision would bias the mean. A number of collisions is turned into a time by the rate seen so far, or in a short pilot.
+        The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in:
+        blocks that end with a collision would bias the mean. A number of collisions is turned into a time by
+        the rate seen so far, or in a short pilot.
 
         Returns
         -------
@@ -459,8 +464,10 @@ class Simulation:
         if len(given) != 1:
             raise InputError("measure() needs exactly one of collisions, collisions_per_particle, time.")
         if time is None:
-            wanted = collisions if collisions is not None else collisions_per_particle * self.scene.n / 2  # type: ignore[operator]
-            time = self.time_for(wanted)
+            if collisions_per_particle is not None:
+                collisions = round(0.5 * self.scene.n * collisions_per_particle)
+            assert collisions is not None
+            time = self.time_for(collisions)
         blocks = []
         for block in self.blocks(time / observable.blocks, observable.blocks):
             blocks.append(block)
@@ -564,9 +571,7 @@ class Simulation:
         checkpoint.save(path, arrays, attributes)
 
     @classmethod
-    def load(
-        cls, path: str | PathLike[str], *, event_log: str | PathLike[str] | None = None
-    ) -> Simulation:
+    def load(cls, path: str | PathLike[str], *, event_log: str | PathLike[str] | None = None) -> Simulation:
         """Return the simulation that a checkpoint holds.
 
         Parameters
@@ -590,8 +595,8 @@ class Simulation:
             version = str(attributes["carom"])
             if version != carom.__version__:
                 raise FileError(
-                    f"{path} was written by Carom {version}, this is {carom.__version__}, and the same bits are only promised within "
-                    "one version; go on with that version, or start from a frame."
+                    f"{path} was written by Carom {version}, this is {carom.__version__}, and the same bits "
+                    "are only promised within one version; go on with that version, or start from a frame."
                 )
             settings = json.loads(str(attributes["scheme"]))
             chosen = scheme.Scheme(**{**settings, "shape": tuple(settings["shape"])})
@@ -617,16 +622,13 @@ class Simulation:
             sim._open_log(log, keep=sim.collisions)
         return sim
 
-    notes: dict[str, Any] = {}
-    """What the caller kept with the checkpoint this simulation was loaded from."""
-
     # The event log.
 
     def _open_log(self, path, keep: int | None) -> None:
         from carom.io.events import EventLog
         from carom.kernel.tally import make_log
 
-        header = {
+        header: dict[str, Any] = {
             "positions": self.scene.positions,
             "velocities": self._initial_velocities,
             "box": np.asarray(self.scene.box),

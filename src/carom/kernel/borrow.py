@@ -1,10 +1,13 @@
 """Arrays without reference counts, for the inside of the kernel.
 
-Numba counts references to every array it takes out of a tuple: hundreds of atomic operations and opaque calls in a main cycle that owns
-nothing. An entry point borrows its arguments once; the caller holds them while the call lasts.
+Numba counts references to every array it takes out of a tuple: hundreds of atomic operations and opaque calls
+in a main cycle that owns nothing. An entry point borrows its arguments once; the caller holds them while the
+call lasts.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
@@ -18,12 +21,17 @@ class BorrowedArray(types.Array):
     def __init__(self, owned: types.Array):
         self.owned = owned
         super().__init__(
-            owned.dtype, owned.ndim, owned.layout, readonly=not owned.mutable, aligned=owned.aligned, name=f"borrowed({owned.name})"
+            owned.dtype,
+            owned.ndim,
+            owned.layout,
+            readonly=not owned.mutable,
+            aligned=owned.aligned,
+            name=f"borrowed({owned.name})",
         )
 
-    def copy(self, **changes):
+    def copy(self, *args: Any, **changes: Any) -> BorrowedArray:  # type: ignore[override]
         """Return the type of a view, borrowed as well."""
-        return BorrowedArray(self.owned.copy(**changes))
+        return BorrowedArray(self.owned.copy(*args, **changes))
 
 
 @register_default(BorrowedArray)
@@ -84,10 +92,12 @@ def _borrow(typingctx, value):
 
 
 def borrowed(value):
-    """Return ``value``, an array or a tuple of models and arrays, without reference counts (compiled code only)."""
+    """Return ``value``, an array or a tuple of models and arrays, without reference counts (compiled code
+    only).
+    """
     return value
 
 
 @overload(borrowed)
 def _borrowed(value):
-    return lambda value: _borrow(value)
+    return lambda value: _borrow(value)  # type: ignore[call-arg]  # Numba supplies the context

@@ -1,8 +1,9 @@
 """Periodic boxes: which image of a component is meant.
 
-A candidate is named by a *word*. In a wide box the word is the candidate's index and the image is the nearest one. In a small
-box one component can be met under several images (the paper's unsectored case), and the word says which: ``index << bits | code``,
-where ``code`` < 3^d names the neighbouring sector, image or not, in which it was found.
+A candidate is named by a *word*. In a wide box the word is the candidate's index and the image is the nearest
+one. In a small box one component can be met under several images (the paper's unsectored case), and the word
+says which: ``index << bits | code``, where ``code`` < 3^d names the neighbouring sector, image or not, in
+which it was found.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from carom.kernel.dispatch import generic
 
 
 class NearestImage(NamedTuple):
-    """A periodic box in which no component can meet two images of another before one of the two changes sector."""
+    """A periodic box in which no component can meet two images of another before one of the two changes
+    sector.
+    """
 
     edges: tuple
     """Edges of the box [length]."""
@@ -24,7 +27,7 @@ class NearestImage(NamedTuple):
 
 
 class SectorImage(NamedTuple):
-    """A periodic box with fewer than four sectors along some edge: the image is the one seen in the sector."""
+    """A periodic box with fewer than four sectors along an edge: the image is the one seen in the sector."""
 
     edges: tuple
     """Edges of the box [length]."""
@@ -125,7 +128,9 @@ def _(boundary: SectorImage, i, word):
 
 @generic
 def separation(boundary, i, word, axis, dx):
-    """Return the coordinate of the image named by ``word`` relative to i, from the difference ``dx`` of their coordinates."""
+    """Return the coordinate of the image named by ``word`` relative to i, from the difference ``dx`` of
+    their coordinates.
+    """
     raise NotImplementedError(type(boundary))
 
 

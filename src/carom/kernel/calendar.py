@@ -1,14 +1,15 @@
 """The event queue: buckets of time that are only ever appended to, and a small heap for the bucket at hand.
 
-An entry names a component and one of its two times: ``2 i`` its new event, with or without a partner; ``2 i + 1`` its leaving the sector.
-Nothing is removed. An entry is good if the time it names falls into its bucket, and stale otherwise; stale entries are dropped when their
-bucket comes up. A pair event needs one entry, for either of the two. The buckets cover a *window* of time; what is due later waits in the rows and is found by one pass over them
-when the window is used up. Order is by (time, entry), whatever the width of the buckets.
+An entry names a component and one of its two times: ``2 i`` its new event, with or without a partner; ``2 i +
+1`` its leaving the sector. Nothing is removed. An entry is good if the time it names falls into its bucket,
+and stale otherwise; stale entries are dropped when their bucket comes up. A pair event needs one entry, for
+either of the two. The buckets cover a *window* of time; what is due later waits in the rows and is found by
+one pass over them when the window is used up. Order is by (time, entry), whatever the width of the buckets.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,7 +39,7 @@ CONTROL = np.dtype(
 class Calendar(NamedTuple):
     """A window of buckets and a heap."""
 
-    control: np.ndarray
+    control: Any
     """One record of type CONTROL."""
     buckets: np.ndarray
     """(buckets, 16) uint32: count, link, entries."""
@@ -105,7 +106,9 @@ def pop(calendar):
     child = np.uint64(1)
     while child < size:
         right = child + np.uint64(1)
-        if right < size and (due[right] < due[child] or (due[right] == due[child] and who[right] < who[child])):
+        if right < size and (
+            due[right] < due[child] or (due[right] == due[child] and who[right] < who[child])
+        ):
             child = right
         if time < due[child] or (time == due[child] and i <= who[child]):
             break
@@ -152,7 +155,9 @@ def append(calendar, bucket, i):
 
 @inner
 def drain(calendar, state, bucket):
-    """Move what is still good in a bucket to the heap; return False, and do nothing, if the heap has too little room."""
+    """Move what is still good in a bucket to the heap; return False, and do nothing, if the heap has too
+    little room.
+    """
     control = calendar.control[0]
     buckets = calendar.buckets
     count = np.int64(buckets[bucket, 0])
@@ -248,5 +253,3 @@ def first(calendar, state):
         if not drain(calendar, state, np.uint64(control.cursor + 1)):
             return np.int64(-2)
         control.cursor += 1
-
-

@@ -1,8 +1,9 @@
 """The main cycle of the paper's Figure 2, written once.
 
-It knows the basic functions ``interaction_time``, ``jump`` and ``advance`` (here ``position`` and ``velocity``) and nothing of physics. One
-departure, and why: both halves of a collision are processed in one cycle. Taken one at a time, the second is still pending while the first
-schedules, at the same time and with its state from before the collision, and the printed cycle then stalls (docs/concepts).
+It knows the basic functions ``interaction_time``, ``jump`` and ``advance`` (here ``position`` and
+``velocity``) and nothing of physics. One departure, and why: both halves of a collision are processed in one
+cycle. Taken one at a time, the second is still pending while the first schedules, at the same time and with
+its state from before the collision, and the printed cycle then stalls (docs/concepts).
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from carom.kernel.borrow import borrowed
 from carom.kernel.boundary import count_images, index, index_bits, lasting, mirror, separation
@@ -31,7 +33,6 @@ from carom.kernel.neighbors import candidates, settle, transit, transit_time, wr
 from carom.kernel.pair import contact_time, depth, interaction_time, jump
 from carom.kernel.spread import LANES, WIDTH, spread
 from carom.kernel.tally import log_full, record
-from numba import njit
 
 NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
@@ -52,8 +53,8 @@ class Model(NamedTuple):
 def nearest(model, state, i, now, words, begin, count, half):
     """Return the word of the candidate that i meets first, or -1 (the paper's line 4).
 
-    The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of the time's last five
-    bits, and the smallest integer is the earliest candidate.
+    The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of
+    the time's last five bits, and the smallest integer is the earliest candidate.
     """
     me = state.rows[i]
     room = np.uint64(half)
@@ -75,7 +76,9 @@ def nearest(model, state, i, now, words, begin, count, half):
             elapsed = now - block[room, dimension, k]
             for axis in range(dimension):
                 x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
-                y = position(model.motion, axis, block[room, axis, k], block[room, dimension + 1 + axis, k], elapsed)
+                y = position(
+                    model.motion, axis, block[room, axis, k], block[room, dimension + 1 + axis, k], elapsed
+                )
                 r = separation(model.boundary, i, word, axis, y - x)
                 v = velocity(model.motion, axis, block[room, dimension + 1 + axis, k], elapsed) - velocity(
                     model.motion, axis, me.v[axis], now - me.t
@@ -126,8 +129,9 @@ def relative(model, state, i, word, now):
 def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     """Schedule the next event of component i (lines 14 to 23 of Figure 2).
 
-    ``word`` is what the search for i found. ``met`` is the component that i has just collided with, or -1: those two do not collide again at
-    the same time (condition V), even where rounding has them overlap and approach.
+    ``word`` is what the search for i found. ``met`` is the component that i has just collided with, or -1:
+    those two do not collide again at the same time (condition V), even where rounding has them overlap and
+    approach.
     """
     rows = state.rows
     held = np.int64(state.partner[i])
@@ -166,7 +170,9 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
 
 @inner
 def release(model, state, calendar, i, held, due):
-    """Leave the partner that i was given before it chose for itself with an advancement, unless i chose the same."""
+    """Leave the partner that i was given before it chose for itself with an advancement, unless i chose the
+    same.
+    """
     j = np.uint64(index(model.boundary, held))
     back = np.int64(state.partner[j])
     if back < 0 or np.uint64(index(model.boundary, back)) != i:
@@ -179,7 +185,9 @@ def release(model, state, calendar, i, held, due):
 
 @inner
 def pair_up(model, state, calendar, i, word, due):
-    """Give i and the component that ``word`` names their new event; a third party is left with an advancement."""
+    """Give i and the component that ``word`` names their new event; a third party is left with an
+    advancement.
+    """
     rows = state.rows
     j = np.uint64(index(model.boundary, word))
     third = np.int64(state.partner[j])
@@ -304,7 +312,9 @@ def new_epoch(model, state, neighbors):
 
 def _schedule(digest):
     def schedule(model, state, neighbors, calendar, tallies):
-        """Build the neighbour scheme and schedule every component at the present time; False if an array is too small."""
+        """Build the neighbour scheme and schedule every component at the present time; False if an array is
+        too small.
+        """
         digest  # noqa: B018 (part of the cache's key)
         model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
         calendar, tallies = borrowed(calendar), borrowed(tallies)
@@ -345,7 +355,6 @@ def _run(digest):
         digest  # noqa: B018 (part of the cache's key)
         model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
         calendar, tallies, log = borrowed(calendar), borrowed(tallies), borrowed(log)
-        rows = state.rows
         clock = state.clock[0]
         tally = tallies[0]
         control = calendar.control[0]

@@ -1,8 +1,9 @@
 """Choosing code by the type of a model: ``functools.singledispatch``, understood by Numba.
 
-A scene is a handful of small models (``NamedTuple``s). A basic function of the paper is written once per type of model and
-registered here; inside compiled code the choice is made while Numba infers types, so what a scene does not have leaves no
-branch and no byte behind. The same source runs as plain Python under ``NUMBA_DISABLE_JIT=1``.
+A scene is a handful of small models (``NamedTuple``s). A basic function of the paper is written once per type
+of model and registered here; inside compiled code the choice is made while Numba infers types, so what a
+scene does not have leaves no branch and no byte behind. The same source runs as plain Python under
+``NUMBA_DISABLE_JIT=1``.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from functools import lru_cache, singledispatch
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numba import njit, types
@@ -17,11 +19,11 @@ from numba.core import config
 from numba.extending import overload
 
 # Division must not test for zero, or no loop that divides can be vectorised.
-STRICT = {"error_model": "numpy", "nogil": True}
-INLINE = {**STRICT, "forceinline": True}
+STRICT: Any = {"error_model": "numpy", "nogil": True}
+INLINE: Any = {**STRICT, "forceinline": True}
 # Contraction may only choose among candidates; whatever reaches the state is computed with STRICT, so that a
 # run has the same bits on every machine that rounds as IEEE 754 says.
-FAST = {**INLINE, "fastmath": {"contract", "nsz"}}
+FAST: Any = {**INLINE, "fastmath": {"contract", "nsz"}}
 
 inner = njit(**INLINE)
 
@@ -54,8 +56,8 @@ def generic(function):
 def source_digest() -> str:
     """Return the SHA-256 of the kernel's sources.
 
-    Numba's cache looks at the file of the compiled function only. An entry point that closes over this digest is
-    compiled anew after an edit to, or an upgrade of, any module of the kernel.
+    Numba's cache looks at the file of the compiled function only. An entry point that closes over this digest
+    is compiled anew after an edit to, or an upgrade of, any module of the kernel.
     """
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
@@ -72,7 +74,7 @@ def entry(function):
         A factory ``(digest) -> python function`` whose result closes over ``digest``.
     """
     body = function(source_digest())
-    if config.DISABLE_JIT:
+    if getattr(config, "DISABLE_JIT", 0):
         return body
     try:
         return njit(**STRICT, cache=True)(body)

@@ -1,8 +1,9 @@
 """Neighbour lists: the sector's idea with a sphere for a sector.
 
-Every component has a reference point. Two components are listed with each other while their reference points are within ``reach``; a
-component that has moved ``margin = (reach - sigma) / 2`` away from its own takes a new one and renews its list, alone. Reference points are
-fractions of the box in 32-bit integers: differences then are the nearest image's by themselves, and exact.
+Every component has a reference point. Two components are listed with each other while their reference points
+are within ``reach``; a component that has moved ``margin = (reach - sigma) / 2`` away from its own takes a
+new one and renews its list, alone. Reference points are fractions of the box in 32-bit integers: differences
+then are the nearest image's by themselves, and exact.
 """
 
 from __future__ import annotations
@@ -31,7 +32,9 @@ class Lists(NamedTuple):
     shape: tuple
     """Cells along each axis."""
     cells: np.ndarray
-    """What each cell holds, (cells, d + 1, room) uint32: components and, beside them, their reference points."""
+    """What each cell holds, (cells, d + 1, room) uint32: components and, beside them, their reference
+    points.
+    """
     members: np.ndarray
     """How many each cell holds, (cells,) int32."""
     digits: np.ndarray
@@ -195,7 +198,10 @@ def _(neighbors: Lists, motion, boundary, state, i, now):
     vv = 0.0
     for axis in range(len(neighbors.grain)):
         v = row.v[axis]
-        r = position(motion, axis, row.x[axis], v, now - row.t) - neighbors.reference[i, axis] * neighbors.grain[axis]
+        r = (
+            position(motion, axis, row.x[axis], v, now - row.t)
+            - neighbors.reference[i, axis] * neighbors.grain[axis]
+        )
         r -= boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
         rr += r * r
         rv += r * v
@@ -244,7 +250,9 @@ def renew(lists, motion, state, i, now):
     lists.counts[i] = kept - first
     total = look_around(lists, fresh)
     for k in range(total):
-        lists.hits[k] = np.int64((beside(lists, fresh, k) <= lists.reach) & (beside(lists, old, k) > lists.reach))
+        lists.hits[k] = np.int64(
+            (beside(lists, fresh, k) <= lists.reach) & (beside(lists, old, k) > lists.reach)
+        )
     for axis in range(len(lists.grain)):
         lists.reference[i, axis] = fresh[axis]
     if not enter_cell(lists, cell_of(lists, fresh), me, fresh):
@@ -256,8 +264,8 @@ def renew(lists, motion, state, i, now):
 def look_around(lists, point):
     """Put all in the 3^d cells around a reference point into ``found`` and return how many they are.
 
-    Members are copied eight at a time, whether so many are there or not: cells hold a few each, and a loop over the right number would be
-    mispredicted at every one.
+    Members are copied eight at a time, whether so many are there or not: cells hold a few each, and a loop
+    over the right number would be mispredicted at every one.
     """
     total = np.uint64(0)
     for code in range(np.uint64(len(lists.digits))):

@@ -1,4 +1,6 @@
-"""Who can meet whom next: cells, and the interface of the two neighbour schemes (``sectors`` and ``lists``)."""
+"""Who can meet whom next: cells, and the interface of the two neighbour schemes (``sectors`` and
+``lists``).
+"""
 
 from __future__ import annotations
 

@@ -34,8 +34,9 @@ def interaction_time(pair, i, j, rr, rv, vv, now):
 
     Notes
     -----
-    Lubachevsky (1991), eq. (2), in the form ``c / (-b + sqrt(b^2 - a c))``, which keeps its digits at grazing contacts. A pair
-    that overlaps by rounding and approaches meets now (sec. 6). No branch: the loop over candidates is vectorised.
+    Lubachevsky (1991), eq. (2), in the form ``c / (-b + sqrt(b^2 - a c))``, which keeps its digits at grazing
+    contacts. A pair that overlaps by rounding and approaches meets now (sec. 6). No branch: the loop over
+    candidates is vectorised.
     """
     raise NotImplementedError(type(pair))
 
@@ -52,7 +53,8 @@ def _(pair: EqualCores, i, j, rr, rv, vv, now):
 def contact_time(pair, i, j, rr, rv, vv, now):
     """Time from now until i and j touch, where ``interaction_time`` said that they do.
 
-    Rounded along another path a grazing contact may look like a miss; here it is a contact at the closest approach.
+    Rounded along another path a grazing contact may look like a miss; here it is a contact at the closest
+    approach.
 
     Returns
     -------
@@ -87,7 +89,8 @@ def jump(pair, i, j, rr, rv):
 
 @jump.register
 def _(pair: EqualCores, i, j, rr, rv):
-    # The distance found, not the diameter: the energy is then kept to rounding even where c was not quite zero.
+    # The distance found, not the diameter: the energy is then kept to rounding even where c was not quite
+    # zero.
     factor = rv / rr
     return factor, factor, -pair.mass * rv
 

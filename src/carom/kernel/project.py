@@ -11,7 +11,9 @@ from carom.kernel.motion import position, velocity
 
 def _project(digest):
     def project(model, state, time, positions, velocities, images):
-        """Write the state of every component at ``time`` (within the epoch) to the arrays given, positions in the box."""
+        """Write the state of every component at ``time`` (within the epoch) to the arrays given, positions
+        in the box.
+        """
         digest  # noqa: B018 (part of the cache's key)
         for i in range(np.uint64(len(state.partner))):
             row = state.rows[i]

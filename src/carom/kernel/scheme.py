@@ -1,10 +1,12 @@
-"""Which neighbour scheme a scene gets, and how large its arrays are: a rule that was measured (docs/performance)."""
+"""Which neighbour scheme a scene gets, and how large its arrays are: a rule that was measured
+(docs/performance).
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,7 +24,9 @@ DENSEST = (1.0, 0.9069, 0.7405, 0.6169, 0.4653, 0.3729, 0.2953, 0.2537)
 """Densest known packing fractions in d = 1 to 8."""
 
 SLACK = 1.0 - 2.0**-20
-"""Flights end this fraction of the margin early, so that rounding cannot hide a contact behind the end of a list."""
+"""Flights end this fraction of the margin early, so that rounding cannot hide a contact behind the end of a
+list.
+"""
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ class Engine(NamedTuple):
     state: State
     neighbors: Lists | Sectors
     calendar: Calendar
-    tallies: np.ndarray
+    tallies: Any
 
 
 def _power_of_two(x: float) -> float:
@@ -83,9 +87,11 @@ def _power_of_two(x: float) -> float:
 
 
 def collision_rate(packing_fraction: float, dimension: int, diameter: float, speed: float) -> float:
-    """Return a rough collision rate of one component [1 / time]: the exact law for it, with a pressure that is right at both ends.
+    """Return a rough collision rate of one component [1 / time]: the exact law for it, with a pressure that
+    is right at both ends.
 
-    The law is ``2 d (Z - 1) sqrt(kT / m) / (sqrt(pi) sigma)``; ``Z - 1`` is taken as ``2^(d-1) eta / (1 - eta / eta_max)``.
+    The law is ``2 d (Z - 1) sqrt(kT / m) / (sqrt(pi) sigma)``; ``Z - 1`` is taken as ``2^(d-1) eta / (1 - eta
+    / eta_max)``.
     """
     room = max(1.0 - packing_fraction / _of(DENSEST, dimension), 2.0**-40)
     excess = 2.0 ** (dimension - 1) * packing_fraction / room
@@ -107,7 +113,9 @@ def _of(table: tuple, dimension: int):
 
 
 def default_shell(packing_fraction: float, dimension: int) -> float:
-    """Return the reach in diameters at which lists are as long as they should be: ``2^d eta s^d = listed + 1``."""
+    """Return the reach in diameters at which lists are as long as they should be: ``2^d eta s^d = listed +
+    1``.
+    """
     listed = _of(NEIGHBORS, dimension) + 1
     return max((listed / packing_fraction) ** (1.0 / dimension) / 2.0, SHORTEST)
 
@@ -140,15 +148,17 @@ def choose(
         If lists are asked for in a box too small for them.
     """
     dimension = len(box)
-    # Lists need three cells along every edge, and neighbours that stay the nearest image while both move by the margin.
+    # Lists need three cells along every edge, and neighbours that stay the nearest image while both move by
+    # the margin.
     widest = min(min(box) / 3.0, (min(box) + 2.0 * diameter) / 4.0)
     reach = diameter * (default_shell(packing_fraction, dimension) if shell is None else shell)
     if shell is None:
         reach = max(min(reach, widest), SHORTEST * diameter)
     if neighbors == "lists" and reach > widest:
         raise ValueError(
-            f"Neighbour lists with a reach of {reach:g} need box edges of at least {max(3.0 * reach, 4.0 * reach - 2.0 * diameter):g}, "
-            f"the shortest is {min(box):g}; use neighbors='sectors', or a smaller shell."
+            f"Neighbour lists with a reach of {reach:g} need box edges of at least "
+            f"{max(3.0 * reach, 4.0 * reach - 2.0 * diameter):g}, the shortest is {min(box):g}; "
+            "use neighbors='sectors', or a smaller shell."
         )
     density = n / math.prod(box)
     if neighbors == "auto":
@@ -199,7 +209,9 @@ def build_neighbors(scheme: Scheme, n: int, box, diameter: float):
     inverse = tuple(1.0 / edge for edge in edges)
     if scheme.kind == "lists":
         margin = 0.5 * (scheme.reach - diameter) * SLACK
-        lists = make_lists(n, edges, scheme.shape, scheme.cell_capacity, scheme.reach, margin, scheme.capacity)
+        lists = make_lists(
+            n, edges, scheme.shape, scheme.cell_capacity, scheme.reach, margin, scheme.capacity
+        )
         return lists, NearestImage(edges, inverse)
     sectors = make_sectors(n, edges, scheme.shape, scheme.cell_capacity)
     # Two neighbouring sectors of four or more along an edge hold no two components half a box apart.
@@ -207,12 +219,20 @@ def build_neighbors(scheme: Scheme, n: int, box, diameter: float):
         return sectors, NearestImage(edges, inverse)
     cells = sectors.cells
     return sectors, SectorImage(
-        edges, inverse, cells.shape, sectors.place, sectors.turn, cells.digits, (len(cells.digits) - 1).bit_length()
+        edges,
+        inverse,
+        cells.shape,
+        sectors.place,
+        sectors.turn,
+        cells.digits,
+        (len(cells.digits) - 1).bit_length(),
     )
 
 
 def enlarge_neighbors(engine: Engine, scheme: Scheme, box, diameter: float) -> Engine:
-    """Return the engine with empty, larger arrays for its neighbour scheme; everything must be scheduled anew."""
+    """Return the engine with empty, larger arrays for its neighbour scheme; everything must be scheduled
+    anew.
+    """
     neighbors, boundary = build_neighbors(scheme, len(engine.state.partner), box, diameter)
     return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
 
@@ -226,7 +246,9 @@ def enlarge_heap(engine: Engine, scheme: Scheme) -> Engine:
 
 
 def arrays(engine: Engine) -> dict[str, np.ndarray]:
-    """Return every array of the engine by a dotted name, the fields of records apart: what a checkpoint holds."""
+    """Return every array of the engine by a dotted name, the fields of records apart: what a checkpoint
+    holds.
+    """
     found: dict[str, np.ndarray] = {}
 
     def collect(name, value):

@@ -1,4 +1,6 @@
-"""Sectors: the paper's grid of cells, at least a diameter wide; a component looks into the 3^d around its own."""
+"""Sectors: the paper's grid of cells, at least a diameter wide; a component looks into the 3^d around its
+own.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +37,13 @@ class Sectors(NamedTuple):
     place: np.ndarray
     """Sector of each component along each axis, (n + 1, d) int32; the ghost has one, too."""
     turn: np.ndarray
-    """Boxes from the component's position, which is not wrapped in flight, to that sector, (n + 1, d) int32."""
+    """Boxes from the component's position, which is not wrapped in flight, to that sector, (n + 1, d)
+    int32.
+    """
     faces: np.ndarray
-    """Neighbouring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d - 1)) int64."""
+    """Neighbouring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d
+    - 1)) int64.
+    """
     words: np.ndarray
     """Room for the candidates of two components, uint32."""
 
@@ -51,7 +57,9 @@ def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
         sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
         place=np.zeros((n + 1, dimension), np.int32),
         turn=np.zeros((n + 1, dimension), np.int32),
-        faces=np.array([np.flatnonzero(cells.digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
+        faces=np.array(
+            [np.flatnonzero(cells.digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]
+        ),
         words=np.zeros(2 * (len(cells.digits) * cells.members.shape[1] + STEP), np.uint32),
     )
 
@@ -72,8 +80,8 @@ def sector_near(sectors, i, code):
 def look_into(sectors, boundary, i, code, total):
     """Append the words of all in a neighbouring sector at ``total``; return where the next go.
 
-    Members are copied eight at a time, whether so many are there or not: sectors hold a few each, and a loop over the right number would be
-    mispredicted at every one.
+    Members are copied eight at a time, whether so many are there or not: sectors hold a few each, and a loop
+    over the right number would be mispredicted at every one.
     """
     cells = sectors.cells
     cell = sector_near(sectors, i, code)
@@ -105,7 +113,9 @@ def _(neighbors: Sectors, boundary, i, half):
 
 @inner
 def next_face(sectors, motion, state, i, now):
-    """Return the time until component i reaches a face of its sector, and the face: twice the axis, plus one for the upper."""
+    """Return the time until component i reaches a face of its sector, and the face: twice the axis, plus
+    one for the upper.
+    """
     row = state.rows[i]
     best = NEVER
     face = np.int64(0)

@@ -1,8 +1,8 @@
 """Eight rows side by side: the transpose that feeds the vectorised search.
 
-The search wants one coordinate of eight candidates in one register; the rows hold all coordinates of one candidate in one cache line.
-Left to itself the compiler gathers, element by element. Whole rows loaded and shuffled take a third of the instructions, so that the
-processor works on two searches at a time.
+The search wants one coordinate of eight candidates in one register; the rows hold all coordinates of one
+candidate in one cache line. Left to itself the compiler gathers, element by element. Whole rows loaded and
+shuffled take a third of the instructions, so that the processor works on two searches at a time.
 """
 
 from __future__ import annotations
@@ -24,10 +24,15 @@ def _transpose(builder, rows):
         return builder.shuffle_vector(a, b, ir.Constant(lanes, order))
 
     joined = [shuffle(rows[q], rows[q + 4], list(range(8))) for q in range(4)]
-    even = [shuffle(joined[q], joined[q + 1], [0, 8, 2, 10, 4, 12, 6, 14]) for q in (0, 2)]
-    odd = [shuffle(joined[q], joined[q + 1], [1, 9, 3, 11, 5, 13, 7, 15]) for q in (0, 2)]
+    even, also_even = (shuffle(joined[q], joined[q + 1], [0, 8, 2, 10, 4, 12, 6, 14]) for q in (0, 2))
+    odd, also_odd = (shuffle(joined[q], joined[q + 1], [1, 9, 3, 11, 5, 13, 7, 15]) for q in (0, 2))
     low, high = [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
-    return [shuffle(*even, low), shuffle(*odd, low), shuffle(*even, high), shuffle(*odd, high)]
+    return [
+        shuffle(even, also_even, low),
+        shuffle(odd, also_odd, low),
+        shuffle(even, also_even, high),
+        shuffle(odd, also_odd, high),
+    ]
 
 
 @intrinsic
@@ -95,6 +100,7 @@ def spread(rows, words, begin, bits, block, half, lane):
 @overload(spread, jit_options=INLINE)
 def _spread_compiled(rows, words, begin, bits, block, half, lane):
     def body(rows, words, begin, bits, block, half, lane):
-        _spread(rows, words, begin, bits, block, half, lane)
+        # Numba supplies the context
+        _spread(rows, words, begin, bits, block, half, lane)  # type: ignore[call-arg]
 
     return body

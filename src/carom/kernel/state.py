@@ -1,13 +1,14 @@
 """The arrays of a run: one row a component.
 
-The paper keeps two events a component. With its delayed update the old event is (position, velocity, time) and of the new one only
-(time, partner) is stored. Here the old event changes at a component's own interactions only: a sector crossing or an advancement
-reads the state, it does not rewrite it, so that neither the neighbour scheme nor a sample leaves a trace in the trajectory.
+The paper keeps two events a component. With its delayed update the old event is (position, velocity, time)
+and of the new one only (time, partner) is stored. Here the old event changes at a component's own
+interactions only: a sector crossing or an advancement reads the state, it does not rewrite it, so that
+neither the neighbour scheme nor a sample leaves a trace in the trajectory.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,15 +21,17 @@ CLOCK = np.dtype([("epoch", "i8"), ("now", "f8"), ("length", "f8")])
 class State(NamedTuple):
     """All components."""
 
-    rows: np.ndarray
-    """Old event and time of the new one: fields x (d), t, v (d), due; n + 1 rows, the last one a ghost that nobody meets."""
+    rows: Any
+    """Old event and time of the new one: fields x (d), t, v (d), due; n + 1 rows, the last one a ghost that
+    nobody meets.
+    """
     partner: np.ndarray
     """Partner of the new event, (n,) int32: a word, or LAMBDA for an advancement or no event."""
     leave: np.ndarray
     """Time at which each component leaves its sector (or the sphere of its list), (n,) float64."""
     images: np.ndarray | None
     """Boxes crossed, (n, d) int32, or None where nobody asks."""
-    clock: np.ndarray
+    clock: Any
     """One record of type CLOCK."""
     block: np.ndarray
     """Room for the rows of some candidates side by side, for two searches, (2, fields, 32) float64."""
