@@ -97,17 +97,42 @@ def test_sdist_holds_what_the_tests_need(built):
     (sdist,) = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
         names = {name.split("/", 1)[1] for name in archive.getnames() if "/" in name}
-    here = {str(p.relative_to(ROOT).as_posix()) for p in (ROOT / "tests").rglob("*") if p.suffix in {".py", ".csv", ".json"}}
-    texts = {"pyproject.toml", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "CONTRIBUTING.md", "docs/conf.py"}
+    here = {
+        str(p.relative_to(ROOT).as_posix())
+        for p in (ROOT / "tests").rglob("*")
+        if p.suffix in {".py", ".csv", ".json"}
+    }
+    texts = {
+        "pyproject.toml",
+        "README.md",
+        "LICENSE",
+        "CITATION.cff",
+        "CHANGELOG.md",
+        "CONTRIBUTING.md",
+        "docs/conf.py",
+    }
     assert here | texts <= names
 
 
 def test_wheel_installs_and_runs(built, tmp_path):
     (wheel,) = built.glob("*.whl")
     target = tmp_path / "site"
-    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", target, wheel]
+    install = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--no-deps",
+        "--no-index",
+        "--target",
+        target,
+        wheel,
+    ]
     subprocess.run(install, check=True, capture_output=True, timeout=300)
-    code = "import carom; print(carom.__file__, carom.__version__, carom.Scene.fcc(2, packing_fraction=0.4).n)"
+    code = (
+        "import carom; print(carom.__file__, carom.__version__, carom.Scene.fcc(2, packing_fraction=0.4).n)"
+    )
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path,
