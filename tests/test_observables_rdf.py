@@ -122,7 +122,7 @@ def test_rods_have_the_exact_g_and_contact_value():
     assert abs(contact.mean - 1 / (1 - rho)) < SIX_SIGMA * contact.error
     # At the end of its range a polynomial of degree k has (k + 1) times the error of the mean of its points.
     pairs = result.counts[:5].sum()
-    assert contact.error == pytest.approx(4 * contact.mean / math.sqrt(pairs), rel=0.3)
+    assert contact.error == pytest.approx(3 * contact.mean / math.sqrt(pairs), rel=0.3)
     z = theory.compressibility_factor(contact.mean, rho, 1, n)
     assert z == pytest.approx(theory.tonks(rho, n), rel=SIX_SIGMA * contact.error)
 

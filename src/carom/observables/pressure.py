@@ -19,6 +19,10 @@ from carom.tally import Block
 FEW_COLLISIONS = 16
 
 
+# Where no number exists: the contact value of one particle, the count's Z on a line.
+UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+
+
 @dataclass(frozen=True)
 class Pressure:
     """Request to measure the pressure, for :meth:`carom.Simulation.measure`.
@@ -98,10 +102,9 @@ class Pressure:
         kept = [block for block in blocks if block.duration > 0.0]
         if n == 1:
             z, rate = Estimate.exact(1.0), Estimate.exact(0.0)
-            contact = Estimate(math.nan, math.inf, 1.0, 1.0, 1)
             times = [block.duration for block in kept]
             return PressureEstimate(
-                z, rate, Estimate.exact(number_density), contact, z, n, dimension, packing_fraction,
+                z, rate, Estimate.exact(number_density), UNKNOWN, z, n, dimension, packing_fraction,
                 tuple(times), (1.0,) * len(times),
             )  # fmt: skip
         if not kept:
@@ -125,7 +128,7 @@ class Pressure:
             collision_rate=rate,
             reduced_pressure=z.scaled(number_density),
             contact_value=excess.scaled(per_excess / scale),
-            compressibility_factor_from_rate=rate.scaled(per_rate, offset=1.0),
+            compressibility_factor_from_rate=rate.scaled(per_rate, offset=1.0) if dimension > 1 else UNKNOWN,
             n=n,
             dimension=dimension,
             packing_fraction=packing_fraction,
@@ -149,8 +152,9 @@ class PressureEstimate:
     contact_value : Estimate
         g(sigma+) that Z implies, with g normalised by (n - 1) / V; nan for one particle.
     compressibility_factor_from_rate : Estimate
-        Z from the number of collisions alone, by ``Z - 1 = omega sqrt(pi) sigma / (2 d c_D) sqrt(m / kT)``:
-        it must agree with the first within a few errors, which are correlated.
+        Z from the number of collisions alone, ``Z - 1 = omega sqrt(pi) sigma / (2 d c_D) sqrt(m / kT)``:
+        it must agree with the first within a few errors, which are correlated. It is nan on a line, where
+        collisions only exchange the velocities of the start: their number depends on those, W does not.
     n, dimension : int
     packing_fraction : float
     block_durations, block_values : tuple of float

@@ -1,0 +1,170 @@
+"""Pictures: what they show, that they are drawn to scale, and that they leave no trace in pyplot."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.collections import EllipseCollection, PatchCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from carom import plots, theory
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.observables.pressure import Pressure
+from carom.observables.rdf import rdf
+from carom.observables.statistics import Estimate
+from carom.tally import Block
+
+
+def frame(positions, box, diameter=1.0):
+    x = np.asarray(positions, dtype=float)
+    return Frame(0.0, 0, x, np.zeros_like(x), tuple(box), np.full(len(x), diameter), np.ones(len(x)))
+
+
+def estimate(dimension=3, blocks=100, n=50):
+    rng = np.random.default_rng(dimension)
+    volume = n * theory.ball_volume(dimension) / 0.2
+    data = [Block(1.0, 200, float(rng.normal(300.0, 9.0))) for _ in range(blocks)]
+    return Pressure.estimate(data, n=n, dimension=dimension, volume=volume, diameter=1.0, kT=1.0)
+
+
+def lattice(dimension, cells=4):
+    sites = np.stack(np.meshgrid(*[1.1 * np.arange(cells)] * dimension, indexing="ij"), axis=-1)
+    return frame(sites.reshape(-1, dimension), (1.1 * cells,) * dimension)
+
+
+def is_png(path):
+    return path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 7])
+def test_pressure_draws_the_mean_and_theory_at_finite_n(dimension, tmp_path):
+    result = estimate(dimension) if dimension < 7 else estimate(7, n=5)
+    figure = plots.pressure(result, path=tmp_path / "p.png")
+    axes = figure.axes[0]
+    lines = {line.get_label(): line for line in axes.lines}
+    running = next(line for label, line in lines.items() if label.startswith("running"))
+    assert running.get_ydata()[-1] == pytest.approx(result.compressibility_factor.mean, rel=1e-12)
+    if dimension == 3:
+        shown = next(line.get_ydata()[0] for label, line in lines.items() if label.startswith("Carnahan"))
+        eta = result.packing_fraction
+        shift = theory.finite_size_shift(eta, result.n, theory.carnahan_starling)
+        assert shown == pytest.approx(theory.carnahan_starling(eta) + shift, rel=1e-12)
+    if dimension == 7:
+        # No equation of state is known there, and none is drawn.
+        assert len(lines) == 2
+    low, high = axes.get_ylim()
+    assert low < result.compressibility_factor.mean < high
+    assert is_png(tmp_path / "p.png")
+
+
+def test_many_blocks_are_drawn_as_means_that_keep_the_mean():
+    result = estimate(3, blocks=1000)
+    points = plots.pressure(result, equations={}).axes[0].lines[0]
+    assert len(points.get_ydata()) <= 64
+    # 1000 blocks in groups of 16: the last one has 8.
+    weights = np.append(np.full(62, 16), 8)
+    mean = np.average(points.get_ydata(), weights=weights)
+    assert mean == pytest.approx(result.compressibility_factor.mean, rel=1e-12)
+
+
+def test_a_pressure_of_infinite_error_is_drawn_without_a_band():
+    one = Pressure.estimate([Block(1.0, 0, 0.0)] * 4, n=1, dimension=3, volume=2.0, diameter=1.0, kT=1.0)
+    assert len(plots.pressure(one).axes[0].lines) >= 2
+    result = estimate(3)
+    unknown = Estimate(2.0, math.inf, 0.0, math.inf, 1)
+    figure = plots.pressure(type(result)(**{**vars(result), "compressibility_factor": unknown}))
+    assert not figure.axes[0].collections
+
+
+def test_an_estimate_without_blocks_is_refused():
+    result = estimate(3)
+    with pytest.raises(InputError, match="no block"):
+        plots.pressure(type(result)(**{**vars(result), "block_values": (), "block_durations": ()}))
+
+
+def test_rdf_draws_g_and_both_contact_values(tmp_path):
+    rng = np.random.default_rng(1)
+    frames = []
+    for _ in range(20):
+        gaps = rng.dirichlet(np.ones(30)) * 30.0
+        frames.append(frame(np.mod(np.cumsum(gaps + 1.0), 60.0)[:, None], (60.0,)))
+    distribution = rdf(frames, width=0.05)
+    implied = Estimate(2.0, 0.01, 100.0, 1.0, 64)
+    figure = plots.rdf(distribution, contact_value=implied, path=tmp_path / "g.png")
+    axes = figure.axes[0]
+    curve = max(axes.lines, key=lambda line: len(line.get_ydata()))
+    np.testing.assert_array_equal(curve.get_ydata(), distribution.g)
+    inset = axes.child_axes[0]
+    labels = inset.get_legend_handles_labels()[1]
+    assert any("pressure $2.000" in label for label in labels)
+    assert any(distribution.contact_value.value_text[:4] in label for label in labels)
+    assert is_png(tmp_path / "g.png")
+
+
+def test_rdf_of_point_particles_has_no_contact():
+    rng = np.random.default_rng(2)
+    figure = plots.rdf(rdf([frame(rng.random((50, 2)), (1.0, 1.0), diameter=0.0)], bins=20))
+    assert not figure.axes[0].child_axes
+
+
+def test_disks_are_drawn_to_scale_with_copies_at_the_border():
+    # One inside, one across the left edge, one across a corner: 1 and 3 copies.
+    figure = plots.snapshot(frame([[2.0, 2.0], [0.2, 2.5], [3.9, 4.9]], (4.0, 5.0), diameter=0.8))
+    axes = figure.axes[0]
+    circles = [c for c in axes.collections if isinstance(c, EllipseCollection)]
+    copies, originals = sorted(circles, key=lambda c: np.mean(c.get_facecolor()[0, :3]), reverse=True)
+    np.testing.assert_allclose(sorted(originals.get_offsets().tolist()), [[0.2, 2.5], [2.0, 2.0], [3.9, 4.9]])
+    expected = [[-0.1, -0.1], [-0.1, 4.9], [3.9, -0.1], [4.2, 2.5]]
+    np.testing.assert_allclose(sorted(copies.get_offsets().tolist()), expected, atol=1e-15)
+    # Data units, in both directions alike.
+    np.testing.assert_allclose(originals.get_widths(), 0.8)
+    assert originals._units == "xy"
+    assert axes.get_aspect() == 1.0
+
+
+def test_rods_across_the_border_are_drawn_at_both_ends():
+    figure = plots.snapshot(frame([[0.25], [3.0]], (6.0,)))
+    rods = next(c for c in figure.axes[0].collections if isinstance(c, PolyCollection))
+    spans = sorted((path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in rods.get_paths())
+    np.testing.assert_allclose(spans, [(-0.25, 0.75), (2.5, 3.5), (5.75, 6.75)])
+
+
+def test_near_spheres_are_drawn_over_far_ones():
+    from carom.drawing import _camera
+
+    _, _, towards = _camera()
+    pair = np.array([5.0, 5.0, 5.0]) + np.outer([1.0, -1.0], towards)
+    figure = plots.snapshot(frame(pair, (10.0, 10.0, 10.0)))
+    spheres = next(c for c in figure.axes[0].collections if isinstance(c, PatchCollection))
+    # Both project to the same point; the outline of the far one, drawn first, is the paler.
+    layers = len(spheres.get_paths()) // 2
+    far, near = spheres.get_facecolor()[0, :3], spheres.get_facecolor()[layers, :3]
+    assert far.mean() > near.mean()
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 6])
+def test_snapshots_of_every_dimension_are_saved(dimension, tmp_path):
+    figure = plots.snapshot(lattice(dimension, 4 if dimension < 5 else 2), path=tmp_path / "s.png")
+    assert isinstance(figure, Figure)
+    assert is_png(tmp_path / "s.png")
+    assert ("first two coordinates" in figure.axes[0].get_title()) is (dimension > 3)
+
+
+def test_pictures_leave_pyplot_alone():
+    import subprocess
+
+    script = (
+        "import sys; from carom import plots; from carom.frame import Frame; import numpy as np; "
+        "x = np.zeros((1, 2)); plots.snapshot(Frame(0.0, 0, x, x, (2.0, 2.0), np.ones(1), np.ones(1))); "
+        "sys.exit('matplotlib.pyplot' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
+
+
+def test_unwritable_pictures_are_refused(tmp_path):
+    with pytest.raises(FileError, match="cannot be written"):
+        plots.snapshot(lattice(2), path=tmp_path / "missing" / "s.png")
+    with pytest.raises(FileError, match="cannot be written"):
+        plots.snapshot(lattice(2), path=tmp_path / "s.nonsense")
