@@ -1,0 +1,58 @@
+"""The command ``carom``.
+
+Only typer is imported here: the engine, matplotlib and the rest load inside the command that needs them, so
+that ``--help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+from typing import Annotated
+
+import typer
+
+import carom
+from carom.cli import commands
+
+app = typer.Typer(
+    name="carom",
+    help="Event-driven molecular dynamics of hard particles in any dimension.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    # A traceback that shows local variables would print whole arrays.
+    pretty_exceptions_show_locals=False,
+    add_completion=False,
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"carom {carom.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _carom(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version and exit.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    pass
+
+
+app.command("run")(commands.run)
+app.command("resume")(commands.resume)
+app.command("export")(commands.export)
+app.command("rdf")(commands.rdf)
+app.command("init")(commands.init)
+
+
+def main() -> None:
+    """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that cannot show a character gets another one, rather than a traceback.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    app()

@@ -1,0 +1,240 @@
+"""The subcommands: what each takes, and which function of the library it calls."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from carom.cli.trouble import friendly
+
+_SCENE = "What to simulate instead of the scene file's, or the default's"
+_LENGTH = "How long"
+_OUTPUT = "What to write"
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the summary as JSON, and nothing else, to standard output.")
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
+
+
+@friendly
+def run(
+    scene: Annotated[
+        Path | None,
+        typer.Argument(help="Scene file (TOML), as `carom init` writes it. Without: 2048 hard spheres."),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-run"),
+    seed: Annotated[int | None, typer.Option(help="Source of all randomness.")] = None,
+    as_json: Json = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace a run that the folder holds.")
+    ] = False,
+    initial: Annotated[
+        str | None,
+        typer.Option(help="fcc, triangular, cubic, dn or random.", rich_help_panel=_SCENE),
+    ] = None,
+    dimension: Annotated[int | None, typer.Option("--dimension", "-d", rich_help_panel=_SCENE)] = None,
+    n: Annotated[int | None, typer.Option("--n", help="Number of spheres.", rich_help_panel=_SCENE)] = None,
+    cells: Annotated[
+        int | None, typer.Option(help="Or: cells of the lattice along each axis.", rich_help_panel=_SCENE)
+    ] = None,
+    packing_fraction: Annotated[
+        float | None, typer.Option(help="Part of the volume that is filled.", rich_help_panel=_SCENE)
+    ] = None,
+    density: Annotated[
+        float | None, typer.Option(help="Or: spheres in a volume diameter^d.", rich_help_panel=_SCENE)
+    ] = None,
+    equilibration: Annotated[
+        float | None,
+        typer.Option(help="Collisions per particle before anything is measured.", rich_help_panel=_LENGTH),
+    ] = None,
+    collisions_per_particle: Annotated[
+        float | None, typer.Option(help="While it is measured.", rich_help_panel=_LENGTH)
+    ] = None,
+    frames: Annotated[
+        int | None, typer.Option(help="How many frames to sample.", rich_help_panel=_LENGTH)
+    ] = None,
+    checkpoint_every: Annotated[
+        float | None, typer.Option(help="Seconds between checkpoints.", rich_help_panel=_OUTPUT)
+    ] = None,
+    event_log: Annotated[
+        bool | None,
+        typer.Option("--event-log/--no-event-log", help="Every collision.", rich_help_panel=_OUTPUT),
+    ] = None,
+    pictures: Annotated[
+        bool | None,
+        typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT),
+    ] = None,
+) -> None:
+    """Simulate: equilibrate, measure the pressure and g(r), sample a trajectory.
+
+    The folder then holds scene.toml, trajectory.h5md, trajectory.extxyz, rdf.csv, summary.json, three pictures.
+    Ctrl-C stops the run within a moment; `carom resume` goes on.
+
+    [bold]Examples[/bold]
+
+    carom run
+    carom run scene.toml --out fluid --seed 7
+    carom run --n 500 --packing-fraction 0.3 --out dilute
+    carom run --dimension 2 --packing-fraction 0.65 --out disks
+    carom run --cells 4 --collisions-per-particle 500 --frames 20 --out quick
+    carom run scene.toml --out fluid --json > summary.json
+    """
+    from carom.cli.overrides import overridden
+    from carom.cli.screen import results, watched
+    from carom.plan import Plan
+
+    plan = overridden(
+        None if scene is None else Plan.load(scene),
+        scene={
+            "initial": initial,
+            "dimension": dimension,
+            "n": n,
+            "cells": cells,
+            "packing_fraction": packing_fraction,
+            "density": density,
+        },
+        run={
+            "seed": seed,
+            "equilibration": equilibration,
+            "collisions_per_particle": collisions_per_particle,
+            "frames": frames,
+            "checkpoint_every": checkpoint_every,
+        },
+        output={"event_log": event_log, "pictures": pictures},
+    )
+    with watched() as progress:
+        from carom import studies
+
+        result = studies.run(plan, out, overwrite=overwrite, progress=progress)
+    results(result, as_json)
+
+
+@friendly
+def resume(
+    folder: Annotated[Path, typer.Argument(help="Folder of a run that was stopped or killed.")],
+    as_json: Json = False,
+) -> None:
+    """Go on with a run that was stopped; the result is that of an uninterrupted one, bit for bit.
+
+    [bold]Examples[/bold]
+
+    carom resume carom-run
+    carom resume fluid --json
+    """
+    from carom.cli.screen import results, watched
+
+    with watched() as progress:
+        from carom import studies
+
+        result = studies.resume(folder, progress=progress)
+    results(result, as_json)
+
+
+@friendly
+def export(
+    source: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
+    target: Annotated[Path, typer.Argument(help="What to write; its suffix is the format.")],
+    overwrite: Overwrite = False,
+) -> None:
+    """Convert a trajectory from one format to another.
+
+    [bold]Examples[/bold]
+
+    carom export carom-run/trajectory.h5md fluid.gsd
+    carom export carom-run/trajectory.extxyz again.h5md --overwrite
+    """
+    from carom import io
+    from carom.cli.screen import watched
+    from carom.errors import FileError
+
+    if not overwrite and target.exists():
+        raise FileError(f"{target} exists already and was left as it is; replace it with --overwrite.")
+    with watched() as progress:
+        count = io.convert(
+            source,
+            target,
+            overwrite=overwrite,
+            progress=lambda done, total: progress("Converting", done / total),
+        )
+    typer.echo(f"{target}: {count} frame{'s' if count != 1 else ''}")
+
+
+@friendly
+def rdf(
+    trajectory: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Table to write: .csv or .npz.")] = Path("rdf.csv"),
+    png: Annotated[bool, typer.Option("--png", help="Draw it, too, beside the table.")] = False,
+    rmax: Annotated[
+        float | None, typer.Option(help="End of the last bin, a length; at most half the shortest edge.")
+    ] = None,
+    width: Annotated[
+        float | None, typer.Option(help="Width of a bin, a length; 0.02 diameters if left out.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Compute g(r) of a trajectory, with error bars and the contact value.
+
+    [bold]Examples[/bold]
+
+    carom rdf carom-run/trajectory.h5md
+    carom rdf carom-run/trajectory.extxyz --rmax 3 --width 0.01 --png
+    """
+    from carom import io, observables
+    from carom.cli.screen import watched
+    from carom.errors import FileError, InputError
+    from carom.io.paths import replacing, writable
+    from carom.observables.rdf import rdf as compute
+
+    picture = out.with_suffix(".png")
+    if out.suffix not in (".csv", ".npz"):
+        raise InputError(f"{out} has the suffix '{out.suffix}'; expected .csv or .npz.")
+    for path in (out, picture) if png else (out,):
+        if writable(path).exists() and not overwrite:
+            raise FileError(f"{path} exists already and was left as it is; replace it with --overwrite.")
+    with watched() as progress, io.open(trajectory) as reader:
+        assert isinstance(reader, io.Reader)
+
+        def frames():
+            for k, frame in enumerate(reader):
+                progress("Computing g(r)", k / len(reader))
+                yield frame
+
+        distribution: observables.RadialDistribution = compute(frames(), rmax=rmax, width=width)
+    with replacing(out) as temporary:
+        distribution.save(temporary)
+    if png:
+        from carom import plots
+
+        with replacing(picture) as temporary:
+            plots.rdf(distribution, path=temporary)
+    contact = distribution.contact_value
+    typer.echo(
+        f"{out}: {distribution.g.size} bins from {distribution.frames} frames"
+        + ("" if contact is None else f"; contact value {contact.value_text}")
+    )
+
+
+@friendly
+def init(
+    path: Annotated[Path, typer.Argument(help="File to write.")] = Path("scene.toml"),
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a commented scene file to start from.
+
+    [bold]Examples[/bold]
+
+    carom init
+    carom init disks.toml
+    """
+    from carom.errors import FileError
+    from carom.io.paths import replacing, writable, writing
+    from carom.plan import template
+
+    if writable(path).exists() and not overwrite:
+        raise FileError(f"{path} exists already and was left as it is; replace it with --overwrite.")
+    with replacing(path) as temporary, writing(path):
+        temporary.write_text(template(), encoding="utf-8")
+    typer.echo(f"{path} written; edit it, then `carom run {path}`.")

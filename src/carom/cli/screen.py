@@ -1,0 +1,173 @@
+"""What is seen: a progress bar on standard error, and the results on standard output."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from carom.studies import RunResult
+
+FREEZING = {2: 0.70, 3: 0.494, 4: 0.29, 5: 0.17, 6: 0.10}
+"""Packing fraction at which the fluid ends, by dimension; beyond, its equations of state mean nothing."""
+
+
+@contextlib.contextmanager
+def watched() -> Iterator[Callable[[str, float], None]]:
+    """Show a progress bar while the body runs, if standard error is a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda stage, fraction: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description:<14}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("Starting", total=None)
+        present = ""
+
+        def progress(stage: str, fraction: float) -> None:
+            nonlocal present
+            if stage != present:
+                present = stage
+                # Compilation does not tell how far it is.
+                total = None if stage in ("Preparing", "Compiling") else 1.0
+                bar.reset(task, total=total, description=stage)
+            bar.update(task, completed=fraction)
+
+        yield progress
+
+
+def results(result: RunResult, as_json: bool) -> None:
+    """Print the summary: as JSON, or as a table."""
+    if as_json:
+        print(json.dumps(result.summary, indent=2, allow_nan=False, ensure_ascii=True))
+        if not result.new:
+            print(f"{result.folder} was finished already.", file=sys.stderr)
+        return
+    if not result.new:
+        print(f"{result.folder} was finished already; nothing was left to do.")
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False, soft_wrap=False)
+    try:
+        console.print(_physics(result.summary))
+        console.print(_mechanics(result.summary))
+        if (eta := result.summary["packing_fraction"]) > FREEZING.get(result.summary["dimension"], math.inf):
+            console.print(
+                Text(f"Packing fraction {eta:.4g} is beyond freezing: the equations are those of the fluid.")
+            )
+        console.print(Text(f"Results in {result.folder}"))
+    except (KeyError, TypeError) as error:
+        from carom.errors import FileError
+
+        raise FileError(
+            f"{result.folder / 'summary.json'} lacks what a summary has ({error}); remove it and resume."
+        ) from None
+
+
+def _physics(summary: dict[str, Any]) -> Any:
+    """Return the table of what was measured, beside theory."""
+    from rich import box
+    from rich.table import Table
+
+    n, dimension = summary["n"], summary["dimension"]
+    kind = {1: "hard rod", 2: "hard disk", 3: "hard sphere"}.get(dimension, f"{dimension}D hard sphere")
+    title = f"{n} {kind}{'s' if n != 1 else ''} at packing fraction {summary['packing_fraction']:.6g}"
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("")
+    table.add_column("measured", justify="right")
+    for row in summary["theory"]:
+        table.add_column(row["name"], justify="right")
+    rows = [
+        (f"Z, N = {n}", "compressibility_factor", "compressibility_factor"),
+        ("Z, infinite fluid", "compressibility_factor_infinite", "compressibility_factor_infinite"),
+        ("g(σ+) from collisions", "contact_value", "contact_value"),
+        ("g(σ+) from g(r)", "contact_value_from_rdf", "contact_value"),
+    ]
+    for name, key, theoretical in rows:
+        measured = summary[key]
+        if measured["mean"] is None:
+            continue
+        decimals = _decimals(measured)
+        cells = [_with_error(measured)]
+        for row in summary["theory"]:
+            cells.append(_beside(row[theoretical], measured, decimals))
+        table.add_row(name, *cells)
+    if (pressure := summary["reduced_pressure"])["mean"] is not None:
+        table.add_row(f"P σ{_superscript(dimension)}/kT", _with_error(pressure))
+    if (rate := summary["collision_rate"])["mean"] is not None:
+        table.add_row("collision rate of one", _with_error(rate))
+    if summary["theory"]:
+        table.caption = "In brackets: by how many errors the measurement lies above."
+        table.caption_justify = "left"
+    return table
+
+
+def _mechanics(summary: dict[str, Any]) -> Any:
+    """Return the table of how well it went."""
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 3, 0, 0))
+    rows = [
+        ("collisions", f"{summary['collisions']:,}".replace(",", " ") + f" in time {summary['time']:.6g}"),
+        ("energy drift", f"{summary['energy_drift']:.1e}"),
+        ("momentum drift", f"{summary['momentum_drift']:.1e}"),
+        ("worst overlap", f"{summary['worst_overlap']:.1e} diameters"),
+        ("advancements", f"{100.0 * summary['advancement_fraction']:.1f} % of all events"),
+        ("rate", f"{_rounded(summary['collisions_per_second'])} collisions per second"),
+        ("wall time", f"{summary['seconds']:.1f} s"),
+    ]
+    for name, text in rows:
+        table.add_row(name, text)
+    return table
+
+
+def _decimals(value: dict[str, Any]) -> int:
+    """Return how many decimals the error leaves: one digit of it, or two where it begins with 1."""
+    error = value["error"]
+    if not error:
+        return 6
+    exponent = math.floor(math.log10(error))
+    return max((1 if error / 10.0**exponent < 1.95 else 0) - exponent, 0)
+
+
+def _with_error(value: dict[str, Any]) -> str:
+    decimals = _decimals(value)
+    if value["error"] is None:
+        return f"{value['mean']:.6g} ± ?"
+    return f"{value['mean']:.{decimals}f} ± {value['error']:.{decimals if value['error'] else 0}f}"
+
+
+def _beside(theory: float | None, measured: dict[str, Any], decimals: int) -> str:
+    if theory is None:
+        return "-"
+    # One more digit than the measurement has, so that rounding does not blur the comparison.
+    text = f"{theory:.{decimals + 1}f}"
+    if not measured["error"]:
+        return text
+    return f"{text} ({(measured['mean'] - theory) / measured['error']:+.1f})"
+
+
+def _superscript(dimension: int) -> str:
+    return "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(dimension)) if dimension > 1 else ""
+
+
+def _rounded(rate: float) -> str:
+    """Return a rate with three digits and spaces between thousands."""
+    if rate < 1000:
+        return f"{rate:.3g}"
+    unit = 10 ** (math.floor(math.log10(rate)) - 2)
+    return f"{round(rate / unit) * unit:,}".replace(",", " ")

@@ -1,0 +1,211 @@
+"""The results of a run: pressure, g(r), theory beside them, pictures, and the summary that says it is finished."""
+
+from __future__ import annotations
+
+import json
+import math
+import time as clock
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import carom
+from carom import io, theory
+from carom.errors import CaromError, InputError
+from carom.io.paths import replacing, writing
+from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution
+from carom.observables.rdf import rdf
+from carom.plan import Plan
+from carom.simulation import Simulation
+from carom.studies.folder import RunFolder
+from carom.tally import Block
+
+EQUATIONS: dict[int, dict[str, theory.Equation]] = {
+    1: {"Tonks (exact)": theory.tonks},
+    2: {"Henderson": theory.henderson, "Padé of ten virials": theory.best(2)},
+    3: {"Carnahan-Starling": theory.carnahan_starling, "Pieprzyk et al.": theory.pieprzyk},
+    **{d: {"Padé of the virials": theory.best(d)} for d in (4, 5, 6)},
+}
+"""Equations of state that a result is shown beside, the best one last."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a run leaves to report on.
+
+    Attributes
+    ----------
+    plan : Plan
+    sim : Simulation
+        At the end of the run.
+    blocks : list of Block
+        The measured stretch.
+    equilibration : (int, float)
+        Collisions and time before it.
+    rate : float
+        Collisions per second of wall time in the engine, in the measured stretch.
+    began : float
+        Reading of the performance counter when the run began, earlier sessions counted in.
+    """
+
+    plan: Plan
+    sim: Simulation
+    blocks: list[Block]
+    equilibration: tuple[int, float]
+    rate: float
+    began: float
+
+
+def write(
+    folder: RunFolder, facts: Facts, trajectories: list[Path], report: Callable[[str, float], None]
+) -> dict[str, Any]:
+    """Write g(r), the pictures and the summary, in this order, and return the summary."""
+    pressure = _pressure(facts)
+    distribution = _distribution(facts, trajectories, report)
+    if distribution is not None:
+        with replacing(folder.rdf) as temporary:
+            distribution.to_csv(temporary)
+    if facts.plan.output.pictures:
+        report("Drawing", 0.0)
+        _draw(folder, facts, pressure, distribution)
+    summary = _summary(facts, pressure, distribution)
+    text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    with replacing(folder.summary) as temporary, writing(folder.summary):
+        temporary.write_text(text, encoding="utf-8")
+    report("Done", 1.0)
+    return summary
+
+
+def _pressure(facts: Facts) -> PressureEstimate | None:
+    """Return the pressure, or None where nothing moves."""
+    sim = facts.sim
+    if sim.kT == 0.0:
+        return None
+    scene = sim.scene
+    return Pressure.estimate(
+        facts.blocks,
+        n=scene.n,
+        dimension=scene.dimension,
+        volume=scene.volume,
+        diameter=scene.diameter,
+        kT=sim.kT,
+        mass=scene.mass,
+    )
+
+
+def _distribution(
+    facts: Facts, trajectories: list[Path], report: Callable[[str, float], None]
+) -> RadialDistribution | None:
+    """Return g(r), or None without a trajectory or in a box that has no room for it."""
+    scene = facts.sim.scene
+    if not trajectories or scene.n < 2 or min(scene.box) <= 2.0 * scene.diameter:
+        return None
+    # From the file rather than on the way: a resumed run then sees every frame as well.
+    with io.open(trajectories[0]) as reader:
+        assert isinstance(reader, io.Reader)
+
+        def frames() -> Iterator[carom.Frame]:
+            for k, frame in enumerate(reader):
+                report("Computing g(r)", k / len(reader))
+                yield frame
+
+        return rdf(frames())
+
+
+def _draw(
+    folder: RunFolder,
+    facts: Facts,
+    pressure: PressureEstimate | None,
+    distribution: RadialDistribution | None,
+) -> None:
+    from carom import plots
+
+    implied = None if pressure is None else pressure.contact_value
+    if pressure is not None:
+        with replacing(folder.path / "pressure.png") as temporary:
+            plots.pressure(pressure, path=temporary)
+    if distribution is not None:
+        with replacing(folder.path / "rdf.png") as temporary:
+            plots.rdf(distribution, contact_value=implied, path=temporary)
+    with replacing(folder.path / "snapshot.png") as temporary:
+        plots.snapshot(facts.sim.frame(), path=temporary)
+
+
+def _summary(
+    facts: Facts, pressure: PressureEstimate | None, distribution: RadialDistribution | None
+) -> dict[str, Any]:
+    sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
+    statistics = sim.statistics
+    contact = None if distribution is None else distribution.contact_value
+    return {
+        "version": carom.__version__,
+        "seed": plan.run.seed,
+        "n": scene.n,
+        "dimension": scene.dimension,
+        "packing_fraction": scene.packing_fraction,
+        "box": list(scene.box),
+        "diameter": scene.diameter,
+        "mass": scene.mass,
+        "kT": sim.kT,
+        "equilibration": {"collisions": facts.equilibration[0], "time": facts.equilibration[1]},
+        "collisions": sum(block.collisions for block in facts.blocks),
+        "time": math.fsum(block.duration for block in facts.blocks),
+        "frames": plan.run.frames,
+        "compressibility_factor": _number(pressure and pressure.compressibility_factor),
+        "compressibility_factor_from_rate": _number(pressure and pressure.compressibility_factor_from_rate),
+        "compressibility_factor_infinite": _number(_infinite(pressure)),
+        "reduced_pressure": _number(pressure and pressure.reduced_pressure),
+        "collision_rate": _number(pressure and pressure.collision_rate),
+        "contact_value": _number(pressure and pressure.contact_value),
+        "contact_value_from_rdf": _number(contact),
+        "theory": _theory(scene.n, scene.dimension, scene.packing_fraction),
+        "energy_drift": statistics.energy_drift,
+        "momentum_drift": statistics.momentum_drift,
+        "worst_overlap": statistics.worst_overlap,
+        "advancement_fraction": statistics.advancement_fraction,
+        "clamped_roots": statistics.clamped_roots,
+        "transits": statistics.transits,
+        "collisions_per_second": facts.rate,
+        "seconds": clock.perf_counter() - facts.began,
+    }
+
+
+def _infinite(pressure: PressureEstimate | None) -> Estimate | None:
+    """Return Z of the infinite fluid, or None where no theory gives the correction."""
+    if pressure is None or pressure.n == 1:
+        return None
+    try:
+        return pressure.infinite_size()
+    except InputError:
+        return None
+
+
+def _theory(n: int, dimension: int, eta: float) -> list[dict[str, Any]]:
+    """Return what the equations of state say, for infinitely many particles and for n of them."""
+    rows = []
+    for name, equation in EQUATIONS.get(dimension, {}).items():
+        try:
+            infinite = float(equation(eta))
+            finite = infinite + float(theory.finite_size_shift(eta, n, equation))
+        except CaromError:
+            continue
+        contact = float(theory.contact_value(finite, eta, dimension, n)) if n > 1 else math.nan
+        rows.append(
+            {
+                "name": name,
+                "compressibility_factor": _finite(finite),
+                "compressibility_factor_infinite": _finite(infinite),
+                "contact_value": _finite(contact),
+            }
+        )
+    return rows
+
+
+def _number(estimate: Estimate | None) -> dict[str, float | None]:
+    """Return an estimate as plain numbers; JSON knows neither NaN nor infinity, so they are null."""
+    return {name: _finite(getattr(estimate, name, math.nan)) for name in ("mean", "error", "n_eff")}
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

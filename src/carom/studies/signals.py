@@ -1,0 +1,56 @@
+"""Ctrl-C and SIGTERM: at once where nothing would be lost, otherwise at the next safe moment."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator
+from types import FrameType
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class Interrupted(KeyboardInterrupt):
+    """A run was stopped by Ctrl-C or SIGTERM, after a checkpoint; its text says how to go on."""
+
+
+class Stop:
+    """Whether somebody asked to stop.
+
+    Attributes
+    ----------
+    deferred : bool
+        While true, a signal is only noted in `asked`, and the second one raises KeyboardInterrupt. While
+        false, the first one does.
+    asked : bool
+        Whether a signal came.
+    """
+
+    def __init__(self) -> None:
+        self.deferred = False
+        self.asked = False
+
+    def _receive(self, number: int, frame: FrameType | None) -> None:
+        impatient = self.asked
+        self.asked = True
+        if impatient or not self.deferred:
+            raise KeyboardInterrupt
+
+
+@contextlib.contextmanager
+def stoppable() -> Iterator[Stop]:
+    """Receive Ctrl-C and SIGTERM in the body; elsewhere than in the main thread, nothing is received."""
+    stop = Stop()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    before = {number: signal.getsignal(number) for number in _SIGNALS}
+    for number in _SIGNALS:
+        signal.signal(number, stop._receive)
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            # None stands for a handler that Python did not install and cannot put back.
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
