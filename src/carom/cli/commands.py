@@ -70,7 +70,7 @@ def run(
 ) -> None:
     """Simulate: equilibrate, measure the pressure and g(r), sample a trajectory.
 
-    The folder then holds scene.toml, trajectory.h5md, trajectory.extxyz, rdf.csv, summary.json, three pictures.
+    The folder then holds scene.toml, trajectory.h5md, trajectory.extxyz, rdf.csv, summary.json, and pictures.
     Ctrl-C stops the run within a moment; `carom resume` goes on.
 
     [bold]Examples[/bold]

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-from carom.errors import CaromError
+from carom.errors import CaromError, CaromWarning
 
 BAD_INPUT = 2
 """Exit code for what cannot be used or written; that of unknown options, too."""
@@ -29,7 +29,8 @@ def friendly(command: Callable[..., None]) -> Callable[..., None]:
         code = 0
         try:
             with warnings.catch_warnings():
-                warnings.showwarning = _show_warning
+                warnings.simplefilter("always", CaromWarning)
+                warnings.showwarning = _show_warning  # type: ignore[assignment]
                 command(*arguments, **options)
         except CaromError as error:
             _say(f"Error: {error}")
@@ -57,8 +58,6 @@ def _say(text: str) -> None:
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any) -> None:
-    from carom.errors import CaromWarning
-
     # Libraries warn programmers; only ours are for who runs a command.
     if issubclass(category, CaromWarning):
         _say(f"Note: {message}")

@@ -85,9 +85,7 @@ class RunFolder:
         with writing(self.path):
             for path in (self.summary, self.checkpoint):
                 path.unlink(missing_ok=True)
-        title = (
-            f"# Written by Carom {carom.__version__}; `carom run` with this file repeats the run bit for bit."
-        )
+        title = f"# Written by Carom {carom.__version__}; `carom run` with this file repeats the run."
         with replacing(self.scene) as temporary, writing(self.scene):
             temporary.write_text(f"{title}\n\n{plan.to_toml()}", encoding="utf-8")
         with writing(self.path):

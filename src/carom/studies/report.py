@@ -1,4 +1,4 @@
-"""The results of a run: pressure, g(r), theory beside them, pictures, and the summary that says it is finished."""
+"""The results of a run: pressure, g(r), theory beside them, pictures, and the summary, written last."""
 
 from __future__ import annotations
 
@@ -138,6 +138,10 @@ def _summary(
     sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
     statistics = sim.statistics
     contact = None if distribution is None else distribution.contact_value
+
+    def measured(name: str) -> dict[str, float | None]:
+        return _number(None if pressure is None else getattr(pressure, name))
+
     return {
         "version": carom.__version__,
         "seed": plan.run.seed,
@@ -152,12 +156,12 @@ def _summary(
         "collisions": sum(block.collisions for block in facts.blocks),
         "time": math.fsum(block.duration for block in facts.blocks),
         "frames": plan.run.frames,
-        "compressibility_factor": _number(pressure and pressure.compressibility_factor),
-        "compressibility_factor_from_rate": _number(pressure and pressure.compressibility_factor_from_rate),
+        "compressibility_factor": measured("compressibility_factor"),
+        "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),
         "compressibility_factor_infinite": _number(_infinite(pressure)),
-        "reduced_pressure": _number(pressure and pressure.reduced_pressure),
-        "collision_rate": _number(pressure and pressure.collision_rate),
-        "contact_value": _number(pressure and pressure.contact_value),
+        "reduced_pressure": measured("reduced_pressure"),
+        "collision_rate": measured("collision_rate"),
+        "contact_value": measured("contact_value"),
         "contact_value_from_rdf": _number(contact),
         "theory": _theory(scene.n, scene.dimension, scene.packing_fraction),
         "energy_drift": statistics.energy_drift,

@@ -1,11 +1,12 @@
 """What ``carom run`` does: equilibrate, measure, sample and write a folder, from which a killed run goes on.
 
-The measured stretch is cut into segments of equal time, a whole number of them to a frame, so that one loop serves
-the pressure, which needs the sums over each segment, and the trajectory, which needs the frames between them.
+The measured stretch is cut into segments of equal time, a whole number of them to a frame, so that one loop
+serves the pressure, which needs the sums over each segment, and the trajectory, which needs the frames between
+them.
 
-Times are chosen so that a resumed run sees the same bits: the length of a segment has 12 binary digits, segments
-begin at its multiples, and are run in parts of 1/1024. All of these times are exact in a double, so it does
-not matter where a run was cut.
+Times are chosen so that a resumed run sees the same bits: the length of a segment has 12 binary digits,
+segments begin at its multiples, and are run in parts of 1/1024. All of these times are exact in a double, so it
+does not matter where a run was cut.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ DIGITS = 12
 """Binary digits of a segment's length."""
 
 QUICK, SLOW = 0.02, 0.06
-"""Seconds that the engine runs between two looks at Ctrl-C: longer than what a look costs, too short to notice."""
+"""Seconds that the engine runs between two looks at Ctrl-C: longer than a look takes, too short to notice."""
 
 LARGEST_EXTENDED = 3
 """Dimensions that formats other than H5MD can hold."""
@@ -285,7 +286,7 @@ class _Run:
         # The time of a segment depends on the rate, which nothing but the state so far decides.
         self.step = _rounded(self._duration() / self.segments)
         self.equilibrated = (sim.collisions, sim.time)
-        # Two segments further is the first multiple that lies ahead whatever the rounding of the present time.
+        # Two segments further lies ahead, whatever the rounding of the present time.
         self.first = math.floor(sim.time / self.step) + 2
         for _ in sim.sample(times=[self.first * self.step]):
             self.marks = [self._mark()]
@@ -401,8 +402,8 @@ def _formats(plan: Plan, dimension: int) -> tuple[str, ...]:
     held = tuple(form for form in asked if form == "h5md" or dimension <= LARGEST_EXTENDED)
     if asked and not held:
         raise InputError(
-            f"[output] trajectory {', '.join(asked)} holds at most {LARGEST_EXTENDED} dimensions, and the scene "
-            f'has {dimension}; use ["h5md"].'
+            f"[output] trajectory {', '.join(asked)} holds at most {LARGEST_EXTENDED} dimensions, and the "
+            f'scene has {dimension}; use ["h5md"].'
         )
     if "gsd" in held:
         from importlib.util import find_spec
