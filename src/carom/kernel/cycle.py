@@ -37,6 +37,9 @@ from carom.kernel.tally import log_full, record
 NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
 
+NOBODY_MET = np.int64(-1)
+"""No word: nothing is left out of a search."""
+
 ROOM = 8
 """Entries that one cycle can add to the heap, at most."""
 
@@ -50,8 +53,8 @@ class Model(NamedTuple):
 
 
 @njit(**FAST)
-def nearest(model, state, i, now, words, begin, count, half):
-    """Return the word of the candidate that i meets first, or -1 (the paper's line 4).
+def nearest(model, state, i, now, words, begin, count, half, avoided):
+    """Return the word of the candidate that i meets first, ``avoided`` left out, or -1 (the paper's line 4).
 
     The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of
     the time's last five bits, and the smallest integer is the earliest candidate.
@@ -87,7 +90,8 @@ def nearest(model, state, i, now, words, begin, count, half):
                 rv += r * v
                 vv += v * v
             t = interaction_time(model.pair, i, index(model.boundary, word), rr, rv, vv, now)
-            t = t if block[room, 2 * dimension + 1, k] - now >= t else NEVER
+            free = (block[room, 2 * dimension + 1, k] >= now + t) & (np.int64(word) != avoided)
+            t = t if free else NEVER
             key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | np.int64(k)
             earliest = min(earliest, key)
         if earliest < best:
@@ -97,10 +101,10 @@ def nearest(model, state, i, now, words, begin, count, half):
 
 
 @inner
-def search(model, state, neighbors, i, now, half):
-    """Search among all that i can meet."""
+def search(model, state, neighbors, i, now, half, avoided):
+    """Search among all that i can meet, under any word but ``avoided``."""
     words, begin, count = candidates(neighbors, model.boundary, i, half)
-    return nearest(model, state, i, now, words, begin, count, half)
+    return nearest(model, state, i, now, words, begin, count, half, avoided)
 
 
 @inner
@@ -129,9 +133,9 @@ def relative(model, state, i, word, now):
 def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     """Schedule the next event of component i (lines 14 to 23 of Figure 2).
 
-    ``word`` is what the search for i found. ``met`` is the component that i has just collided with, or -1:
+    ``word`` is what the search for i found. ``met`` is the word under which i has just collided, or none:
     those two do not collide again at the same time (condition V), even where rounding has them overlap and
-    approach.
+    approach; in a small box they may, under another word.
     """
     rows = state.rows
     held = np.int64(state.partner[i])
@@ -142,28 +146,22 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     j = np.int64(-1)
     clamped = False
     searched = False
-    hidden = NEVER  # the time due for ``met`` while it is hidden from a search
     while word >= 0:
         j = np.int64(index(model.boundary, word))
         rr, rv, vv = relative(model, state, i, word, now)
         t, clamped = contact_time(model.pair, np.int64(i), j, rr, rv, vv, now)
         due = now + t
-        again = j == met and due == now
-        if again:
-            hidden = rows[np.uint64(met)].due
-            rows[np.uint64(met)].due = -NEVER
-        elif searched or due <= rows[np.uint64(j)].due:
+        again = word == met and due == now
+        if not again and (searched or due <= rows[np.uint64(j)].due):
             break
         # The two just met, or the search was made before the other half of a collision took this candidate.
         searched = True
         due = NEVER
-        word = search(model, state, neighbors, i, now, 0)
-    if met >= 0 and rows[np.uint64(met)].due == -NEVER:
-        rows[np.uint64(met)].due = hidden
+        word = search(model, state, neighbors, i, now, 0, met if again else NOBODY_MET)
     if due < NEVER:
         pair_up(model, state, calendar, i, word, due)
         tally.clamped += np.int64(clamped)
-        tally.returns += np.int64(j == met)
+        tally.returns += np.int64(met >= 0 and j == np.int64(index(model.boundary, met)))
     if held >= 0:
         release(model, state, calendar, i, held, held_due)
 
@@ -242,8 +240,8 @@ def start_over(model, state, neighbors, calendar, tally, i, now):
         rows[j].due = NEVER
         state.partner[j] = LAMBDA
         state.partner[i] = LAMBDA
-    found = search(model, state, neighbors, i, now, 0)
-    predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1), found)
+    found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
+    predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
     if held >= 0 and state.partner[j] == LAMBDA and rows[j].due == NEVER:
         rows[j].due = held_due
         insert(calendar, np.int64(2 * j), held_due)
@@ -330,8 +328,8 @@ def _schedule(digest):
             rows[i].due = NEVER
             partner[i] = LAMBDA
         for i in range(n):
-            found = search(model, state, neighbors, i, now, 0)
-            predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1), found)
+            found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
+            predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
             watch(model, state, neighbors, calendar, i, now)
         lay_out(calendar, state, model.boundary, now, state.clock[0].length)
         return True
@@ -399,7 +397,7 @@ def _run(digest):
                 pop(calendar)
                 tally.transits += 1
                 if lasting(model.boundary):
-                    found = nearest(model, state, i, now, words, begin, count, 0)
+                    found = nearest(model, state, i, now, words, begin, count, 0, NOBODY_MET)
                     welcome(model, state, calendar, tally, i, now, found)
                 else:
                     start_over(model, state, neighbors, calendar, tally, i, now)
@@ -409,8 +407,8 @@ def _run(digest):
             word = np.int64(state.partner[i])
             if word == LAMBDA:
                 tally.advancements += 1
-                found = search(model, state, neighbors, i, now, 0)
-                predict(model, state, neighbors, calendar, tally, i, now, np.int64(-1), found)
+                found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
+                predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
                 continue
             j = np.uint64(index(model.boundary, word))
             if j < i:  # the same bits, whichever of the two was found first
@@ -418,11 +416,12 @@ def _run(digest):
                 i, j = j, i
             collide(model, state, neighbors, tally, log, i, word, now)
             # Two searches that do not wait for each other.
-            found = search(model, state, neighbors, i, now, 0)
-            other = search(model, state, neighbors, j, now, 1)
+            found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
+            other = search(model, state, neighbors, j, now, 1, NOBODY_MET)
             for _ in range(2):
-                predict(model, state, neighbors, calendar, tally, i, now, np.int64(j), found)
+                predict(model, state, neighbors, calendar, tally, i, now, word, found)
                 watch(model, state, neighbors, calendar, i, now)
+                word = np.int64(mirror(model.boundary, np.int64(i), word))
                 i, j, found = j, i, other
 
     return run
