@@ -16,6 +16,7 @@ import numpy as np
 from carom.kernel.boundary import index
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
+from carom.kernel.lookahead import LARGE, look_ahead
 from carom.kernel.state import aligned
 
 ENTRIES = 14
@@ -239,7 +240,7 @@ def adapt(calendar, longest):
 
 
 @inner
-def first(calendar, state):
+def first(calendar, state, neighbors, boundary):
     """Return the first entry, left on the heap, or -1 at the end of the window, or -2 for want of room."""
     control = calendar.control[0]
     while True:
@@ -253,3 +254,5 @@ def first(calendar, state):
         if not drain(calendar, state, np.uint64(control.cursor + 1)):
             return np.int64(-2)
         control.cursor += 1
+        if len(state.partner) >= LARGE:
+            look_ahead(calendar, state, neighbors, boundary)

@@ -361,7 +361,7 @@ def _run(digest):
                 lay_out(calendar, state, model.boundary, clock.now, clock.length)
             if control.size + ROOM > len(calendar.due):
                 return NEEDS_HEAP
-            chosen = first(calendar, state)
+            chosen = first(calendar, state, neighbors, model.boundary)
             if chosen == -2:
                 return NEEDS_HEAP
             last = clock.epoch == end_epoch

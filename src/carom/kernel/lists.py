@@ -14,6 +14,7 @@ import numpy as np
 
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
+from carom.kernel.lookahead import ask_candidates, ask_rows, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, neighborhood, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -305,6 +306,21 @@ def enlist_hits(lists, i, total):
         enlist(lists, i, j)
         enlist(lists, np.uint64(j), np.uint32(i))
     return np.int64(last)
+
+
+@ask_candidates.register
+def _(neighbors: Lists, i):
+    begin = np.int64(i) * neighbors.capacity
+    prefetch(neighbors.words, begin)
+    prefetch(neighbors.words, begin + 16)
+    prefetch(neighbors.counts, np.int64(i))
+
+
+@ask_rows.register
+def _(neighbors: Lists, rows, i):
+    begin = i * np.uint64(neighbors.capacity)
+    for k in range(begin, begin + np.uint64(neighbors.counts[i])):
+        prefetch(rows, np.int64(neighbors.words[k]))
 
 
 @wrapped.register

@@ -11,6 +11,7 @@ import numpy as np
 from carom.kernel.boundary import word_of
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
+from carom.kernel.lookahead import ask_candidates, ask_rows, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import (
     Cells,
@@ -162,6 +163,17 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
         total = look_into(neighbors, boundary, i, np.uint64(neighbors.faces[face, k]), total)
     pad(neighbors, boundary, total)
     return done, neighbors.words, np.uint64(0), (np.int64(total) + 7) & ~7
+
+
+@ask_candidates.register
+def _(neighbors: Sectors, i):
+    prefetch(neighbors.place, np.int64(i) * len(neighbors.sides))
+    prefetch(neighbors.turn, np.int64(i) * len(neighbors.sides))
+
+
+@ask_rows.register
+def _(neighbors: Sectors, rows, i):
+    return None
 
 
 @wrapped.register

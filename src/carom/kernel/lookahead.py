@@ -1,0 +1,96 @@
+"""Looking ahead: memory is asked for while earlier events are processed.
+
+Events come from all over the box, and in a large system nearly every row they touch is far down the memory
+hierarchy. But who is next is known: the calendar names it, several buckets before its time. What it will touch
+is found in three steps (the row and the list of the component; those of its partner, and the rows of its
+candidates; the rows of its partner's candidates), each a bucket after the one before, so that no step waits.
+Only requests are made: nothing is written, and a wrong guess costs a request.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic, overload
+
+from carom.kernel.boundary import index
+from carom.kernel.dispatch import INLINE, generic, inner
+
+LARGE = 10_000
+"""Components from which on it pays: fewer fit into the caches (docs/performance)."""
+
+
+@intrinsic
+def _prefetch(typingctx, array, index):
+    kind = array.dtype
+    size = kind.size if isinstance(kind, types.Record) else kind.bitwidth // 8
+
+    def codegen(context, builder, signature, args):
+        byte, word = ir.IntType(8), ir.IntType(32)
+        data = cgutils.create_struct_proxy(array)(context, builder, args[0]).data
+        base = builder.bitcast(data, byte.as_pointer())
+        place = builder.gep(base, [builder.mul(args[1], ir.Constant(ir.IntType(64), size))])
+        signature = ir.FunctionType(ir.VoidType(), [place.type, word, word, word])
+        ask = cgutils.get_or_insert_function(builder.module, signature, "llvm.prefetch.p0")
+        read, keep, data_cache = (ir.Constant(word, value) for value in (0, 3, 1))
+        builder.call(ask, [place, read, keep, data_cache])
+        return context.get_dummy_value()
+
+    return types.void(array, types.int64), codegen
+
+
+def prefetch(array, index):
+    """Ask for the cache line of the ``index``-th element of a contiguous array; nothing without compilation."""
+
+
+@overload(prefetch, jit_options=INLINE)
+def _prefetch_compiled(array, index):
+    def body(array, index):
+        _prefetch(array, index)  # type: ignore[call-arg]  # Numba supplies the context
+
+    return body
+
+
+@generic
+def ask_candidates(neighbors, i):
+    """Ask for what names the candidates of component i."""
+    raise NotImplementedError(type(neighbors))
+
+
+@generic
+def ask_rows(neighbors, rows, i):
+    """Ask for the rows of the candidates of component i."""
+    raise NotImplementedError(type(neighbors))
+
+
+@inner
+def look_ahead(calendar, state, neighbors, boundary):
+    """Ask for what the events of the three buckets after the present one will touch."""
+    control = calendar.control[0]
+    buckets = calendar.buckets
+    first = control.cursor + 1
+    last = np.int64(len(buckets))
+    if first + 2 < last:
+        bucket = np.uint64(first + 2)
+        for k in range(np.uint64(buckets[bucket, 0])):
+            i = np.int64(buckets[bucket, k + np.uint64(2)]) >> 1
+            prefetch(state.rows, i)
+            prefetch(state.partner, i)
+            ask_candidates(neighbors, np.uint64(i))
+    if first + 1 < last:
+        bucket = np.uint64(first + 1)
+        for k in range(np.uint64(buckets[bucket, 0])):
+            i = np.uint64(buckets[bucket, k + np.uint64(2)] >> 1)
+            word = np.int64(state.partner[i])
+            if word >= 0:
+                j = np.int64(index(boundary, word))
+                prefetch(state.rows, j)
+                ask_candidates(neighbors, np.uint64(j))
+            ask_rows(neighbors, state.rows, i)
+    if first < last:
+        bucket = np.uint64(first)
+        for k in range(np.uint64(buckets[bucket, 0])):
+            word = np.int64(state.partner[np.uint64(buckets[bucket, k + np.uint64(2)] >> 1)])
+            if word >= 0:
+                ask_rows(neighbors, state.rows, np.uint64(index(boundary, word)))
