@@ -1,10 +1,11 @@
 """Looking ahead: memory is asked for while earlier events are processed.
 
 Events come from all over the box, and in a large system nearly every row they touch is far down the memory
-hierarchy. But who is next is known: the calendar names it, several buckets before its time. What it will touch
-is found in three steps (the row and the list of the component; those of its partner, and the rows of its
-candidates; the rows of its partner's candidates), each a bucket after the one before, so that no step waits.
-Only requests are made: nothing is written, and a wrong guess costs a request.
+hierarchy. But who is next is known: the calendar names it, several buckets before its time. What it will
+touch is found in three steps (the row and the list of the component; those of its partner, and the rows of
+its candidates; the rows of its partner's candidates), each a bucket after the one before, so that no step
+waits. Only requests are made: nothing is written, and a wrong guess costs a request. Sectors are asked for
+no candidates: so many of their events are crossings that it cost more than it brought.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def _prefetch(typingctx, array, index):
 
 
 def prefetch(array, index):
-    """Ask for the cache line of the ``index``-th element of a contiguous array; nothing without compilation."""
+    """Ask for the cache line of an element of a contiguous array; nothing without compilation."""
 
 
 @overload(prefetch, jit_options=INLINE)
@@ -81,13 +82,13 @@ def look_ahead(calendar, state, neighbors, boundary):
     if first + 1 < last:
         bucket = np.uint64(first + 1)
         for k in range(np.uint64(buckets[bucket, 0])):
-            i = np.uint64(buckets[bucket, k + np.uint64(2)] >> 1)
-            word = np.int64(state.partner[i])
+            who = np.uint64(buckets[bucket, k + np.uint64(2)] >> 1)
+            word = np.int64(state.partner[who])
             if word >= 0:
                 j = np.int64(index(boundary, word))
                 prefetch(state.rows, j)
                 ask_candidates(neighbors, np.uint64(j))
-            ask_rows(neighbors, state.rows, i)
+            ask_rows(neighbors, state.rows, who)
     if first < last:
         bucket = np.uint64(first)
         for k in range(np.uint64(buckets[bucket, 0])):
