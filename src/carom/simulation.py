@@ -480,6 +480,7 @@ class Simulation:
             volume=self.scene.volume,
             diameter=self.scene.diameter,
             kT=self.kT,
+            mass=self.scene.mass,
         )
 
     def blocks(self, duration: float, count: int) -> Iterator[Block]:
