@@ -73,7 +73,7 @@ def main() -> None:
             ours = carom_rate(sim, int(given.collisions))
             ratios.append(ours / theirs)
             print(
-                f"carom {ours / 1e6:.3f}  peer {theirs / 1e6:.3f} million a CPU second  ratio {ratios[-1]:.2f}"
+                f"carom {ours / 1e6:.3f}  peer {theirs / 1e6:.3f} M/s  ratio {ratios[-1]:.2f}"
             )
     print(
         f"n = {scene.n}, packing fraction {given.packing_fraction}: ratio {statistics.median(ratios):.2f} "

@@ -11,7 +11,7 @@ from carom.kernel.scheme import arrays
 
 
 def rate(scene: carom.Scene, collisions: int, **choice) -> tuple[float, float]:
-    """Return millions of pair collisions per CPU second, the better of two stretches, and bytes a particle."""
+    """Return the rate [10^6 pair collisions per CPU second, the better of two] and bytes a particle."""
     sim = carom.Simulation(scene, seed=1, **choice)
     sim.run(collisions_per_particle=40)
     best = 0.0
