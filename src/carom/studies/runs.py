@@ -1,12 +1,12 @@
 """What ``carom run`` does: equilibrate, measure, sample and write a folder, from which a killed run goes on.
 
 The measured stretch is cut into segments of equal time, a whole number of them to a frame, so that one loop
-serves the pressure, which needs the sums over each segment, and the trajectory, which needs the frames between
-them.
+serves the pressure, which needs the sums over each segment, and the trajectory, which needs the frames
+between them.
 
 Times are chosen so that a resumed run sees the same bits: the length of a segment has 12 binary digits,
-segments begin at its multiples, and are run in parts of 1/1024. All of these times are exact in a double, so it
-does not matter where a run was cut.
+segments begin at its multiples, and are run in parts of 1/1024. All of these times are exact in a double, so
+it does not matter where a run was cut.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import contextlib
 import json
 import math
 import time as clock
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
@@ -22,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from carom import io
-from carom.errors import FileError, InputError
+from carom.errors import CaromWarning, FileError, InputError
 from carom.io import checkpoint
 from carom.io.events import EventLog
 from carom.io.trajectory import Writer
@@ -261,7 +262,7 @@ class _Run:
             files.enter_context(self.sim)
             # Compiles, which takes some seconds the first time and cannot be deferred.
             self._report("Compiling", 0.0)
-            self.sim.run(collisions=0)
+            self.sim.run(time=0.0)
             self.sim.frame()
             files.callback(setattr, self.stop, "deferred", False)
             self.stop.deferred = True
@@ -404,6 +405,13 @@ def _formats(plan: Plan, dimension: int) -> tuple[str, ...]:
         raise InputError(
             f"[output] trajectory {', '.join(asked)} holds at most {LARGEST_EXTENDED} dimensions, and the "
             f'scene has {dimension}; use ["h5md"].'
+        )
+    for form in sorted({*asked} - {*held}):
+        warnings.warn(
+            f"{form} holds at most {LARGEST_EXTENDED} dimensions, and the scene has {dimension}: "
+            f"trajectory.{form} is left out.",
+            CaromWarning,
+            stacklevel=4,
         )
     if "gsd" in held:
         from importlib.util import find_spec

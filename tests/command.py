@@ -1,0 +1,103 @@
+"""What the tests of the command line share: typing a command, and comparing the folders of two runs."""
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+CAROM = [sys.executable, "-m", "carom"]
+
+#: What differs between two runs of the same plan, because it is about time on the clock.
+TIMING = {"collisions_per_second", "seconds"}
+
+#: 108 spheres for one or two seconds, with a frame and a checkpoint every few hundredths.
+PLAN = """
+[scene]
+cells = 3
+packing_fraction = 0.3
+
+[run]
+seed = 5
+equilibration = {equilibration}
+collisions_per_particle = {measured}
+frames = {frames}
+checkpoint_every = 0.02
+
+[output]
+event_log = {log}
+pictures = false
+"""
+
+WAIT = 120.0
+"""Seconds after which a process that should have come to some point is taken to hang (it may have to compile)."""
+
+
+def carom(*arguments, cwd=None, **options):
+    """Run a command to its end and return what it printed."""
+    return subprocess.run(
+        [*CAROM, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=WAIT, **options
+    )
+
+
+def start(*arguments, cwd=None):
+    """Start a command and return at once."""
+    return subprocess.Popen(
+        [*CAROM, *map(str, arguments)], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def wait_for(condition, process):
+    """Wait until the condition holds, while the process lives."""
+    deadline = time.monotonic() + WAIT
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline, "nothing happened for a long time"
+        time.sleep(0.002)
+
+
+def plan(folder: Path, *, equilibration=100, measured=20000, frames=100, log=False) -> Path:
+    """Write a small scene file and return its path."""
+    path = folder / "small.toml"
+    text = PLAN.format(
+        equilibration=equilibration, measured=measured, frames=frames, log="true" if log else "false"
+    )
+    path.write_text(text)
+    return path
+
+
+def datasets(path: Path) -> dict[str, np.ndarray]:
+    """Return all arrays and attributes of an HDF5 file."""
+    found = {}
+
+    def visit(name, item):
+        found.update({f"{name}@{key}": np.asarray(value) for key, value in item.attrs.items()})
+        if isinstance(item, h5py.Dataset):
+            found[name] = item[()]
+
+    with h5py.File(path) as file:
+        file.visititems(visit)
+    return found
+
+
+def summary(folder: Path) -> dict:
+    """Return what a run found, without what is about time on the clock."""
+    whole = json.loads((folder / "summary.json").read_text())
+    return {key: value for key, value in whole.items() if key not in TIMING}
+
+
+def assert_same_run(one: Path, other: Path):
+    """Two folders hold the same run, bit for bit."""
+    assert sorted(p.name for p in one.iterdir()) == sorted(p.name for p in other.iterdir())
+    for name in ("scene.toml", "trajectory.extxyz", "rdf.csv"):
+        assert (one / name).read_bytes() == (other / name).read_bytes(), name
+    for path in (path for path in one.glob("*.h5*") if path.name != "checkpoint.h5"):
+        mine, its = datasets(path), datasets(other / path.name)
+        assert mine.keys() == its.keys()
+        for key, value in mine.items():
+            assert value.dtype == its[key].dtype
+            assert np.array_equal(value, its[key]), f"{path.name}: {key}"
+    assert summary(one) == summary(other)
