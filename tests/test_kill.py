@@ -55,9 +55,11 @@ def kill_and_resume(scene, out, kills, seed):
         process = start("resume", out) if out.exists() else start("run", scene, "--out", out)
         # Past the start of Python, which is most of the time and has nothing to lose.
         wait_for(
-            lambda known=known: (out / "checkpoint.h5").exists()
-            and (out / "checkpoint.h5").stat().st_ino != known
-            or (out / "summary.json").exists(),
+            lambda known=known: (
+                (out / "checkpoint.h5").exists()
+                and (out / "checkpoint.h5").stat().st_ino != known
+                or (out / "summary.json").exists()
+            ),
             process,
         )
         try:

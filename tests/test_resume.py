@@ -40,7 +40,9 @@ def test_ctrl_c_stops_within_a_second_and_resume_ends_with_the_same_bits(referen
     scene, whole = reference
     out = tmp_path / "run"
     process = start("run", scene, "--out", out)
-    wait_for(lambda: (out / "trajectory.extxyz").exists() and (out / "trajectory.extxyz").stat().st_size, process)
+    wait_for(
+        lambda: (out / "trajectory.extxyz").exists() and (out / "trajectory.extxyz").stat().st_size, process
+    )
     process.send_signal(number)
     began = time.monotonic()
     _, errors = process.communicate(timeout=60)
