@@ -14,8 +14,8 @@ EPS = np.finfo(float).eps
 # of 10^-50, far below what would leave the linear regime within the collisions looked at.
 NUDGE = 1e-30
 
-# Roundings of the size of the box or of the speed that enter a trajectory: at each event some 8, at each epoch
-# as many, all of them amplified by less than those at the start.
+# Roundings of the size of the box or of the speed that enter a trajectory: some 8 at each event, and at each
+# epoch, all of them amplified by less than those at the start.
 ROUNDINGS = 512
 
 
