@@ -98,7 +98,7 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
     return 2.0 * math.sqrt(dimension / math.pi) * excess * speed / diameter
 
 
-NEIGHBORS = (5, 10, 16, 26, 40, 60)
+NEIGHBORS = (5, 10, 15, 26, 40, 60)
 """Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %)."""
 
 DILUTE = (0.4, 0.3, 0.23, 0.12, 0.06, 0.03)
