@@ -33,7 +33,7 @@ pictures = false
 """
 
 WAIT = 120.0
-"""Seconds after which a process that should have come to some point is taken to hang (it may have to compile)."""
+"""Seconds after which a process that should have come to some point hangs; it may have to compile."""
 
 
 def carom(*arguments, cwd=None, **options):

@@ -46,22 +46,29 @@ def whole_frames(out):
     return counts
 
 
+def state(out):
+    """Return what tells one checkpoint from the next, which takes its place as another file."""
+    path = out / "checkpoint.h5"
+    try:
+        return path.stat().st_ino, path.stat().st_mtime_ns
+    except FileNotFoundError:
+        return None
+
+
+def has_moved_on(out, known):
+    """Tell whether a run has written a checkpoint, or all of it."""
+    return state(out) not in (None, known) or (out / "summary.json").exists()
+
+
 def kill_and_resume(scene, out, kills, seed):
     """Kill a run again and again, and let it come to its end."""
     dice = random.Random(seed)
     landed = 0
     for _ in range(kills):
-        known = (out / "checkpoint.h5").stat().st_ino if (out / "checkpoint.h5").exists() else None
+        known = state(out)
         process = start("resume", out) if out.exists() else start("run", scene, "--out", out)
         # Past the start of Python, which is most of the time and has nothing to lose.
-        wait_for(
-            lambda known=known: (
-                (out / "checkpoint.h5").exists()
-                and (out / "checkpoint.h5").stat().st_ino != known
-                or (out / "summary.json").exists()
-            ),
-            process,
-        )
+        wait_for(lambda known=known: has_moved_on(out, known), process)
         try:
             process.wait(timeout=dice.uniform(0.0, 0.4))
         except subprocess.TimeoutExpired:

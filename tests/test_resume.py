@@ -77,7 +77,7 @@ def test_stopped_while_equilibrating_resumes_to_the_same_bits(reference, tmp_pat
 
 
 def test_killed_before_the_first_checkpoint_starts_again(reference, tmp_path):
-    scene, whole = reference
+    _, whole = reference
     out = tmp_path / "run"
     out.mkdir()
     shutil.copy(whole / "scene.toml", out)
