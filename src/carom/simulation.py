@@ -188,6 +188,17 @@ class Simulation:
         return int(self._engine.tallies.collisions[0])
 
     @property
+    def tally(self) -> Block:
+        """Duration, collisions and virial since the start."""
+        record = self._engine.tallies[0]
+        return Block(self.time, int(record.collisions), float(record.virial))
+
+    @property
+    def seconds(self) -> float:
+        """Wall time spent in the engine [s]."""
+        return self._seconds
+
+    @property
     def kT(self) -> float:
         """Temperature [energy]: ``2 K / (d (n - 1))``; ``2 K / d`` for a single component."""
         v = self._engine.state.rows["v"][: self.scene.n]
@@ -280,7 +291,8 @@ class Simulation:
             if code == constants.REACHED_TIME:
                 self._epoch, self._offset = int(end_epoch), end_time
                 break
-            self._epoch, self._offset = int(record.epoch), float(record.now)
+            # Where a run ended at a time, the last event lies behind the present.
+            self._epoch, self._offset = max((self._epoch, self._offset), (int(record.epoch), float(record.now)))
             if code == constants.REACHED_COLLISIONS:
                 break
             if code == constants.IDLE:

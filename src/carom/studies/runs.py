@@ -304,7 +304,7 @@ class _Run:
 
     def _mark(self) -> tuple[int, float]:
         # Sums since the start: differences of them do not depend on where a segment was cut.
-        tally = self.sim._engine.tallies[0]
+        tally = self.sim.tally
         return int(tally.collisions), float(tally.virial)
 
     def _frames(self) -> int:
@@ -316,9 +316,9 @@ class _Run:
         while (segment := len(self.marks) - 1) < self.segments:
             self._report("Measuring", (segment + self.part / PARTS) / self.segments)
             self._look()
-            count, seconds = min(parts, PARTS - self.part), self.sim._seconds
+            count, seconds = min(parts, PARTS - self.part), self.sim.seconds
             self.sim.run(time=count * (self.step / PARTS))
-            taken = self.sim._seconds - seconds
+            taken = self.sim.seconds - seconds
             self.engine_seconds += taken
             if taken < QUICK:
                 parts = min(2 * parts, PARTS)
