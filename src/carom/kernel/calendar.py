@@ -22,6 +22,7 @@ from carom.kernel.state import aligned
 ENTRIES = 14
 """Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""
 
+# No field may have the name of an attribute of numpy scalars (size, say): the kernel runs as Python, too.
 CONTROL = np.dtype(
     [
         ("start", "f8"),
@@ -29,7 +30,7 @@ CONTROL = np.dtype(
         ("width", "f8"),
         ("inverse", "f8"),
         ("cursor", "i8"),
-        ("size", "i8"),
+        ("waiting", "i8"),
         ("lines", "i8"),
         ("full", "i8"),
         ("cycles", "i8"),
@@ -81,8 +82,8 @@ def push(calendar, time, i):
     """Put an entry on the heap; the caller has seen to the room."""
     control = calendar.control[0]
     due, who = calendar.due, calendar.who
-    k = np.uint64(control.size)
-    control.size += 1
+    k = np.uint64(control.waiting)
+    control.waiting += 1
     while k > 0:
         parent = (k - np.uint64(1)) >> np.uint64(1)
         if due[parent] < time or (due[parent] == time and who[parent] <= i):
@@ -99,8 +100,8 @@ def pop(calendar):
     """Drop the first entry of the heap."""
     control = calendar.control[0]
     due, who = calendar.due, calendar.who
-    control.size -= 1
-    size = np.uint64(control.size)
+    control.waiting -= 1
+    size = np.uint64(control.waiting)
     time = due[size]
     i = who[size]
     k = np.uint64(0)
@@ -167,7 +168,7 @@ def drain(calendar, state, bucket):
     while link > 0:
         total += ENTRIES
         link = calendar.lines[link, 1]
-    if control.size + total > len(calendar.due):
+    if control.waiting + total > len(calendar.due):
         return False
     for k in range(count):
         offer(calendar, state, bucket, buckets[bucket, np.uint64(k) + np.uint64(2)])
@@ -206,7 +207,7 @@ def lay_out(calendar, state, boundary, start, end):
     control.end = min(start + size * control.width, end)
     control.inverse = 1.0 / control.width
     control.cursor = -1
-    control.size = 0
+    control.waiting = 0
     control.lines = 1
     control.full = 0
     control.cycles = 0
@@ -244,7 +245,7 @@ def first(calendar, state, neighbors, boundary):
     """Return the first entry, left on the heap, or -1 at the end of the window, or -2 for want of room."""
     control = calendar.control[0]
     while True:
-        while control.size > 0:
+        while control.waiting > 0:
             entry = calendar.who[0]
             if time_of(state, entry) == calendar.due[0]:
                 return np.int64(entry)

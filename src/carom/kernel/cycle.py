@@ -359,7 +359,7 @@ def _run(digest):
         while True:
             if control.full != 0:
                 lay_out(calendar, state, model.boundary, clock.now, clock.length)
-            if control.size + ROOM > len(calendar.due):
+            if control.waiting + ROOM > len(calendar.due):
                 return NEEDS_HEAP
             chosen = first(calendar, state, neighbors, model.boundary)
             if chosen == -2:
