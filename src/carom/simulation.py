@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import initial
+from carom import checks, initial
 from carom.errors import CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.scene import Scene
@@ -29,6 +29,12 @@ CYCLES = 20_000
 
 PATIENCE = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
+
+SLOWEST = 1e-100
+"""Velocities must not all be below this: products of four of them and a length must stay normal numbers."""
+
+LAST_EPOCH = 2**61
+"""Epochs that a clock can count, with room to spare."""
 
 LOG_BUFFER = 1 << 16
 """Collisions kept in memory before they go to the event log."""
@@ -119,8 +125,8 @@ class Simulation:
     ):
         if neighbors not in ("auto", "lists", "sectors"):
             raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists' or 'sectors'.")
-        if shell is not None and not (math.isfinite(shell) and shell > 1.0):
-            raise InputError(f"shell is {shell!r}; expected a number of diameters above 1.")
+        if shell is not None:
+            shell = checks.number(shell, "shell", low=1.0, open_low=True)
         if scene.velocities is None:
             velocities = initial.maxwell_velocities(
                 scene.n, scene.dimension, scene.masses, 1.0 if kT is None else kT, seed
@@ -131,6 +137,12 @@ class Simulation:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
         from carom.kernel import scheme
 
+        fastest = float(np.abs(velocities).max())
+        if 0.0 < fastest < SLOWEST:
+            raise InputError(
+                f"The fastest velocity is {fastest:g}, whose square is lost in double precision; "
+                f"expected at least {SLOWEST:g}, or rest: scale the velocities up."
+            )
         speed = math.sqrt(float(np.mean(np.sum(velocities * velocities, axis=1))))
         try:
             chosen = scheme.choose(
@@ -179,6 +191,11 @@ class Simulation:
         """Return the epoch and the offset of an exact time."""
         length = Fraction(self._scheme.epoch)
         epoch = int(instant // length)
+        if epoch >= LAST_EPOCH:
+            raise InputError(
+                f"A time of {float(instant):g} is {float(epoch):g} epochs of {self._scheme.epoch:g}; "
+                f"expected fewer than {LAST_EPOCH:g}, so ask for less time."
+            )
         offset = float(instant - epoch * length)
         return (epoch, offset) if offset < self._scheme.epoch else (epoch + 1, 0.0)
 
@@ -255,9 +272,8 @@ class Simulation:
             "walltime": walltime,
         }
         for name, value in limits.items():
-            number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-            if value is not None and not (number and math.isfinite(value) and value >= 0):
-                raise InputError(f"{name} is {value!r}; expected a finite number, at least 0.")
+            if value is not None:
+                checks.number(value, name, low=0.0)
         if all(value is None for value in limits.values()):
             raise InputError(f"run() needs a limit: one of {', '.join(limits)}.")
         if collisions_per_particle is not None:
@@ -277,7 +293,7 @@ class Simulation:
 
         before = self._engine.tallies[0].copy()
         start = self._instant()
-        target = np.int64(2**62) if collisions is None else np.int64(before.collisions + collisions)
+        target = np.int64(2**62 if collisions is None else min(int(before.collisions) + collisions, 2**62))
         end_epoch, end_time = (np.int64(2**62), 0.0) if end is None else (np.int64(end[0]), float(end[1]))
         deadline = math.inf if walltime is None else clock.perf_counter() + walltime
         patience = self._patience() if collisions is not None and end is None else math.inf
@@ -292,7 +308,9 @@ class Simulation:
                 self._epoch, self._offset = int(end_epoch), end_time
                 break
             # Where a run ended at a time, the last event lies behind the present.
-            self._epoch, self._offset = max((self._epoch, self._offset), (int(record.epoch), float(record.now)))
+            self._epoch, self._offset = max(
+                (self._epoch, self._offset), (int(record.epoch), float(record.now))
+            )
             if code == constants.REACHED_COLLISIONS:
                 break
             if code == constants.IDLE:
@@ -428,8 +446,12 @@ class Simulation:
         """
         if (every is None) == (times is None):
             raise InputError("sample() needs either every= (with count=) or times=.")
-        if every is not None and not (math.isfinite(every) and every > 0):
-            raise InputError(f"every is {every!r}; expected a positive time.")
+        if every is not None:
+            every = checks.number(every, "every", low=0.0, open_low=True)
+            count = None if count is None else checks.integer(count, "count", low=0)
+        else:
+            several = times if isinstance(times, Iterable) else [times]
+            times = [checks.number(time, "a sample's time", low=0.0) for time in several]
         return self._frames(every, count, times, progress)
 
     def _frames(self, every, count, times, progress) -> Iterator[Frame]:
@@ -439,7 +461,6 @@ class Simulation:
                 start + k * step for k in (range(1, count + 1) if count is not None else _forever())
             )
         else:
-            times = list(times)
             count = len(times)
             instants = (Fraction(float(t)) for t in times)
         for k, instant in enumerate(instants, start=1):
@@ -497,7 +518,7 @@ class Simulation:
 
     def blocks(self, duration: float, count: int) -> Iterator[Block]:
         """Run on for ``count`` blocks of equal time and yield each."""
-        start, step = self._instant(), Fraction(float(duration))
+        start, step = self._instant(), Fraction(checks.number(duration, "duration", low=0.0))
         for k in range(1, count + 1):
             yield self._run(None, self._split(start + k * step))
 
