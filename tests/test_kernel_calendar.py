@@ -1,0 +1,166 @@
+"""The calendar against a list that is searched from end to end."""
+
+import numpy as np
+import pytest
+
+from carom.kernel import calendar as cal
+from carom.kernel import scheme
+from carom.kernel.scheme import Scheme
+
+LENGTH = 8.0
+
+
+def make_engine(n, heap=256, width=0.25):
+    """Return an engine of n components whose times the tests set themselves."""
+    edge = 4.0 * n
+    chosen = Scheme("sectors", (n,), 8, 0.0, 0, LENGTH, width, heap)
+    positions = np.arange(n)[:, None] * 4.0
+    engine = scheme.build(chosen, positions, np.zeros((n, 1)), (edge,), 1.0, 1.0, False)
+    return engine, chosen
+
+
+class Book:
+    """The calendar of an engine, and the plain search that says what must come out of it."""
+
+    def __init__(self, due, leave, **settings):
+        self.engine, self.scheme = make_engine(len(due), **settings)
+        self.due = self.engine.state.rows["due"][: len(due)]
+        self.leave = self.engine.state.leave
+        self.due[:], self.leave[:] = due, leave
+        self.refused = 0
+        self.lay_out(0.0)
+
+    def lay_out(self, start):
+        return cal.lay_out(self.engine.calendar, self.engine.state, self.engine.model.boundary, start, LENGTH)
+
+    @property
+    def control(self):
+        return self.engine.calendar.control[0]
+
+    def first(self):
+        """Return the first entry of the whole epoch, or -1."""
+        while True:
+            if self.control.full:
+                self.lay_out(self.now)
+            entry = cal.first(
+                self.engine.calendar, self.engine.state, self.engine.neighbors, self.engine.model.boundary
+            )
+            if entry == -2:
+                self.refused += 1
+                self.scheme = self.scheme.with_larger_heap()
+                self.engine = scheme.enlarge_heap(self.engine, self.scheme)
+            elif entry == -1 and self.control.end < LENGTH:
+                cal.adapt(self.engine.calendar, LENGTH)
+                self.lay_out(self.control.end)
+            else:
+                return int(entry)
+
+    def expected(self):
+        """Return the first entry by (time, entry), or -1."""
+        times = np.column_stack([self.due, self.leave]).ravel()
+        k = int(np.argmin(times))
+        return k if times[k] < LENGTH else -1
+
+    def reschedule(self, entry, time):
+        i = entry >> 1
+        if entry & 1:
+            self.leave[i] = time
+        else:
+            self.due[i] = time
+        cal.insert(self.engine.calendar, np.int64(entry), time)
+
+    def check(self, next_time, steps=4000, rng=None):
+        """Take entry by entry, give each a new time, and compare the order with the search's."""
+        self.now = 0.0
+        taken = 0
+        for _ in range(steps):
+            entry = self.first()
+            assert entry == self.expected()
+            if entry == -1:
+                break
+            self.now = float((self.leave if entry & 1 else self.due)[entry >> 1])
+            self.control.cycles += 1
+            cal.pop(self.engine.calendar)
+            self.reschedule(entry, next_time(self.now))
+            if rng is not None and rng.random() < 0.3:  # preempt another component's event, or put it off
+                self.reschedule(int(rng.integers(2 * len(self.due))), next_time(self.now))
+            taken += 1
+        return taken
+
+
+@pytest.mark.parametrize("n", [1, 3, 40, 400])
+@pytest.mark.parametrize("width", [2.0**-12, 2.0**-4, 4.0])
+def test_entries_come_in_the_order_of_time(n, width):
+    rng = np.random.default_rng(n)
+    book = Book(rng.exponential(0.3, n), rng.exponential(0.3, n), width=width)
+    assert book.check(lambda now: now + rng.exponential(0.3), rng=rng, steps=1500) > 4
+
+
+def test_simultaneous_entries_come_in_the_order_of_their_numbers():
+    book = Book(np.full(300, 1.5), np.full(300, 1.5))
+    order = []
+
+    def never(now):
+        order.append(now)
+        return np.inf
+
+    assert book.check(never) == 600
+    assert set(order) == {1.5}
+
+
+def test_one_full_bucket_spills_into_lines():
+    rng = np.random.default_rng(0)
+    book = Book(1.5 + 1e-9 * rng.random(300), 7.0 + 1e-9 * rng.random(300), heap=1024)
+    assert book.control.lines > 40  # 600 entries in two buckets of 14
+    assert book.check(lambda now: np.inf) == 600
+
+
+def test_the_heap_asks_for_room_and_goes_on():
+    rng = np.random.default_rng(0)
+    book = Book(1.5 + 1e-9 * rng.random(300), np.full(300, 1.5))
+    assert book.check(lambda now: np.inf) == 600
+    assert book.refused >= 1
+
+
+def test_exhausted_lines_lose_nothing():
+    # Entries made stale again and again fill bucket after bucket, until no line is left.
+    rng = np.random.default_rng(1)
+    n = 20
+    book = Book(np.full(n, 7.0), np.full(n, 6.0), width=1.0)
+    for _ in range(20_000):
+        book.reschedule(int(rng.integers(2 * n)), 5.0 + rng.random())
+        if book.control.full:
+            break
+    assert book.control.full
+    assert book.check(lambda now: now + 0.5, rng=rng, steps=300) == 300 or book.expected() == -1
+
+
+def test_the_far_future_waits_outside_the_window():
+    book = Book(
+        [0.5, LENGTH, 3.0, 1e300, np.inf], [np.inf, 7.999, 1e9, np.inf, LENGTH - 1e-16], width=2.0**-10
+    )
+    found = []
+
+    def never(now):
+        found.append(now)
+        return np.inf
+
+    book.check(never)
+    assert found == [0.5, 3.0, 7.999]  # LENGTH - 1e-16 is LENGTH in doubles, and the next epoch's
+
+
+def test_an_empty_calendar_says_so():
+    book = Book([np.inf], [np.inf])
+    assert book.first() == -1
+    assert book.lay_out(0.0) == np.inf
+
+
+def test_a_pair_has_one_entry():
+    book = Book([1.0, 1.0, 3.0], [np.inf] * 3)
+    bits = book.engine.model.boundary.bits if hasattr(book.engine.model.boundary, "bits") else 0
+    book.engine.state.partner[:2] = [1 << bits, 0]
+    book.lay_out(0.0)
+    assert book.first() == 0
+    cal.pop(book.engine.calendar)
+    book.due[:2] = np.inf
+    assert book.first() == 4

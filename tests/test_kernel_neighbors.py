@@ -1,0 +1,238 @@
+"""Sectors and lists against a search among all pairs, while a run goes on."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from engine_cases import moving
+
+import carom
+from carom.kernel import cycle, scheme
+from carom.kernel.boundary import SectorImage
+
+STEPS = np.int64(1)
+
+
+@pytest.fixture
+def simulation(tmp_path):
+    """Make simulations with a log, as the comparisons with the oracle do: nothing more has to be compiled."""
+    made = itertools.count()
+    return lambda scene, **settings: carom.Simulation(
+        scene, event_log=tmp_path / f"events{next(made)}.h5", **settings
+    )
+
+
+def present(sim):
+    """Return positions and velocities of all at the clock of the last event, not wrapped."""
+    state, n = sim._engine.state, sim.scene.n
+    rows, now = state.rows[:n], state.clock[0].now
+    return rows["x"] + rows["v"] * (now - rows["t"])[:, None], rows["v"].copy(), float(now)
+
+
+def go(sim, cycles):
+    """Process so many cycles of the kernel, whatever they are."""
+    return cycle.run(*sim._engine, sim._log, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
+
+
+def lists_of(sim):
+    lists, n = sim._engine.neighbors, sim.scene.n
+    rows = lists.words.reshape(n, lists.capacity)
+    assert (rows[np.arange(lists.capacity) >= lists.counts[:, None]] == n).all(), "padding is the ghost"
+    return [set(row[:count].tolist()) for row, count in zip(rows, lists.counts, strict=True)]
+
+
+def check_lists(sim):
+    """Lists are symmetric, hold just who is within reach, and nobody is beyond the margin."""
+    lists, n, edges = sim._engine.neighbors, sim.scene.n, np.array(sim.scene.box)
+    listed = lists_of(sim)
+    assert all(len(row) == count for row, count in zip(listed, lists.counts, strict=True)), "no one twice"
+    reference = lists.reference * np.array(lists.grain)
+    r = reference[:, None] - reference
+    r -= edges * np.rint(r / edges)
+    near = (r**2).sum(axis=2)
+    # Rounding of one distance against another's may decide on the edge of the reach alone.
+    sure, maybe = near < lists.reach * (1 - 1e-9), near < lists.reach * (1 + 1e-9)
+    for i in range(n):
+        assert set(np.flatnonzero(sure[i])) - {i} <= listed[i] <= set(np.flatnonzero(maybe[i])) - {i}
+    x = present(sim)[0] - reference
+    x -= edges * np.rint(x / edges)
+    assert ((x**2).sum(axis=1) <= lists.margin * (1 + 1e-9)).all()
+    for cell in range(len(lists.members)):
+        for k in range(lists.members[cell]):
+            i = lists.cells[cell, 0, k]
+            assert (lists.cells[cell, 1:, k] == lists.reference[i]).all()
+            place = np.floor(reference[i] / edges * lists.shape).astype(int)
+            assert np.ravel_multi_index(place, lists.shape) == cell
+    assert lists.members.sum() == n
+
+
+def check_sectors(sim):
+    """Everyone is a member of one sector, the one in which the position lies."""
+    sectors, n, edges = sim._engine.neighbors, sim.scene.n, np.array(sim.scene.box)
+    shape = np.array(sectors.cells.shape)
+    members = [
+        (int(i), cell)
+        for cell, count in enumerate(sectors.cells.counts)
+        for i in sectors.cells.members[cell, :count]
+    ]
+    assert sorted(i for i, _ in members) == list(range(n))
+    x = present(sim)[0]
+    for i, cell in members:
+        place = sectors.place[i].astype(int)
+        assert ((place >= 0) & (place < shape)).all()
+        assert np.ravel_multi_index(place, shape) == cell
+        low = (place + sectors.turn[i] * shape) * np.array(sectors.sides)
+        slack = 1e-12 * edges  # a component at a face is on one side or the other
+        assert (x[i] >= low - slack).all()
+        assert (x[i] <= low + np.array(sectors.sides) + slack).all()
+
+
+def all_meetings(sim):
+    """Return the time until each pair meets, if left alone, under the earliest of all images, (n, n)."""
+    x, v, _ = present(sim)
+    n, d = x.shape
+    edges = np.array(sim.scene.box)
+    sigma = sim.scene.diameter
+    first = np.full((n, n), np.inf)
+    u = v[None] - v[:, None]
+    uu = (u**2).sum(axis=2)
+    reach = 3 if n < 8 else 1
+    for image in itertools.product(range(-reach, reach + 1), repeat=d):
+        r = x[None] - x[:, None]
+        r -= edges * np.rint(r / edges)
+        r = r + edges * np.array(image)
+        ru, c = (r * u).sum(axis=2), (r**2).sum(axis=2) - sigma**2
+        disc = ru**2 - uu * c
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = np.where((ru < 0) & (disc >= 0), c / (np.sqrt(np.maximum(disc, 0)) - ru), np.inf)
+        first = np.minimum(first, np.maximum(t, 0.0))
+    np.fill_diagonal(first, np.inf)
+    return first
+
+
+def check_invariants(sim):
+    """The paper's (6) to (9) on the live arrays: past before future, mutual partners, nobody overlooked."""
+    state, n = sim._engine.state, sim.scene.n
+    rows = state.rows[:n]
+    now = float(state.clock[0].now)
+    due, leave, partner = rows["due"], state.leave, state.partner
+    bits = sim._engine.model.boundary.bits if isinstance(sim._engine.model.boundary, SectorImage) else 0
+    assert rows["t"].max() <= now  # (6)
+    assert now <= min(due.min(), leave.min())
+    assert state.rows[n]["due"] == -np.inf
+    mates = np.where(partner >= 0, partner >> bits, -1)
+    for i in range(n):  # (8)
+        assert mates[i] != i
+        if mates[i] >= 0:
+            assert mates[mates[i]] == i
+            assert due[mates[i]] == due[i]
+    # (7) Nobody has an event later than a meeting for which the other is free, except one that lies beyond
+    # the leaving of a sector by either: that is looked at then. Times are compared up to rounding.
+    meeting = now + all_meetings(sim)
+    slack = 1e-9 * sim.epoch_length
+    bound = np.minimum(leave[:, None], leave[None])
+    overlooked = (meeting < due[:, None] - slack) & (meeting <= due[None] - slack) & (meeting < bound - slack)
+    assert not overlooked.any(), np.argwhere(overlooked)
+
+
+CASES = [
+    (1, 12, 0.4, "sectors"),
+    (1, 20, 0.4, "lists"),
+    (2, 30, 0.5, "sectors"),
+    (2, 40, 0.5, "lists"),
+    (2, 5, 0.4, "sectors"),
+    (3, 40, 0.3, "sectors"),
+    (3, 60, 0.4, "lists"),
+    (3, 4, 0.2, "sectors"),
+    (4, 12, 0.1, "sectors"),
+]
+
+
+@pytest.mark.parametrize(("dimension", "n", "packing_fraction", "kind"), CASES)
+def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind, simulation):
+    scene = moving(carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=n), n)
+    sim = simulation(scene, neighbors=kind, shell=1.2 if kind == "lists" else None)
+    assert sim._scheme.kind == kind
+    for _ in range(200):
+        check_invariants(sim)
+        go(sim, 1)
+    assert sim.collisions >= n // 3
+
+
+@pytest.mark.parametrize(("dimension", "n"), [(1, 40), (2, 100), (3, 150), (4, 160)])
+def test_lists_stay_symmetric_and_complete(dimension, n, simulation):
+    eta = {1: 0.5, 2: 0.5, 3: 0.4, 4: 0.1}[dimension]
+    scene = moving(carom.Scene.random(n, dimension, packing_fraction=eta, seed=1), 2)
+    sim = simulation(scene, neighbors="lists", shell=1.15)
+    for _ in range(12):
+        check_lists(sim)
+        go(sim, 5 * n)
+    check_lists(sim)
+    assert sim.statistics.transits > 2 * n
+
+
+@pytest.mark.parametrize(
+    "box", [(9.0,), (1.2, 8.0), (5.5, 2.3), (7.0, 7.0), (3.4, 1.1, 4.0), (4.5, 2.2, 6.0)]
+)
+def test_members_of_sectors_are_where_their_positions_are(box, simulation):
+    n = max(2, int(0.25 * np.prod(box)))
+    sim = simulation(moving(carom.Scene.random(n, box=box, seed=1), 2), neighbors="sectors")
+    for _ in range(40):
+        check_sectors(sim)
+        go(sim, 3 * n)
+    assert sim.statistics.transits > 10 * n
+
+
+@pytest.mark.parametrize("kind", ["lists", "sectors"])
+def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
+    scene = moving(carom.Scene.random(150, 3, packing_fraction=0.4, seed=1), 2)
+    settings = {"neighbors": kind, "shell": 1.2 if kind == "lists" else None}
+    usual = simulation(scene, **settings)
+    choose = scheme.choose
+    # Large sectors, or they could not hold more than fits into the smallest room.
+    tiny = {"capacity": 8} if kind == "lists" else {"shape": (2, 2, 2)}
+    monkeypatch.setattr(
+        scheme, "choose", lambda *a: dataclasses.replace(choose(*a), cell_capacity=1, heap=16, **tiny)
+    )
+    small = simulation(scene, **settings)
+    assert small._scheme.cell_capacity > 1, "grown before the first event"
+    for sim in (usual, small):
+        sim.run(collisions=2000)
+        (check_lists if kind == "lists" else check_sectors)(sim)
+        check_invariants(sim)
+    # Room is no physics: the same collisions, up to the rounding of times predicted anew where arrays grew.
+    assert small.statistics.energy_drift < 1e-13
+    assert small.statistics.worst_overlap < 1e-13
+
+
+@pytest.mark.parametrize("kind", ["lists", "sectors"])
+def test_room_changes_no_collision(kind, monkeypatch, simulation):
+    # The initial capacities are found too small before the first event: nothing is predicted twice then.
+    scene = moving(carom.Scene.random(60, 2, packing_fraction=0.5, seed=1), 2)
+    right = simulation(scene, neighbors=kind)
+    choose = scheme.choose
+    monkeypatch.setattr(scheme, "choose", lambda *a: dataclasses.replace(choose(*a), heap=1))
+    sim = simulation(scene, neighbors=kind)
+    right.run(collisions=500)
+    sim.run(collisions=500)
+    np.testing.assert_array_equal(sim.frame().positions, right.frame().positions)
+
+
+def test_a_new_epoch_changes_neither_place_nor_order(simulation):
+    scene = moving(carom.Scene.random(30, 2, packing_fraction=0.3, seed=1), 2)
+    sim = simulation(scene)
+    start = sim._engine.state.clock[0].epoch
+    while sim._engine.state.clock[0].epoch < start + 5:
+        before, epoch = present(sim), int(sim._engine.state.clock[0].epoch)
+        due = sim._engine.state.rows["due"][: scene.n].copy()
+        collisions = sim.collisions
+        go(sim, 1)
+        if sim._engine.state.clock[0].epoch > epoch and sim.collisions == collisions:
+            x, _, now = present(sim)
+            moved = x - before[0] - before[1] * (now + sim.epoch_length - before[2])
+            edges = np.array(scene.box)
+            assert np.abs(moved - edges * np.rint(moved / edges)).max() < 1e-13 * edges.max()
+            later = sim._engine.state.rows["due"][: scene.n]
+            kept = later + sim.epoch_length == due
+            assert kept.sum() >= scene.n - 3  # those of the event itself have new times
