@@ -464,7 +464,10 @@ class Simulation:
             count = len(times)
             instants = (Fraction(float(t)) for t in times)
         for k, instant in enumerate(instants, start=1):
-            if instant < self._instant():
+            present = self._instant()
+            if instant < present and float(instant) == float(present):
+                instant = present  # the present, as `sim.time` rounds it
+            if instant < present:
                 raise InputError(
                     f"A sample at time {float(instant):g} is asked for at {self.time:g}; "
                     "times must not decrease."

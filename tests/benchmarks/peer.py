@@ -72,9 +72,7 @@ def main() -> None:
             theirs = peer_rate(given.program, start)
             ours = carom_rate(sim, int(given.collisions))
             ratios.append(ours / theirs)
-            print(
-                f"carom {ours / 1e6:.3f}  peer {theirs / 1e6:.3f} M/s  ratio {ratios[-1]:.2f}"
-            )
+            print(f"carom {ours / 1e6:.3f}  peer {theirs / 1e6:.3f} M/s  ratio {ratios[-1]:.2f}")
     print(
         f"n = {scene.n}, packing fraction {given.packing_fraction}: ratio {statistics.median(ratios):.2f} "
         f"(median of {given.repeats}; {min(ratios):.2f} to {max(ratios):.2f})"

@@ -1,0 +1,174 @@
+"""What a Simulation promises: the same bits however it is cut, sampled, saved; and an end to every run."""
+
+import math
+
+import numpy as np
+import pytest
+
+import carom
+
+SCENES = {
+    "rods": lambda: carom.Scene.random(20, 1, packing_fraction=0.6, seed=1),
+    "disks": lambda: carom.Scene.random(60, 2, packing_fraction=0.5, seed=2),
+    "spheres": lambda: carom.Scene.fcc(cells=3, packing_fraction=0.45),
+    "few spheres": lambda: carom.Scene.random(5, 3, packing_fraction=0.2, seed=3),
+    "dilute": lambda: carom.Scene.random(100, 3, packing_fraction=0.02, seed=4),
+    "d = 4": lambda: carom.Scene.random(12, 4, packing_fraction=0.1, seed=5),
+}
+
+
+@pytest.fixture(params=SCENES)
+def scene(request):
+    return SCENES[request.param]()
+
+
+def bits(sim):
+    frame = sim.frame()
+    parts = (frame.positions, frame.velocities, frame.images)
+    return sim.collisions, sim.time, b"".join(part.tobytes() for part in parts)
+
+
+def test_cutting_sampling_and_progress_leave_no_trace(scene):
+    whole = carom.Simulation(scene, seed=1)
+    whole.run(collisions=400)
+    end = whole.time + 0.5
+    list(whole.sample(times=[end]))  # run(time=0.5) would end at the exact sum, a rounding away from ``end``
+
+    cut = carom.Simulation(scene, seed=1)
+    for _ in range(40):
+        cut.run(collisions=10, progress=lambda fraction: None)
+    for frame in cut.sample(times=[cut.time + k * 0.01 for k in range(10)]):
+        assert np.all((frame.positions >= 0) & (frame.positions < np.asarray(scene.box)))
+    (last,) = cut.sample(times=[end])
+    assert last.time == end
+    assert bits(cut) == bits(whole)
+
+
+def test_a_loaded_simulation_goes_on_bit_for_bit(scene, tmp_path):
+    sim = carom.Simulation(scene, seed=7)
+    sim.run(collisions=137)
+    sim.run(time=0.01)
+    sim.save(tmp_path / "checkpoint.h5", phase="testing")
+    loaded = carom.Simulation.load(tmp_path / "checkpoint.h5")
+    assert loaded.notes == {"phase": "testing"}
+    assert bits(loaded) == bits(sim)
+    for other in (sim, loaded):
+        other.run(collisions=500)
+        other.run(time=0.3)
+    assert bits(loaded) == bits(sim)
+    assert loaded.statistics.advancements == sim.statistics.advancements
+
+
+def test_unwrapped_positions_move_as_the_velocities_say():
+    scene = carom.Scene([[0.5, 0.5]], (3.0, 4.0), velocities=[[7.25, -3.5]])
+    sim = carom.Simulation(scene)
+    for frame in sim.sample(every=0.5, count=40):
+        expected = np.array([[0.5, 0.5]]) + frame.time * np.array([[7.25, -3.5]])
+        # Rounding of a coordinate of this size, once for every epoch and once for the sum.
+        assert np.max(np.abs(frame.unwrapped - expected)) <= 40 * np.spacing(np.max(np.abs(expected)))
+
+
+def test_energy_momentum_and_hard_cores_are_kept(scene):
+    sim = carom.Simulation(scene, seed=1)
+    sim.run(collisions=5000)
+    found = sim.statistics
+    assert found.collisions == 5000
+    assert found.energy_drift < 1e-12
+    assert found.momentum_drift < 1e-12
+    assert found.worst_overlap < 1e-12
+
+
+def test_an_end_at_a_time_stays_the_present():
+    sim = carom.Simulation(SCENES["disks"](), seed=1)
+    sim.run(collisions=100)
+    for _ in range(100):
+        sim.run(time=0.001)
+        present = sim.time
+        assert sim.run(collisions=0).duration == 0
+        assert sim.time == present
+
+
+def test_one_particle_flies_on_and_never_collides():
+    sim = carom.Simulation(carom.Scene([[1.0, 1.0, 1.0]], 2.0), seed=1)
+    assert sim.run(time=1000.0).collisions == 0
+    with pytest.warns(carom.CaromWarning, match="No collision"):
+        sim.run(collisions=1)
+
+
+def test_a_scene_at_rest_ends_at_once():
+    sim = carom.Simulation(SCENES["spheres"](), kT=0.0)
+    assert sim.run(time=5.0) == carom.Block(5.0, 0, 0.0)
+    with pytest.warns(carom.CaromWarning, match="Nothing moves"):
+        sim.run(collisions=1)
+
+
+def test_equal_velocities_end_with_a_warning():
+    scene = SCENES["spheres"]()
+    moving = carom.Scene(scene.positions, scene.box, velocities=np.full((scene.n, 3), 0.25))
+    with pytest.warns(carom.CaromWarning, match="No collision"):
+        assert carom.Simulation(moving).run(collisions=10).collisions == 0
+
+
+def test_a_lattice_with_equal_speeds_ends():
+    scene = carom.Scene.cubic(6, dimension=2, packing_fraction=0.3)
+    signs = np.where(np.indices((6, 6)).sum(axis=0).ravel() % 2, 1.0, -1.0)
+    velocities = np.stack([signs, np.zeros(36)], axis=1)
+    sim = carom.Simulation(carom.Scene(scene.positions, scene.box, velocities=velocities))
+    sim.run(collisions=1800)
+    assert sim.statistics.energy_drift == 0.0
+
+
+@pytest.mark.parametrize("eta", [math.pi / math.sqrt(18) * (1 - 1e-9)])
+def test_a_crystal_at_a_billionth_from_close_packing_runs(eta):
+    sim = carom.Simulation(carom.Scene.fcc(cells=4, packing_fraction=eta), seed=1)
+    sim.run(collisions_per_particle=20)
+    assert sim.statistics.worst_overlap < 1e-12
+
+
+def test_a_cradle_of_touching_spheres_passes_the_momentum_on():
+    positions = [[1.0 + k, 2.0, 2.0] for k in range(5)]
+    velocities = [[1.0, 0.0, 0.0]] + [[0.0, 0.0, 0.0]] * 4
+    scene = carom.Scene(positions, (20.0, 4.0, 4.0), velocities=velocities)
+    sim = carom.Simulation(scene)
+    assert sim.run(time=1.0).collisions == 4
+    assert sim.frame().velocities[:, 0].tolist() == [0.0, 0.0, 0.0, 0.0, 1.0]
+
+
+def test_scaling_by_powers_of_two_scales_the_bits():
+    scene = SCENES["spheres"]()
+    velocities = carom.Simulation(scene, seed=1).frame().velocities
+    small = carom.Scene(scene.positions, scene.box, velocities=velocities)
+    large = carom.Scene(
+        scene.positions * 2.0**20,
+        tuple(edge * 2.0**20 for edge in scene.box),
+        diameter=2.0**20,
+        mass=2.0**-9,
+        velocities=velocities * 2.0**-30,
+    )
+    frames = []
+    for one in (small, large):
+        sim = carom.Simulation(one)
+        sim.run(collisions=2000)
+        frames.append(sim.frame())
+    assert np.array_equal(frames[1].positions, frames[0].positions * 2.0**20)
+    assert np.array_equal(frames[1].velocities, frames[0].velocities * 2.0**-30)
+    assert frames[1].time == frames[0].time * 2.0**50
+
+
+def test_without_images_there_is_no_array_for_them():
+    sim = carom.Simulation(SCENES["disks"](), seed=1, images=False)
+    sim.run(collisions=200)
+    assert sim.frame().images is None
+    with pytest.raises(ValueError, match="images=True"):
+        _ = sim.frame().unwrapped
+
+
+def test_the_choice_of_a_scheme_leaves_the_first_collisions_alone():
+    scene = SCENES["spheres"]()
+    times = []
+    for choice in ({"neighbors": "sectors"}, {"shell": 1.2}, {"shell": 1.5}):
+        sim = carom.Simulation(scene, seed=1, **choice)
+        sim.run(collisions=300)
+        times.append(sim.time)
+    # Six collisions a particle: rounding has grown by some orders of magnitude, not to the size of a time.
+    assert max(times) - min(times) < 1e-9 * times[0]
