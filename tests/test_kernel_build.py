@@ -1,0 +1,112 @@
+"""The kernel as it is built: with and without compilation, with bounds checks, vectorised, never stale."""
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import carom
+from carom.kernel import dispatch
+
+TINY = """
+import hashlib, carom
+digest = hashlib.sha256()
+cases = [
+    ("sectors", carom.Scene.random(12, 2, packing_fraction=0.4, seed=1), None),
+    ("lists", carom.Scene.random(30, 2, packing_fraction=0.5, seed=1), 1.2),
+    ("sectors", carom.Scene.random(3, box=(1.3, 5.0), seed=1), None),
+]
+for kind, scene, shell in cases:
+    sim = carom.Simulation(scene, seed=2, neighbors=kind, shell=shell)
+    sim.run(collisions=40)
+    sim.run(time=2.0 * sim.epoch_length)
+    frame = sim.frame()
+    for array in (frame.positions, frame.velocities, frame.images):
+        digest.update(array.tobytes())
+    done = sim.statistics
+    counts = (frame.time, done.collisions, done.transits, done.advancements, done.third_party_first)
+    digest.update(repr(counts).encode())
+print(digest.hexdigest())
+"""
+
+
+def run_tiny(source=None, **environment):
+    """Run the tiny cases in a process of their own and return the digest of all bits."""
+    # A checkout's own folder first, for the test of an edited copy.
+    path = {"PYTHONPATH": str(source)} if source else {}
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore::RuntimeWarning", "-c", TINY],
+        env={**os.environ, **path, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_plain_python_gives_the_same_bits():
+    assert run_tiny(NUMBA_DISABLE_JIT="1") == run_tiny()
+
+
+@pytest.mark.slow
+def test_no_index_is_out_of_bounds(tmp_path):
+    # Bounds checks are no part of the cache's key.
+    checked = run_tiny(NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(tmp_path))
+    assert checked == run_tiny()
+
+
+@pytest.mark.slow
+def test_an_edited_kernel_is_compiled_anew(tmp_path):
+    source = tmp_path / "src"
+    shutil.copytree(
+        Path(carom.__file__).parent, source / "carom", ignore=shutil.ignore_patterns("__pycache__")
+    )
+    settings = {"source": source, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    first = run_tiny(**settings)
+    assert first == run_tiny()
+    pair = source / "carom" / "kernel" / "pair.py"
+    text = pair.read_text()
+    edited = text.replace("    factor = rv / rr\n", "    factor = 0.5 * rv / rr\n")
+    assert edited != text
+    pair.write_text(edited)  # a module that the entry points only call into
+    assert run_tiny(**settings) != first
+
+
+def test_the_digest_covers_every_module_of_the_kernel(tmp_path, monkeypatch):
+    before = dispatch.source_digest.__wrapped__()
+    folder = Path(dispatch.__file__).parent
+    for name in ("pair.py", "lists.py"):
+        copy = tmp_path / name
+        shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("__pycache__"))
+        with (copy / name).open("a") as file:
+            file.write("\n")
+        monkeypatch.setattr(dispatch, "__file__", str(copy / "dispatch.py"))
+        assert dispatch.source_digest.__wrapped__() != before
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86-64 instructions")
+@pytest.mark.parametrize("kind", ["lists", "sectors"])
+def test_the_search_for_a_partner_is_vectorised(kind):
+    from numba import njit
+
+    from carom.kernel import cycle
+    from carom.kernel.borrow import borrowed
+
+    sim = carom.Simulation(carom.Scene.fcc(cells=5, packing_fraction=0.3), seed=1, neighbors=kind)
+    engine = sim._engine
+
+    @njit(**dispatch.STRICT)
+    def search(model, state, neighbors, i, now):
+        model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
+        return cycle.search(model, state, neighbors, i, now, 0, cycle.NOBODY_MET)
+
+    search(engine.model, engine.state, engine.neighbors, 0, 0.0)
+    (listing,) = search.inspect_asm().values()
+    for instruction in ("sqrtpd", "divpd"):  # packed doubles: a scalar one ends in sd
+        lines = [line for line in listing.splitlines() if instruction in line]
+        assert lines, f"no {instruction}: the loop over candidates is not vectorised"
