@@ -44,6 +44,7 @@ def run_tiny(source=None, **environment):
         capture_output=True,
         text=True,
         check=False,
+        timeout=300,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
@@ -71,7 +72,8 @@ def test_an_edited_kernel_is_compiled_anew(tmp_path):
     assert first == run_tiny()
     pair = source / "carom" / "kernel" / "pair.py"
     text = pair.read_text()
-    edited = text.replace("    factor = rv / rr\n", "    factor = 0.5 * rv / rr\n")
+    # A little too elastic: half of the impulse would leave pairs at rest at contact, and the run never ends.
+    edited = text.replace("    factor = rv / rr\n", "    factor = 1.0000001 * rv / rr\n")
     assert edited != text
     pair.write_text(edited)  # a module that the entry points only call into
     assert run_tiny(**settings) != first
