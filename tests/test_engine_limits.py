@@ -1,0 +1,140 @@
+"""What a run is asked for and cannot do ends with one sentence; extreme but legal scenes run."""
+
+import numpy as np
+import pytest
+from engine_cases import EPS, moving
+
+import carom
+from carom.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return moving(carom.Scene.random(20, 2, packing_fraction=0.4, seed=1), 2)
+
+
+@pytest.fixture
+def sim(scene):
+    return carom.Simulation(scene)
+
+
+@pytest.mark.parametrize("limit", ["collisions", "collisions_per_particle", "time", "walltime"])
+@pytest.mark.parametrize("value", [-1, np.nan, np.inf, "1", True])
+def test_impossible_limits_of_a_run(sim, limit, value):
+    with pytest.raises(InputError, match=limit):
+        sim.run(**{limit: value})
+    assert sim.collisions == 0
+
+
+def test_a_run_needs_a_limit(sim):
+    with pytest.raises(InputError, match="limit"):
+        sim.run()
+
+
+def test_a_time_beyond_the_clock_is_an_error(sim):
+    with pytest.raises(InputError, match="epochs"):
+        sim.run(time=1e300)
+
+
+def test_more_collisions_than_can_be_counted_end_with_the_wall_time(sim):
+    block = sim.run(collisions=1e30, walltime=0.05)
+    assert block.collisions > 0
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {},
+        {"every": 0.1, "times": [1.0]},
+        {"every": 0.0},
+        {"every": "0.1"},
+        {"every": 0.1, "count": -1},
+        {"every": 0.1, "count": 2.5},
+        {"times": [np.nan]},
+        {"times": [np.inf]},
+        {"times": [-1.0]},
+        {"times": [0.2, 0.1]},
+    ],
+)
+def test_impossible_samples(sim, request_):
+    with pytest.raises(InputError):
+        list(sim.sample(**request_))
+
+
+def test_samples_come_exactly_at_their_times(sim):
+    times = [0.0, 0.1, 0.1, 1.0 / 3.0, 7.0]
+    assert [frame.time for frame in sim.sample(times=iter(times))] == times
+    assert [frame.time for frame in sim.sample(every=0.25, count=3)] == [7.25, 7.5, 7.75]
+
+
+@pytest.mark.parametrize("shell", [1.0, np.nan, "2", -3.0])
+def test_impossible_shells(scene, shell):
+    with pytest.raises(InputError, match="shell"):
+        carom.Simulation(scene, shell=shell)
+
+
+def test_velocities_too_small_for_their_squares_are_an_error(scene):
+    slow = carom.Scene(scene.positions, scene.box, velocities=scene.velocities * 2.0**-400)
+    with pytest.raises(InputError, match="scale the velocities up"):
+        carom.Simulation(slow)
+
+
+@pytest.mark.parametrize("power", [-300, 90])
+def test_slow_and_fast_runs_have_the_same_bits(scene, sim, power):
+    # 2^-300 is 5e-91, 2^90 is 1e27: near the ends of what is allowed.
+    scaled = carom.Scene(scene.positions, scene.box, velocities=scene.velocities * 2.0**power)
+    other = carom.Simulation(scaled)
+    sim.run(collisions=300)
+    other.run(collisions=300)
+    np.testing.assert_array_equal(other.frame().positions, sim.frame().positions)
+    np.testing.assert_array_equal(other.frame().velocities, sim.frame().velocities * 2.0**power)
+
+
+def test_one_fast_sphere_among_spheres_at_rest():
+    still = carom.Scene.random(40, 2, packing_fraction=0.3, seed=1)
+    velocities = np.zeros((40, 2))
+    velocities[7] = [1e6, 3e5]
+    sim = carom.Simulation(carom.Scene(still.positions, still.box, velocities=velocities))
+    sim.run(collisions=2000)
+    assert sim.statistics.worst_overlap < 1e-12
+    assert sim.statistics.energy_drift < 1e-12
+
+
+def test_time_is_as_sharp_at_1e12_as_at_0(scene, sim):
+    late = carom.Simulation(scene)
+    epoch = round(1e12 / late.epoch_length)
+    late._engine.state.clock[0].epoch = epoch
+    late._epoch = epoch
+    sim.run(collisions=1000)
+    late.run(collisions=1000)
+    assert late.time > 1e12
+    np.testing.assert_array_equal(late.frame().positions, sim.frame().positions)
+    block = late.run(time=0.125)
+    assert block.duration == 0.125
+
+
+@pytest.mark.parametrize("box", [(200.0, 1.5), (1.2, 300.0)])
+def test_long_thin_boxes(box):
+    scene = moving(carom.Scene.random(30, box=box, seed=1), 2)
+    sim = carom.Simulation(scene)
+    sim.run(collisions=3000)
+    assert sim.statistics.worst_overlap < 64 * EPS * max(box)
+    assert sim.statistics.energy_drift < 1e-12
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+@pytest.mark.parametrize("speeds", ["along an axis", "diagonal"])
+def test_lattices_full_of_ties_keep_their_cores(dimension, speeds):
+    # Whole layers meet at the same time, and triples of spheres, up to rounding or exactly.
+    rng = np.random.default_rng(dimension)
+    lattice = carom.Scene.cubic(
+        12 if dimension == 1 else 4 if dimension < 4 else 2, dimension, packing_fraction=0.2 / dimension
+    )
+    shape = lattice.positions.shape
+    velocities = rng.choice([-1.0, 1.0], size=shape)
+    if speeds == "along an axis":
+        velocities *= np.eye(dimension)[rng.integers(dimension, size=shape[0])]
+    sim = carom.Simulation(carom.Scene(lattice.positions, lattice.box, velocities=velocities))
+    sim.run(collisions=30 * lattice.n)
+    assert sim.statistics.worst_overlap < 64 * EPS * max(lattice.box)
+    assert sim.statistics.energy_drift < 64 * EPS
