@@ -7,7 +7,7 @@ import json
 import math
 import time as clock
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from os import PathLike
@@ -23,6 +23,7 @@ from carom.tally import Block
 
 if TYPE_CHECKING:
     from carom.kernel.scheme import Engine, Scheme
+    from carom.observables.precision import Prediction
 
 CYCLES = 20_000
 """Cycles between two looks at the clock and at Ctrl-C: some 10 ms."""
@@ -484,7 +485,10 @@ class Simulation:
         collisions: int | None = None,
         collisions_per_particle: float | None = None,
         time: float | None = None,
+        relative_error: float | None = None,
+        max_walltime: float | None = None,
         progress: Callable[[float], object] | None = None,
+        predicted: Callable[[Prediction], object] | None = None,
     ):
         """Run on and measure an observable of the collisions, such as :class:`carom.Pressure`.
 
@@ -492,13 +496,64 @@ class Simulation:
         blocks that end with a collision would bias the mean. A number of collisions is turned into a time by
         the rate seen so far, or in a short pilot.
 
+        Parameters
+        ----------
+        observable : carom.Pressure, or what has its ``blocks`` and ``estimate``
+            What is measured.
+        collisions, collisions_per_particle, time : float, optional
+            How long, as in :meth:`run`.
+        relative_error : float, optional
+            Instead of these: until one standard error is at most this part of the mean (of Z, for the
+            pressure), and at least 64 independent blocks say so.
+        max_walltime : float, optional
+            Seconds after which that is given up.
+        progress : callable, optional
+            Called with the fraction done; with ``relative_error``, of what is expected so far.
+        predicted : callable, optional
+            Called with a :class:`carom.observables.Prediction` after a pilot of 64 collisions per particle
+            and again whenever the error bar was looked at.
+
         Returns
         -------
         The observable's estimate, with its error bar.
+
+        Raises
+        ------
+        InputError
+            If not exactly one length is given, or nobody collides.
+
+        Warns
+        -----
+        CaromWarning
+            If ``max_walltime`` came first.
         """
-        given = [value for value in (collisions, collisions_per_particle, time) if value is not None]
-        if len(given) != 1:
-            raise InputError("measure() needs exactly one of collisions, collisions_per_particle, time.")
+        given = {
+            "collisions": collisions,
+            "collisions_per_particle": collisions_per_particle,
+            "time": time,
+            "relative_error": relative_error,
+        }
+        if sum(value is not None for value in given.values()) != 1:
+            raise InputError(f"measure() needs exactly one of {', '.join(given)}.")
+        if relative_error is not None:
+            from carom import measuring
+            from carom.observables.precision import Goal
+
+            seconds = (
+                math.inf
+                if max_walltime is None
+                else checks.number(max_walltime, "max_walltime", low=0.0, open_low=True)
+            )
+            return measuring.until(
+                self,
+                observable,
+                Goal(relative_error),
+                max_walltime=seconds,
+                progress=progress,
+                predicted=predicted,
+            )
+        if max_walltime is not None or predicted is not None:
+            raise InputError("max_walltime and predicted go with relative_error, which is missing.")
         if time is None:
             if collisions_per_particle is not None:
                 collisions = round(0.5 * self.scene.n * collisions_per_particle)
@@ -509,6 +564,10 @@ class Simulation:
             blocks.append(block)
             if progress is not None:
                 progress(len(blocks) / observable.blocks)
+        return self.estimate(observable, blocks)
+
+    def estimate(self, observable, blocks: Sequence[Block]):
+        """Return the observable's estimate from blocks of this run, such as :meth:`blocks` yields."""
         return observable.estimate(
             blocks,
             n=self.scene.n,

@@ -1,7 +1,8 @@
 """What is measured from frames and tallies, each number with its error bar."""
 
+from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureEstimate
 from carom.observables.rdf import RadialDistribution
 from carom.observables.statistics import Estimate, blocking
 
-__all__ = ["Estimate", "Pressure", "PressureEstimate", "RadialDistribution", "blocking"]
+__all__ = ["Estimate", "Prediction", "Pressure", "PressureEstimate", "RadialDistribution", "blocking"]

@@ -175,6 +175,11 @@ class PressureEstimate:
     def __str__(self) -> str:
         return f"Z = {self.compressibility_factor}"
 
+    @property
+    def primary(self) -> Estimate:
+        """What a ``relative_error`` is asked of: Z."""
+        return self.compressibility_factor
+
     def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:
         """Z of the infinite fluid, by :func:`finite_size_correction`."""
         return finite_size_correction(

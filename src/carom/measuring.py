@@ -1,0 +1,121 @@
+"""Measure until an error bar is small enough: the loop behind ``Simulation.measure(relative_error=...)``."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+import warnings
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from carom.errors import CaromWarning
+from carom.observables.precision import FLOOR, Goal, Prediction
+from carom.tally import Block
+
+if TYPE_CHECKING:
+    from carom.observables.statistics import Estimate
+    from carom.simulation import Simulation
+
+
+def until(
+    sim: Simulation,
+    observable: Any,
+    goal: Goal,
+    *,
+    max_walltime: float = math.inf,
+    progress: Callable[[float], object] | None = None,
+    predicted: Callable[[Prediction], object] | None = None,
+) -> Any:
+    """Run on until the observable's error bar reaches the goal, and return the estimate.
+
+    Notes
+    -----
+    Blocks begin at one collision a particle each, so that one block hardly knows of the next. The error is
+    looked at after a pilot of 64 blocks and then where the last look predicted the end, the stretch never
+    more than four times as long as at the look before. When there are twice ``observable.blocks`` blocks,
+    neighbours are merged. The length depends on what was measured and on nothing else, except for
+    ``max_walltime``.
+    """
+    deadline = clock.perf_counter() + max_walltime
+    duration = sim.time_for(max(0.5 * sim.scene.n, 1.0))
+    capacity = 2 * max(int(observable.blocks), 2 * FLOOR)
+    blocks: list[Block] = []
+    look = FLOOR  # in blocks of the first kind
+    size = 1  # of a block, in blocks of the first kind
+    expected = math.inf
+    rate = _Rate(sim)
+    while True:
+        while size * len(blocks) < look and (len(blocks) < 2 or clock.perf_counter() < deadline):
+            blocks.extend(sim.blocks(size * duration, 1))
+            rate.tick()
+            if len(blocks) == capacity:
+                blocks = [_merged(*pair) for pair in zip(blocks[::2], blocks[1::2], strict=True)]
+                size *= 2
+            if progress is not None:
+                late = (
+                    1.0 - (deadline - clock.perf_counter()) / max_walltime if max_walltime < math.inf else 0.0
+                )
+                progress(min(max(size * len(blocks) / expected, late), 1.0))
+        enough = size * len(blocks) >= look
+        with warnings.catch_warnings():
+            if enough:  # a run that goes on need not be told that it was short so far
+                warnings.simplefilter("ignore", CaromWarning)
+            result = sim.estimate(observable, blocks)
+        found = result.primary
+        if goal.reached(found):
+            break
+        if not enough:
+            warnings.warn(
+                f"max_walltime = {max_walltime:g} s ended the measurement at a relative error of "
+                f"{_relative(found):.2g}; {goal.relative_error:g} was asked for.",
+                CaromWarning,
+                stacklevel=3,
+            )
+            break
+        length = size * len(blocks)
+        expected = length * goal.remaining(found)
+        if predicted is not None:
+            more = (expected / length - 1.0) * sum(block.collisions for block in blocks)
+            predicted(Prediction(_relative(found), more, more / rate.collisions_per_second))
+        look = goal.next_look(length, found)
+        rate.pause()
+    if progress is not None:
+        progress(1.0)
+    return result
+
+
+class _Rate:
+    """Collisions per second of wall time, the first block left out: it may have waited for the compiler."""
+
+    def __init__(self, sim: Simulation):
+        self._sim = sim
+        self._collisions, self._seconds = 0, 0.0
+        self._last: tuple[int, float] | None = None
+
+    def tick(self) -> None:
+        """Count what came since the last tick."""
+        now = self._sim.collisions, clock.perf_counter()
+        if self._last is not None:
+            self._collisions += now[0] - self._last[0]
+            self._seconds += now[1] - self._last[1]
+        self._last = now
+
+    def pause(self) -> None:
+        """Leave out the time from the last tick until now."""
+        if self._last is not None:
+            self._last = self._last[0], clock.perf_counter()
+
+    @property
+    def collisions_per_second(self) -> float:
+        """Seen so far; infinite before anything was."""
+        return self._collisions / self._seconds if self._seconds else math.inf
+
+
+def _relative(estimate: Estimate) -> float:
+    """Return the relative error of an estimate."""
+    return estimate.error / abs(estimate.mean) if estimate.mean else math.inf
+
+
+def _merged(one: Block, other: Block) -> Block:
+    """Return two neighbouring blocks as one."""
+    return Block._make(a + b for a, b in zip(one, other, strict=True))

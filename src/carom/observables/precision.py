@@ -1,0 +1,87 @@
+"""Accuracy as a request: when a mean is known well enough, and how much longer that takes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from carom import checks
+from carom.observables.statistics import Estimate
+
+FLOOR = 64
+"""Independent blocks without which no error bar counts as known: with 64 it is known to 1 / sqrt(126), 9 %. A
+run that may stop at its first lucky error bar would stop too soon.
+"""
+
+LEAST_GROWTH, MOST_GROWTH = 1.1, 4.0
+"""A stretch grows by this much from one look at its error bar to the next. Few looks give luck few chances; a
+prediction from a pilot is not trusted beyond the larger one.
+"""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A relative error to be reached.
+
+    Parameters
+    ----------
+    relative_error : float
+        One standard error over the absolute value of the mean, between 0 and 1.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+
+    relative_error: float
+
+    def __post_init__(self) -> None:
+        checks.number(self.relative_error, "relative_error", low=0.0, high=1.0, open_low=True)
+
+    def reached(self, estimate: Estimate) -> bool:
+        """Tell whether the error is small enough, and rests on at least ``FLOOR`` independent blocks."""
+        return (
+            estimate.error == 0.0 or _independent(estimate) >= FLOOR
+        ) and estimate.error <= self.relative_error * abs(estimate.mean)
+
+    def remaining(self, estimate: Estimate) -> float:
+        """Return by what factor the stretch must grow, as far as this estimate can tell: at least 1.
+
+        Its error shrinks with the square root of the length. Infinity where nothing is known yet.
+        """
+        if self.reached(estimate):
+            return 1.0
+        wanted = self.relative_error * abs(estimate.mean)
+        shrink = (estimate.error / wanted) ** 2 if wanted > 0.0 else math.inf
+        known = _independent(estimate)
+        return max(shrink, FLOOR / known if known > 0.0 else math.inf, 1.0)
+
+    def next_look(self, length: int, estimate: Estimate) -> int:
+        """Return at which length to look again, after a stretch of ``length`` that is too short."""
+        growth = min(max(self.remaining(estimate), LEAST_GROWTH), MOST_GROWTH)
+        return math.ceil(growth * length)
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a measurement expects after a look at its error bar.
+
+    Attributes
+    ----------
+    relative_error : float
+        Reached so far.
+    collisions : float
+        Pair collisions still to come.
+    seconds : float
+        Wall time that they will take [s].
+    """
+
+    relative_error: float
+    collisions: float
+    seconds: float
+
+
+def _independent(estimate: Estimate) -> float:
+    """Return the number of independent blocks that the error was computed from."""
+    return min(float(estimate.blocks), estimate.n_eff)

@@ -1,0 +1,126 @@
+"""Accuracy as a request: measure until the error bar is small enough, and not by luck."""
+
+import math
+import time
+
+import pytest
+
+import carom
+from carom.errors import CaromWarning, InputError
+from carom.observables.precision import FLOOR, Goal
+from carom.observables.statistics import Estimate
+
+PRESSURE = carom.Pressure()
+
+
+@pytest.fixture
+def sim():
+    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim.run(collisions_per_particle=50)
+    return sim
+
+
+@pytest.mark.parametrize("relative_error", [3e-2, 1e-2, 3e-3])
+def test_a_measurement_reaches_the_relative_error_it_was_asked_for(sim, relative_error):
+    z = sim.measure(PRESSURE, relative_error=relative_error).compressibility_factor
+    assert z.error <= relative_error * z.mean
+    assert min(z.n_eff, z.blocks) >= FLOOR
+
+
+def test_a_measurement_takes_no_more_than_the_law_of_large_numbers_asks(sim):
+    # sigma(Z - 1) / (Z - 1) ~ 1.1 / sqrt(collisions) in a fluid (reference data, README). The last look comes
+    # at most a tenth after the right moment, at a prediction whose error bar is known to 9 %, so that its
+    # square is good to 18 %; four of these, and a tenth for the law itself.
+    before = sim.collisions
+    z = sim.measure(PRESSURE, relative_error=2e-3).compressibility_factor
+    expected = (1.1 * (z.mean - 1) / z.mean / 2e-3) ** 2
+    assert (1 - 4 * 0.18) * expected < sim.collisions - before < (1 + 4 * 0.18) * 1.1 * 1.1 * expected
+
+
+def test_the_length_depends_on_nothing_but_the_run(sim):
+    scene = sim.scene
+    other = carom.Simulation(scene, seed=1)
+    other.run(collisions_per_particle=20)
+    other.frame()
+    other.run(collisions=sim.collisions - other.collisions)
+    fractions, predictions = [], []
+    one = sim.measure(PRESSURE, relative_error=1e-2)
+    two = other.measure(
+        PRESSURE, relative_error=1e-2, progress=fractions.append, predicted=predictions.append
+    )
+    assert one == two
+    assert (sim.time, sim.collisions) == (other.time, other.collisions)
+    assert fractions[-1] == 1.0
+    assert all(0.0 <= fraction <= 1.0 for fraction in fractions)
+
+
+def test_a_pilot_predicts_what_is_still_to_come(sim):
+    predictions, done = [], []
+
+    def look(prediction):
+        predictions.append(prediction)
+        done.append(sim.collisions)
+
+    z = sim.measure(PRESSURE, relative_error=2e-3, predicted=look).compressibility_factor
+    first, last = predictions[0], predictions[-1]
+    # The pilot's own error is known to 9 %, what it predicts to 18 %; five of these.
+    total = done[0] + first.collisions
+    assert sim.collisions / (1 + 5 * 0.18) < total < sim.collisions * (1 + 5 * 0.18)
+    assert 0.0 < first.seconds < math.inf
+    assert last.relative_error > 2e-3 >= z.error / z.mean
+
+
+def test_the_wall_time_bounds_a_request_out_of_reach(sim):
+    began = time.perf_counter()
+    fractions = []
+    with pytest.warns(CaromWarning, match="max_walltime"):
+        z = sim.measure(PRESSURE, relative_error=1e-9, max_walltime=0.3, progress=fractions.append)
+    assert 0.3 <= time.perf_counter() - began < 10.0
+    assert z.compressibility_factor.error > 1e-9
+    assert fractions == sorted(fractions)
+
+
+def test_hardly_any_wall_time_leaves_an_estimate_and_warnings(sim):
+    with pytest.warns(CaromWarning):
+        z = sim.measure(PRESSURE, relative_error=1e-3, max_walltime=1e-9).compressibility_factor
+    assert math.isfinite(z.mean)
+
+
+@pytest.mark.parametrize("value", [0.0, -1e-3, 1.5, math.nan, "1e-3", True])
+def test_an_impossible_relative_error_is_refused(sim, value):
+    with pytest.raises(InputError, match="relative_error"):
+        sim.measure(PRESSURE, relative_error=value)
+
+
+def test_a_measurement_has_one_length(sim):
+    with pytest.raises(InputError, match="exactly one"):
+        sim.measure(PRESSURE, relative_error=1e-2, time=1.0)
+    with pytest.raises(InputError, match="exactly one"):
+        sim.measure(PRESSURE)
+    with pytest.raises(InputError, match="go with relative_error"):
+        sim.measure(PRESSURE, time=1.0, max_walltime=1.0)
+
+
+def test_a_lonely_sphere_has_nothing_to_measure():
+    sim = carom.Simulation(carom.Scene([[0.5, 0.5]], 2.0), seed=1)
+    with pytest.raises(InputError, match="Nobody collides"):
+        sim.measure(PRESSURE, relative_error=1e-2)
+
+
+def test_a_small_error_bar_from_few_blocks_is_not_believed():
+    lucky = Estimate(mean=5.0, error=1e-4, n_eff=20.0, tau=3.0, blocks=20)
+    sound = Estimate(mean=5.0, error=1e-4, n_eff=200.0, tau=3.0, blocks=100)
+    goal = Goal(1e-3)
+    assert not goal.reached(lucky)
+    assert goal.reached(sound)
+    # It has 20 of the 64 blocks that are needed.
+    assert goal.remaining(lucky) == pytest.approx(FLOOR / 20)
+
+
+def test_a_stretch_grows_with_the_square_of_the_error_and_never_too_much():
+    goal = Goal(1e-2)
+    assert goal.remaining(Estimate(2.0, 0.06, 100.0, 1.0, 100)) == pytest.approx(9.0)
+    assert goal.next_look(100, Estimate(2.0, 0.06, 100.0, 1.0, 100)) == 400
+    assert goal.next_look(100, Estimate(2.0, 0.03, 100.0, 1.0, 100)) == 225
+    assert goal.next_look(100, Estimate(2.0, 0.0201, 100.0, 1.0, 100)) == 111
+    assert goal.remaining(Estimate(0.0, 0.1, 100.0, 1.0, 100)) == math.inf
