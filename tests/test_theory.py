@@ -1,6 +1,7 @@
 """Theory against tables, exact cases and its own limits."""
 
 import csv
+import json
 import math
 from pathlib import Path
 
@@ -217,3 +218,136 @@ def test_unknown_dimensions_and_orders_are_refused():
         theory.virial_series(0.1, 4, order=11)
     with pytest.raises(InputError, match="powers up to 12"):
         theory.virial_pade(0.1, 2, (6, 6))
+
+
+SOLID = table("hard_spheres_fcc_solid.csv")
+# The file rounds Z to five decimals.
+FIVE_DECIMALS = 5.1e-6
+
+
+@pytest.mark.parametrize(
+    ("equation", "name"),
+    [(theory.speedy, "Z_Speedy98"), (theory.almarza, "Z_Almarza"), (theory.hall, "Z_Hall")],
+)
+def test_crystal_equations_give_the_table_to_its_last_digit(equation, name):
+    eta = math.pi / 6 * column(SOLID, "rho")
+    np.testing.assert_allclose(equation(eta), column(SOLID, name), rtol=0, atol=FIVE_DECIMALS)
+    assert equation(float(eta[0])) == pytest.approx(equation(eta)[0], rel=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5, 6])
+def test_free_volume_has_the_pole_of_close_packing(dimension):
+    """Z (V / V_0 - 1) -> d: exact for crystals, whose last d N degrees of freedom all feel the volume."""
+    gap = 1e-6
+    eta = theory.CLOSE_PACKING[dimension] / (1.0 + gap)
+    # The next term of the expansion in the gap is below twice the gap.
+    assert theory.free_volume(eta, dimension) * gap == pytest.approx(dimension, rel=2.0 * gap)
+
+
+def test_free_volume_is_exact_on_a_line():
+    eta = np.linspace(0.1, 0.9, 9)
+    np.testing.assert_allclose(theory.free_volume(eta, 1), theory.tonks(eta), rtol=1e-14)
+    shifted = theory.tonks(eta) + theory.crystal_finite_size_shift(eta, 7, theory.tonks)
+    np.testing.assert_allclose(shifted, theory.tonks(eta, 7), rtol=1e-14)
+
+
+@pytest.mark.parametrize("equation", [theory.speedy, theory.almarza, theory.hall])
+def test_crystal_equations_approach_the_free_volume_law(equation):
+    eta = 0.9999 * theory.CLOSE_PACKING[3]
+    assert equation(eta) == pytest.approx(theory.free_volume(eta, 3), rel=1e-3)
+    with pytest.raises(InputError, match="close packing"):
+        equation(0.75)
+    with pytest.raises(InputError, match="1 to 6"):
+        theory.free_volume(0.1, 7)
+
+
+def test_coexistence_is_that_of_the_same_free_energy_and_of_the_literature():
+    published = json.loads((DATA / "hard_spheres_coexistence.json").read_text())
+    own = published["own_maxwell_construction"]
+    found = theory.coexistence(theory.pieprzyk, theory.almarza)
+    # The two were made with different crystals, which differ by 5e-4 at melting; so do the pressures less.
+    assert found.pressure == pytest.approx(own["betaP_sigma3"], rel=5e-5)
+    assert found.freezing == pytest.approx(own["eta_f"], rel=5e-5)
+    assert found.melting == pytest.approx(own["eta_s"], rel=5e-5)
+    assert found.chemical_potential == pytest.approx(own["beta_mu"], rel=5e-5)
+    # The free energy of reference is known to 3e-5; the direct simulations' pressure to 1e-3, and 5e-4 apart.
+    assert found.pressure == pytest.approx(published["literature"][0]["betaP_sigma3"], rel=1e-3)
+
+
+def test_coexistence_refuses_what_is_no_pair_of_phases():
+    with pytest.raises(InputError, match="no pressure"):
+        theory.coexistence(theory.pieprzyk, theory.tonks)
+    with pytest.raises(InputError, match="do not cross"):
+        theory.coexistence(free_energy=4.0)
+
+
+MIXTURE = json.loads((DATA / "mixtures.json").read_text())["data"][0]
+BINARY = (MIXTURE["x"], MIXTURE["sigma"])
+
+
+def test_bmcsl_gives_the_table_and_its_contact_values_give_its_pressure():
+    eta = MIXTURE["eta"]
+    z = theory.bmcsl(eta, *BINARY)
+    assert z == pytest.approx(MIXTURE["BMCSL"], abs=5e-6)
+    # Its accuracy against simulation is 0.4 %.
+    assert z == pytest.approx(MIXTURE["Z"], rel=4e-3)
+    x, sigma = np.array(BINARY[0]), np.array(BINARY[1])
+    contact = 0.5 * (sigma[:, None] + sigma)
+    g = theory.bmcsl_contact_value(eta, *BINARY)
+    virial = 1.0 + 4.0 * eta * (x @ (contact**3 * g) @ x) / (x @ sigma**3)
+    assert virial == pytest.approx(z, rel=1e-14)
+
+
+def test_mixtures_of_one_species_are_no_mixtures():
+    eta = np.array([0.1, 0.3, 0.45])
+    for x, sigma in (([1.0], [2.0]), ([3.0, 1.0], [0.7, 0.7])):
+        np.testing.assert_allclose(theory.bmcsl(eta, x, sigma), theory.carnahan_starling(eta), rtol=1e-14)
+        np.testing.assert_allclose(theory.jenkins_mancini(eta, x, sigma), theory.henderson(eta), rtol=1e-13)
+        for d in (1, 2, 3, 4):
+            mixed = theory.santos_yuste_lopez_de_haro(eta / d, x, sigma, d)
+            np.testing.assert_allclose(mixed, theory.best(d)(eta / d), rtol=1e-13)
+
+
+def test_rods_of_two_lengths_are_the_tonks_gas():
+    eta = np.array([0.2, 0.7])
+    mixed = theory.santos_yuste_lopez_de_haro(eta, [0.3, 0.7], [1.0, 0.2], 1)
+    np.testing.assert_allclose(mixed, theory.tonks(eta), rtol=1e-14)
+
+
+def test_disks_of_two_sizes_follow_the_printed_form_of_jenkins_and_mancini():
+    eta, x, sigma = 0.6, np.array([0.5, 0.5]), np.array([1.0, 1.4])
+    xi = (x @ sigma) ** 2 / (x @ sigma**2)
+    printed = xi * theory.henderson(eta) + (1 - xi) / (1 - eta)
+    assert theory.jenkins_mancini(eta, x, sigma) == pytest.approx(printed, rel=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5, 6])
+def test_mixtures_have_the_exact_second_virial_coefficient(dimension):
+    x, sigma = [0.2, 0.5, 0.3], [1.0, 0.4, 0.7]
+    exact = theory.mixture_second_virial(x, sigma, dimension)
+    eta = 1e-6
+    slope = (theory.santos_yuste_lopez_de_haro(eta, x, sigma, dimension) - 1.0) / eta
+    # What is left is B_3 eta, with B_3 below B_2^2.
+    assert slope == pytest.approx(exact, rel=2.0 * exact * eta)
+    if dimension == 3:
+        assert (theory.bmcsl(eta, x, sigma) - 1.0) / eta == pytest.approx(exact, rel=2.0 * exact * eta)
+    assert theory.mixture_second_virial([1.0], [3.0], dimension) == pytest.approx(2.0 ** (dimension - 1))
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_collision_rates_of_a_species_are_those_of_equal_particles(dimension):
+    eta, sigma, mass = 0.2, 1.3, 0.6
+    z = theory.best(dimension)(eta)
+    density = eta / theory.ball_volume(dimension, sigma)
+    g = theory.contact_value(z, eta, dimension)
+    rate = theory.species_collision_rate(density, g, sigma, mass / 2, dimension, kT=2.0)
+    same = theory.collision_rate(z, dimension, diameter=sigma, mass=mass, kT=2.0)
+    assert rate == pytest.approx(same, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("x", "sigma"), [([1.0], [1.0, 2.0]), ([], []), ([-1.0, 2.0], [1.0, 1.0]), ([1.0], [0.0])]
+)
+def test_mixtures_that_are_none_are_refused(x, sigma):
+    with pytest.raises(InputError):
+        theory.bmcsl(0.3, x, sigma)

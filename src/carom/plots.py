@@ -87,7 +87,7 @@ def pressure(
         axes.fill_between(time, running - band, running + band, color=INK, alpha=0.18, linewidth=0, zorder=2)
     axes.plot(time, running, color=INK, linewidth=1.6, zorder=4, label=f"running mean, $Z = {_tex(z)}$")
     if equations is None:
-        equations = _usual_equations(estimate.dimension)
+        equations = theory.equations(estimate.dimension)
     styles = ("--", "-.", ":", (0, (6, 1, 1, 1)))
     eta = estimate.packing_fraction
     shown = [z.mean]
@@ -224,16 +224,6 @@ def _state(n: int, dimension: int, packing_fraction: float) -> str:
 
 def _tex(estimate: Estimate) -> str:
     return estimate.value_text.replace("+-", r"\pm").replace("inf", r"\infty")
-
-
-def _usual_equations(dimension: int) -> dict[str, theory.Equation]:
-    if dimension == 1:
-        return {"Tonks (exact)": theory.tonks}
-    if dimension == 2:
-        return {"Henderson": theory.henderson, "Padé of ten virials": theory.best(2)}
-    if dimension == 3:
-        return {"Carnahan-Starling": theory.carnahan_starling, "Pieprzyk et al.": theory.pieprzyk}
-    return {"Padé of the virial series": theory.best(dimension)} if dimension <= 6 else {}
 
 
 def _grouped(values: np.ndarray, durations: np.ndarray, group: int) -> tuple[np.ndarray, np.ndarray]:

@@ -21,14 +21,6 @@ from carom.simulation import Simulation
 from carom.studies.folder import RunFolder
 from carom.tally import Block
 
-EQUATIONS: dict[int, dict[str, theory.Equation]] = {
-    1: {"Tonks (exact)": theory.tonks},
-    2: {"Henderson": theory.henderson, "Padé of ten virials": theory.best(2)},
-    3: {"Carnahan-Starling": theory.carnahan_starling, "Pieprzyk et al.": theory.pieprzyk},
-    **{d: {"Padé of the virials": theory.best(d)} for d in (4, 5, 6)},
-}
-"""Equations of state that a result is shown beside, the best one last."""
-
 
 @dataclass(frozen=True)
 class Facts:
@@ -188,7 +180,7 @@ def _infinite(pressure: PressureEstimate | None) -> Estimate | None:
 def _theory(n: int, dimension: int, eta: float) -> list[dict[str, Any]]:
     """Return what the equations of state say, for infinitely many particles and for n of them."""
     rows = []
-    for name, equation in EQUATIONS.get(dimension, {}).items():
+    for name, equation in theory.equations(dimension).items():
         try:
             infinite = float(equation(eta))
             finite = infinite + float(theory.finite_size_shift(eta, n, equation))

@@ -1,0 +1,79 @@
+"""What is known about hard particles: equations of state, contact values, collision rates; with sources.
+
+An equation of state here is a function from the packing fraction ``eta`` of infinitely many particles to the
+compressibility factor ``Z = P V / (N kT)``. All functions take floats or arrays and return what they were
+given. None knows about freezing: those of the fluid are meant for the stable fluid, up to eta = 0.69 (2D,
+where accuracy fades from 0.6 on), 0.494 (3D), about 0.29 (4D), 0.17 (5D) and 0.10 (6D); those of the solid
+from 0.545 (3D) to close packing.
+"""
+
+from carom.theory.arithmetic import Equation
+from carom.theory.choice import CLOSE_PACKING, FREEZING, MELTING, best, equations, solid
+from carom.theory.coexistence import Coexistence, coexistence
+from carom.theory.contact import (
+    ball_volume,
+    collision_rate,
+    compressibility_factor,
+    contact_value,
+    mean_free_time,
+)
+from carom.theory.finite_size import crystal_finite_size_shift, finite_size_shift, speed_factor
+from carom.theory.fluid import (
+    carnahan_starling,
+    henderson,
+    kolafa_labik_malijevsky,
+    pieprzyk,
+    santos_lopez_de_haro_yuste,
+    tonks,
+)
+from carom.theory.mixture import (
+    bmcsl,
+    bmcsl_contact_value,
+    jenkins_mancini,
+    mixture_second_virial,
+    santos_yuste_lopez_de_haro,
+    santos_yuste_lopez_de_haro_contact_value,
+    species_collision_rate,
+)
+from carom.theory.solid import almarza, free_volume, hall, speedy
+from carom.theory.virial import virial_coefficients, virial_pade, virial_series
+
+__all__ = [
+    "CLOSE_PACKING",
+    "FREEZING",
+    "MELTING",
+    "Coexistence",
+    "Equation",
+    "almarza",
+    "ball_volume",
+    "best",
+    "bmcsl",
+    "bmcsl_contact_value",
+    "carnahan_starling",
+    "coexistence",
+    "collision_rate",
+    "compressibility_factor",
+    "contact_value",
+    "crystal_finite_size_shift",
+    "equations",
+    "finite_size_shift",
+    "free_volume",
+    "hall",
+    "henderson",
+    "jenkins_mancini",
+    "kolafa_labik_malijevsky",
+    "mean_free_time",
+    "mixture_second_virial",
+    "pieprzyk",
+    "santos_lopez_de_haro_yuste",
+    "santos_yuste_lopez_de_haro",
+    "santos_yuste_lopez_de_haro_contact_value",
+    "solid",
+    "species_collision_rate",
+    "speed_factor",
+    "speedy",
+    "tonks",
+    "virial_coefficients",
+    "virial_pade",
+    "virial_series",
+]

@@ -1,0 +1,43 @@
+"""What the equations of state share: checked packing fractions, polynomials, Pade approximants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from carom.errors import InputError
+
+Equation = Callable[[Any], Any]
+
+
+def checked(packing_fraction: Any) -> Any:
+    """Return a packing fraction as a float or an array; InputError unless it lies in [0, 1)."""
+    eta = np.asarray(packing_fraction, dtype=np.float64)
+    if not ((eta >= 0.0) & (eta < 1.0)).all():
+        raise InputError(f"packing_fraction is {packing_fraction!r}; it lies between 0 and 1.")
+    return eta if eta.ndim else float(eta)
+
+
+def horner(coefficients: Any, x: Any) -> Any:
+    """Return the polynomial with these coefficients, the constant first."""
+    total = 0.0 * x
+    for c in reversed(coefficients):
+        total = total * x + float(c)
+    return total
+
+
+def pade(series: np.ndarray, above: int, below: int) -> tuple[np.ndarray, np.ndarray]:
+    """Numerator and denominator (constant term 1) that agree with `series` as far as they can."""
+
+    def term(k: int) -> float:
+        return float(series[k]) if k >= 0 else 0.0
+
+    denominator = np.ones(1)
+    if below:
+        matrix = np.array([[term(above + i - j) for j in range(1, below + 1)] for i in range(1, below + 1)])
+        right = -np.array([term(above + i) for i in range(1, below + 1)])
+        denominator = np.concatenate(([1.0], np.linalg.solve(matrix, right)))
+    numerator = np.convolve(series[: above + 1], denominator)[: above + 1]
+    return numerator, denominator

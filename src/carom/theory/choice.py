@@ -1,0 +1,89 @@
+"""Which equation of state for which dimension and phase, and where the phases end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from carom.theory.arithmetic import Equation
+from carom.theory.fluid import carnahan_starling, henderson, pieprzyk, tonks
+from carom.theory.solid import CLOSE_PACKING, almarza, free_volume
+from carom.theory.virial import virial_coefficients, virial_pade
+
+FREEZING = {2: 0.70, 3: 0.4917, 4: 0.288, 5: 0.174, 6: 0.105}
+"""Packing fraction where the stable fluid ends. 2D: Bernard and Krauth, Phys. Rev. Lett. 107, 155704 (2011);
+3D: :func:`carom.theory.coexistence`; 4D to 6D: van Meel, Charbonneau, Fortini and Charbonneau, Phys. Rev. E
+80, 061110 (2009)."""
+
+MELTING = {2: 0.72, 3: 0.5433, 4: 0.337, 5: 0.206, 6: 0.138}
+"""Packing fraction where the stable crystal begins; same sources."""
+
+
+def best(dimension: int) -> Equation:
+    """Best equation of state known here for the fluid in `dimension` dimensions.
+
+    Returns
+    -------
+    callable
+        :func:`tonks` (exact) in 1D, :func:`pieprzyk` in 3D, otherwise :func:`virial_pade` of that dimension.
+
+    Raises
+    ------
+    InputError
+        If the dimension is not 1 to 6.
+    """
+    virial_coefficients(dimension)
+    if dimension == 1:
+        return tonks
+    if dimension == 3:
+        return pieprzyk
+
+    def equation(packing_fraction: Any) -> Any:
+        return virial_pade(packing_fraction, dimension)
+
+    equation.__name__ = "virial_pade"
+    return equation
+
+
+def solid(dimension: int) -> Equation:
+    """Best equation of state known here for the crystal in `dimension` dimensions.
+
+    Returns
+    -------
+    callable
+        :func:`almarza` in 3D, otherwise :func:`free_volume` of that dimension, which is right at close
+        packing only (and exact in 1D).
+
+    Raises
+    ------
+    InputError
+        If the dimension is not 1 to 6.
+    """
+    virial_coefficients(dimension)
+    if dimension == 3:
+        return almarza
+
+    def equation(packing_fraction: Any) -> Any:
+        return free_volume(packing_fraction, dimension)
+
+    equation.__name__ = "free_volume"
+    return equation
+
+
+def equations(dimension: int) -> dict[str, Equation]:
+    """Equations of state of the fluid that a result is shown beside, by name, the best one last.
+
+    Parameters
+    ----------
+    dimension : int
+        Beyond 6 there is none.
+    """
+    if dimension == 1:
+        return {"Tonks (exact)": tonks}
+    if dimension == 2:
+        return {"Henderson": henderson, "Padé of ten virials": best(2)}
+    if dimension == 3:
+        return {"Carnahan-Starling": carnahan_starling, "Pieprzyk et al.": pieprzyk}
+    return {"Padé of the virials": best(dimension)} if 3 < dimension <= 6 else {}
+
+
+__all__ = ["CLOSE_PACKING", "FREEZING", "MELTING", "best", "equations", "solid"]

@@ -1,0 +1,109 @@
+"""Where fluid and crystal of hard spheres coexist, from their equations of state."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from carom.errors import InputError
+from carom.theory.arithmetic import Equation
+from carom.theory.fluid import pieprzyk
+from carom.theory.solid import almarza
+
+# Excess free energy of the fcc crystal a particle [kT] at this density (number in sigma^3), from a
+# lattice-switch free energy: Schultz and Kofke, doi:10.1063/1.4818990, N -> infinity.
+REFERENCE_DENSITY = 1.0409
+REFERENCE_FREE_ENERGY = 5.91901
+
+
+@dataclass(frozen=True)
+class Coexistence:
+    """Two phases in equilibrium.
+
+    Attributes
+    ----------
+    pressure : float
+        P sigma^3 / kT.
+    freezing, melting : float
+        Packing fraction of the fluid, and of the crystal.
+    chemical_potential : float
+        mu / kT, with a thermal wavelength of one diameter.
+    """
+
+    pressure: float
+    freezing: float
+    melting: float
+    chemical_potential: float
+
+
+def coexistence(
+    fluid: Equation = pieprzyk,
+    solid: Equation = almarza,
+    *,
+    free_energy: float = REFERENCE_FREE_ENERGY,
+    density: float = REFERENCE_DENSITY,
+) -> Coexistence:
+    """Pressure at which fluid and crystal of hard spheres (d = 3) have the same chemical potential.
+
+    Parameters
+    ----------
+    fluid, solid : callable
+        Z as a function of the packing fraction; the fluid's is needed from 0 to 0.51, the crystal's from
+        0.53 to 0.57.
+    free_energy : float
+        Excess free energy of the crystal a particle [kT] at the number density `density` [sigma^-3]: an
+        equation of state gives differences only.
+
+    Raises
+    ------
+    InputError
+        If the two do not cross between the pressures 10 and 13.
+
+    Notes
+    -----
+    ``beta mu = ln rho - 1 + A_ex + Z`` with ``A_ex = int (Z - 1) / rho d rho``: from 0 for the fluid, from
+    `density` for the crystal.
+    """
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    volume = math.pi / 6.0
+
+    def excess(equation: Equation, start: float, end: float) -> float:
+        # The integrand is finite at zero density, where it is B_2; quad does not ask for it there.
+        return float(quad(lambda eta: (equation(eta) - 1.0) / eta, start, end, epsabs=1e-10)[0])
+
+    def density_at(equation: Equation, pressure: float, low: float, high: float) -> float:
+        def surplus(eta: float) -> float:
+            return float(eta / volume * equation(eta)) - pressure
+
+        if surplus(low) > 0.0 or surplus(high) < 0.0:
+            raise InputError(
+                f"An equation of state has no pressure of {pressure:g} kT/sigma^3 between packing fractions "
+                f"{low} and {high}; coexistence needs the fluid's there and the crystal's."
+            )
+        return float(brentq(surplus, low, high, xtol=1e-14))
+
+    def potentials(pressure: float) -> tuple[float, float, float, float]:
+        liquid = density_at(fluid, pressure, 0.40, 0.53)
+        crystal = density_at(solid, pressure, 0.51, 0.60)
+        # A / N kT = ln rho - 1 + A_ex.
+        below = math.log(liquid / volume) - 1.0 + excess(fluid, 0.0, liquid) + fluid(liquid)
+        start = density * volume
+        own = free_energy + excess(solid, start, crystal)
+        above = math.log(crystal / volume) - 1.0 + own + solid(crystal)
+        return liquid, crystal, float(below), float(above)
+
+    def difference(pressure: float) -> float:
+        _, _, below, above = potentials(pressure)
+        return below - above
+
+    low, high = 10.5, 12.5
+    if difference(low) * difference(high) > 0.0:
+        raise InputError(
+            f"The two equations of state do not cross between the pressures {low} and {high} kT/sigma^3; "
+            "check that one is a fluid's and one a crystal's, and the free energy."
+        )
+    pressure = float(brentq(difference, low, high, xtol=1e-10))
+    liquid, crystal, potential, _ = potentials(pressure)
+    return Coexistence(pressure, liquid, crystal, potential)

@@ -1,0 +1,90 @@
+"""What follows from the compressibility factor alone: contact values and collision rates."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from carom.theory.arithmetic import checked
+from carom.theory.finite_size import speed_factor
+
+
+def contact_value(
+    compressibility_factor: Any, packing_fraction: Any, dimension: int, n: int | None = None
+) -> Any:
+    """Contact value g(sigma+) that a compressibility factor implies.
+
+    Parameters
+    ----------
+    compressibility_factor, packing_fraction : float or array
+    dimension : int
+    n : int, optional
+        Number of particles, if g is normalised by (N - 1) / V as in :mod:`carom.observables.rdf`; infinitely
+        many without it.
+
+    Notes
+    -----
+    The virial theorem of hard spheres, ``Z - 1 = 2^(d - 1) eta g(sigma+)``, for N particles times (N - 1) /
+    N.
+    """
+    pairs = 1.0 if n is None else (n - 1.0) / n
+    return (compressibility_factor - 1.0) / (2.0 ** (dimension - 1) * checked(packing_fraction) * pairs)
+
+
+def compressibility_factor(contact: Any, packing_fraction: Any, dimension: int, n: int | None = None) -> Any:
+    """Z that a contact value implies: the inverse of :func:`contact_value`."""
+    pairs = 1.0 if n is None else (n - 1.0) / n
+    return 1.0 + 2.0 ** (dimension - 1) * checked(packing_fraction) * pairs * contact
+
+
+def collision_rate(
+    compressibility_factor: Any,
+    dimension: int,
+    *,
+    n: int | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+    kT: float = 1.0,
+) -> Any:
+    """Collisions of one particle per time, as Z implies (Enskog; exact at every density).
+
+    Parameters
+    ----------
+    compressibility_factor : float or array
+        Z, of N particles if `n` is given.
+    dimension : int
+    n : int, optional
+        Number of particles at constant energy and zero momentum in a periodic box; infinitely many without
+        it.
+    diameter, mass, kT : float
+        Length, mass and energy units.
+
+    Notes
+    -----
+    ``2 d (Z - 1) / sqrt(pi) sqrt(kT / m) / sigma``, times :func:`speed_factor` of d (N - 1). A collision
+    counts for both partners: a system has half of N times this. Chapman and Cowling, The Mathematical Theory
+    of Non-uniform Gases, sec. 16.2.
+    """
+    correction = 1.0 if n is None else speed_factor(dimension * (n - 1))
+    speed = math.sqrt(kT / mass)
+    return (
+        2.0 * dimension * (compressibility_factor - 1.0) / math.sqrt(math.pi) * speed / diameter * correction
+    )
+
+
+def mean_free_time(
+    compressibility_factor: Any,
+    dimension: int,
+    *,
+    n: int | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+    kT: float = 1.0,
+) -> Any:
+    """Mean time between two collisions of a particle: ``1 / collision_rate(...)``, same parameters."""
+    return 1.0 / collision_rate(compressibility_factor, dimension, n=n, diameter=diameter, mass=mass, kT=kT)
+
+
+def ball_volume(dimension: int, diameter: float = 1.0) -> float:
+    """Volume of a d-dimensional ball [length^d]: ``pi^(d/2) / Gamma(d/2 + 1) (diameter / 2)^d``."""
+    return math.pi ** (0.5 * dimension) / math.gamma(0.5 * dimension + 1.0) * (0.5 * diameter) ** dimension

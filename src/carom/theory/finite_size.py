@@ -1,0 +1,70 @@
+"""What a finite number of particles changes, at constant energy in a periodic box."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from carom.theory.arithmetic import Equation, checked
+
+
+def finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
+    """``Z_N - Z`` of N particles in a periodic box of given volume, to leading order in 1 / N.
+
+    Parameters
+    ----------
+    packing_fraction : float or array
+    n : int
+        Number of particles N.
+    equation : callable
+        Z of the infinite fluid.
+
+    Notes
+    -----
+    ``-(1 / 2N) d ln[d(eta Z)/d eta] / d ln eta``: the canonical ensemble forbids the fluctuations of density.
+    Exact in 1D; good to 3e-4 at N = 108 for a density of 0.5 in 3D, and too small a system there for 0.8.
+    Lebowitz and Percus, Phys. Rev. 124, 1673 (1961). Derivatives are five-point differences with the relative
+    step eps^(1/6), good to about eps^(2/3).
+    """
+    eta = checked(packing_fraction)
+    step = np.finfo(np.float64).eps ** (1.0 / 6.0) * eta
+    far_below, below, here, above, far_above = (
+        (eta + k * step) * equation(eta + k * step) for k in (-2, -1, 0, 1, 2)
+    )
+    # With f = eta Z: eta f'' / f', each difference in units of its step, which is a fixed part of eta.
+    slope = (far_below - 8.0 * below + 8.0 * above - far_above) / 12.0
+    curvature = (-far_below + 16.0 * below - 30.0 * here + 16.0 * above - far_above) / 12.0
+    relative_step = np.finfo(np.float64).eps ** (1.0 / 6.0)
+    return -curvature / slope / relative_step / (2.0 * n)
+
+
+def speed_factor(degrees_of_freedom: float) -> float:
+    """Ratio c_D of the collision rate at constant energy to that at constant temperature.
+
+    Parameters
+    ----------
+    degrees_of_freedom : float
+        D of the velocities: d (N - 1) on a torus with zero total momentum, d N in a box with walls.
+
+    Notes
+    -----
+    ``c_D = sqrt(D / 2) Gamma(D / 2) / Gamma((D + 1) / 2)``, 1 + 1 / (4 D) for large D, from the mean of
+    ``|v|`` over the sphere ``v^2 = D``. At constant energy the virial, quadratic in speeds, has no such
+    factor.
+    """
+    half = 0.5 * degrees_of_freedom
+    return math.exp(0.5 * math.log(half) + math.lgamma(half) - math.lgamma(half + 0.5))
+
+
+def crystal_finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
+    """``Z_N - Z`` of N particles that form one crystal in a periodic box, to leading order in 1 / N.
+
+    Notes
+    -----
+    ``-(Z - 1) / N``: of N particles N - 1 vibrate, each mode adding as much to the pressure. Exact near close
+    packing, where the configurations of the whole scale as ``(V - V_0)^(d (N - 1))``, and in 1D. A crystal
+    lacks more than density fluctuations: :func:`finite_size_shift` is too small there, by a factor of d.
+    """
+    return -(equation(checked(packing_fraction)) - 1.0) / n

@@ -1,0 +1,111 @@
+"""Equations of state of crystals of equal hard particles, and the free volume near close packing."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.theory.arithmetic import checked, horner
+
+_FCC = math.pi / math.sqrt(18.0)
+
+# Packing fraction of the densest known lattices: Z, A2, D3, D4, D5, E6. Conway and Sloane, Sphere Packings,
+# Lattices and Groups, table 1.2.
+CLOSE_PACKING = {
+    1: 1.0,
+    2: math.pi / math.sqrt(12.0),
+    3: _FCC,
+    4: math.pi**2 / 16.0,
+    5: math.pi**2 / (15.0 * math.sqrt(2.0)),
+    6: math.pi**3 / (48.0 * math.sqrt(3.0)),
+}
+
+
+def speedy(packing_fraction: Any) -> Any:
+    """Z of the fcc crystal of hard spheres (d = 3), Speedy: within 1e-3 from melting to close packing.
+
+    Notes
+    -----
+    ``Z = 3 / (1 - z) - a (z - b) / (z - c)`` with ``z = eta / eta_0`` and (a, b, c) = (0.5921, 0.7072,
+    0.601). J. Phys.: Condens. Matter 10, 4387 (1998), eq. 2.
+    """
+    z = _below_close_packing(packing_fraction, 3) / _FCC
+    return 3.0 / (1.0 - z) - 0.5921 * (z - 0.7072) / (z - 0.601)
+
+
+def almarza(packing_fraction: Any) -> Any:
+    """Z of the fcc crystal of hard spheres (d = 3), Almarza: the best one at melting.
+
+    Notes
+    -----
+    Given as a function of the pressure, ``beta p (v - v_0) = sum_k c_k y^k`` with ``y = 1 / (beta p
+    sigma^3)``; solved here for p by Newton's method from the free-volume law. J. Chem. Phys. 130, 184106
+    (2009), eq. 19.
+    """
+    coefficients = (3.0, -1.807846, 11.56350, 141.6000, -2609.260, 19328.09)
+    slopes = tuple(k * c for k, c in enumerate(coefficients))[1:]
+    eta = _below_close_packing(packing_fraction, 3)
+    volume = math.pi / 6.0 / eta
+    free = volume - math.sqrt(0.5)
+    pressure = 3.0 / free
+    # Quadratic from the free-volume law on; the limit only ends a search far outside of the crystal.
+    for _ in range(50):
+        y = 1.0 / pressure
+        value = pressure * free - horner(coefficients, y)
+        step = value / (free + horner(slopes, y) * y * y)
+        pressure = pressure - step
+        if np.all(np.abs(step) <= 4.0 * np.finfo(np.float64).eps * np.abs(pressure)):
+            break
+    return pressure * volume
+
+
+def hall(packing_fraction: Any) -> Any:
+    """Z of the fcc crystal of hard spheres (d = 3), Hall: the classic fit.
+
+    Notes
+    -----
+    ``Z = (12 - 3 b) / b + 2.557696 + 0.1253077 b + ...`` with ``b = 4 (1 - eta / eta_0)``. J. Chem. Phys.
+    57, 2252 (1972), after the data of Alder, Hoover and Young.
+    """
+    b = 4.0 * (1.0 - _below_close_packing(packing_fraction, 3) / _FCC)
+    series = (2.557696, 0.1253077, 0.1762393, -1.053308, 2.818621, -2.921934, 1.118413)
+    return (12.0 - 3.0 * b) / b + horner(series, b)
+
+
+def free_volume(packing_fraction: Any, dimension: int) -> Any:
+    """Z of a crystal by the free volume of one particle in the cage of its neighbours at rest.
+
+    Parameters
+    ----------
+    packing_fraction : float or array
+        Below close packing.
+    dimension : int
+        1 to 6.
+
+    Raises
+    ------
+    InputError
+        If the dimension is not 1 to 6, or the packing fraction is not below that of the densest lattice.
+
+    Notes
+    -----
+    ``Z = 1 / (1 - (eta / eta_0)^(1/d))``: exact in 1D, and to leading order near close packing, ``Z -> d /
+    (V / V_0 - 1)``, in every dimension. Salsburg and Wood, J. Chem. Phys. 37, 798 (1962).
+    """
+    z = _below_close_packing(packing_fraction, dimension) / CLOSE_PACKING[dimension]
+    return 1.0 / (1.0 - z ** (1.0 / dimension))
+
+
+def _below_close_packing(packing_fraction: Any, dimension: int) -> Any:
+    if dimension not in CLOSE_PACKING:
+        raise InputError(f"No densest lattice is known here for dimension {dimension!r}, only for 1 to 6.")
+    eta, limit = checked(packing_fraction), CLOSE_PACKING[dimension]
+    if not np.all((eta > 0.0) & (eta < limit)):
+        raise InputError(
+            f"packing_fraction is {packing_fraction!r}; a crystal in {dimension} dimensions has one "
+            f"between 0 and {limit:.6f}, close packing."
+        )
+    return eta
