@@ -11,7 +11,9 @@ from scipy.spatial import cKDTree
 
 from carom import initial, placement
 from carom.errors import InputError
+from carom.overlaps import Room
 from carom.scene import Scene
+from carom.species import Contacts
 
 EPS = np.finfo(float).eps
 
@@ -174,7 +176,7 @@ def test_random_rods_are_the_equilibrium_gas():
     n, edge, gaps = 8, 10.0, []
     rng = np.random.default_rng(21)
     for sample in range(4000):
-        places = placement.random_positions(n, np.array([edge]), rng)[:, 0]
+        places = placement.random_positions(Room.torus(np.array([edge])), Contacts(np.ones(n)), rng)[:, 0]
         # One gap a sample, after each rod in turn: those of one sample add up to F and are not independent.
         k = sample % n
         gaps.append(((places[(k + 1) % n] - places[k]) % edge - 1) / (edge - n))

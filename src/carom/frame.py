@@ -31,6 +31,12 @@ class Frame:
         Diameter [length] and mass of each component.
     images : (n, d) int32 array or None
         How often each component has left the box through the upper face, less through the lower.
+    species : (n,) int64 array or None
+        Which species each component is, from 0.
+    species_names : tuple of str
+        Their names, or ().
+    periodic : tuple of d bools
+        Which axes are; the others have walls at 0 and at the edge. All are where left out.
     """
 
     time: float
@@ -41,6 +47,13 @@ class Frame:
     diameters: np.ndarray
     masses: np.ndarray
     images: np.ndarray | None = None
+    species: np.ndarray | None = None
+    species_names: tuple[str, ...] = ()
+    periodic: tuple[bool, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.periodic:
+            object.__setattr__(self, "periodic", (True,) * len(self.box))
 
     @property
     def n(self) -> int:

@@ -208,6 +208,36 @@ def densest(dimension: int) -> Lattice:
     return triangular() if dimension == 2 else dn(dimension)
 
 
+def named(lattice: Any, dimension: int | None = None) -> Lattice:
+    """Return a lattice from its name: "cubic", "fcc", "triangular" or "dn"; a Lattice stays what it is.
+
+    Parameters
+    ----------
+    lattice : str or Lattice
+    dimension : int, optional
+        d, for "cubic" and "dn" (3 when left out).
+
+    Raises
+    ------
+    InputError
+        If there is none of that name and dimension.
+    """
+    if isinstance(lattice, Lattice):
+        return lattice
+    d = checks.integer(3 if dimension is None else dimension, "dimension", low=1, high=MOST_DIMENSIONS)
+    if lattice == "cubic":
+        return cubic(d)
+    if lattice == "dn" and d >= 3:
+        return dn(d)
+    fixed = {"fcc": (3, dn), "triangular": (2, lambda _: triangular())}
+    if lattice in fixed and dimension in (None, fixed[lattice][0]):
+        return fixed[lattice][1](fixed[lattice][0])
+    raise InputError(
+        "lattice must be cubic, fcc (dimension 3), triangular (dimension 2) or dn (dimension 3 and up); "
+        f"found {checks.describe(lattice)} in dimension {d}."
+    )
+
+
 def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
     """Return the number of cells along each axis, from one number or one an axis.
 

@@ -1,4 +1,4 @@
-"""Which spheres overlap: the check of every initial state, in any dimension and any periodic box.
+"""Who overlaps whom, or an obstacle: the check of every initial state, in any dimension and any box.
 
 Two spheres overlap if and only if their *nearest* images do, and in a box with right angles the nearest image
 is the nearest one along each axis. So one distance a pair decides, in small boxes too; that a sphere does not
@@ -8,11 +8,16 @@ meet its own image is the condition edge > diameter, which :class:`carom.Scene` 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-#: Overlap [diameter] that the engine's own rounding may leave in a frame it writes.
+from carom.obstacles import Obstacle, walls
+from carom.species import Contacts
+
+#: Overlap, relative to the contact distance, that the engine's own rounding may leave in a frame it writes.
 ENGINE_OVERLAP = 1e-12
 
 
@@ -24,45 +29,136 @@ class Overlap(NamedTuple):
     i, j : int
         The pair, i < j.
     distance : float
-        Distance of their nearest images [diameter].
+        Distance of their nearest images [length].
+    contact : float
+        Distance at which they would touch [length].
     """
 
     i: int
     j: int
     distance: float
+    contact: float
 
     @property
     def depth(self) -> float:
-        """How far they overlap [diameter]."""
-        return 1.0 - self.distance
+        """How far they overlap [length]."""
+        return self.contact - self.distance
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """Where the components are: a box, which of its axes are periodic, and what stands in it.
+
+    Attributes
+    ----------
+    box : (d,) array
+        Edges [length].
+    periodic : (d,) bool array
+        Which axes are.
+    obstacles : tuple of obstacles
+        Without the walls of the axes that are not periodic.
+    """
+
+    box: np.ndarray
+    periodic: np.ndarray
+    obstacles: Sequence[Obstacle] = ()
+
+    @classmethod
+    def torus(cls, box: np.ndarray) -> Room:
+        """Return a room without walls."""
+        return cls(box, np.ones(len(box), dtype=bool))
+
+    def wrapped(self, positions: np.ndarray) -> np.ndarray:
+        """Return positions (n, d) moved by whole edges into ``0 <= x < edge`` along the periodic axes."""
+        if self.periodic.all():
+            return wrapped(positions, self.box)
+        inside = positions.copy()
+        inside[:, self.periodic] = wrapped(positions[:, self.periodic], self.box[self.periodic])
+        return inside
+
+    def separations(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        """Return the vectors (m, d) from i to the nearest image of j, for ``pairs`` (m, 2)."""
+        separation = positions[pairs[:, 1]] - positions[pairs[:, 0]]
+        turns = np.rint(separation / self.box)
+        turns[:, ~self.periodic] = 0.0
+        return separation - self.box * turns
+
+    def distances(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        """Return the distances (m,) of the nearest images of ``pairs`` (m, 2)."""
+        separation = self.separations(positions, pairs)
+        return np.sqrt(np.einsum("ij,ij->i", separation, separation))
+
+    def pairs(
+        self, positions: np.ndarray, contacts: Contacts, factor: float = 1.0, skin: float = 0.0
+    ) -> np.ndarray:
+        """Return pairs (m, 2), i < j or not, among them all that are near contact.
+
+        Parameters
+        ----------
+        positions : (n, d) array
+            Centres [length].
+        contacts : Contacts
+            When they touch.
+        factor, skin : float
+            A pair of contact distance s, whose classes have the sizes a and b, is listed if it is nearer than
+            ``factor * s + skin * (a + b) / 2``.
+        """
+        from scipy.spatial import cKDTree
+
+        # Wrapped again, because a change of unit can round a coordinate up to the edge.
+        places = self.wrapped(positions)
+        period = np.where(self.periodic, self.box, 0.0)
+        classes = contacts.classes
+        trees = [cKDTree(places[members], boxsize=period) for members in classes]
+        found = []
+        for a, first in enumerate(trees):
+            for b in range(a, len(trees)):
+                size = 0.5 * (contacts.size(a) + contacts.size(b))
+                within = factor * contacts.reach(a, b) + skin * size
+                if a == b:
+                    near = first.query_pairs(within, output_type="ndarray")
+                    found.append(classes[a][near])
+                    continue
+                near = first.sparse_distance_matrix(trees[b], within, output_type="ndarray")
+                found.append(np.stack([classes[a][near["i"]], classes[b][near["j"]]], axis=1))
+        return np.concatenate(found) if len(found) > 1 else found[0]
+
+    def everything(self) -> tuple[Obstacle, ...]:
+        """Return the walls, then the obstacles: the order in which the engine numbers them."""
+        return (*walls(self.box.tolist(), self.periodic.tolist()), *self.obstacles)
+
+    def gaps(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[Obstacle, np.ndarray]]:
+        """Yield each wall and obstacle with each component's distance (n,) from it, negative inside."""
+        box, periodic = tuple(self.box.tolist()), tuple(self.periodic.tolist())
+        for obstacle in self.everything():
+            yield obstacle, obstacle.gap(positions, radii, box, periodic)
 
 
 def rounding(box: np.ndarray, epsilon: float = float(np.finfo(np.float64).eps)) -> float:
-    """Overlap [diameter] that rounded coordinates can produce between spheres in exact contact.
+    """Overlap [length] that rounded coordinates can produce between spheres in exact contact.
 
     Parameters
     ----------
     box : (d,) array
-        Edges [diameter].
+        Edges [length].
     epsilon : float
         Spacing of the floating-point numbers at 1.
 
     Notes
     -----
     A coordinate is below the edge L_k, so that each rounding moves it by at most epsilon L_k / 2. Four of
-    them (the product and the sum that make a lattice position, its wrapping, the division by the diameter)
-    move it by 2 epsilon L_k, a difference of two by 4 epsilon L_k, and their distance by at most 4 epsilon
-    |L|.
+    them (the product and the sum that make a lattice position, its wrapping, a change of unit) move it by
+    2 epsilon L_k, a difference of two by 4 epsilon L_k, and their distance by at most 4 epsilon |L|.
     """
     return 4 * epsilon * math.hypot(*map(float, box))
 
 
-def tolerance(box: np.ndarray) -> float:
-    """Overlap [diameter] that is let through: what the engine and the coordinates' rounding may leave.
+def tolerance(box: np.ndarray, contact: float = 1.0) -> float:
+    """Overlap [length] that is let through: what the engine and the coordinates' rounding may leave.
 
-    Relative to the diameter, so that it does not change with the unit of length.
+    Relative to lengths, so that it does not change with their unit.
     """
-    return ENGINE_OVERLAP + rounding(box)
+    return ENGINE_OVERLAP * contact + rounding(box)
 
 
 def wrapped(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
@@ -73,61 +169,56 @@ def wrapped(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
     return inside
 
 
-def pair_distances(
-    positions: np.ndarray, pairs: np.ndarray, box: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nearest-image separations (m, d) from i to j and their lengths (m,) of ``pairs`` (m, 2)."""
-    separation = positions[pairs[:, 1]] - positions[pairs[:, 0]]
-    separation -= box * np.rint(separation / box)
-    return separation, np.sqrt(np.einsum("ij,ij->i", separation, separation))
-
-
-def pairs_within(positions: np.ndarray, box: np.ndarray, distance: float) -> np.ndarray:
-    """Return the pairs (m, 2) whose nearest images are at most ``distance`` apart.
-
-    Parameters
-    ----------
-    positions : (n, d) array
-        Inside the box, 0 <= x < edge.
-    box : (d,) array
-        Edges.
-    distance : float
-        In the same unit.
-    """
-    from scipy.spatial import cKDTree
-
-    # Wrapped again, because a change of unit can round a coordinate up to the edge.
-    return cKDTree(wrapped(positions, box), boxsize=box).query_pairs(distance, output_type="ndarray")
-
-
-def deepest(positions: np.ndarray, box: np.ndarray) -> Overlap | None:
-    """Return the deepest overlap of unit spheres beyond :func:`tolerance`, or None.
+def deepest(positions: np.ndarray, room: Room, contacts: Contacts) -> Overlap | None:
+    """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None.
 
     If very many spheres share one place, any one overlapping pair of them.
 
     Parameters
     ----------
     positions : (n, d) array
-        Centres [diameter], inside the box.
-    box : (d,) array
-        Edges [diameter].
+        Centres [length], inside the box.
+    room : Room
+        Where they are.
+    contacts : Contacts
+        When they touch.
     """
     # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Those it must have are found
     # first.
-    pairs = _sharing_a_cell(positions)
+    crowds = [
+        members[_sharing_a_cell(positions[members], float(contacts.diameters[members].min()))]
+        for members in contacts.classes
+    ]
+    pairs = np.concatenate(crowds)
     if not len(pairs):
-        pairs = pairs_within(positions, box, 1.0 - tolerance(box))
-    if not len(pairs):
+        pairs = room.pairs(positions, contacts)
+    distances, contact = room.distances(positions, pairs), contacts.of(pairs)
+    over = distances < contact - (ENGINE_OVERLAP * contact + rounding(room.box))
+    if not over.any():
         return None
-    _, distances = pair_distances(positions, pairs, box)
-    worst = int(np.argmin(distances))
+    worst = int(np.argmin(np.where(over, distances / contact, np.inf)))
     i, j = sorted(map(int, pairs[worst]))
-    return Overlap(i, j, float(distances[worst]))
+    return Overlap(i, j, float(distances[worst]), float(contact[worst]))
 
 
-def _sharing_a_cell(positions: np.ndarray) -> np.ndarray:
-    """Return neighbours in the same cell of diagonal 1 - 2^-20, which surely overlap, as pairs (m, 2)."""
-    cells = np.floor(positions * (math.sqrt(positions.shape[1]) / (1.0 - 2.0**-20)))
+def intruder(positions: np.ndarray, room: Room, radii: np.ndarray) -> tuple[int, Obstacle, float] | None:
+    """Return the component deepest inside an obstacle beyond :func:`tolerance`, that obstacle and the depth.
+
+    The first obstacle that has one decides; None if there is none.
+    """
+    allowed = 2 * ENGINE_OVERLAP * radii + rounding(room.box)
+    for obstacle, gap in room.gaps(positions, radii):
+        depth = -gap
+        if (depth > allowed).any():
+            worst = int(np.argmax(depth - allowed))
+            return worst, obstacle, float(depth[worst])
+    return None
+
+
+def _sharing_a_cell(positions: np.ndarray, contact: float) -> np.ndarray:
+    """Return neighbours in the same cell of diagonal (1 - 2^-20) contact, which surely overlap: (m, 2)."""
+    # Divided first: where the unit is far from 1, the inverse of a length is rounded too.
+    cells = np.floor(positions / contact * (math.sqrt(positions.shape[1]) / (1.0 - 2.0**-20)))
     order = np.lexsort(cells.T)
     cells = cells[order]
     shared = np.nonzero((cells[1:] == cells[:-1]).all(axis=1))[0]

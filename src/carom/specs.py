@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from carom import checks, initial
+from carom.box import LONGEST_EDGE
 from carom.errors import InputError
 from carom.initial import Lattice
-from carom.scene import LONGEST_EDGE, Scene
+from carom.scene import Scene
 
 INITIAL = ("fcc", "cubic", "triangular", "dn", "random", "file")
 NEIGHBORS = ("auto", "sectors", "lists")
@@ -134,7 +135,7 @@ class SceneSpec:
             from carom.io import read
 
             scene = Scene.from_frame(read(self.file or "", -1 if self.frame is None else self.frame))
-            return scene if self.kT is None else dataclasses.replace(scene, velocities=None)
+            return scene if self.kT is None else scene.with_(velocities=None)
         assert self.diameter is not None
         assert self.mass is not None
         if self.initial == "random":

@@ -1,0 +1,233 @@
+"""Who is what: diameters and masses of the components, their species, and when pairs touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+
+#: The most species: the engine keeps a table of every pair of them.
+MOST_SPECIES = 1000
+
+
+def per_component(value: Any, name: str, n: int) -> np.ndarray:
+    """Return a positive property of each component, (n,) and read-only, from one number or n of them.
+
+    Raises
+    ------
+    InputError
+        If there are neither one nor n, or one is not positive.
+    """
+    if np.ndim(value) == 0:
+        each = np.full(n, checks.positive(value, name))
+    else:
+        each = checks.array(value, name, "(n,)", ndim=1)
+        if len(each) != n:
+            raise InputError(f"{name} must be one number or {n}, one a component; found {len(each)}.")
+        worst = int(np.argmin(each)) if each.min() < 1 / checks.MAGNITUDE else int(np.argmax(each))
+        checks.positive(float(each[worst]), f"{name} of component {worst}")
+    each.setflags(write=False)
+    return each
+
+
+def labels(species: Any, n: int) -> np.ndarray | None:
+    """Return the species of each component, (n,) int64 and read-only, or None.
+
+    Raises
+    ------
+    InputError
+        If they are not n integers from 0 to MOST_SPECIES - 1.
+    """
+    if species is None:
+        return None
+    given = np.asarray(species)
+    if given.dtype.kind not in "iu" or given.shape != (n,):
+        found = f"shape {given.shape}" if given.dtype.kind in "iu" else f"values of type {given.dtype}"
+        raise InputError(f"species must be {n} integers, one a component, found {found}.")
+    if given.min() < 0 or given.max() >= MOST_SPECIES:
+        wrong = given.min() if given.min() < 0 else given.max()
+        raise InputError(f"species must be from 0 to {MOST_SPECIES - 1}, found {wrong}.")
+    result = given.astype(np.int64)
+    result.setflags(write=False)
+    return result
+
+
+def names(given: Any, species: np.ndarray | None) -> tuple[str, ...]:
+    """Return the names of the species, one each and all different, or ().
+
+    Raises
+    ------
+    InputError
+        If they are no such names, or there are no species.
+    """
+    if given is None or (isinstance(given, Sequence) and len(given) == 0):
+        return ()
+    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray):
+        raise InputError(f"species_names must be a list of names, found {checks.describe(given)}.")
+    result = tuple(given)
+    for name in result:
+        if not isinstance(name, str) or not name or not name.isprintable() or len(name) > 40:
+            raise InputError(
+                f"A species' name must be a string of 1 to 40 printable characters, found "
+                f"{checks.describe(name)}."
+            )
+    if len(set(result)) < len(result):
+        raise InputError(f"species_names must differ, found {', '.join(result)}.")
+    if species is None:
+        raise InputError("species_names need species: say of each component which one it is.")
+    if species.max() >= len(result):
+        raise InputError(f"Species {species.max()} has no name: {len(result)} are given.")
+    return result
+
+
+def contact_matrix(given: Any, species: np.ndarray | None, diameters: np.ndarray) -> np.ndarray | None:
+    """Return the contact distances (K, K) between species, read-only, or None where they are additive.
+
+    Raises
+    ------
+    InputError
+        If they are not a symmetric table of positive numbers whose diagonal is the species' diameters, or
+        there are no species.
+    """
+    if given is None:
+        return None
+    matrix = checks.array(given, "contact", "(K, K)", ndim=2)
+    count = len(matrix)
+    if matrix.shape != (count, count) or count == 0:
+        raise InputError(f"contact must be a table of K x K distances, found shape {matrix.shape}.")
+    if species is None:
+        raise InputError("contact needs species: say of each component which one it is.")
+    if species.max() >= count:
+        raise InputError(f"contact is a table of {count} species, found species {species.max()}.")
+    for k, row in enumerate(matrix):
+        for distance in row:
+            checks.positive(float(distance), "contact")
+        own = diameters[species == k]
+        if own.size and (own != row[k]).any():
+            raise InputError(
+                f"contact[{k}][{k}] must be the diameter of species {k}, found {row[k]:.6g} for a diameter "
+                f"of {own[own != row[k]][0]:.6g}."
+            )
+    if (matrix != matrix.T).any():
+        i, j = map(int, np.argwhere(matrix != matrix.T)[0])
+        raise InputError(
+            f"contact must be symmetric, found {matrix[i, j]:.6g} at [{i}, {j}] and {matrix[j, i]:.6g} at "
+            f"[{j}, {i}]."
+        )
+    matrix.setflags(write=False)
+    return matrix
+
+
+def counts_of(fractions: Any, n: int) -> tuple[int, ...]:
+    """Return how many of n components each species gets, in the ratio of ``fractions``.
+
+    Rounded down, and the rest to those that lost most by it.
+
+    Raises
+    ------
+    InputError
+        If they are not numbers at least zero with a positive sum.
+    """
+    shares = checks.array(fractions, "fractions", "(K,)", ndim=1)
+    if not shares.size or shares.min() < 0 or not 0 < shares.sum() <= checks.MAGNITUDE:
+        raise InputError("fractions must be numbers at least zero, not all of them zero.")
+    exact = shares / shares.sum() * n
+    result = np.floor(exact).astype(np.int64)
+    lost = np.argsort(result - exact, kind="stable")
+    result[lost[: n - result.sum()]] += 1
+    return tuple(map(int, result))
+
+
+def listed(values: Any, name: str) -> list[Any]:
+    """Return values given one a species as a list."""
+    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
+        raise InputError(f"{name} must be a list, one value a species, found {checks.describe(values)}.")
+    return list(values)
+
+
+def counts_from(counts: Any, n: Any, fractions: Any, most: int) -> tuple[int, ...]:
+    """Return the numbers of each species, from one of the two ways to give them."""
+    if (counts is None) == (fractions is None):
+        raise InputError(
+            "Give counts, or n and fractions, for the species; found "
+            f"{'neither' if counts is None else 'both'}."
+        )
+    if counts is None:
+        return counts_of(fractions, checks.integer(n, "n", low=1, high=most))
+    result = tuple(checks.integer(c, "counts", low=0, high=most) for c in listed(counts, "counts"))
+    if n is not None and checks.integer(n, "n", low=1) != sum(result):
+        raise InputError(f"counts add up to {sum(result)}, but n is {n}; leave n out.")
+    return result
+
+
+class Contacts:
+    """When two components touch, and in which classes of size their pairs are looked for.
+
+    Parameters
+    ----------
+    diameters : (n,) array
+        [length].
+    species : (n,) int array, optional
+        Needed with ``matrix``.
+    matrix : (K, K) array, optional
+        Contact distances between species [length]; else a pair touches at the mean of its diameters.
+
+    Attributes
+    ----------
+    classes : list of int arrays
+        The components by size, the largest first: by octave, or by species where there is a matrix. What is
+        near is looked for class by class, because a search as wide as the largest sphere would find
+        thousands of small ones around each small one.
+    """
+
+    def __init__(
+        self, diameters: np.ndarray, species: np.ndarray | None = None, matrix: np.ndarray | None = None
+    ) -> None:
+        self.diameters = diameters
+        self._species, self._matrix = species, matrix
+        if matrix is None:
+            octave = np.floor(np.log2(diameters.max() / diameters)).astype(np.int64)
+        else:
+            assert species is not None
+            order = np.argsort(-np.diag(matrix), kind="stable")
+            octave = np.argsort(order)[species]
+        self._class = np.unique(octave, return_inverse=True)[1].ravel()
+        self.classes = [np.nonzero(self._class == k)[0] for k in range(int(self._class.max()) + 1)]
+        self._largest = np.array([diameters[members].max() for members in self.classes])
+
+    @property
+    def additive(self) -> bool:
+        """Whether a pair touches at the mean of its diameters."""
+        return self._matrix is None
+
+    def of(self, pairs: np.ndarray) -> np.ndarray:
+        """Return the distances (m,) at which ``pairs`` (m, 2) touch [length]."""
+        if self._matrix is not None:
+            assert self._species is not None
+            return self._matrix[self._species[pairs[:, 0]], self._species[pairs[:, 1]]]
+        return 0.5 * (self.diameters[pairs[:, 0]] + self.diameters[pairs[:, 1]])
+
+    def reach(self, a: int, b: int) -> float:
+        """Return the largest distance at which a component of class a touches one of class b [length]."""
+        if self._matrix is not None:
+            assert self._species is not None
+            return float(self._matrix[self._species[self.classes[a][0]], self._species[self.classes[b][0]]])
+        return float(0.5 * (self._largest[a] + self._largest[b]))
+
+    def size(self, a: int) -> float:
+        """Return the largest diameter in class a [length]."""
+        return float(self._largest[a])
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """The largest diameter of each component's class, (n,) [length]."""
+        return self._largest[self._class]
+
+    def part(self, members: np.ndarray) -> Contacts:
+        """Return the contacts of some of the components."""
+        species = None if self._species is None else self._species[members]
+        return Contacts(self.diameters[members], species, self._matrix)

@@ -1,0 +1,372 @@
+"""Mixtures: who is what, when pairs touch, and where they are placed."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+
+import ase
+import numpy as np
+import pytest
+
+from carom import initial, overlaps
+from carom.errors import CaromWarning, InputError, OverlapError
+from carom.frame import Frame
+from carom.obstacles import Ball, Plane
+from carom.overlaps import Room
+from carom.scene import Scene
+from carom.species import Contacts, counts_of
+
+EPS = np.finfo(float).eps
+
+
+def relative_gaps(scene: Scene) -> np.ndarray:
+    """Distance over contact distance (n, n) of all pairs, over all images one box away."""
+    box = np.array(scene.box)
+    turns = [(-1, 0, 1) if repeats else (0,) for repeats in scene.periodic]
+    shifts = np.array(list(itertools.product(*turns))) * box
+    separation = scene.positions[None, :, None, :] - scene.positions[:, None, None, :] + shifts
+    distance = np.sqrt((separation**2).sum(axis=-1)).min(axis=-1)
+    contact = 0.5 * (scene.diameters[:, None] + scene.diameters)
+    if scene.contact is not None:
+        contact = scene.contact[scene.species[:, None], scene.species]
+    result = distance / contact
+    np.fill_diagonal(result, np.inf)
+    return result
+
+
+def test_each_component_has_its_diameter_and_mass():
+    scene = Scene([[1, 1], [3, 3], [5, 1]], 6, diameter=[1.0, 2.0, 0.5], mass=[1, 8, 3], species=[0, 1, 0])
+    assert (scene.diameter, scene.mass, scene.equal) == (2.0, 4.0, False)
+    np.testing.assert_array_equal(scene.diameters, [1.0, 2.0, 0.5])
+    np.testing.assert_array_equal(scene.masses, [1, 8, 3])
+    assert scene.species.dtype == np.int64
+    assert scene.species_count == 2
+    assert scene.packing_fraction == pytest.approx(math.pi / 4 * (1 + 4 + 0.25) / 36, rel=4 * EPS)
+    for values in (scene.diameters, scene.masses, scene.species):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 1
+
+
+def test_equal_values_one_by_one_are_equal_spheres():
+    scene = Scene([[1, 1], [3, 3]], 6, diameter=[0.1, 0.1], mass=[3, 3])
+    assert (scene.equal, scene.diameter, scene.mass) == (True, 0.1, 3.0)
+    assert scene.packing_fraction == Scene([[1, 1], [3, 3]], 6, diameter=0.1).packing_fraction
+    assert not Scene([[1, 1], [3, 3]], 6, species=[0, 1], contact=[[1, 2], [2, 1]]).equal
+
+
+def test_a_scene_cannot_be_changed_but_another_can_be_made_of_it():
+    scene = Scene.fcc(2, packing_fraction=0.3)
+    with pytest.raises(AttributeError, match="with_"):
+        scene.restitution = 0.5
+    other = scene.with_(restitution=0.5, mass=2.0)
+    assert (other.restitution, other.mass, scene.restitution) == (0.5, 2.0, 1.0)
+    assert other.with_(restitution=1.0).elastic_below == 0.0
+    with pytest.raises(InputError, match="has no speed"):
+        scene.with_(speed=1.0)
+
+
+TWO = {"positions": [[1, 1], [4, 4]], "box": 6}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"diameter": [1.0]}, "one number or 2"),
+        ({"diameter": [1.0, 0.0]}, "diameter of component 1 must be positive"),
+        ({"diameter": [1.0, math.nan]}, "finite"),
+        ({"diameter": [1.0, 6.0]}, "greater than the diameter"),
+        ({"diameter": [1e-10, 1.0]}, "at most 1e"),
+        ({"mass": [1.0, -1.0]}, "mass of component 1"),
+        ({"mass": [[1.0, 1.0]]}, "shape"),
+        ({"species": [0]}, "2 integers"),
+        ({"species": [0, -1]}, "found -1"),
+        ({"species": [0, 5000]}, "found 5000"),
+        ({"species": [0.0, 1.0]}, "float64"),
+        ({"species": [True, False]}, "bool"),
+        ({"contact": [[1.0]]}, "needs species"),
+        ({"contact": [[1.0]], "species": [0, 1]}, "found species 1"),
+        ({"contact": [[1, 2], [1.5, 1]], "species": [0, 1]}, "symmetric"),
+        ({"contact": [[1, 2], [2, 1.5]], "species": [0, 1]}, r"contact\[1\]\[1\] must be the diameter"),
+        ({"contact": [[1, 0], [0, 1]], "species": [0, 1]}, "contact must be positive"),
+        ({"contact": [[1, 2]], "species": [0, 1]}, "K x K"),
+        ({"species_names": ["a", "b"]}, "need species"),
+        ({"species_names": ["a"], "species": [0, 1]}, "Species 1 has no name"),
+        ({"species_names": ["a", "a"], "species": [0, 1]}, "differ"),
+        ({"species_names": ["a", ""], "species": [0, 1]}, "1 to 40"),
+        ({"species_names": "ab", "species": [0, 1]}, "list of names"),
+        ({"periodic": 1}, "true or false"),
+        ({"periodic": [True]}, "one boolean or 2"),
+        ({"periodic": "xy"}, "true or false"),
+        ({"restitution": 0.0}, "greater than 0"),
+        ({"restitution": 1.5}, "at most 1"),
+        ({"restitution": 0.9, "elastic_below": 0.0}, "infinitely often"),
+        ({"elastic_below": 0.1}, "no meaning"),
+        ({"obstacles": Ball((1, 1), 1)}, "tuple of obstacles"),
+        ({"obstacles": [Ball]}, "Obstacle 0 must be"),
+        ({"obstacles": [3]}, "Obstacle 0 must be"),
+    ],
+)
+def test_bad_components_are_named_in_one_sentence(arguments, says):
+    with pytest.raises(InputError, match=says) as caught:
+        Scene(**{**TWO, **arguments})
+    assert "\n" not in str(caught.value)
+
+
+def test_elasticity_has_a_threshold_only_where_it_is_lost():
+    assert Scene(**TWO).elastic_below == 0.0
+    assert Scene(**TWO, restitution=0.9).elastic_below is None
+    assert Scene(**TWO, restitution=0.9, elastic_below=0.01).elastic_below == 0.01
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+@pytest.mark.parametrize("matrix", [False, True])
+def test_overlaps_of_unequal_spheres_are_those_of_a_search_over_all_images(dimension, matrix):
+    """Ratios to 1 : 20 in small boxes, walled and not; judged alike by brute force."""
+    rng = np.random.default_rng(dimension)
+    legal = 0
+    for trial in range(150):
+        n = int(rng.integers(2, 6))
+        box = 1.01 + (1.0 if trial % 2 else 3.0) * rng.random(dimension)
+        periodic = rng.random(dimension) < 0.5
+        species = rng.integers(0, 2, n)
+        table = np.array([[1.0, 0.8], [0.8, 0.05]]) if matrix else None
+        diameters = np.array([1.0, 0.05])[species] if matrix else 0.05 ** rng.random(n)
+        margin = np.where(periodic, 0.0, 0.5)
+        positions = margin + rng.random((n, dimension)) * (box - 2 * margin)
+        try:
+            scene = Scene(
+                positions, box, diameter=diameters, species=species, contact=table, periodic=periodic
+            )
+        except OverlapError as error:
+            i, j = (int(word) for word in str(error).split()[1:4:2])
+            room = Room(box, periodic)
+            pair = np.array([[i, j]])
+            contacts = Contacts(diameters, species, table)
+            assert room.distances(overlaps.wrapped(positions, box), pair) < contacts.of(pair)
+            continue
+        assert relative_gaps(scene).min() >= 1
+        legal += 1
+    assert 10 < legal < 140
+
+
+def test_the_error_names_a_pair_of_unequal_spheres():
+    positions = [[1.0, 1.0], [5.0, 5.0], [5.0, 5.7]]
+    with pytest.raises(OverlapError) as caught:
+        Scene(positions, 8.0, diameter=[1.0, 1.0, 0.5])
+    assert str(caught.value).startswith(
+        "spheres 1 and 2 overlap by 0.05 (distance 0.70000, contact 0.75000). Start from Scene.mixture(...)"
+    )
+
+
+@pytest.mark.parametrize("unit", [2.0**-70, 1.0, 2.0**70])
+def test_contact_of_unequal_spheres_is_legal_in_any_unit(unit):
+    """The bound is ENGINE_OVERLAP contact + 4 eps |L|: half of it passes, twice of it does not."""
+    bound = overlaps.tolerance(np.array([5.0, 5.0]), 0.75)
+    for part, legal in ((0.0, True), (0.5, True), (2.0, False)):
+        positions = np.array([[1.0, 1.0], [1.75 - part * bound, 1.0]]) * unit
+        arguments = {"box": 5.0 * unit, "diameter": np.array([1.0, 0.5]) * unit}
+        if legal:
+            Scene(positions, **arguments)
+        else:
+            with pytest.raises(OverlapError):
+                Scene(positions, **arguments)
+
+
+def test_a_crowd_of_small_spheres_is_refused_quickly():
+    diameters = np.full(200_000, 0.05)
+    diameters[0] = 1.0
+    with pytest.raises(OverlapError):
+        Scene(np.full((200_000, 3), 1.5), 100.0, diameter=diameters)
+
+
+def test_counts_follow_ratios_and_lose_nobody():
+    assert counts_of([1, 3], 100) == (25, 75)
+    assert counts_of([1, 1, 1], 10) == (4, 3, 3)
+    assert counts_of([0, 2.5], 7) == (0, 7)
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        shares, n = rng.random(5), int(rng.integers(1, 1000))
+        counts = np.array(counts_of(shares, n))
+        assert counts.sum() == n
+        assert np.abs(counts - n * shares / shares.sum()).max() < 1 + 1e-9
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_mixtures_are_placed_without_overlap(dimension):
+    scene = Scene.mixture(
+        [10, 40], diameters=[1.0, 0.4], masses=[2.0, 1.0], names=["large", "small"], dimension=dimension
+    )
+    assert relative_gaps(scene).min() >= 1 - 1e-12
+    np.testing.assert_array_equal(np.bincount(scene.species), [10, 40])
+    np.testing.assert_array_equal(scene.diameters, np.array([1.0, 0.4])[scene.species])
+    np.testing.assert_array_equal(scene.masses, np.array([2.0, 1.0])[scene.species])
+    assert scene.species_names == ("large", "small")
+
+
+def test_a_ratio_of_one_to_twenty_is_placed_densely():
+    scene = Scene.mixture([2, 700], diameters=[20.0, 1.0], dimension=2, packing_fraction=0.65, seed=2)
+    assert scene.packing_fraction == pytest.approx(0.65, rel=1e-12)
+    assert relative_gaps(scene).min() >= 1
+
+
+def test_rods_of_two_lengths_fill_a_walled_line():
+    scene = Scene.mixture([30, 30], diameters=[1.0, 2.0], dimension=1, packing_fraction=0.95, periodic=False)
+    order = np.argsort(scene.positions[:, 0])
+    half = 0.5 * scene.diameters[order]
+    places = scene.positions[order, 0]
+    gaps = places[1:] - places[:-1] - half[1:] - half[:-1]
+    assert min(gaps.min(), places[0] - half[0], scene.box[0] - places[-1] - half[-1]) > -1e-12
+    assert 5 < (np.diff(scene.diameters[order]) != 0).sum() < 55  # in random order: 29.5 changes in the mean
+
+
+def test_species_that_touch_from_afar_are_placed_by_their_matrix():
+    table = [[1.0, 1.4], [1.4, 1.0]]
+    scene = Scene.mixture(
+        [20, 20], diameters=[1, 1], contact=table, dimension=2, packing_fraction=0.3, seed=5
+    )
+    assert relative_gaps(scene).min() >= 1
+
+
+def test_a_lattice_is_filled_in_random_order():
+    scene = Scene.mixture(
+        fractions=[1, 1], diameters=[1.0, 0.9], lattice="fcc", cells=3, packing_fraction=0.5, seed=1
+    )
+    assert (scene.n, scene.packing_fraction) == (108, pytest.approx(0.5))
+    assert 30 < (np.diff(scene.species) != 0).sum() < 77
+    same = Scene.mixture([54, 54], diameters=[1.0, 0.9], lattice=initial.dn(3), packing_fraction=0.5, seed=1)
+    np.testing.assert_array_equal(same.positions, scene.positions)
+    np.testing.assert_array_equal(same.species, scene.species)
+
+
+MIX = {"counts": [5, 5], "diameters": [1, 0.5]}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"counts": None}, "found neither"),
+        ({"fractions": [1, 1]}, "found both"),
+        ({"counts": None, "fractions": [1, 1]}, "n must be an integer"),
+        ({"counts": None, "fractions": [0, 0], "n": 5}, "not all of them zero"),
+        ({"counts": None, "fractions": [-1, 2], "n": 5}, "at least zero"),
+        ({"n": 12}, "add up to 10"),
+        ({"counts": [0, 0]}, "at least one component"),
+        ({"counts": [5, 5, 5]}, "3 species, found 2"),
+        ({"masses": [1.0]}, "masses must have one value"),
+        ({"masses": 1.0}, "masses must be a list"),
+        ({"names": ["a"]}, "names must have one value"),
+        ({"diameters": [1, -1]}, "positive"),
+        ({"packing_fraction": 0.7}, "up to packing fraction 0.544"),
+        ({"packing_fraction": 0.3, "box": 5.0}, "found both"),
+        ({"lattice": "bcc"}, "lattice must be"),
+        ({"lattice": "fcc", "packing_fraction": 0.3}, "does not fill"),
+        ({"lattice": "cubic", "cells": 2, "packing_fraction": 0.3}, "8 places"),
+        ({"lattice": "cubic", "cells": 2, "box": 5.0}, "found a box"),
+        ({"cells": 3}, "belong to a lattice"),
+        ({"seed": -1}, "seed"),
+    ],
+)
+def test_bad_mixtures_are_named_in_one_sentence(arguments, says):
+    with pytest.raises(InputError, match=says) as caught:
+        Scene.mixture(**{**MIX, **arguments})
+    assert "\n" not in str(caught.value)
+
+
+def everything() -> Scene:
+    """Return a scene with one of everything."""
+    start = Scene.mixture(
+        [4, 9],
+        diameters=[1.0, 0.3],
+        masses=[1.0, 1 / 3],
+        names=["a", "b"],
+        contact=[[1.0, 0.6], [0.6, 0.3]],
+        box=(6.1, 5.3),
+        periodic=[True, False],
+        obstacles=[Ball((0.1, 2.7), 0.4, "pillar"), Plane((0.0, 3.0), 0.3)],
+    )
+    velocities = np.random.default_rng(3).standard_normal(start.positions.shape)
+    return start.with_(restitution=0.9, elastic_below=1e-3, velocities=velocities)
+
+
+def assert_same(a: Scene, b: Scene) -> None:
+    for name in ("positions", "diameters", "masses", "velocities", "species", "contact"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    for name in ("box", "periodic", "obstacles", "restitution", "elastic_below", "species_names", "equal"):
+        assert getattr(a, name) == getattr(b, name)
+
+
+@pytest.mark.parametrize(
+    "scene", [everything(), Scene.fcc(2, packing_fraction=0.3), Scene(**TWO, restitution=0.5)]
+)
+def test_a_scene_becomes_arrays_and_comes_back(scene):
+    arrays, attributes = scene.to_arrays()
+    assert_same(Scene.from_arrays(arrays, json.loads(json.dumps(attributes))), scene)
+    assert_same(scene.with_(), scene)
+
+
+def test_arrays_that_are_no_scene_are_refused():
+    arrays, attributes = everything().to_arrays()
+    for name in attributes:
+        less = {key: value for key, value in attributes.items() if key != name}
+        if name not in ("mass", "diameter"):
+            with pytest.raises(InputError, match=f"no scene: '{name}'"):
+                Scene.from_arrays(arrays, less)
+    with pytest.raises(InputError, match="kind of an obstacle"):
+        Scene.from_arrays(arrays, {**attributes, "obstacles": [{"kind": "hole"}]})
+    with pytest.raises(InputError, match="has 2 obstacles, found 0"):
+        Scene.from_arrays(arrays, attributes, obstacles=())
+
+
+def frame_of(scene: Scene, **changes: object) -> Frame:
+    fields = {
+        "time": 0.0,
+        "step": 0,
+        "positions": scene.positions,
+        "velocities": np.zeros_like(scene.positions),
+        "box": scene.box,
+        "diameters": scene.diameters,
+        "masses": scene.masses,
+        "species": scene.species,
+        "species_names": scene.species_names,
+        "periodic": scene.periodic,
+    }
+    return Frame(**{**fields, **changes})
+
+
+def test_a_frame_becomes_a_mixture_between_walls():
+    scene = everything()
+    again = Scene.from_frame(
+        frame_of(scene, velocities=scene.velocities), contact=scene.contact, obstacles=scene.obstacles
+    )
+    assert_same(again.with_(restitution=0.9, elastic_below=1e-3), scene)
+
+
+def test_a_frame_of_single_precision_is_moved_off_its_wall():
+    positions = np.array([[0.35, 2.0], [5.0, 5.3 - 0.35]])
+    scene = Scene(positions, (6.1, 5.3), diameter=0.7, periodic=False)
+    rounded = positions.astype(np.float32).astype(float)
+    assert (rounded[0, 0] < 0.35) or (rounded[1, 1] > 5.3 - 0.35)
+    with pytest.warns(CaromWarning, match="inside (lower|upper) wall"):
+        moved = Scene.from_frame(frame_of(scene, positions=rounded))
+    assert np.abs(moved.positions - positions).max() < 1e-5
+
+
+def test_atoms_of_two_kinds_become_two_species():
+    atoms = ase.Atoms("ArNeAr", positions=[[1, 1, 1], [2.2, 1, 1], [4, 4, 4]], cell=[5, 6, 7], pbc=True)
+    atoms.set_array("radius", np.array([0.8, 0.4, 0.8]))
+    atoms.set_momenta(np.ones((3, 3)))
+    scene = Scene.from_ase(atoms)
+    assert scene.species_names == ("Ar", "Ne")
+    np.testing.assert_array_equal(scene.species, [0, 1, 0])
+    np.testing.assert_array_equal(scene.diameters, [1.6, 0.8, 1.6])
+    np.testing.assert_array_equal(scene.masses, atoms.get_masses())
+    np.testing.assert_array_equal(scene.velocities, 1 / scene.masses[:, None] + np.zeros((3, 3)))
+
+
+def test_atoms_get_walls_only_if_asked():
+    atoms = ase.Atoms("Ar2", positions=[[1, 1, 1], [2.5, 1, 3]], cell=[5, 6, 7], pbc=[True, True, False])
+    with pytest.raises(InputError, match="walls=True"):
+        Scene.from_ase(atoms)
+    assert Scene.from_ase(atoms, walls=True).periodic == (True, True, False)
