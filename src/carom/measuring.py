@@ -9,11 +9,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import CaromWarning
-from carom.observables.precision import FLOOR, Goal, Prediction
+from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.tally import Block
 
 if TYPE_CHECKING:
-    from carom.observables.statistics import Estimate
     from carom.simulation import Simulation
 
 
@@ -30,14 +29,13 @@ def until(
 
     Notes
     -----
-    Blocks begin at one collision a particle each, so that one block hardly knows of the next. The error is
-    looked at after a pilot of 64 blocks and then where the last look predicted the end, the stretch never
-    more than four times as long as at the look before. When there are twice ``observable.blocks`` blocks,
-    neighbours are merged. The length depends on what was measured and on nothing else, except for
-    ``max_walltime``.
+    The error is looked at after a pilot of 64 blocks and then where the last look predicted the end, the
+    stretch never more than four times as long as at the look before. When there are twice
+    ``observable.blocks`` blocks, neighbours are merged. The length depends on what was measured and on
+    nothing else, except for ``max_walltime``.
     """
     deadline = clock.perf_counter() + max_walltime
-    duration = sim.time_for(max(0.5 * sim.scene.n, 1.0))
+    duration = sim.time_for(block_collisions(sim.scene.n))
     capacity = 2 * max(int(observable.blocks), 2 * FLOOR)
     blocks: list[Block] = []
     look = FLOOR  # in blocks of the first kind
@@ -67,7 +65,7 @@ def until(
         if not enough:
             warnings.warn(
                 f"max_walltime = {max_walltime:g} s ended the measurement at a relative error of "
-                f"{_relative(found):.2g}; {goal.relative_error:g} was asked for.",
+                f"{found.relative_error:.2g}; {goal.relative_error:g} was asked for.",
                 CaromWarning,
                 stacklevel=3,
             )
@@ -76,7 +74,7 @@ def until(
         expected = length * goal.remaining(found)
         if predicted is not None:
             more = (expected / length - 1.0) * sum(block.collisions for block in blocks)
-            predicted(Prediction(_relative(found), more, more / rate.collisions_per_second))
+            predicted(Prediction(found.relative_error, more, more / rate.collisions_per_second))
         look = goal.next_look(length, found)
         rate.pause()
     if progress is not None:
@@ -109,11 +107,6 @@ class _Rate:
     def collisions_per_second(self) -> float:
         """Seen so far; infinite before anything was."""
         return self._collisions / self._seconds if self._seconds else math.inf
-
-
-def _relative(estimate: Estimate) -> float:
-    """Return the relative error of an estimate."""
-    return estimate.error / abs(estimate.mean) if estimate.mean else math.inf
 
 
 def _merged(one: Block, other: Block) -> Block:

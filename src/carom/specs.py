@@ -19,6 +19,9 @@ INITIAL = ("fcc", "cubic", "triangular", "dn", "random", "file")
 NEIGHBORS = ("auto", "sectors", "lists")
 FORMATS = ("h5md", "extxyz", "gsd")
 
+#: Collisions a particle that are measured where nothing else is said.
+DEFAULT_COLLISIONS = 10000.0
+
 #: More collisions a particle than any run reaches, few enough that their total fits an integer of 64 bits.
 MOST_COLLISIONS = 1e10
 
@@ -176,7 +179,11 @@ class RunSpec:
     seed : int
         Source of all randomness.
     equilibration, collisions_per_particle : float
-        Collisions per particle before, and during, the measurement.
+        Collisions per particle before, and during, the measurement (10 000).
+    relative_error : float
+        Instead of ``collisions_per_particle``: measure until the error of Z is this part of it.
+    max_walltime : float
+        Seconds, of all sessions, after which ``relative_error`` is given up.
     frames : int
         How many frames to sample.
     checkpoint_every : float
@@ -187,7 +194,9 @@ class RunSpec:
 
     seed: int = 1
     equilibration: float = 200.0
-    collisions_per_particle: float = 10000.0
+    collisions_per_particle: float | None = None
+    relative_error: float | None = None
+    max_walltime: float | None = None
     frames: int = 100
     checkpoint_every: float = 10.0
     neighbors: str = "auto"
@@ -197,6 +206,17 @@ class RunSpec:
         check.integer("seed", low=0, high=2**63 - 1)
         check.number("equilibration", low=0, high=MOST_COLLISIONS)
         check.number("collisions_per_particle", low=0, high=MOST_COLLISIONS, open_low=True)
+        check.number("relative_error", low=0, high=1, open_low=True)
+        check.number("max_walltime", low=0, high=1e9, open_low=True)
+        if self.relative_error is None:
+            if self.max_walltime is not None:
+                raise InputError("[run] max_walltime goes with relative_error, which is missing.")
+            if self.collisions_per_particle is None:
+                object.__setattr__(self, "collisions_per_particle", DEFAULT_COLLISIONS)
+        elif self.collisions_per_particle is not None:
+            raise InputError(
+                "[run] has collisions_per_particle and relative_error: each says how long; leave one out."
+            )
         check.integer("frames", low=1, high=10**9)
         check.number("checkpoint_every", low=0, high=1e9, open_low=True)
         check.choice("neighbors", NEIGHBORS)

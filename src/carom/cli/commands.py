@@ -53,6 +53,14 @@ def run(
     collisions_per_particle: Annotated[
         float | None, typer.Option(help="While it is measured.", rich_help_panel=_LENGTH)
     ] = None,
+    relative_error: Annotated[
+        float | None,
+        typer.Option(help="Or: measure until Z has this relative error.", rich_help_panel=_LENGTH),
+    ] = None,
+    max_walltime: Annotated[
+        float | None,
+        typer.Option(help="Seconds after which that is given up.", rich_help_panel=_LENGTH),
+    ] = None,
     frames: Annotated[
         int | None, typer.Option(help="How many frames to sample.", rich_help_panel=_LENGTH)
     ] = None,
@@ -80,10 +88,11 @@ def run(
     carom run --n 500 --packing-fraction 0.3 --out dilute
     carom run --dimension 2 --packing-fraction 0.65 --out disks
     carom run --cells 4 --collisions-per-particle 500 --frames 20 --out quick
+    carom run --packing-fraction 0.3 --relative-error 1e-3 --max-walltime 600 --out precise
     carom run scene.toml --out fluid --json > summary.json
     """
     from carom.cli.overrides import overridden
-    from carom.cli.screen import results, watched
+    from carom.cli.screen import predicted, results, watched
     from carom.plan import Plan
 
     plan = overridden(
@@ -100,6 +109,8 @@ def run(
             "seed": seed,
             "equilibration": equilibration,
             "collisions_per_particle": collisions_per_particle,
+            "relative_error": relative_error,
+            "max_walltime": max_walltime,
             "frames": frames,
             "checkpoint_every": checkpoint_every,
         },
@@ -108,7 +119,7 @@ def run(
     with watched() as progress:
         from carom import studies
 
-        result = studies.run(plan, out, overwrite=overwrite, progress=progress)
+        result = studies.run(plan, out, overwrite=overwrite, progress=progress, predicted=predicted)
     results(result, as_json)
 
 
@@ -124,12 +135,12 @@ def resume(
     carom resume carom-run
     carom resume fluid --json
     """
-    from carom.cli.screen import results, watched
+    from carom.cli.screen import predicted, results, watched
 
     with watched() as progress:
         from carom import studies
 
-        result = studies.resume(folder, progress=progress)
+        result = studies.resume(folder, progress=progress, predicted=predicted)
     results(result, as_json)
 
 

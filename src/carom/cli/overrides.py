@@ -11,6 +11,9 @@ from carom.specs import SceneSpec
 RIVALS = (("cells", "n"), ("packing_fraction", "density", "box"))
 """Keys of which a scene has one: a value for one of them takes the place of the others."""
 
+LENGTHS = ("collisions_per_particle", "relative_error")
+"""The same for a run."""
+
 FLUIDS: dict[int, dict[str, Any]] = {
     1: {"initial": "cubic", "dimension": 1, "n": 1000, "packing_fraction": 0.5},
     2: {"initial": "triangular", "cells": 42, "packing_fraction": 0.6},
@@ -50,6 +53,10 @@ def overridden(
         plan = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, **{**cleared, **given}))
     for section, values in (("run", run), ("output", output)):
         kept = {name: value for name, value in values.items() if value is not None}
+        if kept.keys() & {*LENGTHS}:
+            kept = {**dict.fromkeys(LENGTHS), **kept}
+            if kept["relative_error"] is None:
+                kept.setdefault("max_walltime", None)
         if kept:
             spec = dataclasses.replace(getattr(plan, section), **kept)
             plan = dataclasses.replace(plan, **{section: spec})

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from carom.observables import Prediction
     from carom.studies import RunResult
 
 FREEZING = {2: 0.70, 3: 0.494, 4: 0.29, 5: 0.17, 6: 0.10}
@@ -47,6 +48,15 @@ def watched() -> Iterator[Callable[[str, float], None]]:
             bar.update(task, completed=fraction)
 
         yield progress
+
+
+def predicted(prediction: Prediction) -> None:
+    """Say on standard error how long the accuracy asked for will take."""
+    print(
+        f"Relative error {prediction.relative_error:.2g} so far; about {prediction.seconds:.3g} s more "
+        f"({prediction.collisions:.2g} collisions).",
+        file=sys.stderr,
+    )
 
 
 def results(result: RunResult, as_json: bool) -> None:
@@ -121,7 +131,9 @@ def _mechanics(summary: dict[str, Any]) -> Any:
     from rich.table import Table
 
     table = Table.grid(padding=(0, 3, 0, 0))
+    asked = summary["relative_error"]
     rows = [
+        *([("relative error of Z", _reached(summary))] if asked is not None else []),
         ("collisions", f"{summary['collisions']:,}".replace(",", " ") + f" in time {summary['time']:.6g}"),
         ("energy drift", f"{summary['energy_drift']:.1e}"),
         ("momentum drift", f"{summary['momentum_drift']:.1e}"),
@@ -133,6 +145,12 @@ def _mechanics(summary: dict[str, Any]) -> Any:
     for name, text in rows:
         table.add_row(name, text)
     return table
+
+
+def _reached(summary: dict[str, Any]) -> str:
+    z = summary["compressibility_factor"]
+    reached = "?" if z["error"] is None else f"{z['error'] / abs(z['mean']):.2g}"
+    return f"{reached}, {summary['relative_error']:.2g} was asked for"
 
 
 def _decimals(value: dict[str, Any]) -> int:

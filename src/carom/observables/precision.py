@@ -19,6 +19,17 @@ prediction from a pilot is not trusted beyond the larger one.
 """
 
 
+FEWEST_COLLISIONS = 16
+"""Collisions of a block, where one a particle are fewer: a virial of so few terms is hardly normal, and
+correlated with its own error bar.
+"""
+
+
+def block_collisions(n: int) -> float:
+    """Return the pair collisions of a block: one a particle, so that one block hardly knows of the next."""
+    return max(0.5 * n, float(FEWEST_COLLISIONS))
+
+
 @dataclass(frozen=True)
 class Goal:
     """A relative error to be reached.

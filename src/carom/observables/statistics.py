@@ -72,6 +72,11 @@ class Estimate:
         return f"{self.mean:.{decimals}f} +- {self.error:.{decimals}f}"
 
     @property
+    def relative_error(self) -> float:
+        """One standard error over the absolute value of the mean."""
+        return self.error / abs(self.mean) if self.mean else math.inf
+
+    @property
     def degrees_of_freedom(self) -> float:
         """Degrees of freedom of the error: ``min(blocks, n_eff) - 1``, at least 1.
 

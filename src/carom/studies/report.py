@@ -35,6 +35,8 @@ class Facts:
         The measured stretch.
     equilibration : (int, float)
         Collisions and time before it.
+    frames : int
+        Frames sampled.
     rate : float
         Collisions per second of wall time in the engine, in the measured stretch.
     began : float
@@ -45,6 +47,7 @@ class Facts:
     sim: Simulation
     blocks: list[Block]
     equilibration: tuple[int, float]
+    frames: int
     rate: float
     began: float
 
@@ -53,7 +56,7 @@ def write(
     folder: RunFolder, facts: Facts, trajectories: list[Path], report: Callable[[str, float], None]
 ) -> dict[str, Any]:
     """Write g(r), the pictures and the summary, in this order, and return the summary."""
-    pressure = _pressure(facts)
+    pressure = pressure_of(facts.sim, facts.blocks)
     distribution = _distribution(facts, trajectories, report)
     if distribution is not None:
         with replacing(folder.rdf) as temporary:
@@ -69,21 +72,9 @@ def write(
     return summary
 
 
-def _pressure(facts: Facts) -> PressureEstimate | None:
+def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureEstimate | None:
     """Return the pressure, or None where nothing moves."""
-    sim = facts.sim
-    if sim.kT == 0.0:
-        return None
-    scene = sim.scene
-    return Pressure.estimate(
-        facts.blocks,
-        n=scene.n,
-        dimension=scene.dimension,
-        volume=scene.volume,
-        diameter=scene.diameter,
-        kT=sim.kT,
-        mass=scene.mass,
-    )
+    return None if sim.kT == 0.0 else sim.estimate(Pressure(), blocks)
 
 
 def _distribution(
@@ -147,7 +138,8 @@ def _summary(
         "equilibration": {"collisions": facts.equilibration[0], "time": facts.equilibration[1]},
         "collisions": sum(block.collisions for block in facts.blocks),
         "time": math.fsum(block.duration for block in facts.blocks),
-        "frames": plan.run.frames,
+        "frames": facts.frames,
+        "relative_error": plan.run.relative_error,
         "compressibility_factor": measured("compressibility_factor"),
         "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),
         "compressibility_factor_infinite": _number(_infinite(pressure)),

@@ -27,6 +27,8 @@ from carom.errors import CaromWarning, FileError, InputError
 from carom.io import checkpoint
 from carom.io.events import EventLog
 from carom.io.trajectory import Writer
+from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
+from carom.observables.statistics import Estimate
 from carom.plan import Plan
 from carom.simulation import Simulation
 from carom.studies.folder import RunFolder, existing_run
@@ -35,6 +37,12 @@ from carom.tally import Block
 
 SEGMENTS = 1024
 """Segments of a run, at least: ten times what an error bar needs, so that correlations are seen."""
+
+PILOT = FLOOR
+"""Segments of the pilot that finds out how long a run to a relative error takes."""
+
+LONGEST = 1e9
+"""Pilots that a run to a relative error may last."""
 
 PARTS = 1024
 """Parts of a segment: 1024 segments of 1024 parts leave none that takes long in a run of days."""
@@ -50,6 +58,9 @@ LARGEST_EXTENDED = 3
 
 Progress = Callable[[str, float], object]
 """Called with what is being done and the fraction of it that is done."""
+
+Predicted = Callable[[Prediction], object]
+"""Called when a run to a relative error knows how long it will take."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +92,7 @@ def run(
     *,
     overwrite: bool = False,
     progress: Progress | None = None,
+    predicted: Predicted | None = None,
 ) -> RunResult:
     """Run a plan and write its results to a folder.
 
@@ -94,6 +106,8 @@ def run(
         Whether a run that the folder holds may be replaced.
     progress : callable, optional
         Called as ``progress(stage, fraction)``; changes no bit of the run.
+    predicted : callable, optional
+        Called with a :class:`carom.observables.Prediction` when the plan asks for a relative error.
 
     Returns
     -------
@@ -117,17 +131,19 @@ def run(
     folder = RunFolder(Path(out))
     folder.check_free(overwrite)
     with stoppable() as stop:
-        return _Run(plan, folder, stop, progress).from_the_start()
+        return _Run(plan, folder, stop, progress, predicted).from_the_start()
 
 
-def resume(out: str | PathLike[str], *, progress: Progress | None = None) -> RunResult:
+def resume(
+    out: str | PathLike[str], *, progress: Progress | None = None, predicted: Predicted | None = None
+) -> RunResult:
     """Go on with the run in a folder; its results are those of the uninterrupted run, bit for bit.
 
     Parameters
     ----------
     out : path
         The folder of the run.
-    progress : callable, optional
+    progress, predicted : callable, optional
         As in :func:`run`.
 
     Returns
@@ -148,7 +164,7 @@ def resume(out: str | PathLike[str], *, progress: Progress | None = None) -> Run
         return RunResult(folder.path, _read_summary(folder.summary), new=False)
     with stoppable() as stop:
         if not folder.checkpoint.is_file():
-            return _Run(Plan.load(folder.scene), folder, stop, progress).from_the_start()
+            return _Run(Plan.load(folder.scene), folder, stop, progress, predicted).from_the_start()
         _, attributes = checkpoint.load(folder.checkpoint)
         try:
             notes = json.loads(attributes["extra"])
@@ -156,9 +172,9 @@ def resume(out: str | PathLike[str], *, progress: Progress | None = None) -> Run
         except (KeyError, TypeError, ValueError) as error:
             raise FileError(f"{folder.checkpoint} is not the checkpoint of a run: {error}.") from None
         try:
-            return _Run(plan, folder, stop, progress).from_checkpoint(notes)
+            return _Run(plan, folder, stop, progress, predicted).from_checkpoint(notes)
         except _Damaged:
-            return _Run(plan, folder, stop, progress).from_the_start()
+            return _Run(plan, folder, stop, progress, predicted).from_the_start()
 
 
 def _read_summary(path: Path) -> dict[str, Any]:
@@ -186,13 +202,27 @@ class _Run:
         Collisions and virial so far at the beginning of every segment reached.
     part : int
         Parts done of the present segment.
+    segments : int
+        Segments to measure, as far as is known yet.
+    pilot : bool
+        Whether the segments are those of the pilot, which has no frames.
     """
 
-    def __init__(self, plan: Plan, folder: RunFolder, stop: Stop, progress: Progress | None):
+    def __init__(
+        self,
+        plan: Plan,
+        folder: RunFolder,
+        stop: Stop,
+        progress: Progress | None,
+        predicted: Predicted | None,
+    ):
         self.plan, self.folder, self.stop = plan, folder, stop
-        self._progress = progress
+        self._progress, self._predicted = progress, predicted
+        error = plan.run.relative_error
+        self.goal = None if error is None else Goal(error)
         self.per_frame = math.ceil(SEGMENTS / plan.run.frames)
         self.segments = self.per_frame * plan.run.frames
+        self.pilot = False
         self.sim: Simulation
         self.writers: list[Writer] = []
         self.seconds = self.engine_seconds = 0.0
@@ -235,7 +265,17 @@ class _Run:
                     raise _Damaged from error
             self.sim = Simulation.load(self.folder.checkpoint, event_log=log)
             self.formats = _formats(self.plan, self.sim.scene.dimension)
-            for name in ("seconds", "engine_seconds", "equilibrated", "first", "step", "marks", "part"):
+            for name in (
+                "seconds",
+                "engine_seconds",
+                "equilibrated",
+                "first",
+                "step",
+                "marks",
+                "part",
+                "segments",
+                "pilot",
+            ):
                 setattr(self, name, notes[name])
             return self._run(lambda form: self._continued(form, self._frames()))
 
@@ -271,6 +311,8 @@ class _Run:
             if self.equilibrated is None:
                 self._equilibrate()
             self._measure()
+            while self._goes_on():
+                self._measure()
             self._save()
         return self._finish()
 
@@ -284,23 +326,57 @@ class _Run:
         look(0.0) if target else self._look()
         if sim.collisions < target:
             sim.run(collisions=target - sim.collisions, progress=look)
-        # The time of a segment depends on the rate, which nothing but the state so far decides.
-        self.step = _rounded(self._duration() / self.segments)
         self.equilibrated = (sim.collisions, sim.time)
+        wanted = self.plan.run.collisions_per_particle
+        if wanted is None:
+            self.pilot = True
+            self._begin(PILOT, self._duration(PILOT * block_collisions(sim.scene.n) * 2.0 / sim.scene.n))
+        else:
+            self._begin(self.segments, self._duration(wanted))
+
+    def _begin(self, segments: int, duration: float) -> None:
+        """Begin a stretch; its segments depend on nothing but the state so far."""
+        sim = self.sim
+        self.segments, self.step = segments, _rounded(duration / segments)
         # Two segments further lies ahead, whatever the rounding of the present time.
         self.first = math.floor(sim.time / self.step) + 2
         for _ in sim.sample(times=[self.first * self.step]):
             self.marks = [self._mark()]
         self._save()
 
-    def _duration(self) -> float:
-        """Return the time to measure, such that about as many collisions happen as are asked for."""
-        sim, wanted = self.sim, self.plan.run.collisions_per_particle
+    def _duration(self, wanted: float) -> float:
+        """Return the time in which about as many collisions per particle happen as are asked for."""
+        sim = self.sim
         if sim.scene.n > 1 and sim.kT > 0.0:
             return sim.time_for(wanted * sim.scene.n / 2)
         # Nobody will ever collide: let each go as far as it could between so many collisions.
         speed = math.sqrt(sim.kT / sim.scene.mass)
         return wanted * max(sim.scene.box) / (speed or 1.0)
+
+    def _goes_on(self) -> bool:
+        """Tell whether the error bar asked for needs more, and say how much."""
+        if self.goal is None or (not self.pilot and self._late()):
+            return False
+        found = self._error_bar()
+        if not self.pilot and (found is None or self.goal.reached(found)):
+            return False
+        so_far = len(self.marks) - 1
+        factor = 1.0 if found is None else min(self.goal.remaining(found), LONGEST)
+        if self._predicted is not None and found is not None:
+            more = factor - (0.0 if self.pilot else 1.0)
+            collisions = self.marks[-1][0] - self.marks[0][0]
+            self._predicted(Prediction(found.relative_error, more * collisions, more * self.engine_seconds))
+        if self.pilot:
+            limit = self.plan.run.max_walltime
+            if limit is not None:
+                # A segment must not outlast what is allowed: its length follows from the stretch expected.
+                factor = max(min(factor, limit / self.engine_seconds), 1.0)
+            self.pilot, self.engine_seconds = False, 0.0
+            self._begin(self.per_frame * self.plan.run.frames, factor * so_far * self.step)
+        elif found is not None:
+            look = self.goal.next_look(so_far, found)
+            self.segments = math.ceil(look / self.per_frame) * self.per_frame
+        return True
 
     def _mark(self) -> tuple[int, float]:
         # Sums since the start: differences of them do not depend on where a segment was cut.
@@ -309,12 +385,35 @@ class _Run:
 
     def _frames(self) -> int:
         """Return the number of frames that belong to the marks."""
-        return max(len(self.marks) - 1, 0) // self.per_frame
+        return 0 if self.pilot else max(len(self.marks) - 1, 0) // self.per_frame
+
+    def _blocks(self) -> list[Block]:
+        """Return what each segment added up to."""
+        return [
+            Block(self.step, after[0] - before[0], after[1] - before[1])
+            for before, after in zip(self.marks, self.marks[1:], strict=False)
+        ]
+
+    def _error_bar(self) -> Estimate | None:
+        """Return Z so far, or None where it never gets an error bar."""
+        from carom.studies import report
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # of short runs: this one goes on
+            pressure = report.pressure_of(self.sim, self._blocks())
+        return None if pressure is None else pressure.primary
+
+    def _late(self) -> bool:
+        """Tell whether the wall time is over; one frame is always waited for."""
+        limit = self.plan.run.max_walltime
+        spent = self.seconds + clock.perf_counter() - self._began
+        return limit is not None and spent >= limit and self._frames() > 0
 
     def _measure(self) -> None:
         parts = 1
-        while (segment := len(self.marks) - 1) < self.segments:
-            self._report("Measuring", (segment + self.part / PARTS) / self.segments)
+        stage = "Pilot" if self.pilot else "Measuring"
+        while (segment := len(self.marks) - 1) < self.segments and not self._late():
+            self._report(stage, (segment + self.part / PARTS) / self.segments)
             self._look()
             count, seconds = min(parts, PARTS - self.part), self.sim.seconds
             self.sim.run(time=count * (self.step / PARTS))
@@ -328,10 +427,10 @@ class _Run:
             if self.part == PARTS:
                 self.part = 0
                 self.marks.append(self._mark())
-                if (segment + 1) % self.per_frame == 0:
+                if not self.pilot and (segment + 1) % self.per_frame == 0:
                     self._write()
         self._look()
-        self._report("Measuring", 1.0)
+        self._report(stage, 1.0)
 
     def _write(self) -> None:
         frame = self.sim.frame()
@@ -341,16 +440,14 @@ class _Run:
     def _finish(self) -> RunResult:
         from carom.studies import report
 
-        blocks = [
-            Block(self.step, after[0] - before[0], after[1] - before[1])
-            for before, after in zip(self.marks, self.marks[1:], strict=False)
-        ]
+        blocks = self._blocks()
         assert self.equilibrated is not None
         facts = report.Facts(
             plan=self.plan,
             sim=self.sim,
             blocks=blocks,
             equilibration=(self.equilibrated[0], self.equilibrated[1]),
+            frames=self._frames(),
             rate=sum(block.collisions for block in blocks) / self.engine_seconds,
             began=self._began - self.seconds,
         )
@@ -385,6 +482,8 @@ class _Run:
             step=self.step,
             marks=self.marks,
             part=self.part,
+            segments=self.segments,
+            pilot=self.pilot,
         )
         # A large state takes long to write; at most half of the time goes there.
         after = clock.perf_counter()
