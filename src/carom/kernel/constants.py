@@ -8,6 +8,9 @@ NEVER = np.inf
 LAMBDA = -1
 """Partner of an advancement: nobody (the paper's Lambda)."""
 
+OBSTACLE = -2
+"""Partner of a component that meets obstacle k is ``OBSTACLE - k`` (the paper's N + k)."""
+
 # Why the cycle returned.
 REACHED_TIME = 0
 REACHED_COLLISIONS = 1

@@ -23,16 +23,18 @@ from carom.kernel.constants import (
     NEEDS_LOG,
     NEEDS_NEIGHBORS,
     NEVER,
+    OBSTACLE,
     REACHED_COLLISIONS,
     REACHED_TIME,
     SPENT,
 )
-from carom.kernel.dispatch import FAST, entry, inner
+from carom.kernel.dispatch import FAST, entry, generic, inner
 from carom.kernel.motion import position, velocity
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
-from carom.kernel.pair import contact_time, depth, interaction_time, jump
+from carom.kernel.obstacle import Obstacles, bounce, soonest
+from carom.kernel.pair import age, contact_time, depth, interaction_time, jump, transfer
 from carom.kernel.spread import LANES, WIDTH, spread
-from carom.kernel.tally import log_full, record
+from carom.kernel.tally import count_pair, log_full, record
 
 NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
@@ -50,6 +52,10 @@ class Model(NamedTuple):
     pair: tuple
     motion: tuple
     boundary: tuple
+    impact: tuple | None
+    """What a contact of two components loses, or None where it is elastic."""
+    obstacles: tuple | None
+    """Everything fixed that components can meet, or None."""
 
 
 @njit(**FAST)
@@ -68,10 +74,11 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
     chosen = np.int64(-1)
     for start in range(0, count, WIDTH):
         size = min(count - start, WIDTH)
-        for lane in range(0, size, LANES):
+        full = (size + LANES - 1) & ~(LANES - 1)
+        for lane in range(0, full, LANES):
             spread(state.rows, words, np.int64(begin) + start + lane, bits, block, half, np.int64(lane))
         earliest = NOBODY
-        for k in range(np.uint64(size)):
+        for k in range(np.uint64(full)):
             word = words[begin + np.uint64(start) + k]
             rr = 0.0
             rv = 0.0
@@ -91,6 +98,7 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
                 vv += v * v
             t = interaction_time(model.pair, i, index(model.boundary, word), rr, rv, vv, now)
             free = (block[room, 2 * dimension + 1, k] >= now + t) & (np.int64(word) != avoided)
+            free &= np.int64(k) < size  # what follows the last candidate is somebody's word, but not i's
             t = t if free else NEVER
             key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | np.int64(k)
             earliest = min(earliest, key)
@@ -158,11 +166,43 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
         searched = True
         due = NEVER
         word = search(model, state, neighbors, i, now, 0, met if again else NOBODY_MET)
-    if due < NEVER:
+    blocked = head_for(model.obstacles, model, state, calendar, i, now, due, True)
+    if due < NEVER and not blocked:
         pair_up(model, state, calendar, i, word, due)
         tally.clamped += np.int64(clamped)
         tally.returns += np.int64(met >= 0 and j == np.int64(index(model.boundary, met)))
     if held >= 0:
+        release(model, state, calendar, i, held, held_due)
+
+
+@generic
+def head_for(obstacles, model, state, calendar, i, now, due, every):
+    """Give i an event with the obstacle that it touches before the time ``due``; False if there is none."""
+    raise NotImplementedError(type(obstacles))
+
+
+@head_for.register
+def _(obstacles: None, model, state, calendar, i, now, due, every):
+    return False
+
+
+@head_for.register
+def _(obstacles: Obstacles, model, state, calendar, i, now, due, every):
+    t, number = soonest(obstacles, model, state, i, now, every)
+    if now + t >= due:
+        return False
+    state.rows[i].due = now + t
+    state.partner[i] = OBSTACLE - number
+    insert(calendar, np.int64(2 * i), now + t)
+    return True
+
+
+@inner
+def look_on(model, state, calendar, i, now):
+    """Look for obstacles in the images of the box that have come into view with the last change of sector."""
+    held = np.int64(state.partner[i])
+    held_due = state.rows[i].due
+    if head_for(model.obstacles, model, state, calendar, i, now, held_due, False) and held >= 0:
         release(model, state, calendar, i, held, held_due)
 
 
@@ -265,7 +305,7 @@ def advance(model, state, neighbors, i, now):
 
 
 @inner
-def collide(model, state, neighbors, tally, log, i, word, now):
+def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     """Process both halves of a collision: advance, jump, settle."""
     rows = state.rows
     j = np.uint64(index(model.boundary, word))
@@ -279,19 +319,45 @@ def collide(model, state, neighbors, tally, log, i, word, now):
         r = separation(model.boundary, i, word, axis, other.x[axis] - me.x[axis])
         rr += r * r
         rv += r * (other.v[axis] - me.v[axis])
-    a, b, virial = jump(model.pair, np.int64(i), np.int64(j), rr, rv)
+    a, b, virial = jump(model.pair, np.int64(i), np.int64(j), rr, rv, now)
+    part = transfer(model.impact, rr, rv)
+    a *= part
+    b *= part
+    virial *= part
     for axis in range(len(model.boundary.edges)):
         r = separation(model.boundary, i, word, axis, other.x[axis] - me.x[axis])
         me.v[axis] += a * r
         other.v[axis] -= b * r
     tally.collisions += 1
     tally.virial += virial
-    tally.depth = max(tally.depth, depth(model.pair, np.int64(i), np.int64(j), rr))
+    tally.depth = max(tally.depth, depth(model.pair, np.int64(i), np.int64(j), rr, now))
+    count_pair(by_species, np.int64(i), np.int64(j), virial)
     record(log, state.clock[0], np.int64(i), word, virial / np.sqrt(rr))
     rows[i].due = NEVER
     rows[j].due = NEVER
     state.partner[i] = LAMBDA
     state.partner[j] = LAMBDA
+
+
+@generic
+def rebound(obstacles, model, state, neighbors, log, i, partner, now):
+    """Process the collision of i with an obstacle; False if its event is an advancement."""
+    raise NotImplementedError(type(obstacles))
+
+
+@rebound.register
+def _(obstacles: None, model, state, neighbors, log, i, partner, now):
+    return False
+
+
+@rebound.register
+def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
+    if partner == LAMBDA:
+        return False
+    advance(model, state, neighbors, i, now)
+    momentum = bounce(model, state, i, OBSTACLE - partner, now)
+    record(log, state.clock[0], np.int64(i), partner, momentum)
+    return True
 
 
 @inner
@@ -304,12 +370,13 @@ def new_epoch(model, state, neighbors):
         state.rows[i].t = 0.0
         state.rows[i].due -= length
         state.leave[i] -= length
+    age(model.pair, length)
     clock.epoch += 1
     clock.now = 0.0
 
 
 def _schedule(digest):
-    def schedule(model, state, neighbors, calendar, tallies):
+    def schedule(model, state, neighbors, calendar, tallies, by_species):
         """Build the neighbour scheme and schedule every component at the present time; False if an array is
         too small.
         """
@@ -338,7 +405,9 @@ def _schedule(digest):
 
 
 def _run(digest):
-    def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, collisions, cycles):
+    def run(
+        model, state, neighbors, calendar, tallies, by_species, log, end_epoch, end_time, collisions, cycles
+    ):
         """Run the main cycle and say why it returned.
 
         Parameters
@@ -352,7 +421,8 @@ def _run(digest):
         """
         digest  # noqa: B018 (part of the cache's key)
         model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
-        calendar, tallies, log = borrowed(calendar), borrowed(tallies), borrowed(log)
+        calendar, tallies = borrowed(calendar), borrowed(tallies)
+        by_species, log = borrowed(by_species), borrowed(log)
         clock = state.clock[0]
         tally = tallies[0]
         control = calendar.control[0]
@@ -399,22 +469,26 @@ def _run(digest):
                 if lasting(model.boundary):
                     found = nearest(model, state, i, now, words, begin, count, 0, NOBODY_MET)
                     welcome(model, state, calendar, tally, i, now, found)
+                    look_on(model, state, calendar, i, now)
                 else:
                     start_over(model, state, neighbors, calendar, tally, i, now)
                 watch(model, state, neighbors, calendar, i, now)
                 continue
             pop(calendar)
             word = np.int64(state.partner[i])
-            if word == LAMBDA:
-                tally.advancements += 1
+            if word < 0:
+                thrown = rebound(model.obstacles, model, state, neighbors, log, i, word, now)
+                tally.advancements += np.int64(not thrown)
                 found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
                 predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
+                if thrown:
+                    watch(model, state, neighbors, calendar, i, now)
                 continue
             j = np.uint64(index(model.boundary, word))
             if j < i:  # the same bits, whichever of the two was found first
                 word = np.int64(mirror(model.boundary, np.int64(i), word))
                 i, j = j, i
-            collide(model, state, neighbors, tally, log, i, word, now)
+            collide(model, state, neighbors, tally, by_species, log, i, word, now)
             # Two searches that do not wait for each other.
             found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
             other = search(model, state, neighbors, j, now, 1, NOBODY_MET)

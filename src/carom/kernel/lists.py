@@ -1,22 +1,26 @@
 """Neighbour lists: the sector's idea with a sphere for a sector.
 
-Every component has a reference point. Two components are listed with each other while their reference points
-are within ``reach``; a component that has moved ``margin = (reach - sigma) / 2`` away from its own takes a
-new one and renews its list, alone. Reference points are fractions of the box in 32-bit integers: differences
-then are the nearest image's by themselves, and exact.
+Every component has a reference point, and a sphere around it which its surface does not leave: its *bound*.
+Two components are listed with each other while their bounds touch. A component whose surface has come to its
+bound takes a new reference point and renews its list, alone. Reference points are fractions of the box in
+32-bit integers: differences then are the nearest image's by themselves, and exact.
+
+Who is near is looked up in cells. Components of very different bounds are kept in grids of their own, each
+with cells as wide as the largest bounds in it (*levels*), so that small ones are not looked for in large
+cells.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.kernel.constants import NEVER
-from carom.kernel.dispatch import inner
+from carom.kernel.dispatch import generic, inner
 from carom.kernel.lookahead import ask_candidates, ask_rows, prefetch
 from carom.kernel.motion import position
-from carom.kernel.neighbors import candidates, neighborhood, settle, transit, transit_time, wrapped
+from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
 
 GRAIN = 2.0**-32
@@ -27,31 +31,197 @@ STEP = 8
 """Members of a cell copied in one go."""
 
 
+class EqualBounds(NamedTuple):
+    """Bounds of components that are all of one diameter."""
+
+    square: float
+    """Square of the distance of reference points up to which two components are listed."""
+    margin: float
+    """Distance from its reference point that a component may reach [length]."""
+    room: int
+    """Neighbours a list can hold."""
+
+
+class UnequalBounds(NamedTuple):
+    """Bounds of components of several diameters."""
+
+    bounds: np.ndarray
+    """Radius of each bound, (n + 1,) float64 [length]."""
+    margin: float
+    """Distance from its reference point that a component may reach [length]."""
+    starts: np.ndarray
+    """Where each list begins, and where the last one ends, (n + 1,) int64."""
+    levels: np.ndarray
+    """Level of each component, (n + 1,) uint8."""
+    count: int
+    """How many levels there are."""
+
+
+class GrowingBounds(NamedTuple):
+    """Bounds of components that grow inside them."""
+
+    bounds: np.ndarray
+    """Radius of each bound, (n + 1,) float64 [length]."""
+    radii: np.ndarray
+    """Radii of the components at the beginning of the epoch: the array of the cores themselves."""
+    rates: np.ndarray
+    """Rates at which they grow, theirs too."""
+    starts: np.ndarray
+    """Where each list begins, and where the last one ends, (n + 1,) int64."""
+    levels: np.ndarray
+    """Level of each component, (n + 1,) uint8."""
+    count: int
+    """How many levels there are."""
+    slack: float
+    """Part of the margin that is used."""
+
+
+@generic
+def touching(bounds, i, j):
+    """Return the squared distance of reference points up to which i and j are listed."""
+    raise NotImplementedError(type(bounds))
+
+
+@touching.register
+def _(bounds: EqualBounds, i, j):
+    return bounds.square
+
+
+@inner
+def touching_sum(bounds, i, j):
+    """Return the square of the sum of two bounds."""
+    both = bounds.bounds[i] + bounds.bounds[j]
+    return both * both
+
+
+@touching.register
+def _(bounds: UnequalBounds, i, j):
+    return touching_sum(bounds, i, j)
+
+
+@touching.register
+def _(bounds: GrowingBounds, i, j):
+    return touching_sum(bounds, i, j)
+
+
+@generic
+def margin(bounds, i, now):
+    """Return how far from its reference point component i may be, and how fast that shrinks."""
+    raise NotImplementedError(type(bounds))
+
+
+@margin.register
+def _(bounds: EqualBounds, i, now):
+    return bounds.margin, 0.0
+
+
+@margin.register
+def _(bounds: UnequalBounds, i, now):
+    return bounds.margin, 0.0
+
+
+@margin.register
+def _(bounds: GrowingBounds, i, now):
+    left = bounds.bounds[i] - bounds.radii[i] - bounds.rates[i] * now
+    return max(left, 0.0) * bounds.slack, bounds.rates[i]
+
+
+@generic
+def start(bounds, i):
+    """Return where the list of component i begins; that of i + 1 begins where its room ends."""
+    raise NotImplementedError(type(bounds))
+
+
+@start.register
+def _(bounds: EqualBounds, i):
+    return i * np.uint64(bounds.room)
+
+
+@start.register
+def _(bounds: UnequalBounds, i):
+    return np.uint64(bounds.starts[i])
+
+
+@start.register
+def _(bounds: GrowingBounds, i):
+    return np.uint64(bounds.starts[i])
+
+
+@generic
+def level(bounds, i):
+    """Return the level of component i."""
+    raise NotImplementedError(type(bounds))
+
+
+@level.register
+def _(bounds: EqualBounds, i):
+    return np.uint64(0)
+
+
+@level.register
+def _(bounds: UnequalBounds, i):
+    return np.uint64(bounds.levels[i])
+
+
+@level.register
+def _(bounds: GrowingBounds, i):
+    return np.uint64(bounds.levels[i])
+
+
+@generic
+def levels(bounds):
+    """Return how many levels there are."""
+    raise NotImplementedError(type(bounds))
+
+
+@levels.register
+def _(bounds: EqualBounds):
+    return 1
+
+
+@levels.register
+def _(bounds: UnequalBounds):
+    return bounds.count
+
+
+@levels.register
+def _(bounds: GrowingBounds):
+    return bounds.count
+
+
+class Grid(NamedTuple):
+    """Where the cells of every level are, one grid after the other."""
+
+    shape: np.ndarray
+    """Cells along each axis, (levels, d) int64."""
+    base: np.ndarray
+    """First cell of each level, (levels,) int64."""
+    offsets: np.ndarray
+    """Offsets of the cells to look into, (levels, levels, most, d) int64: for a component of the first level,
+    in the grid of the second.
+    """
+    many: np.ndarray
+    """How many they are, (levels, levels) int64."""
+
+
 class Lists(NamedTuple):
     """Components by neighbour."""
 
-    shape: tuple
-    """Cells along each axis."""
+    bounds: Any
+    """EqualBounds, UnequalBounds or GrowingBounds."""
+    grid: Grid
     cells: np.ndarray
     """What each cell holds, (cells, d + 1, room) uint32: components and, beside them, their reference
     points.
     """
     members: np.ndarray
     """How many each cell holds, (cells,) int32."""
-    digits: np.ndarray
-    """Offset -1, 0 or 1 along each axis of the 3^d cells around one, (3^d, d) int64."""
     grain: tuple
     """Length of one step of a reference point along each axis."""
-    reach: float
-    """Square of the distance of reference points up to which two components are listed."""
-    margin: float
-    """Square of the distance from its reference point that a component may reach."""
     reference: np.ndarray
     """Reference points, (n, d) uint32."""
     words: np.ndarray
-    """Neighbours, (n * capacity,) uint32, each list padded with the ghost."""
-    capacity: int
-    """Room of one list."""
+    """Neighbours, list after list, uint32."""
     fresh: np.ndarray
     """Room for one reference point that is not in force yet, (d,) uint32."""
     found: np.ndarray
@@ -66,30 +236,77 @@ class Lists(NamedTuple):
     """How many neighbours, (n,) int32."""
 
 
-def make_lists(n: int, edges, shape, cell_capacity: int, reach: float, margin: float, capacity: int) -> Lists:
-    """Return empty lists: reference points within ``reach``, flights up to ``margin`` [length]."""
-    dimension = len(shape)
-    count = int(np.prod(shape))
-    room = -(-cell_capacity // STEP) * STEP
-    around = 3**dimension * room + STEP
+def make_lists(n: int, grain, bounds, grid: Grid, cell_capacity: int, words: int) -> Lists:
+    """Return empty lists.
+
+    Parameters
+    ----------
+    n : int
+        Components.
+    grain : d floats
+        Length of one step of a reference point [length].
+    bounds : EqualBounds, UnequalBounds or GrowingBounds
+        Bounds of the components.
+    grid : Grid
+        The cells.
+    cell_capacity : int
+        Components a cell can hold, a multiple of 8.
+    words : int
+        Neighbours that all lists can hold.
+    """
+    dimension = len(grain)
+    cells = int(grid.shape.prod(axis=1).sum())
+    room = min(int(grid.many.sum(axis=1).max()) * cell_capacity, n) + 2 * STEP
     return Lists(
-        shape=tuple(int(size) for size in shape),
-        cells=aligned(count * (dimension + 1) * room, np.uint32).reshape(count, dimension + 1, room),
-        members=np.zeros(count, np.int32),
-        digits=neighborhood(dimension),
-        grain=tuple(edge * GRAIN for edge in edges),
-        reach=reach * reach,
-        margin=margin * margin,
+        bounds=bounds,
+        grid=grid,
+        cells=aligned(cells * (dimension + 1) * cell_capacity, np.uint32).reshape(
+            cells, dimension + 1, cell_capacity
+        ),
+        members=np.zeros(cells, np.int32),
+        grain=tuple(grain),
         reference=np.zeros((n, dimension), np.uint32),
-        words=np.full(n * capacity, n, np.uint32),
-        counts=np.zeros(n, np.int32),
-        capacity=capacity,
+        words=np.full(words + STEP, n, np.uint32),
         fresh=np.zeros(dimension, np.uint32),
-        found=np.zeros((dimension + 1, around), np.uint32),
+        found=np.zeros((dimension + 1, room), np.uint32),
         stale=np.zeros(dimension, np.uint32),
-        newcomers=np.zeros(around + STEP, np.uint32),
-        hits=np.zeros(around, np.int64),
+        newcomers=np.full(room + STEP, n, np.uint32),
+        hits=np.zeros(room, np.int64),
+        counts=np.zeros(n, np.int32),
     )
+
+
+def make_grid(shapes, spans) -> Grid:
+    """Return the grids of all levels.
+
+    Parameters
+    ----------
+    shapes : (levels) sequences of d ints
+        Cells along each axis.
+    spans : (levels, levels) nested sequences of d ints
+        How many cells to look to either side along each axis: for a component of the first level, in the grid
+        of the second.
+    """
+    size = len(shapes)
+    tables = [[_block(shapes[b], spans[a][b]) for b in range(size)] for a in range(size)]
+    many = np.array([[len(table) for table in row] for row in tables], np.int64)
+    offsets = np.zeros((size, size, int(many.max()), len(shapes[0])), np.int64)
+    for a in range(size):
+        for b in range(size):
+            offsets[a, b, : many[a, b]] = tables[a][b]
+    cells = [int(np.prod(shape)) for shape in shapes]
+    return Grid(
+        np.array(shapes, np.int64), np.cumsum([0, *cells[:-1]]).astype(np.int64), offsets, many
+    )
+
+
+def _block(shape, span) -> np.ndarray:
+    """Return the offsets of a block of cells, none of them twice where it goes all around the box."""
+    axes = [
+        np.arange(-reach, reach + 1) if 2 * reach + 1 <= size else np.arange(size) - size // 2
+        for size, reach in zip(shape, span, strict=True)
+    ]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
 
 @inner
@@ -99,31 +316,33 @@ def wrap32(difference):
 
 
 @inner
-def cell_of(lists, point):
-    """Return the cell of a reference point."""
+def cell_of(lists, own, point):
+    """Return the cell of a reference point in the grid of level ``own``."""
     cell = np.int64(0)
     for axis in range(len(lists.grain)):
-        size = lists.shape[axis]
+        size = lists.grid.shape[own, axis]
         cell = cell * size + ((np.int64(point[axis]) * size) >> 32)
-    return np.uint64(cell)
+    return np.uint64(lists.grid.base[own] + cell)
 
 
 @inner
-def cell_near(lists, point, code):
-    """Return the cell at offset ``code`` from that of a reference point."""
+def cell_near(lists, own, other, point, k):
+    """Return the k-th cell around a reference point of a component of level ``own`` in the grid of another
+    level.
+    """
     cell = np.int64(0)
     for axis in range(len(lists.grain)):
-        size = lists.shape[axis]
-        place = ((np.int64(point[axis]) * size) >> 32) + lists.digits[code, axis]
-        place = size - 1 if place < 0 else (0 if place >= size else place)
+        size = lists.grid.shape[other, axis]
+        place = ((np.int64(point[axis]) * size) >> 32) + lists.grid.offsets[own, other, k, axis]
+        place = place + size if place < 0 else (place - size if place >= size else place)
         cell = cell * size + place
-    return np.uint64(cell)
+    return np.uint64(lists.grid.base[other] + cell)
 
 
 @inner
 def unlist(lists, i, j):
     """Remove j from the list of i."""
-    first = i * np.uint64(lists.capacity)
+    first = start(lists.bounds, i)
     count = lists.counts[i] - 1
     last = first + np.uint64(count)
     for k in range(first, last):
@@ -135,10 +354,17 @@ def unlist(lists, i, j):
 
 
 @inner
+def listed_fully(lists, i):
+    """Tell whether the list of i has no room left."""
+    count = np.uint64(lists.counts[i])
+    return start(lists.bounds, i) + count == start(lists.bounds, i + np.uint64(1))
+
+
+@inner
 def enlist(lists, i, j):
     """Add j to the list of i; the caller has seen to the room."""
     count = lists.counts[i]
-    lists.words[i * np.uint64(lists.capacity) + np.uint64(count)] = j
+    lists.words[start(lists.bounds, i) + np.uint64(count)] = j
     lists.counts[i] = count + 1
 
 
@@ -179,7 +405,7 @@ def leave_cell(lists, cell, i):
 
 @candidates.register
 def _(neighbors: Lists, boundary, i, half):
-    return neighbors.words, i * np.uint64(neighbors.capacity), (np.int64(neighbors.counts[i]) + 7) & ~7
+    return neighbors.words, start(neighbors.bounds, i), np.int64(neighbors.counts[i])
 
 
 @inner
@@ -194,9 +420,10 @@ def refer(lists, motion, state, i, now):
 @transit_time.register
 def _(neighbors: Lists, motion, boundary, state, i, now):
     row = state.rows[i]
+    room, rate = margin(neighbors.bounds, i, now)
     rr = 0.0
-    rv = 0.0
-    vv = 0.0
+    b = room * rate
+    a = -rate * rate
     for axis in range(len(neighbors.grain)):
         v = row.v[axis]
         r = (
@@ -205,21 +432,21 @@ def _(neighbors: Lists, motion, boundary, state, i, now):
         )
         r -= boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
         rr += r * r
-        rv += r * v
-        vv += v * v
-    if vv == 0.0:
+        b += r * v
+        a += v * v
+    if a == 0.0:
         return NEVER
-    # The outward root of |r + v t|^2 = margin^2, in the form that does not cancel for either sign of r.v.
-    c = max(neighbors.margin - rr, 0.0)
-    root = np.sqrt(rv * rv + vv * c)
-    t = c / (rv + root) if rv > 0.0 else (root - rv) / vv
+    # The outward root of |r + v t| = room - rate t, in the form that does not cancel for either sign of b.
+    c = max(room * room - rr, 0.0)
+    root = np.sqrt(max(b * b + a * c, 0.0))
+    t = c / (b + root) if b > 0.0 else (root - b) / a
     return now + t
 
 
 @transit.register
 def _(neighbors: Lists, motion, boundary, state, i, now):
     count = renew(neighbors, motion, state, i, now)
-    return count >= 0, neighbors.newcomers, np.uint64(0), (count + 7) & ~7
+    return count >= 0, neighbors.newcomers, np.uint64(0), count
 
 
 @inner
@@ -232,16 +459,17 @@ def renew(lists, motion, state, i, now):
     nobody = np.uint32(len(lists.counts))
     old = lists.stale
     fresh = lists.fresh
+    own = level(lists.bounds, i)
     for axis in range(len(lists.grain)):
         old[axis] = lists.reference[i, axis]
     refer(lists, motion, state, i, now)
-    leave_cell(lists, cell_of(lists, old), me)
-    first = i * np.uint64(lists.capacity)
+    leave_cell(lists, cell_of(lists, own, old), me)
+    first = start(lists.bounds, i)
     end = first + np.uint64(lists.counts[i])
     kept = first
     for k in range(first, end):
         j = lists.words[k]
-        if apart(lists, fresh, np.uint64(j)) <= lists.reach:
+        if apart(lists, fresh, np.uint64(j)) <= touching(lists.bounds, i, np.uint64(j)):
             lists.words[kept] = j
             kept += np.uint64(1)
         else:
@@ -249,34 +477,35 @@ def renew(lists, motion, state, i, now):
     for k in range(kept, end):
         lists.words[k] = nobody
     lists.counts[i] = kept - first
-    total = look_around(lists, fresh)
+    total = look_around(lists, own, fresh)
     for k in range(total):
-        lists.hits[k] = np.int64(
-            (beside(lists, fresh, k) <= lists.reach) & (beside(lists, old, k) > lists.reach)
-        )
+        limit = touching(lists.bounds, i, np.uint64(lists.found[0, k]))
+        lists.hits[k] = np.int64((beside(lists, fresh, k) <= limit) & (beside(lists, old, k) > limit))
     for axis in range(len(lists.grain)):
         lists.reference[i, axis] = fresh[axis]
-    if not enter_cell(lists, cell_of(lists, fresh), me, fresh):
+    if not enter_cell(lists, cell_of(lists, own, fresh), me, fresh):
         return np.int64(-1)
     return enlist_hits(lists, i, total)
 
 
 @inner
-def look_around(lists, point):
-    """Put all in the 3^d cells around a reference point into ``found`` and return how many they are.
+def look_around(lists, own, point):
+    """Put all in the cells around a reference point of a component of level ``own`` into ``found`` and return
+    how many they are.
 
     Members are copied eight at a time, whether so many are there or not: cells hold a few each, and a loop
     over the right number would be mispredicted at every one.
     """
     total = np.uint64(0)
-    for code in range(np.uint64(len(lists.digits))):
-        cell = cell_near(lists, point, code)
-        count = np.uint64(lists.members[cell])
-        for start in range(np.uint64(0), count, np.uint64(STEP)):
-            for row in range(len(lists.grain) + 1):
-                for k in range(np.uint64(STEP)):
-                    lists.found[row, total + start + k] = lists.cells[cell, row, start + k]
-        total += count
+    for other in range(np.uint64(levels(lists.bounds))):
+        for near in range(np.uint64(lists.grid.many[own, other])):
+            cell = cell_near(lists, own, other, point, near)
+            count = np.uint64(lists.members[cell])
+            for begin in range(np.uint64(0), count, np.uint64(STEP)):
+                for row in range(len(lists.grain) + 1):
+                    for k in range(np.uint64(STEP)):
+                        lists.found[row, total + begin + k] = lists.cells[cell, row, begin + k]
+            total += count
     return total
 
 
@@ -297,20 +526,18 @@ def enlist_hits(lists, i, total):
     for k in range(total):  # without a branch: who is near is a coin toss for the processor
         lists.newcomers[last] = lists.found[0, k]
         last += np.uint64(lists.hits[k])
-    for k in range(np.uint64(STEP)):
-        lists.newcomers[last + k] = len(lists.counts)
     for k in range(last):
-        j = lists.newcomers[k]
-        if lists.counts[i] == lists.capacity or lists.counts[j] == lists.capacity:
+        j = np.uint64(lists.newcomers[k])
+        if listed_fully(lists, i) or listed_fully(lists, j):
             return np.int64(-1)
-        enlist(lists, i, j)
-        enlist(lists, np.uint64(j), np.uint32(i))
+        enlist(lists, i, np.uint32(j))
+        enlist(lists, j, np.uint32(i))
     return np.int64(last)
 
 
 @ask_candidates.register
 def _(neighbors: Lists, i):
-    begin = np.int64(i) * neighbors.capacity
+    begin = np.int64(start(neighbors.bounds, i))
     prefetch(neighbors.words, begin)
     prefetch(neighbors.words, begin + 16)
     prefetch(neighbors.counts, np.int64(i))
@@ -318,7 +545,7 @@ def _(neighbors: Lists, i):
 
 @ask_rows.register
 def _(neighbors: Lists, rows, i):
-    begin = i * np.uint64(neighbors.capacity)
+    begin = start(neighbors.bounds, i)
     for k in range(begin, begin + np.uint64(neighbors.counts[i])):
         prefetch(rows, np.int64(neighbors.words[k]))
 
@@ -336,13 +563,15 @@ def _(neighbors: Lists, motion, boundary, state):
     neighbors.words[:] = len(neighbors.counts)
     fresh = neighbors.fresh
     for i in range(np.uint64(len(state.partner))):
+        own = level(neighbors.bounds, i)
         refer(neighbors, motion, state, i, now)
-        total = look_around(neighbors, fresh)
+        total = look_around(neighbors, own, fresh)
         for k in range(total):
-            neighbors.hits[k] = np.int64(beside(neighbors, fresh, k) <= neighbors.reach)
+            limit = touching(neighbors.bounds, i, np.uint64(neighbors.found[0, k]))
+            neighbors.hits[k] = np.int64(beside(neighbors, fresh, k) <= limit)
         for axis in range(len(neighbors.grain)):
             neighbors.reference[i, axis] = fresh[axis]
-        entered = enter_cell(neighbors, cell_of(neighbors, fresh), np.uint32(i), fresh)
+        entered = enter_cell(neighbors, cell_of(neighbors, own, fresh), np.uint32(i), fresh)
         if not entered or enlist_hits(neighbors, i, total) < 0:
             return False
     return True

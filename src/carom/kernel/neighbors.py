@@ -74,11 +74,11 @@ def candidates(neighbors, boundary, i, half):
     Returns
     -------
     words : uint32 array
-        Holds the words, padded with the ghost.
+        Holds the words; eight more can be read behind the last one, each of them a word of somebody.
     begin : int
         Where in the array they begin.
     count : int
-        How many of them to look at, a multiple of 8.
+        How many they are.
     """
     raise NotImplementedError(type(neighbors))
 

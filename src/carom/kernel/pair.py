@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.kernel.constants import NEVER
-from carom.kernel.dispatch import generic
+from carom.kernel.dispatch import generic, inner
 
 
 class EqualCores(NamedTuple):
@@ -15,8 +15,190 @@ class EqualCores(NamedTuple):
 
     square: float
     """Diameter squared [length^2]."""
-    mass: float
+    core: float
+    """Radius [length]."""
+    weight: float
     """Mass of each component."""
+
+
+class UnequalCores(NamedTuple):
+    """Hard cores that touch at the sum of their radii."""
+
+    radii: np.ndarray
+    """(n + 1,) float64; the ghost has one, too."""
+    masses: np.ndarray
+    """(n + 1,) float64."""
+
+
+class SpeciesCores(NamedTuple):
+    """Hard cores that touch at a distance of their own for every pair of species (non-additive)."""
+
+    kinds: np.ndarray
+    """Species, (n + 1,) int64."""
+    squares: np.ndarray
+    """Contact distances squared, (K * K,) float64."""
+    species: int
+    """K."""
+    radii: np.ndarray
+    """At obstacles, (n + 1,) float64."""
+    masses: np.ndarray
+    """(n + 1,) float64."""
+
+
+class GrowingCores(NamedTuple):
+    """Hard cores whose radii grow linearly (Lubachevsky and Stillinger; the paper's sec. 8)."""
+
+    radii: np.ndarray
+    """At the beginning of the epoch, (n + 1,) float64."""
+    rates: np.ndarray
+    """Radius gained a time, (n + 1,) float64."""
+    masses: np.ndarray
+    """(n + 1,) float64."""
+
+
+@generic
+def radius(pair, i, now):
+    """Return the radius of component i at the time now."""
+    raise NotImplementedError(type(pair))
+
+
+@radius.register
+def _(pair: EqualCores, i, now):
+    return pair.core
+
+
+@radius.register
+def _(pair: UnequalCores, i, now):
+    return pair.radii[i]
+
+
+@radius.register
+def _(pair: SpeciesCores, i, now):
+    return pair.radii[i]
+
+
+@radius.register
+def _(pair: GrowingCores, i, now):
+    return pair.radii[i] + pair.rates[i] * now
+
+
+@generic
+def growth(pair, i):
+    """Return the rate at which the radius of component i grows."""
+    raise NotImplementedError(type(pair))
+
+
+@growth.register
+def _(pair: EqualCores, i):
+    return 0.0
+
+
+@growth.register
+def _(pair: UnequalCores, i):
+    return 0.0
+
+
+@growth.register
+def _(pair: SpeciesCores, i):
+    return 0.0
+
+
+@growth.register
+def _(pair: GrowingCores, i):
+    return pair.rates[i]
+
+
+@generic
+def mass(pair, i):
+    """Return the mass of component i."""
+    raise NotImplementedError(type(pair))
+
+
+@mass.register
+def _(pair: EqualCores, i):
+    return pair.weight
+
+
+@mass.register
+def _(pair: UnequalCores, i):
+    return pair.masses[i]
+
+
+@mass.register
+def _(pair: SpeciesCores, i):
+    return pair.masses[i]
+
+
+@mass.register
+def _(pair: GrowingCores, i):
+    return pair.masses[i]
+
+
+@generic
+def age(pair, duration):
+    """Bring what depends on time from the beginning of an epoch to that of the next."""
+    raise NotImplementedError(type(pair))
+
+
+@age.register
+def _(pair: EqualCores, duration):
+    return None
+
+
+@age.register
+def _(pair: UnequalCores, duration):
+    return None
+
+
+@age.register
+def _(pair: SpeciesCores, duration):
+    return None
+
+
+@age.register
+def _(pair: GrowingCores, duration):
+    for i in range(len(pair.radii)):
+        pair.radii[i] += pair.rates[i] * duration
+
+
+@inner
+def additive(pair, i, j):
+    """Return the contact distance squared of cores that do not grow."""
+    contact = pair.radii[i] + pair.radii[j]
+    return contact * contact
+
+
+@inner
+def tabled(pair, i, j):
+    """Return the contact distance squared of a pair of species."""
+    return pair.squares[pair.kinds[i] * pair.species + pair.kinds[j]]
+
+
+@inner
+def first_contact(c, rv, vv):
+    """Return the time until r.r has fallen by c, or NEVER (Lubachevsky 1991, eq. 2).
+
+    In the form ``c / (-b + sqrt(b^2 - a c))``, which keeps its digits at grazing contacts. A pair that
+    overlaps by rounding and approaches meets now (sec. 6). No branch: the loop over candidates is vectorised.
+    """
+    discriminant = rv * rv - vv * c
+    t = c / (np.sqrt(max(discriminant, 0.0)) - rv)
+    return max(t, 0.0) if (rv < 0.0) & (discriminant >= 0.0) else NEVER
+
+
+@inner
+def sure_contact(c, rv, vv):
+    """Return the time until contact of a pair known to meet, and whether it was negative."""
+    t = c / (np.sqrt(max(rv * rv - vv * c, 0.0)) - rv)
+    return max(t, 0.0), t < 0.0
+
+
+@inner
+def growing(pair, i, j, rr, rv, vv, now):
+    """Return c, b, a of ``c + 2 b t + a t^2 = 0`` at the contact of two cores that grow."""
+    rate = pair.rates[i] + pair.rates[j]
+    contact = pair.radii[i] + pair.radii[j] + rate * now
+    return rr - contact * contact, rv - contact * rate, vv - rate * rate
 
 
 @generic
@@ -31,22 +213,32 @@ def interaction_time(pair, i, j, rr, rv, vv, now):
         The components.
     rr, rv, vv : float
         r.r [length^2], r.v and v.v of j relative to i, both at the time ``now``.
-
-    Notes
-    -----
-    Lubachevsky (1991), eq. (2), in the form ``c / (-b + sqrt(b^2 - a c))``, which keeps its digits at grazing
-    contacts. A pair that overlaps by rounding and approaches meets now (sec. 6). No branch: the loop over
-    candidates is vectorised.
     """
     raise NotImplementedError(type(pair))
 
 
 @interaction_time.register
 def _(pair: EqualCores, i, j, rr, rv, vv, now):
-    c = rr - pair.square
-    discriminant = rv * rv - vv * c
-    t = c / (np.sqrt(max(discriminant, 0.0)) - rv)
-    return max(t, 0.0) if (rv < 0.0) & (discriminant >= 0.0) else NEVER
+    return first_contact(rr - pair.square, rv, vv)
+
+
+@interaction_time.register
+def _(pair: UnequalCores, i, j, rr, rv, vv, now):
+    return first_contact(rr - additive(pair, i, j), rv, vv)
+
+
+@interaction_time.register
+def _(pair: SpeciesCores, i, j, rr, rv, vv, now):
+    return first_contact(rr - tabled(pair, i, j), rv, vv)
+
+
+@interaction_time.register
+def _(pair: GrowingCores, i, j, rr, rv, vv, now):
+    c, b, a = growing(pair, i, j, rr, rv, vv, now)
+    discriminant = b * b - a * c
+    t = c / (np.sqrt(max(discriminant, 0.0)) - b)
+    # Cores that grow faster than their centres part are caught up with (a < 0).
+    return max(t, 0.0) if ((b < 0.0) | (a < 0.0)) & (discriminant >= 0.0) else NEVER
 
 
 @generic
@@ -68,14 +260,29 @@ def contact_time(pair, i, j, rr, rv, vv, now):
 
 @contact_time.register
 def _(pair: EqualCores, i, j, rr, rv, vv, now):
-    c = rr - pair.square
-    t = c / (np.sqrt(max(rv * rv - vv * c, 0.0)) - rv)
-    return max(t, 0.0), t < 0.0
+    return sure_contact(rr - pair.square, rv, vv)
+
+
+@contact_time.register
+def _(pair: UnequalCores, i, j, rr, rv, vv, now):
+    return sure_contact(rr - additive(pair, i, j), rv, vv)
+
+
+@contact_time.register
+def _(pair: SpeciesCores, i, j, rr, rv, vv, now):
+    return sure_contact(rr - tabled(pair, i, j), rv, vv)
+
+
+@contact_time.register
+def _(pair: GrowingCores, i, j, rr, rv, vv, now):
+    c, b, a = growing(pair, i, j, rr, rv, vv, now)
+    return sure_contact(c, b, a)
 
 
 @generic
-def jump(pair, i, j, rr, rv):
-    """Return what a contact adds to the velocities: ``v_i += a r``, ``v_j -= b r`` with r from i to j.
+def jump(pair, i, j, rr, rv, now):
+    """Return what an elastic contact adds to the velocities: ``v_i += a r``, ``v_j -= b r`` with r from i to
+    j.
 
     Returns
     -------
@@ -88,19 +295,95 @@ def jump(pair, i, j, rr, rv):
 
 
 @jump.register
-def _(pair: EqualCores, i, j, rr, rv):
+def _(pair: EqualCores, i, j, rr, rv, now):
     # The distance found, not the diameter: the energy is then kept to rounding even where c was not quite
     # zero.
     factor = rv / rr
-    return factor, factor, -pair.mass * rv
+    return factor, factor, -pair.weight * rv
+
+
+@inner
+def exchange(pair, i, j, rr, approach):
+    """Return what the exchange of momentum of unequal masses does; ``approach`` is r.v of the surfaces."""
+    total = pair.masses[i] + pair.masses[j]
+    factor = 2.0 * approach / (rr * total)
+    return (
+        factor * pair.masses[j],
+        factor * pair.masses[i],
+        -2.0 * approach * (pair.masses[i] * pair.masses[j] / total),
+    )
+
+
+@jump.register
+def _(pair: UnequalCores, i, j, rr, rv, now):
+    return exchange(pair, i, j, rr, rv)
+
+
+@jump.register
+def _(pair: SpeciesCores, i, j, rr, rv, now):
+    return exchange(pair, i, j, rr, rv)
+
+
+@jump.register
+def _(pair: GrowingCores, i, j, rr, rv, now):
+    # Elastic in the frame of the surfaces, which approach each other faster than the centres: no pair sticks.
+    return exchange(pair, i, j, rr, rv - np.sqrt(rr) * (pair.rates[i] + pair.rates[j]))
 
 
 @generic
-def depth(pair, i, j, rr):
+def depth(pair, i, j, rr, now):
     """Return ``(contact distance)^2 / r.r``: above one where i and j overlap."""
     raise NotImplementedError(type(pair))
 
 
 @depth.register
-def _(pair: EqualCores, i, j, rr):
+def _(pair: EqualCores, i, j, rr, now):
     return pair.square / rr
+
+
+@depth.register
+def _(pair: UnequalCores, i, j, rr, now):
+    return additive(pair, i, j) / rr
+
+
+@depth.register
+def _(pair: SpeciesCores, i, j, rr, now):
+    return tabled(pair, i, j) / rr
+
+
+@depth.register
+def _(pair: GrowingCores, i, j, rr, now):
+    contact = radius(pair, i, now) + radius(pair, j, now)
+    return contact * contact / rr
+
+
+class Inelastic(NamedTuple):
+    """Contacts that lose energy."""
+
+    restitution: float
+    """Normal speed after over normal speed before a contact."""
+    threshold: float
+    """Normal speed below which a contact is elastic, so that no number of contacts piles up in a finite time
+    (inelastic collapse).
+    """
+    spared: np.ndarray
+    """How many contacts were elastic for that reason, (1,) int64."""
+
+
+@generic
+def transfer(impact, rr, rv):
+    """Return the part of an elastic contact's momentum that is exchanged: ``(1 + e) / 2``."""
+    raise NotImplementedError(type(impact))
+
+
+@transfer.register
+def _(impact: None, rr, rv):
+    return 1.0
+
+
+@transfer.register
+def _(impact: Inelastic, rr, rv):
+    if rv * rv < impact.threshold * impact.threshold * rr:
+        impact.spared[0] += 1
+        return 1.0
+    return 0.5 * (1.0 + impact.restitution)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,12 +13,21 @@ import numpy as np
 from carom.kernel.boundary import NearestImage, SectorImage
 from carom.kernel.calendar import Calendar, make_calendar
 from carom.kernel.cycle import Model
-from carom.kernel.lists import Lists, make_lists
+from carom.kernel.lists import (
+    GRAIN,
+    EqualBounds,
+    GrowingBounds,
+    Lists,
+    UnequalBounds,
+    make_grid,
+    make_lists,
+)
 from carom.kernel.motion import FreeFlight
-from carom.kernel.pair import EqualCores
+from carom.kernel.obstacle import make_obstacles
+from carom.kernel.pair import EqualCores, GrowingCores, Inelastic, SpeciesCores, UnequalCores
 from carom.kernel.sectors import Sectors, make_sectors
 from carom.kernel.state import State, make_state
-from carom.kernel.tally import TALLY
+from carom.kernel.tally import TALLY, BySpecies
 
 DENSEST = (1.0, 0.9069, 0.7405, 0.6169, 0.4653, 0.3729, 0.2953, 0.2537)
 """Densest known packing fractions in d = 1 to 8."""
@@ -27,6 +36,89 @@ SLACK = 1.0 - 2.0**-20
 """Flights end this fraction of the margin early, so that rounding cannot hide a contact behind the end of a
 list.
 """
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What the kernel has to know of a scene.
+
+    Attributes
+    ----------
+    n : int
+        Components.
+    box : tuple of d floats
+        Edges [length].
+    periodic : tuple of d bools
+        Which axes are periodic; the others have walls.
+    diameter : float
+        The largest distance of contact between two components, now [length].
+    mass : float
+        The common mass, where there is one.
+    radii, masses : (n,) float64 arrays, optional
+        Of each component, where they differ or grow.
+    kinds : (n,) int64 array, optional
+        Species of each component, 0 to K - 1.
+    contact : (K, K) float64 array, optional
+        Distances of contact between species, where they are not the sums of the radii.
+    rates : (n,) float64 array, optional
+        Radius gained a time.
+    obstacles : tuple of NamedTuples
+        Kernel models of the obstacles.
+    restitution, threshold : float
+        Normal speed after over before a contact, and the speed below which a contact is elastic.
+    images : bool
+        Whether to count the boxes that each component crosses.
+    """
+
+    n: int
+    box: tuple[float, ...]
+    periodic: tuple[bool, ...]
+    diameter: float
+    mass: float
+    radii: np.ndarray | None = None
+    masses: np.ndarray | None = None
+    kinds: np.ndarray | None = None
+    contact: np.ndarray | None = None
+    rates: np.ndarray | None = None
+    obstacles: tuple = field(default=())
+    restitution: float = 1.0
+    threshold: float = 0.0
+    images: bool = True
+
+    @property
+    def dimension(self) -> int:
+        """Number of dimensions."""
+        return len(self.box)
+
+    @property
+    def packing_fraction(self) -> float:
+        """Part of the box that is filled."""
+        powers = self.n * self.diameter**self.dimension
+        if self.radii is not None:
+            powers = float(np.sum((2.0 * self.radii) ** self.dimension))
+        return powers * _ball(self.dimension) / 2.0**self.dimension / math.prod(self.box)
+
+    @property
+    def reaches(self) -> np.ndarray | None:
+        """Radii whose sums are no smaller than any distance of contact, (n,), or None where all are equal."""
+        if self.radii is None or self.contact is None or self.kinds is None:
+            return self.radii
+        sums = np.zeros_like(self.contact)
+        core = np.zeros(len(self.contact))
+        core[self.kinds] = self.radii
+        sums = core[:, None] + core[None, :]
+        return self.radii * max(1.0, float((self.contact / sums).max()))
+
+    @property
+    def narrowest(self) -> float:
+        """The shortest edge along which images are met [length]; infinite if there is none."""
+        edges = [edge for edge, wraps in zip(self.box, self.periodic, strict=True) if wraps]
+        return min(edges, default=math.inf)
+
+
+def _ball(dimension: int) -> float:
+    """Return the volume of a ball of radius one."""
+    return math.pi ** (dimension / 2) / math.gamma(dimension / 2 + 1)
 
 
 @dataclass(frozen=True)
@@ -42,9 +134,10 @@ class Scheme:
     cell_capacity : int
         Components a cell can hold; grown when a cell is full.
     reach : float
-        Distance of reference points up to which components are listed [length]; 0 for sectors.
+        Distance of reference points up to which the largest components are listed [length]; 0 for sectors.
     capacity : int
-        Neighbours a list can hold; grown when a list is full; 0 for sectors.
+        Neighbours a list can hold (where lists are of several lengths: beyond the number expected); grown
+        when a list is full; 0 for sectors.
     epoch : float
         Length of an epoch [time], a power of two: times are relative to the epoch.
     width : float
@@ -61,6 +154,8 @@ class Scheme:
     epoch: float
     width: float
     heap: int
+    horizon: float = math.inf
+    """Time after which components that grow need another scheme."""
 
     def with_larger_neighbors(self) -> Scheme:
         """Return the scheme with more room in cells and lists."""
@@ -80,6 +175,7 @@ class Engine(NamedTuple):
     neighbors: Lists | Sectors
     calendar: Calendar
     tallies: Any
+    by_species: BySpecies | None
 
 
 def _power_of_two(x: float) -> float:
@@ -121,63 +217,84 @@ def default_shell(packing_fraction: float, dimension: int) -> float:
 
 
 def choose(
-    n: int,
-    box: tuple[float, ...],
-    diameter: float,
-    packing_fraction: float,
-    speed: float,
-    neighbors: str = "auto",
-    shell: float | None = None,
+    contents: Contents, speed: float, neighbors: str = "auto", shell: float | None = None
 ) -> Scheme:
     """Choose the scheme for a scene; a shell asked for means lists where they fit.
 
     Parameters
     ----------
-    n, box, diameter, packing_fraction
+    contents : Contents
         The scene.
     speed : float
         Root mean square speed [length / time].
     neighbors : {"auto", "lists", "sectors"}
         The scheme, if the user has a wish.
     shell : float, optional
-        Reach of the lists in diameters.
+        Reach of the lists in (largest) diameters.
 
     Raises
     ------
     ValueError
         If lists are asked for in a box too small for them.
     """
-    dimension = len(box)
-    # Lists need three cells along every edge, and neighbours that stay the nearest image while both move by
-    # the margin.
-    widest = min(min(box) / 3.0, (min(box) + 2.0 * diameter) / 4.0)
-    reach = diameter * (default_shell(packing_fraction, dimension) if shell is None else shell)
+    box, diameter, dimension = contents.box, contents.diameter, contents.dimension
+    packing_fraction = contents.packing_fraction
+    # Neighbours must stay the nearest image while both move by the margin.
+    widest = (contents.narrowest + 2.0 * diameter) / 4.0
     if shell is None:
-        reach = max(min(reach, widest), SHORTEST * diameter)
-    if neighbors == "lists" and reach > widest:
+        reach = min(_default_reach(contents), widest)
+        shortest = SHORTEST * diameter if contents.radii is None else 0.0
+        reach = max(reach, shortest, diameter)
+    else:
+        reach = diameter * shell
+    if neighbors == "lists" and (reach > widest or reach <= diameter):
         raise ValueError(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least "
-            f"{max(3.0 * reach, 4.0 * reach - 2.0 * diameter):g}, the shortest is {min(box):g}; "
+            f"{4.0 * reach - 2.0 * diameter:g}, the shortest is {contents.narrowest:g}; "
             "use neighbors='sectors', or a smaller shell."
         )
-    density = n / math.prod(box)
-    if neighbors == "auto":
-        fit = reach <= widest and packing_fraction > _of(DILUTE, dimension)
-        neighbors = "lists" if fit or (reach <= widest and shell is not None) else "sectors"
+    density = contents.n / math.prod(box)
     spacing = density ** (-1.0 / dimension)
-    # A sector must be no smaller than a diameter; a relative hair more absorbs the rounding of its walls.
-    side = reach if neighbors == "lists" else max(diameter * (1.0 + 2.0**-40), min(1.2 * spacing, max(box)))
-    shape = tuple(max(int(edge / side), 1) for edge in box)
-    members = n / math.prod(shape)
-    rate = collision_rate(packing_fraction, dimension, diameter, speed)
-    epoch = _power_of_two(min(16.0 / rate, 4.0 * max(box) / speed)) if speed > 0.0 else 1.0
-    width = min(_power_of_two(4.0 / (n * rate)) if speed > 0.0 else 1.0, epoch)
-    capacity = 0
+    if neighbors == "auto":
+        fits = diameter < reach <= widest
+        dense = packing_fraction > _of(DILUTE, dimension) or diameter > 1.2 * spacing
+        neighbors = "lists" if fits and (dense or shell is not None) else "sectors"
+    sizes = contents.reaches
+    margin = 0.5 * (reach - diameter)
+    horizon = math.inf
     if neighbors == "lists":
-        listed = density * math.pi ** (dimension / 2) / math.gamma(dimension / 2 + 1) * reach**dimension
+        side = reach
+        if contents.rates is not None:
+            horizon = 0.5 * margin / float(contents.rates.max())
+    else:
+        # A sector must be no smaller than a diameter; a relative hair more absorbs the rounding of its walls.
+        side = max(diameter * (1.0 + 2.0**-40), min(1.2 * spacing, max(box)))
+        if contents.rates is not None:
+            side = max(side, 1.05 * diameter)
+    shape = tuple(max(int(edge / side), 1) for edge in box)
+    if neighbors == "sectors" and contents.rates is not None:
+        narrow = min(edge / size for edge, size in zip(box, shape, strict=True))
+        horizon = (1.0 - 2.0**-20) * (narrow - diameter) / (2.0 * float(contents.rates.max()))
+    members = contents.n / math.prod(shape)
+    if sizes is not None and neighbors == "lists":
+        members = _levels(contents, reach).members
+    typical = diameter if contents.radii is None else 2.0 * float(contents.radii.mean())
+    rate = collision_rate(packing_fraction, dimension, typical, speed) if typical > 0.0 else 0.0
+    epoch = 1.0
+    if speed > 0.0:
+        crossing = 4.0 * max(box) / speed
+        epoch = _power_of_two(min(16.0 / rate, crossing) if rate > 0.0 else crossing)
+    width = epoch
+    if speed > 0.0 and rate > 0.0:
+        width = min(_power_of_two(4.0 / (contents.n * rate)), epoch)
+    capacity = 0
+    if neighbors == "sectors":
+        reach = 0.0
+    elif sizes is None:
+        listed = density * _ball(dimension) * reach**dimension
         capacity = -(-int(listed + 2.0 * math.sqrt(listed) + 1.0) // 8) * 8
     else:
-        reach = 0.0
+        capacity = 8
     return Scheme(
         kind=neighbors,
         shape=shape,
@@ -186,40 +303,107 @@ def choose(
         capacity=capacity,
         epoch=epoch,
         width=width,
-        heap=max(256, n // 16),
+        heap=max(256, contents.n // 16),
+        horizon=horizon,
     )
 
 
-def build(scheme: Scheme, positions, velocities, box, diameter: float, mass: float, images: bool) -> Engine:
+def _default_reach(contents: Contents) -> float:
+    """Return the reach at which lists are as long as they should be, on the average."""
+    sizes = contents.reaches
+    if sizes is None:
+        return contents.diameter * default_shell(contents.packing_fraction, contents.dimension)
+    dimension = contents.dimension
+    wanted = _of(NEIGHBORS, dimension) + 1
+    density = _ball(dimension) / math.prod(contents.box)
+    radii, numbers = np.unique(sizes, return_counts=True)
+    if len(radii) > 64:  # many sizes: their quantiles stand for them
+        radii, numbers = np.quantile(sizes, (np.arange(64) + 0.5) / 64.0), np.full(64, len(sizes) / 64.0)
+    pairs = radii[:, None] + radii[None, :]
+    weights = numbers[:, None] * numbers[None, :] / len(sizes)
+
+    def listed(margin: float) -> float:
+        return density * float(np.sum(weights * (pairs + 2.0 * margin) ** dimension))
+
+    low, high = 0.0, math.prod(contents.box) ** (1.0 / dimension) + contents.diameter
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if listed(middle) < wanted else (low, middle)
+    # Lists of large components among small ones are long; a margin below a tenth would be used up at once.
+    smallest = 0.1 * 2.0 * float(np.median(sizes))
+    return contents.diameter + 2.0 * max(low, smallest)
+
+
+def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     """Return the arrays of a run at time zero, nothing scheduled yet."""
-    state = make_state(positions, velocities, scheme.epoch, images)
-    neighbors, boundary = build_neighbors(scheme, len(positions), box, diameter)
+    n = contents.n
+    state = make_state(positions, velocities, scheme.epoch, contents.images)
+    pair = _cores(contents)
+    neighbors, boundary = build_neighbors(scheme, contents, pair)
+    inelastic = contents.restitution < 1.0
+    by_species = None
+    if contents.kinds is not None:
+        count = int(contents.kinds.max()) + 1
+        by_species = BySpecies(
+            _with_ghost(contents.kinds, np.int64), np.zeros((count, count), np.int64), np.zeros((count, count))
+        )
     return Engine(
-        Model(EqualCores(float(diameter) ** 2, float(mass)), FreeFlight(), boundary),
+        Model(
+            pair,
+            FreeFlight(),
+            boundary,
+            Inelastic(float(contents.restitution), float(contents.threshold), np.zeros(1, np.int64))
+            if inelastic
+            else None,
+            make_obstacles(contents.box, [not wraps for wraps in contents.periodic], contents.obstacles),
+        ),
         state,
         neighbors,
-        make_calendar(len(positions), scheme.width, scheme.heap),
+        make_calendar(n, scheme.width, scheme.heap),
         np.zeros(1, TALLY).view(np.recarray),
+        by_species,
     )
 
 
-def build_neighbors(scheme: Scheme, n: int, box, diameter: float):
-    """Return the empty neighbour scheme and the boundary that goes with it."""
-    edges = tuple(float(edge) for edge in box)
-    inverse = tuple(1.0 / edge for edge in edges)
-    if scheme.kind == "lists":
-        margin = 0.5 * (scheme.reach - diameter) * SLACK
-        lists = make_lists(
-            n, edges, scheme.shape, scheme.cell_capacity, scheme.reach, margin, scheme.capacity
+def _with_ghost(values, dtype=np.float64) -> np.ndarray:
+    """Return an array with one item more, which is like the first."""
+    return np.concatenate([values, values[:1]]).astype(dtype)
+
+
+def _cores(contents: Contents):
+    """Return the pair interaction."""
+    if contents.radii is None:
+        return EqualCores(
+            float(contents.diameter) ** 2, 0.5 * float(contents.diameter), float(contents.mass)
         )
-        return lists, NearestImage(edges, inverse)
-    sectors = make_sectors(n, edges, scheme.shape, scheme.cell_capacity)
+    masses = contents.masses if contents.masses is not None else np.full(contents.n, contents.mass)
+    radii, masses = _with_ghost(contents.radii), _with_ghost(masses)
+    if contents.rates is not None:
+        return GrowingCores(radii, _with_ghost(contents.rates), masses)
+    if contents.contact is not None:
+        kinds = _with_ghost(contents.kinds, np.int64)
+        squares = np.ascontiguousarray(contents.contact, np.float64).ravel() ** 2
+        return SpeciesCores(kinds, squares, len(contents.contact), radii, masses)
+    return UnequalCores(radii, masses)
+
+
+def build_neighbors(scheme: Scheme, contents: Contents, pair):
+    """Return the empty neighbour scheme and the boundary that goes with it."""
+    edges = tuple(float(edge) for edge in contents.box)
+    # Along an axis with walls nothing is an image of anything: an inverse of zero rounds to no box at all.
+    inverse = tuple(
+        1.0 / edge if wraps else 0.0 for edge, wraps in zip(edges, contents.periodic, strict=True)
+    )
+    if scheme.kind == "lists":
+        return _build_lists(scheme, contents, pair), NearestImage(edges, inverse)
+    sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity)
     # Two neighbouring sectors of four or more along an edge hold no two components half a box apart.
-    if min(scheme.shape) >= 4:
+    if all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, contents.periodic, strict=True)):
         return sectors, NearestImage(edges, inverse)
     cells = sectors.cells
     return sectors, SectorImage(
-        edges,
+        # What is seen through a wall is so far away that a wall is met before it.
+        tuple(edge if wraps else 4.0 * edge for edge, wraps in zip(edges, contents.periodic, strict=True)),
         inverse,
         cells.shape,
         sectors.place,
@@ -229,11 +413,105 @@ def build_neighbors(scheme: Scheme, n: int, box, diameter: float):
     )
 
 
-def enlarge_neighbors(engine: Engine, scheme: Scheme, box, diameter: float) -> Engine:
+def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
+    """Return empty lists."""
+    n, dimension = contents.n, contents.dimension
+    sizes = contents.reaches
+    margin = 0.5 * (scheme.reach - contents.diameter)
+    # Reference points beyond a wall are no neighbours: a stretched axis keeps its two ends apart.
+    spans = _spans(contents, scheme.reach)
+    grain = [span * GRAIN for span in spans]
+    if sizes is None:
+        bounds: Any = EqualBounds(scheme.reach**2, margin * SLACK, scheme.capacity)
+        words = n * scheme.capacity
+        shapes = [_shape(spans, scheme.reach)]
+        around = [[[1] * dimension]]
+    else:
+        bound = sizes + margin
+        levels = _levels(contents, scheme.reach)
+        shapes = levels.shapes
+        around = _around(levels, spans)
+        starts = _starts(bound, contents, scheme.capacity)
+        words = int(starts[-1])
+        ghostly = _with_ghost(bound)
+        marks = _with_ghost(levels.levels, np.uint8)
+        if contents.rates is not None:
+            bounds = GrowingBounds(ghostly, pair.radii, pair.rates, starts, marks, len(shapes), SLACK)
+        else:
+            bounds = UnequalBounds(ghostly, margin * SLACK, starts, marks, len(shapes))
+    return make_lists(n, grain, bounds, make_grid(shapes, around), scheme.cell_capacity, words)
+
+
+class Levels(NamedTuple):
+    """Components by size: a factor of two a level."""
+
+    levels: np.ndarray
+    """Level of each component, (n,) int."""
+    reaches: list
+    """The largest bound in each."""
+    shapes: list
+    """Cells of each along each axis."""
+    members: float
+    """Components in a cell, in the fullest level."""
+
+
+def _spans(contents: Contents, reach: float) -> list[float]:
+    """Return the lengths that reference points are fractions of."""
+    return [
+        edge if wraps else edge + reach for edge, wraps in zip(contents.box, contents.periodic, strict=True)
+    ]
+
+
+def _shape(spans, side: float) -> tuple[int, ...]:
+    """Return how many cells, no narrower than ``side``, fit along each axis."""
+    return tuple(max(int(span / side), 1) for span in spans)
+
+
+def _levels(contents: Contents, reach: float) -> Levels:
+    """Sort components of several sizes into levels."""
+    sizes = contents.reaches
+    assert sizes is not None
+    bound = sizes + 0.5 * (reach - contents.diameter)
+    octaves, levels = np.unique(np.floor(np.log2(bound.max() / bound)), return_inverse=True)
+    reaches = [float(bound[levels == k].max()) for k in range(len(octaves))]
+    shapes = [_shape(_spans(contents, reach), 2.0 * each) for each in reaches]
+    members = [np.count_nonzero(levels == k) / math.prod(shapes[k]) for k in range(len(octaves))]
+    return Levels(levels, reaches, shapes, max(members))
+
+
+def _around(levels: Levels, spans) -> list:
+    """Return how many cells to look to either side: for one of a level, in the grid of another, by axis."""
+    # A hair more than the sum of two bounds, so that rounding does not lose a cell.
+    hair = 1.0 + 2.0**-30
+    return [
+        [
+            [math.ceil((own + other) * hair * size / span) for span, size in zip(spans, shape, strict=True)]
+            for other, shape in zip(levels.reaches, levels.shapes, strict=True)
+        ]
+        for own in levels.reaches
+    ]
+
+
+def _starts(bound: np.ndarray, contents: Contents, spare: int) -> np.ndarray:
+    """Return where the lists begin, each with room for the neighbours expected, and ``spare`` more."""
+    dimension = contents.dimension
+    radii, inverse, numbers = np.unique(bound, return_inverse=True, return_counts=True)
+    if len(radii) > 64:
+        edges = np.quantile(bound, np.arange(1, 65) / 64.0)
+        inverse = np.minimum(np.searchsorted(edges, bound), 63)
+        radii, numbers = edges, np.bincount(inverse, minlength=64)
+    density = _ball(dimension) / math.prod(contents.box)
+    listed = density * ((radii[:, None] + radii[None, :]) ** dimension) @ numbers
+    rooms = np.ceil(listed + 2.0 * np.sqrt(listed)).astype(np.int64) + spare
+    rooms = np.minimum(rooms, max(contents.n - 1, 1))
+    return np.concatenate([[0], np.cumsum(rooms[inverse])]).astype(np.int64)
+
+
+def enlarge_neighbors(engine: Engine, scheme: Scheme, contents: Contents) -> Engine:
     """Return the engine with empty, larger arrays for its neighbour scheme; everything must be scheduled
     anew.
     """
-    neighbors, boundary = build_neighbors(scheme, len(engine.state.partner), box, diameter)
+    neighbors, boundary = build_neighbors(scheme, contents, engine.model.pair)
     return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
 
 
@@ -262,8 +540,10 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
             for field, part in zip(value._fields, value, strict=True):
                 collect(f"{name}.{field}" if name else field, part)
 
-    for part in ("state", "neighbors", "calendar", "tallies"):
+    for part in ("state", "neighbors", "calendar", "tallies", "by_species"):
         collect(part, getattr(engine, part))
+    for part in ("pair", "impact", "obstacles"):
+        collect(f"model.{part}", getattr(engine.model, part))
     return found
 
 

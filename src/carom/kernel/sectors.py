@@ -94,22 +94,13 @@ def look_into(sectors, boundary, i, code, total):
     return total + count
 
 
-@inner
-def pad(sectors, boundary, total):
-    """Fill the last eight words up with the ghost."""
-    ghost = word_of(boundary, np.int64(len(sectors.place) - 1), np.int64(0))
-    for k in range(np.uint64(STEP)):
-        sectors.words[total + k] = ghost
-
-
 @candidates.register
 def _(neighbors: Sectors, boundary, i, half):
     begin = np.uint64(half * (len(neighbors.words) // 2))
     total = begin
     for code in range(np.uint64(len(neighbors.cells.digits))):
         total = look_into(neighbors, boundary, i, code, total)
-    pad(neighbors, boundary, total)
-    return neighbors.words, begin, (np.int64(total - begin) + 7) & ~7
+    return neighbors.words, begin, np.int64(total - begin)
 
 
 @inner
@@ -161,8 +152,7 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
             leave_cell(cells, old, np.uint32(i))
     for k in range(np.uint64(neighbors.faces.shape[1])):
         total = look_into(neighbors, boundary, i, np.uint64(neighbors.faces[face, k]), total)
-    pad(neighbors, boundary, total)
-    return done, neighbors.words, np.uint64(0), (np.int64(total) + 7) & ~7
+    return done, neighbors.words, np.uint64(0), np.int64(total)
 
 
 @ask_candidates.register

@@ -21,6 +21,36 @@ TALLY = np.dtype(
 )
 
 
+class BySpecies(NamedTuple):
+    """What collisions add up to for every pair of species."""
+
+    kinds: np.ndarray
+    """Species, (n + 1,) int64: the array of the cores, where they have one."""
+    collisions: np.ndarray
+    """(K, K) int64, in the rows of the smaller index."""
+    virial: np.ndarray
+    """(K, K) float64, likewise."""
+
+
+@generic
+def count_pair(by_species, i, j, virial):
+    """Add a collision to its pair of species."""
+    raise NotImplementedError(type(by_species))
+
+
+@count_pair.register
+def _(by_species: None, i, j, virial):
+    return None
+
+
+@count_pair.register
+def _(by_species: BySpecies, i, j, virial):
+    a = min(by_species.kinds[i], by_species.kinds[j])
+    b = max(by_species.kinds[i], by_species.kinds[j])
+    by_species.collisions[a, b] += 1
+    by_species.virial[a, b] += virial
+
+
 class Log(NamedTuple):
     """A buffer of collisions, emptied into a file by the caller."""
 
@@ -33,7 +63,7 @@ class Log(NamedTuple):
     i: np.ndarray
     """The component of lower index, int32."""
     word: np.ndarray
-    """The word of the other, int32."""
+    """The word of the other, or ``OBSTACLE - k``, int32."""
     impulse: np.ndarray
     """Magnitude of the momentum exchanged, float64."""
 
