@@ -11,17 +11,20 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks, initial
+from carom.contents import contents_of, growth_rates
 from carom.errors import CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.scene import Scene
 from carom.tally import Block
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from carom.kernel.scheme import Engine, Scheme
     from carom.observables.precision import Prediction
 
@@ -64,7 +67,8 @@ class Statistics:
     worst_overlap : float
         Largest depth of two cores seen at a collision, in diameters.
     energy_drift, momentum_drift : float
-        Change since the start: of the energy, relative to it; of the momentum, relative to ``sum(m |v|)``.
+        Change since the start: of the energy, relative to it (also what inelastic contacts took and growth
+        brought); of the momentum, relative to ``sum(m |v|)`` (NaN where walls or obstacles take it up).
     """
 
     collisions: int
@@ -77,6 +81,24 @@ class Statistics:
     worst_overlap: float
     energy_drift: float
     momentum_drift: float
+
+
+class Impacts(NamedTuple):
+    """What a wall or an obstacle took up.
+
+    Attributes
+    ----------
+    name : str
+        Which one.
+    hits : int
+        Collisions with it.
+    impulse : float
+        Sum of the momentum along its normal [mass length / time]; over time and area this is a pressure.
+    """
+
+    name: str
+    hits: int
+    impulse: float
 
 
 class Simulation:
@@ -96,6 +118,9 @@ class Simulation:
         Reach of the neighbour lists in diameters.
     images : bool
         Count the boxes that each component crosses, for unwrapped positions.
+    growth : float or (n,) array_like, optional
+        Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
+        in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     event_log : path, optional
         Write every collision to this HDF5 file (see ``docs/files``).
 
@@ -122,6 +147,7 @@ class Simulation:
         neighbors: str = "auto",
         shell: float | None = None,
         images: bool = True,
+        growth: float | ArrayLike | None = None,
         event_log: str | PathLike[str] | None = None,
     ):
         if neighbors not in ("auto", "lists", "sectors"):
@@ -144,29 +170,42 @@ class Simulation:
                 f"The fastest velocity is {fastest:g}, whose square is lost in double precision; "
                 f"expected at least {SLOWEST:g}, or rest: scale the velocities up."
             )
-        speed = math.sqrt(float(np.mean(np.sum(velocities * velocities, axis=1))))
-        try:
-            chosen = scheme.choose(
-                scene.n, scene.box, scene.diameter, scene.packing_fraction, speed, neighbors, shell
-            )
-        except ValueError as error:
-            raise InputError(str(error)) from None
-        self._setup(scene, velocities, chosen, images)
+        rates = growth_rates(growth, scene)
+        if rates is not None and event_log is not None:
+            raise InputError("An event log holds one diameter a component, but growth is given: leave out one.")
+        self.scene = scene
+        self._wish = (neighbors, shell)
+        self._contents = contents_of(scene, rates, self._thermal_speed(velocities), images)
+        self._setup(velocities, self._choose(velocities))
         self._schedule()
         if event_log is not None:
             self._open_log(event_log, keep=None)
 
-    def _setup(self, scene: Scene, velocities: np.ndarray, chosen: Scheme, images: bool) -> None:
+    def _thermal_speed(self, velocities: np.ndarray) -> float:
+        """Return ``sqrt(kT / m)`` with the mean mass."""
+        twice = float(np.sum(self.scene.masses[:, None] * velocities * velocities))
+        return math.sqrt(twice / (self._freedoms * self.scene.mass))
+
+    def _choose(self, velocities: np.ndarray) -> Scheme:
+        from carom.kernel import scheme
+
+        speed = math.sqrt(float(np.mean(np.sum(velocities * velocities, axis=1))))
+        if self._contents.rates is not None:
+            speed += 2.0 * float(self._contents.rates.max())
+        try:
+            return scheme.choose(self._contents, speed, *self._wish)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+
+    def _setup(self, velocities: np.ndarray, chosen: Scheme) -> None:
         """Make the arrays and what never changes during a run."""
         from carom.kernel import scheme
 
-        self.scene = scene
         self._scheme = chosen
         self._initial_velocities = np.array(velocities)
-        self._engine: Engine = scheme.build(
-            chosen, scene.positions, velocities, scene.box, scene.diameter, scene.mass, images
-        )
+        self._engine: Engine = scheme.build(chosen, self._contents, self.scene.positions, velocities)
         self._energy0, self._momentum0, self._momentum_scale = self._mechanics()
+        self._base = Fraction(0)  # when the counting of epochs began
         self._epoch, self._offset = 0, 0.0
         self._seconds = 0.0
         self._log: Any = None
@@ -186,11 +225,12 @@ class Simulation:
         return self._scheme.epoch
 
     def _instant(self) -> Fraction:
-        return self._epoch * Fraction(self._scheme.epoch) + Fraction(self._offset)
+        return self._base + self._epoch * Fraction(self._scheme.epoch) + Fraction(self._offset)
 
     def _split(self, instant: Fraction) -> tuple[int, float]:
         """Return the epoch and the offset of an exact time."""
         length = Fraction(self._scheme.epoch)
+        instant -= self._base
         epoch = int(instant // length)
         if epoch >= LAST_EPOCH:
             raise InputError(
@@ -218,11 +258,91 @@ class Simulation:
 
     @property
     def kT(self) -> float:
-        """Temperature [energy]: ``2 K / (d (n - 1))``; ``2 K / d`` for a single component."""
+        """Temperature [energy]: twice the kinetic energy over the degrees of freedom, ``d (n - 1)`` where
+        momentum is conserved and ``d n`` where walls or obstacles take it up, or for a single component.
+        """
         v = self._engine.state.rows["v"][: self.scene.n]
-        return float(
-            np.sum(self.scene.masses[:, None] * v * v) / (self.scene.dimension * max(self.scene.n - 1, 1))
+        return float(np.sum(self.scene.masses[:, None] * v * v) / self._freedoms)
+
+    @property
+    def _freedoms(self) -> int:
+        scene = self.scene
+        free = scene.walls or bool(scene.obstacles) or scene.n == 1
+        return scene.dimension * (scene.n if free else scene.n - 1)
+
+    @property
+    def diameters(self) -> np.ndarray:
+        """Diameter of each component at the present time, (n,) [length]."""
+        if self._contents.rates is None:
+            return self.scene.diameters
+        pair = self._engine.model.pair
+        return 2.0 * (pair.radii + pair.rates * self._in_epoch())[: self.scene.n]
+
+    def _in_epoch(self) -> float:
+        """Return the present time relative to the epoch that the kernel is in."""
+        ahead = self._epoch - int(self._engine.state.clock[0].epoch)
+        return self._offset + float(ahead) * self._scheme.epoch
+
+    @property
+    def packing_fraction(self) -> float:
+        """Part of the box that the components fill at the present time."""
+        dimension = self.scene.dimension
+        volume = initial.sphere_volume(dimension) * float(np.sum(self.diameters**dimension))
+        return volume / self.scene.volume
+
+    @property
+    def collisions_by_species(self) -> np.ndarray:
+        """Pair collisions since the start of every pair of species, (K, K), symmetric.
+
+        Raises
+        ------
+        InputError
+            If the scene has no species.
+        """
+        counts = self._species_tally().collisions
+        return counts + np.triu(counts, 1).T
+
+    @property
+    def virial_by_species(self) -> np.ndarray:
+        """Sum of ``r_ij . dp_ij`` since the start of every pair of species, (K, K), symmetric [energy]."""
+        sums = self._species_tally().virial
+        return sums + np.triu(sums, 1).T
+
+    def _species_tally(self):
+        if self._engine.by_species is None:
+            raise InputError("The scene has no species: build it with species=, or with Scene.mixture().")
+        return self._engine.by_species
+
+    @property
+    def obstacles(self) -> tuple[Impacts, ...]:
+        """What walls and obstacles took up since the start, in the order of their numbers: the walls of each
+        axis without periodicity, lower before upper, then the scene's obstacles.
+        """
+        names = [
+            f"{side} wall of axis {axis}"
+            for axis, wraps in enumerate(self.scene.periodic)
+            if not wraps
+            for side in ("lower", "upper")
+        ] + [obstacle.name for obstacle in self.scene.obstacles]
+        tally = self._engine.model.obstacles
+        return tuple(
+            Impacts(name, int(tally.hits[k]), float(tally.impulse[k]))
+            for name, k in zip(names, self._obstacle_numbers(), strict=True)
         )
+
+    def _obstacle_numbers(self) -> list[int]:
+        """Return the kernel's number of each wall and obstacle."""
+        from carom.kernel.obstacle import numbering
+
+        walls = [2 * axis + side for axis, wraps in enumerate(self.scene.periodic) if not wraps for side in (0, 1)]
+        first = 2 * self.scene.dimension
+        return walls + [first + k for k in numbering(self._contents.obstacles)]
+
+    @property
+    def spared_contacts(self) -> int:
+        """Contacts that were elastic because they were slower than ``Scene.elastic_below``."""
+        impact = self._engine.model.impact
+        return 0 if impact is None else int(impact.spared[0])
 
     # Running.
 
@@ -280,44 +400,49 @@ class Simulation:
         if collisions_per_particle is not None:
             added = round(collisions_per_particle * self.scene.n / 2)
             collisions = added if collisions is None else min(collisions, added)
-        end = None if time is None else self._split(self._instant() + Fraction(float(time)))
+        end = None if time is None else self._instant() + Fraction(float(time))
         return self._run(None if collisions is None else int(collisions), end, walltime, progress)
 
     def _run(
         self,
         collisions: int | None,
-        end: tuple[int, float] | None,
+        end: Fraction | None,
         walltime: float | None = None,
         progress: Callable[[float], object] | None = None,
     ) -> Block:
         from carom.kernel import constants, cycle, scheme
 
         before = self._engine.tallies[0].copy()
+        impulses = self._impulses()
         start = self._instant()
         target = np.int64(2**62 if collisions is None else min(int(before.collisions) + collisions, 2**62))
-        end_epoch, end_time = (np.int64(2**62), 0.0) if end is None else (np.int64(end[0]), float(end[1]))
         deadline = math.inf if walltime is None else clock.perf_counter() + walltime
         patience = self._patience() if collisions is not None and end is None else math.inf
-        last_seen, last_epoch = int(before.collisions), self._epoch
+        last_seen, last_instant = int(before.collisions), start
         while True:
+            stop, final = self._stop(end)
             began = clock.perf_counter()
-            code = cycle.run(*self._engine, self._log, end_epoch, end_time, target, np.int64(CYCLES))
+            code = cycle.run(*self._engine, self._log, *stop, target, np.int64(CYCLES))
             now = clock.perf_counter()
             self._seconds += now - began
             record = self._engine.state.clock[0]
+            if code == constants.IDLE and (end is not None or not final):
+                self._rest_until(stop)
+                code = constants.REACHED_TIME
             if code == constants.REACHED_TIME:
-                self._epoch, self._offset = int(end_epoch), end_time
-                break
-            # Where a run ended at a time, the last event lies behind the present.
-            self._epoch, self._offset = max(
-                (self._epoch, self._offset), (int(record.epoch), float(record.now))
-            )
+                self._epoch, self._offset = int(stop[0]), float(stop[1])
+                if final:
+                    break
+                self._refit()
+            else:
+                # Where a run ended at a time, the last event lies behind the present.
+                self._epoch, self._offset = max(
+                    (self._epoch, self._offset), (int(record.epoch), float(record.now))
+                )
             if code == constants.REACHED_COLLISIONS:
                 break
             if code == constants.IDLE:
-                if end is not None:
-                    self._rest_until(end)
-                elif collisions is not None:
+                if collisions is not None:
                     self._warn("Nothing moves, so nobody will ever collide: the run ended.")
                 break
             if code == constants.NEEDS_HEAP:
@@ -333,8 +458,8 @@ class Simulation:
             if now >= deadline:
                 break
             if self.collisions > last_seen:
-                last_seen, last_epoch = self.collisions, self._epoch
-            elif self._epoch - last_epoch > patience:
+                last_seen, last_instant = self.collisions, self._instant()
+            elif self._instant() - last_instant > patience:
                 self._warn(
                     f"No collision in {PATIENCE:g} mean free times, after {self.collisions} in all: "
                     "the components seem to miss each other for ever, and the run ended; "
@@ -348,35 +473,96 @@ class Simulation:
             float(self._instant() - start),
             int(after.collisions - before.collisions),
             float(after.virial - before.virial),
+            tuple(b - a for a, b in zip(impulses, self._impulses(), strict=True)),
         )
+
+    def _impulses(self) -> tuple[float, ...]:
+        """Return the momentum that each wall and obstacle took up since the start."""
+        if self._engine.model.obstacles is None:
+            return ()
+        return tuple(impact.impulse for impact in self.obstacles)
+
+    def _stop(self, end: Fraction | None) -> tuple[tuple[np.int64, float], bool]:
+        """Return where the kernel has to return, as an epoch and an offset, and whether the run ends there."""
+        if self._contents.rates is not None:
+            refit = self._base + Fraction(self._scheme.horizon)
+            if end is None or refit < end:
+                epoch, offset = self._split(refit)
+                return (np.int64(epoch), float(offset)), False
+        if end is None:
+            return (np.int64(2**62), 0.0), True
+        epoch, offset = self._split(end)
+        return (np.int64(epoch), float(offset)), True
+
+    def rescale(self, kT: float = 1.0) -> None:
+        """Scale all velocities, so that the temperature is ``kT``; without walls, bring the momentum to zero.
+
+        For diameters that grow: every contact adds energy, and what counts is their rate of growth in units
+        of the thermal speed. Everything is then scheduled anew.
+
+        Raises
+        ------
+        InputError
+            If nothing moves.
+        """
+        kT = checks.number(kT, "kT", low=0.0, open_low=True)
+        velocities = self._engine.state.rows["v"][: self.scene.n].copy()
+        masses = self.scene.masses[:, None]
+        if self._freedoms < self.scene.dimension * self.scene.n:
+            velocities -= np.sum(masses * velocities, axis=0) / masses.sum()
+        twice = float(np.sum(masses * velocities * velocities))
+        if twice == 0.0:
+            raise InputError("Nothing moves, so there is no temperature to scale; give the scene velocities.")
+        self._refit(math.sqrt(kT * self._freedoms / twice) * velocities)
+
+    def _refit(self, velocities: np.ndarray | None = None) -> None:
+        """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything."""
+        from carom.kernel import scheme
+
+        frame = self.frame()
+        velocities = frame.velocities if velocities is None else velocities
+        instant, old = self._instant(), self._engine
+        if self._contents.rates is not None:
+            radii = 0.5 * frame.diameters
+            self._contents = dataclasses.replace(
+                self._contents, radii=radii, diameter=2.0 * float(radii.max())
+            )
+        self._scheme = self._choose(velocities)
+        self._engine = scheme.build(self._scheme, self._contents, frame.positions, velocities)
+        scheme.keep_tallies(old, self._engine)
+        if frame.images is not None:
+            self._engine.state.images[:] = frame.images
+        self._base, self._epoch, self._offset = instant, 0, 0.0
+        self._schedule()
 
     @staticmethod
     def _warn(text: str) -> None:
         warnings.warn(text, CaromWarning, stacklevel=4)
 
     def _patience(self) -> float:
-        """Return the epochs without a collision after which none is to be expected."""
+        """Return the time without a collision after which none is to be expected."""
         from carom.kernel import scheme
 
+        if self._contents.rates is not None:
+            return math.inf
         speed = math.sqrt(2.0 * self._energy0 / (self.scene.mass * self.scene.n))
         rate = scheme.collision_rate(
             self.scene.packing_fraction, self.scene.dimension, self.scene.diameter, speed
         )
-        return PATIENCE / (rate * self._scheme.epoch) + 1.0 if rate > 0.0 else 1.0
+        return PATIENCE / rate + self._scheme.epoch if rate > 0.0 else self._scheme.epoch
 
     def _fraction(self, before, start: Fraction, target, end) -> float:
         done = [0.0]
         if target < 2**62 and target > before.collisions:
             done.append((self.collisions - int(before.collisions)) / (int(target) - int(before.collisions)))
         if end is not None:
-            span = end[0] * Fraction(self._scheme.epoch) + Fraction(end[1]) - start
+            span = end - start
             done.append(float((self._instant() - start) / span) if span else 1.0)
         return min(max(done), 1.0)
 
-    def _rest_until(self, end: tuple[int, float]) -> None:
+    def _rest_until(self, end: tuple[np.int64, float]) -> None:
         """Let time pass where nothing moves."""
         record = self._engine.state.clock[0]
-        self._epoch, self._offset = end
         record.epoch, record.now = end
         self._engine.state.rows["t"] = end[1]
         self._engine.calendar.control.end[0] = self._scheme.epoch
@@ -391,9 +577,7 @@ class Simulation:
         from carom.kernel import scheme
 
         self._scheme = self._scheme.with_larger_neighbors()
-        self._engine = scheme.enlarge_neighbors(
-            self._engine, self._scheme, self.scene.box, self.scene.diameter
-        )
+        self._engine = scheme.enlarge_neighbors(self._engine, self._scheme, self._contents)
 
     # Looking.
 
@@ -405,18 +589,19 @@ class Simulation:
         state = self._engine.state
         positions, velocities = np.empty((n, dimension)), np.empty((n, dimension))
         images = None if state.images is None else state.images.copy()
-        record = state.clock[0]
-        offset = self._offset + float(self._epoch - int(record.epoch)) * self._scheme.epoch
-        project(self._engine.model, state, offset, positions, velocities, images)
+        project(self._engine.model, state, self._in_epoch(), positions, velocities, images)
         return Frame(
             time=self.time,
             step=self.collisions,
             positions=positions,
             velocities=velocities,
             box=self.scene.box,
-            diameters=self.scene.diameters,
+            diameters=self.diameters,
             masses=self.scene.masses,
             images=images,
+            species=self.scene.species,
+            species_names=self.scene.species_names,
+            periodic=self.scene.periodic,
         )
 
     def sample(
@@ -473,7 +658,7 @@ class Simulation:
                     f"A sample at time {float(instant):g} is asked for at {self.time:g}; "
                     "times must not decrease."
                 )
-            self._run(None, self._split(instant))
+            self._run(None, instant)
             if progress is not None and count:
                 progress(k / count)
             yield self.frame()
@@ -582,7 +767,7 @@ class Simulation:
         """Run on for ``count`` blocks of equal time and yield each."""
         start, step = self._instant(), Fraction(checks.number(duration, "duration", low=0.0))
         for k in range(1, count + 1):
-            yield self._run(None, self._split(start + k * step))
+            yield self._run(None, start + k * step)
 
     def time_for(self, collisions: float) -> float:
         """Return the time in which about so many pair collisions happen, from the rate so far.
@@ -622,12 +807,14 @@ class Simulation:
             collisions_per_second=float(tally.collisions / self._seconds) if self._seconds else 0.0,
             worst_overlap=worst,
             energy_drift=abs(energy - self._energy0) / self._energy0 if self._energy0 else 0.0,
-            momentum_drift=(
-                float(np.linalg.norm(momentum - self._momentum0)) / self._momentum_scale
-                if self._momentum_scale
-                else 0.0
-            ),
+            momentum_drift=self._momentum_drift(momentum),
         )
+
+    def _momentum_drift(self, momentum: np.ndarray) -> float:
+        if self._engine.model.obstacles is not None:
+            return math.nan
+        change = float(np.linalg.norm(momentum - self._momentum0))
+        return change / self._momentum_scale if self._momentum_scale else 0.0
 
     # Keeping.
 
@@ -648,14 +835,19 @@ class Simulation:
         self._flush_log()
         arrays = {
             **scheme.arrays(self._engine),
-            "scene.positions": self.scene.positions,
-            "scene.velocities": self._initial_velocities,
+            "initial_velocities": self._initial_velocities,
         }
+        scene_arrays, scene_attributes = self.scene.to_arrays()
+        arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
+        if self._contents.rates is not None:
+            arrays["contents.radii"] = self._contents.radii
+            arrays["contents.rates"] = self._contents.rates
         attributes = {
             "carom": carom.__version__,
-            "box": json.dumps(self.scene.box),
-            "diameter": self.scene.diameter,
-            "mass": self.scene.mass,
+            "scene": json.dumps(scene_attributes),
+            "threshold": self._contents.threshold,
+            "base": f"{self._base.numerator}/{self._base.denominator}",
+            "wish": json.dumps(self._wish),
             "scheme": json.dumps(dataclasses.asdict(self._scheme)),
             "images": self._engine.state.images is not None,
             "epoch": self._epoch,
@@ -696,16 +888,23 @@ class Simulation:
                 )
             settings = json.loads(str(attributes["scheme"]))
             chosen = scheme.Scheme(**{**settings, "shape": tuple(settings["shape"])})
-            scene = Scene(
-                arrays["scene.positions"],
-                tuple(json.loads(str(attributes["box"]))),
-                diameter=float(attributes["diameter"]),
-                mass=float(attributes["mass"]),
-                velocities=arrays["scene.velocities"],
-            )
             sim = cls.__new__(cls)
-            sim._setup(scene, arrays["scene.velocities"], chosen, bool(attributes["images"]))
+            sim.scene = Scene.from_arrays(
+                {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
+                json.loads(str(attributes["scene"])),
+            )
+            rates = arrays.get("contents.rates")
+            contents = contents_of(sim.scene, rates, 0.0, bool(attributes["images"]))
+            contents = dataclasses.replace(contents, threshold=float(attributes["threshold"]))
+            if rates is not None:
+                radii = arrays["contents.radii"]
+                contents = dataclasses.replace(contents, radii=radii, diameter=2.0 * float(radii.max()))
+            sim._contents = contents
+            neighbors, shell = json.loads(str(attributes["wish"]))
+            sim._wish = (neighbors, shell)
+            sim._setup(arrays["initial_velocities"], chosen)
             scheme.restore(sim._engine, arrays)
+            sim._base = Fraction(str(attributes["base"]))
             sim._epoch, sim._offset = int(attributes["epoch"]), float(attributes["offset"])
             sim._seconds = float(attributes["seconds"])
             sim.notes = json.loads(str(attributes["extra"]))
@@ -715,7 +914,7 @@ class Simulation:
             raise FileError(f"{path} is not a checkpoint of a simulation: {error}.") from None
         log = event_log or str(attributes.get("event_log", ""))
         if log:
-            sim._open_log(log, keep=sim.collisions)
+            sim._open_log(log, keep=sim._logged())
         return sim
 
     # The event log.
@@ -744,17 +943,32 @@ class Simulation:
         boundary = self._engine.model.boundary
         return boundary.bits if isinstance(boundary, SectorImage) else 0
 
+    def _logged(self) -> int:
+        """Return how many entries the event log has by now: collisions of pairs and with obstacles."""
+        tally = self._engine.model.obstacles
+        return self.collisions + (0 if tally is None else int(tally.hits.sum()))
+
     def _flush_log(self) -> None:
         if self._log is None:
             return
+        from carom.kernel.constants import LAMBDA, OBSTACLE
+
         used = int(self._log.used[0])
         bits = self._bits()
+        word = self._log.word[:used]
+        other, image = word >> bits, word & ((1 << bits) - 1)
+        fixed = word < LAMBDA
+        if fixed.any():  # the paper's partners N + k
+            public = np.argsort(self._obstacle_numbers())
+            order = np.sort(self._obstacle_numbers())
+            k = public[np.searchsorted(order, OBSTACLE - word[fixed])]
+            other[fixed], image[fixed] = self.scene.n + k, 0
         self._log_file.append(
             self._log.epoch[:used],
             self._log.time[:used],
             self._log.i[:used],
-            self._log.word[:used] >> bits,
-            self._log.word[:used] & ((1 << bits) - 1),
+            other,
+            image,
             self._log.impulse[:used],
         )
         self._log.used[0] = 0

@@ -16,8 +16,11 @@ class Block(NamedTuple):
         Pair collisions in it.
     virial : float
         Sum of ``r_ij . dp_ij`` over them [energy]; ``m sigma |u_n|`` for equal masses.
+    impulses : tuple of float
+        Momentum that each wall and obstacle took up [mass length / time], in the order of their numbers.
     """
 
     duration: float
     collisions: int
     virial: float
+    impulses: tuple[float, ...] = ()

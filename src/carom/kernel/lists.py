@@ -434,13 +434,14 @@ def _(neighbors: Lists, motion, boundary, state, i, now):
         rr += r * r
         b += r * v
         a += v * v
-    if a == 0.0:
+    if a == 0.0 and rate == 0.0:
         return NEVER
     # The outward root of |r + v t| = room - rate t, in the form that does not cancel for either sign of b.
     c = max(room * room - rr, 0.0)
     root = np.sqrt(max(b * b + a * c, 0.0))
-    t = c / (b + root) if b > 0.0 else (root - b) / a
-    return now + t
+    if b > 0.0:
+        return now + c / (b + root)
+    return now + (root - b) / a if a > 0.0 else now
 
 
 @transit.register

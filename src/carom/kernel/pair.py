@@ -237,8 +237,10 @@ def _(pair: GrowingCores, i, j, rr, rv, vv, now):
     c, b, a = growing(pair, i, j, rr, rv, vv, now)
     discriminant = b * b - a * c
     t = c / (np.sqrt(max(discriminant, 0.0)) - b)
-    # Cores that grow faster than their centres part are caught up with (a < 0).
-    return max(t, 0.0) if ((b < 0.0) | (a < 0.0)) & (discriminant >= 0.0) else NEVER
+    # Cores that grow faster than their centres part are caught up with (a < 0); i grows into itself, which is
+    # no meeting.
+    meets = ((b < 0.0) | (a < 0.0)) & (discriminant >= 0.0) & (np.int64(i) != np.int64(j))
+    return max(t, 0.0) if meets else NEVER
 
 
 @generic

@@ -515,6 +515,19 @@ def enlarge_neighbors(engine: Engine, scheme: Scheme, contents: Contents) -> Eng
     return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
 
 
+def keep_tallies(old: Engine, new: Engine) -> None:
+    """Copy what has been counted so far into an engine that takes the place of another."""
+    new.tallies[:] = old.tallies
+    if old.by_species is not None and new.by_species is not None:
+        new.by_species.collisions[:] = old.by_species.collisions
+        new.by_species.virial[:] = old.by_species.virial
+    if old.model.impact is not None:
+        new.model.impact.spared[:] = old.model.impact.spared
+    if old.model.obstacles is not None:
+        new.model.obstacles.hits[:] = old.model.obstacles.hits
+        new.model.obstacles.impulse[:] = old.model.obstacles.impulse
+
+
 def enlarge_heap(engine: Engine, scheme: Scheme) -> Engine:
     """Return the engine with a larger heap, its entries kept."""
     calendar = engine.calendar
