@@ -15,7 +15,8 @@ def make_engine(n, heap=256, width=0.25):
     edge = 4.0 * n
     chosen = Scheme("sectors", (n,), 8, 0.0, 0, LENGTH, width, heap)
     positions = np.arange(n)[:, None] * 4.0
-    engine = scheme.build(chosen, positions, np.zeros((n, 1)), (edge,), 1.0, 1.0, False)
+    contents = scheme.Contents(n, (edge,), (True,), 1.0, 1.0, images=False)
+    engine = scheme.build(chosen, contents, positions, np.zeros((n, 1)))
     return engine, chosen
 
 

@@ -18,7 +18,7 @@ from carom.kernel.motion import FreeFlight, position, velocity
 from carom.kernel.pair import EqualCores, contact_time, depth, interaction_time, jump
 
 SIGMA = 1.0
-CORES = EqualCores(SIGMA**2, 1.5)
+CORES = EqualCores(SIGMA**2, 0.5 * SIGMA, 1.5)
 FLIGHT = FreeFlight()
 coordinate = st.floats(-8.0, 8.0, allow_subnormal=False).filter(lambda x: x == 0.0 or abs(x) > 1e-6)
 
@@ -60,7 +60,7 @@ def meeting(x, v, order=(0, 1)):
 def jumped(x, v, order=(0, 1)):
     i, j = order
     rr, rv, _ = invariants(x, v, order)
-    a, b, _ = jump(CORES, i, j, rr, rv)
+    a, b, _ = jump(CORES, i, j, rr, rv, 0.0)
     after = v.copy()
     after[i] = v[i] + a * (x[j] - x[i])
     after[j] = v[j] - b * (x[j] - x[i])
@@ -154,14 +154,14 @@ def test_an_overlap_by_rounding_meets_now_if_it_approaches_and_is_let_go_if_not(
     t, clamped = contact_time(CORES, 0, 1, np.float64(rr), np.float64(-1.0), np.float64(1.0), 0.0)
     assert t == 0.0
     assert clamped == (rr < 1.0)
-    assert depth(CORES, 0, 1, rr) >= 1.0
+    assert depth(CORES, 0, 1, rr, 0.0) >= 1.0
 
 
 CLAY = """
 from typing import NamedTuple
 import carom
 from carom.kernel import cycle
-from carom.kernel.pair import EqualCores, contact_time, depth, interaction_time, jump
+from carom.kernel.pair import EqualCores, age, contact_time, depth, interaction_time, jump
 
 class Clay(NamedTuple):
     square: float
@@ -170,20 +170,24 @@ class Clay(NamedTuple):
 
 @interaction_time.register
 def _(pair: Clay, i, j, rr, rv, vv, now):
-    return interaction_time(EqualCores(pair.square, pair.mass), i, j, rr, rv, vv, now)
+    return interaction_time(EqualCores(pair.square, 0.5, pair.mass), i, j, rr, rv, vv, now)
 
 @contact_time.register
 def _(pair: Clay, i, j, rr, rv, vv, now):
-    return contact_time(EqualCores(pair.square, pair.mass), i, j, rr, rv, vv, now)
+    return contact_time(EqualCores(pair.square, 0.5, pair.mass), i, j, rr, rv, vv, now)
 
 @jump.register
-def _(pair: Clay, i, j, rr, rv):
+def _(pair: Clay, i, j, rr, rv, now):
     factor = 0.5 * (1.0 + pair.restitution) * rv / rr
     return factor, factor, -pair.mass * factor * rr
 
 @depth.register
-def _(pair: Clay, i, j, rr):
+def _(pair: Clay, i, j, rr, now):
     return pair.square / rr
+
+@age.register
+def _(pair: Clay, duration):
+    return None
 
 scene = carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]])
 sim = carom.Simulation(scene, neighbors="sectors")

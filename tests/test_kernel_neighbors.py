@@ -10,6 +10,7 @@ from engine_cases import moving
 import carom
 from carom.kernel import cycle, scheme
 from carom.kernel.boundary import SectorImage
+from carom.kernel.lists import level, margin, start, touching
 
 STEPS = np.int64(1)
 
@@ -37,9 +38,11 @@ def go(sim, cycles):
 
 def lists_of(sim):
     lists, n = sim._engine.neighbors, sim.scene.n
-    rows = lists.words.reshape(n, lists.capacity)
-    assert (rows[np.arange(lists.capacity) >= lists.counts[:, None]] == n).all(), "padding is the ghost"
-    return [set(row[:count].tolist()) for row, count in zip(rows, lists.counts, strict=True)]
+    begins = [int(start(lists.bounds, np.uint64(i))) for i in range(n)]
+    return [
+        set(lists.words[begin : begin + count].tolist())
+        for begin, count in zip(begins, lists.counts, strict=True)
+    ]
 
 
 def check_lists(sim):
@@ -51,19 +54,24 @@ def check_lists(sim):
     r = reference[:, None] - reference
     r -= edges * np.rint(r / edges)
     near = (r**2).sum(axis=2)
+    reach = np.array([[touching(lists.bounds, i, j) for j in range(n)] for i in range(n)])
     # Rounding of one distance against another's may decide on the edge of the reach alone.
-    sure, maybe = near < lists.reach * (1 - 1e-9), near < lists.reach * (1 + 1e-9)
+    sure, maybe = near < reach * (1 - 1e-9), near < reach * (1 + 1e-9)
     for i in range(n):
         assert set(np.flatnonzero(sure[i])) - {i} <= listed[i] <= set(np.flatnonzero(maybe[i])) - {i}
     x = present(sim)[0] - reference
     x -= edges * np.rint(x / edges)
-    assert ((x**2).sum(axis=1) <= lists.margin * (1 + 1e-9)).all()
+    now = sim._engine.state.clock[0].now
+    free = np.array([margin(lists.bounds, i, now)[0] for i in range(n)])
+    assert (np.sqrt((x**2).sum(axis=1)) <= free + 1e-9 * np.sqrt(reach.max())).all()
+    grid = lists.grid
     for cell in range(len(lists.members)):
         for k in range(lists.members[cell]):
             i = lists.cells[cell, 0, k]
             assert (lists.cells[cell, 1:, k] == lists.reference[i]).all()
-            place = np.floor(reference[i] / edges * lists.shape).astype(int)
-            assert np.ravel_multi_index(place, lists.shape) == cell
+            own = int(level(lists.bounds, np.uint64(i)))
+            place = np.floor(reference[i] / edges * grid.shape[own]).astype(int)
+            assert grid.base[own] + np.ravel_multi_index(place, grid.shape[own]) == cell
     assert lists.members.sum() == n
 
 

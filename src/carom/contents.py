@@ -1,4 +1,4 @@
-"""From a scene to what the kernel has to know of it: numbers, arrays and models, and nothing it does not have."""
+"""From a scene to what the kernel has to know of it."""
 
 from __future__ import annotations
 

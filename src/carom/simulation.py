@@ -162,7 +162,6 @@ class Simulation:
             velocities = scene.velocities
         else:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
-        from carom.kernel import scheme
 
         fastest = float(np.abs(velocities).max())
         if 0.0 < fastest < SLOWEST:
@@ -172,7 +171,9 @@ class Simulation:
             )
         rates = growth_rates(growth, scene)
         if rates is not None and event_log is not None:
-            raise InputError("An event log holds one diameter a component, but growth is given: leave out one.")
+            raise InputError(
+                "An event log holds one diameter a component, but growth is given: leave out one."
+            )
         self.scene = scene
         self._wish = (neighbors, shell)
         self._contents = contents_of(scene, rates, self._thermal_speed(velocities), images)
@@ -186,14 +187,14 @@ class Simulation:
         twice = float(np.sum(self.scene.masses[:, None] * velocities * velocities))
         return math.sqrt(twice / (self._freedoms * self.scene.mass))
 
-    def _choose(self, velocities: np.ndarray) -> Scheme:
+    def _choose(self, velocities: np.ndarray, rate: float | None = None) -> Scheme:
         from carom.kernel import scheme
 
         speed = math.sqrt(float(np.mean(np.sum(velocities * velocities, axis=1))))
         if self._contents.rates is not None:
             speed += 2.0 * float(self._contents.rates.max())
         try:
-            return scheme.choose(self._contents, speed, *self._wish)
+            return scheme.choose(self._contents, speed, *self._wish, rate)
         except ValueError as error:
             raise InputError(str(error)) from None
 
@@ -206,6 +207,7 @@ class Simulation:
         self._engine: Engine = scheme.build(chosen, self._contents, self.scene.positions, velocities)
         self._energy0, self._momentum0, self._momentum_scale = self._mechanics()
         self._base = Fraction(0)  # when the counting of epochs began
+        self._counted = 0  # the collisions until then
         self._epoch, self._offset = 0, 0.0
         self._seconds = 0.0
         self._log: Any = None
@@ -334,7 +336,9 @@ class Simulation:
         """Return the kernel's number of each wall and obstacle."""
         from carom.kernel.obstacle import numbering
 
-        walls = [2 * axis + side for axis, wraps in enumerate(self.scene.periodic) if not wraps for side in (0, 1)]
+        walls = [
+            2 * axis + side for axis, wraps in enumerate(self.scene.periodic) if not wraps for side in (0, 1)
+        ]
         first = 2 * self.scene.dimension
         return walls + [first + k for k in numbering(self._contents.obstacles)]
 
@@ -483,7 +487,7 @@ class Simulation:
         return tuple(impact.impulse for impact in self.obstacles)
 
     def _stop(self, end: Fraction | None) -> tuple[tuple[np.int64, float], bool]:
-        """Return where the kernel has to return, as an epoch and an offset, and whether the run ends there."""
+        """Return where the kernel has to return, as an epoch and an offset, and whether the run ends so."""
         if self._contents.rates is not None:
             refit = self._base + Fraction(self._scheme.horizon)
             if end is None or refit < end:
@@ -527,12 +531,16 @@ class Simulation:
             self._contents = dataclasses.replace(
                 self._contents, radii=radii, diameter=2.0 * float(radii.max())
             )
-        self._scheme = self._choose(velocities)
+        passed, seen = float(instant - self._base), self.collisions - self._counted
+        rate = 2.0 * seen / (self.scene.n * passed) if seen >= self.scene.n and passed > 0.0 else None
+        self._scheme = self._choose(velocities, rate)
         self._engine = scheme.build(self._scheme, self._contents, frame.positions, velocities)
         scheme.keep_tallies(old, self._engine)
-        if frame.images is not None:
-            self._engine.state.images[:] = frame.images
+        images = self._engine.state.images
+        if frame.images is not None and images is not None:
+            images[:] = frame.images
         self._base, self._epoch, self._offset = instant, 0, 0.0
+        self._counted = self.collisions
         self._schedule()
 
     @staticmethod
@@ -839,7 +847,7 @@ class Simulation:
         }
         scene_arrays, scene_attributes = self.scene.to_arrays()
         arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
-        if self._contents.rates is not None:
+        if self._contents.rates is not None and self._contents.radii is not None:
             arrays["contents.radii"] = self._contents.radii
             arrays["contents.rates"] = self._contents.rates
         attributes = {
@@ -847,6 +855,7 @@ class Simulation:
             "scene": json.dumps(scene_attributes),
             "threshold": self._contents.threshold,
             "base": f"{self._base.numerator}/{self._base.denominator}",
+            "counted": self._counted,
             "wish": json.dumps(self._wish),
             "scheme": json.dumps(dataclasses.asdict(self._scheme)),
             "images": self._engine.state.images is not None,
@@ -904,7 +913,7 @@ class Simulation:
             sim._wish = (neighbors, shell)
             sim._setup(arrays["initial_velocities"], chosen)
             scheme.restore(sim._engine, arrays)
-            sim._base = Fraction(str(attributes["base"]))
+            sim._base, sim._counted = Fraction(str(attributes["base"])), int(attributes["counted"])
             sim._epoch, sim._offset = int(attributes["epoch"]), float(attributes["offset"])
             sim._seconds = float(attributes["seconds"])
             sim.notes = json.loads(str(attributes["extra"]))

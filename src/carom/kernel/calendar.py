@@ -22,6 +22,9 @@ from carom.kernel.state import aligned
 ENTRIES = 14
 """Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""
 
+ROOM = 8
+"""Entries that one cycle can add to the heap, at most."""
+
 # No field may have the name of an attribute of numpy scalars (size, say): the kernel runs as Python, too.
 CONTROL = np.dtype(
     [
@@ -168,7 +171,7 @@ def drain(calendar, state, bucket):
     while link > 0:
         total += ENTRIES
         link = calendar.lines[link, 1]
-    if control.waiting + total > len(calendar.due):
+    if control.waiting + total + ROOM > len(calendar.due):
         return False
     for k in range(count):
         offer(calendar, state, bucket, buckets[bucket, np.uint64(k) + np.uint64(2)])

@@ -8,14 +8,14 @@ its state from before the collision, and the printed cycle then stalls (docs/con
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
 from carom.kernel.borrow import borrowed
 from carom.kernel.boundary import count_images, index, index_bits, lasting, mirror, separation
-from carom.kernel.calendar import adapt, first, insert, lay_out, pop
+from carom.kernel.calendar import ROOM, adapt, first, insert, lay_out, pop
 from carom.kernel.constants import (
     IDLE,
     LAMBDA,
@@ -42,19 +42,16 @@ NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
 NOBODY_MET = np.int64(-1)
 """No word: nothing is left out of a search."""
 
-ROOM = 8
-"""Entries that one cycle can add to the heap, at most."""
-
 
 class Model(NamedTuple):
     """What the basic functions are, by type, and their parameters, by value."""
 
-    pair: tuple
-    motion: tuple
-    boundary: tuple
-    impact: tuple | None
+    pair: Any
+    motion: Any
+    boundary: Any
+    impact: Any
     """What a contact of two components loses, or None where it is elastic."""
-    obstacles: tuple | None
+    obstacles: Any
     """Everything fixed that components can meet, or None."""
 
 

@@ -53,7 +53,7 @@ class UnequalBounds(NamedTuple):
     """Where each list begins, and where the last one ends, (n + 1,) int64."""
     levels: np.ndarray
     """Level of each component, (n + 1,) uint8."""
-    count: int
+    grids: int
     """How many levels there are."""
 
 
@@ -70,7 +70,7 @@ class GrowingBounds(NamedTuple):
     """Where each list begins, and where the last one ends, (n + 1,) int64."""
     levels: np.ndarray
     """Level of each component, (n + 1,) uint8."""
-    count: int
+    grids: int
     """How many levels there are."""
     slack: float
     """Part of the margin that is used."""
@@ -181,12 +181,12 @@ def _(bounds: EqualBounds):
 
 @levels.register
 def _(bounds: UnequalBounds):
-    return bounds.count
+    return bounds.grids
 
 
 @levels.register
 def _(bounds: GrowingBounds):
-    return bounds.count
+    return bounds.grids
 
 
 class Grid(NamedTuple):
@@ -295,9 +295,7 @@ def make_grid(shapes, spans) -> Grid:
         for b in range(size):
             offsets[a, b, : many[a, b]] = tables[a][b]
     cells = [int(np.prod(shape)) for shape in shapes]
-    return Grid(
-        np.array(shapes, np.int64), np.cumsum([0, *cells[:-1]]).astype(np.int64), offsets, many
-    )
+    return Grid(np.array(shapes, np.int64), np.cumsum([0, *cells[:-1]]).astype(np.int64), offsets, many)
 
 
 def _block(shape, span) -> np.ndarray:

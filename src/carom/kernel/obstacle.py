@@ -1,8 +1,9 @@
 """Walls and fixed bodies: the one-component interactions, the paper's partners N + k.
 
-An obstacle is a ``NamedTuple`` for which three functions are registered: ``encounter`` (when a component
-touches it), ``outward`` (in which direction it is thrown back), ``repeated`` (whether it stands in every
-image of the box) and ``anchor`` (around which point, if it does). Anyone's own obstacle does the same, from outside of this package (docs/obstacles).
+An obstacle is a ``NamedTuple`` for which functions are registered: ``encounter`` (when a component touches
+it), ``outward`` (in which direction it is thrown back), ``repeated`` (whether it stands in every image of the
+box) and ``anchor`` (around which point, if it does). Anyone's own obstacle does the same, from outside of
+this package (docs/obstacles).
 """
 
 from __future__ import annotations

@@ -217,7 +217,11 @@ def default_shell(packing_fraction: float, dimension: int) -> float:
 
 
 def choose(
-    contents: Contents, speed: float, neighbors: str = "auto", shell: float | None = None
+    contents: Contents,
+    speed: float,
+    neighbors: str = "auto",
+    shell: float | None = None,
+    rate: float | None = None,
 ) -> Scheme:
     """Choose the scheme for a scene; a shell asked for means lists where they fit.
 
@@ -231,6 +235,8 @@ def choose(
         The scheme, if the user has a wish.
     shell : float, optional
         Reach of the lists in (largest) diameters.
+    rate : float, optional
+        Collisions of one component a time, where it is known.
 
     Raises
     ------
@@ -279,7 +285,8 @@ def choose(
     if sizes is not None and neighbors == "lists":
         members = _levels(contents, reach).members
     typical = diameter if contents.radii is None else 2.0 * float(contents.radii.mean())
-    rate = collision_rate(packing_fraction, dimension, typical, speed) if typical > 0.0 else 0.0
+    if rate is None:
+        rate = collision_rate(packing_fraction, dimension, typical, speed) if typical > 0.0 else 0.0
     epoch = 1.0
     if speed > 0.0:
         crossing = 4.0 * max(box) / speed
@@ -345,7 +352,9 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     if contents.kinds is not None:
         count = int(contents.kinds.max()) + 1
         by_species = BySpecies(
-            _with_ghost(contents.kinds, np.int64), np.zeros((count, count), np.int64), np.zeros((count, count))
+            _with_ghost(contents.kinds, np.int64),
+            np.zeros((count, count), np.int64),
+            np.zeros((count, count)),
         )
     return Engine(
         Model(
@@ -373,9 +382,7 @@ def _with_ghost(values, dtype=np.float64) -> np.ndarray:
 def _cores(contents: Contents):
     """Return the pair interaction."""
     if contents.radii is None:
-        return EqualCores(
-            float(contents.diameter) ** 2, 0.5 * float(contents.diameter), float(contents.mass)
-        )
+        return EqualCores(float(contents.diameter) ** 2, 0.5 * float(contents.diameter), float(contents.mass))
     masses = contents.masses if contents.masses is not None else np.full(contents.n, contents.mass)
     radii, masses = _with_ghost(contents.radii), _with_ghost(masses)
     if contents.rates is not None:
