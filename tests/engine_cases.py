@@ -24,9 +24,7 @@ def moving(scene, seed):
     rng = np.random.default_rng(seed)
     velocities = rng.normal(size=(scene.n, scene.dimension))
     velocities -= velocities.mean(axis=0)
-    return carom.Scene(
-        scene.positions, scene.box, diameter=scene.diameter, mass=scene.mass, velocities=velocities
-    )
+    return scene.with_(velocities=velocities)
 
 
 def engine_collisions(scene, count, folder, **settings):

@@ -14,7 +14,7 @@ import pytest
 from carom.errors import InputError, OverlapError
 from carom.reference import NaiveSystem, NoMeetingFound, collisions, naive
 from carom.reference.arithmetic import make_arithmetic
-from carom.reference.meeting import next_meeting
+from carom.reference.meeting import Contacts, next_meeting
 
 DATA = Path(__file__).parent / "data"
 # 50 digits less what a few hundred collisions amplify: each multiplies an error by some ten at most.
@@ -198,7 +198,10 @@ def test_spheres_that_fly_along_a_channel_for_ever_are_reported():
     assert NaiveSystem(positions, velocities, box).advance_to(1000) == []
     with pytest.raises(NoMeetingFound, match="time to stop at"):
         next_meeting(
-            *(np.array(values) for values in (positions, velocities, [1.0, 1.0], box)),
+            np.array(positions),
+            np.array(velocities),
+            Contacts(np.ones(2), np.zeros(2)),
+            np.array(box),
             make_arithmetic("float"),
             windows_limit=2**10,
         )

@@ -12,7 +12,7 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.reference.arithmetic import NEVER, ArithmeticName, make_arithmetic
-from carom.reference.meeting import NoMeetingFound, contact_time, next_meeting
+from carom.reference.meeting import Contacts, NoMeetingFound, contact_time, next_meeting
 
 # Windows of a quarter edge through which an unsectored pair is followed; a pair that flies further without
 # meeting is taken to be in one of the channels of the torus, and never to meet.
@@ -132,7 +132,10 @@ class Billiard:
             meeting = next_meeting(
                 np.stack([zero, self.nearest(r)]),
                 np.stack([zero, u]),
-                np.array([state1.diameter, state2.diameter]),
+                Contacts(
+                    np.array([state1.diameter, state2.diameter]),
+                    self.arithmetic.array([0, 0], "growth"),
+                ),
                 self.box,
                 self.arithmetic,
                 windows_limit=_CHANNEL,

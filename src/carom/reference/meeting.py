@@ -2,9 +2,10 @@ r"""The next meeting among moving spheres in a periodic box, over all images tha
 
 Two spheres in a small box may meet through any image of each other. Rather than guess how many images a
 flight can reach, the search goes through time in windows in which no pair moves by more than a quarter of an
-edge relative to each other. With the nearest image within half an edge and a contact distance of at most one
-edge, only the offsets -1, 0, 1 along each axis can then be met within the window:
-``|r + 2 L| >= 3/2 L`` is beyond the reach of ``L + L / 4``.
+edge relative to each other. With the nearest image within half an edge, an offset of m edges is beyond the
+reach of a contact distance s where ``(m - 1/2) L > s + L / 4``: for contacts of at most one edge, only the
+offsets -1, 0, 1 along each axis can be met within the window. Fixed balls, which may be larger, are met like
+spheres that stand still. Along an axis that is not periodic there is one image.
 
 **Floats find the candidates, the chosen arithmetic decides.** The sweep over pairs, windows and images uses
 doubles and spheres that are larger by a margin :math:`\eta = 2^{-20} S`, where S bounds every length that
@@ -35,12 +36,50 @@ _ROWS = 2**16
 _WINDOWS = 2**22
 
 
+class Contacts(NamedTuple):
+    """At which distances pairs touch, and how fast these grow.
+
+    Attributes
+    ----------
+    diameters, growth : (n,) arrays of numbers
+        Of each sphere, and of the fixed balls after them [length], [length / time].
+    species : (n,) int array or None
+        With `matrix`.
+    matrix : (K, K) array of numbers or None
+        Contact distances between species; else a pair touches at the mean of its diameters.
+    """
+
+    diameters: np.ndarray
+    growth: np.ndarray
+    species: np.ndarray | None = None
+    matrix: np.ndarray | None = None
+
+    def of(self, i: Any, j: Any) -> tuple[Any, Any]:
+        """Return the contact distance and its rate of growth: of a pair, or of arrays of pairs."""
+        distance = (self.diameters[i] + self.diameters[j]) / 2
+        rate = (self.growth[i] + self.growth[j]) / 2
+        if self.matrix is None or self.species is None:
+            return distance, rate
+        # Balls belong to no species.
+        free = len(self.species) - 1
+        tabled = self.matrix[self.species[np.minimum(i, free)], self.species[np.minimum(j, free)]]
+        return np.where(np.less_equal(j, free), tabled, distance)[()], rate
+
+    def floats(self) -> Contacts:
+        """Return the same in doubles."""
+        matrix = None if self.matrix is None else self.matrix.astype(float)
+        return Contacts(self.diameters.astype(float), self.growth.astype(float), self.species, matrix)
+
+
 class NoMeetingFound(CaromError):
     """No pair met within the longest search; perhaps none ever will."""
 
 
 class Meeting(NamedTuple):
-    """Spheres i < j touch after `delay`, with ``r = x[j] + image * box - x[i]`` at contact."""
+    """Spheres i < j touch after `delay`, with ``r = x[j] + image * box - x[i]`` at contact.
+
+    A fixed ball has the number n + k of its place among the balls.
+    """
 
     delay: Any
     i: int
@@ -48,15 +87,15 @@ class Meeting(NamedTuple):
     image: tuple[int, ...]
 
 
-def contact_time(r: Any, u: Any, contact: Any, sqrt: Any) -> Any:
-    """Time until ``|r + u t| = contact``, or None when the two do not meet.
+def contact_time(r: Any, u: Any, contact: Any, sqrt: Any, rate: Any = 0) -> Any:
+    """Time until ``|r + u t| = contact + rate t``, or None when the two do not meet.
 
     Parameters
     ----------
     r, u : (d,) arrays of numbers
         Relative position [length] and velocity at one time.
-    contact : number
-        Distance at contact [length].
+    contact, rate : number
+        Distance at contact [length], and how fast it grows.
     sqrt : callable
         Root of the arithmetic in use.
 
@@ -64,15 +103,19 @@ def contact_time(r: Any, u: Any, contact: Any, sqrt: Any) -> Any:
     -----
     Lubachevsky (1991), eq. (2), in the form ``c / (-b + sqrt(b^2 - ac))``, which keeps its digits for grazing
     meetings. Spheres that overlap by rounding and approach meet now (sec. 6). Two that touch without
-    approaching (b = 0) exchange no momentum, and do not meet.
+    approaching (b = 0) exchange no momentum, and do not meet, unless they grow faster than they part (a < 0).
     """
-    b = sum(r * u)
-    if b >= 0:
-        return None
+    a = sum(u * u) - rate * rate
+    b = sum(r * u) - contact * rate
     c = sum(r * r) - contact * contact
+    if b >= 0:
+        if a >= 0:
+            return None
+        # Touching and parting at first, then caught up with.
+        return (b + sqrt(max(b * b - a * c, c * 0))) / -a
     if c <= 0:
         return c * 0
-    discriminant = b * b - sum(u * u) * c
+    discriminant = b * b - a * c
     if discriminant < 0:
         return None
     return c / (-b + sqrt(discriminant))
@@ -84,48 +127,56 @@ def _candidates(
     first: np.ndarray,
     second: np.ndarray,
     contact: np.ndarray,
+    rate: np.ndarray,
     box: np.ndarray,
+    periodic: np.ndarray,
     width: float,
     windows: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pairs (rows of `first`), images (n, d) and lower bounds of the delay, for all that may meet in time."""
     duration = width * windows
-    scale = float(np.sqrt(box @ box)) + 2.0 * float(np.sqrt((v * v).sum(axis=1).max())) * duration
+    fastest = float(np.sqrt((v * v).sum(axis=1).max())) + float(rate.max())
+    scale = float(np.sqrt(box @ box)) + float(contact.max()) + 2.0 * fastest * duration
     margin = _MARGIN * scale
     pair = np.repeat(np.arange(len(first)), windows)
     begin = np.tile(np.arange(windows) * width, len(first))
+    widest = float((contact + rate * duration).max()) + margin
     columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
     # Axis by axis, so that a pair that is too far along one axis costs nothing on the others.
     for axis, edge in enumerate(box):
         i, j = first[pair], second[pair]
         u = v[j, axis] - v[i, axis]
         r = x[j, axis] - x[i, axis] + u * begin
-        wrap = -np.rint(r / edge)
+        wrap = -np.rint(r / edge) * periodic[axis]
         r += wrap * edge
-        reach = contact[pair] + margin + np.abs(u) * width
-        kept = [np.flatnonzero(np.abs(r + offset * edge) <= reach) for offset in (-1, 0, 1)]
+        far = int(widest / edge + 0.75 + _MARGIN) if periodic[axis] else 0
+        offsets = np.arange(-far, far + 1)
+        reach = contact[pair] + rate[pair] * (begin + width) + margin + np.abs(u) * width
+        kept = [np.flatnonzero(np.abs(r + offset * edge) <= reach) for offset in offsets]
         rows = np.concatenate(kept)
-        offset = np.repeat([-1.0, 0.0, 1.0], [len(k) for k in kept])
+        offset = np.repeat(offsets.astype(float), [len(k) for k in kept])
         pair, begin = pair[rows], begin[rows]
         columns = [(a[rows], b[rows], c[rows]) for a, b, c in columns]
         columns.append((r[rows] + offset * edge, u[rows], wrap[rows] + offset))
     r, u, image = (np.stack(column, axis=1) for column in zip(*columns, strict=True))
-    a, b = (u * u).sum(axis=1), (r * u).sum(axis=1)
-    c = (r * r).sum(axis=1) - (contact[pair] + margin) ** 2
+    touch = contact[pair] + rate[pair] * begin + margin
+    a, b = (u * u).sum(axis=1) - rate[pair] ** 2, (r * u).sum(axis=1) - touch * rate[pair]
+    c = (r * r).sum(axis=1) - touch**2
     discriminant = b * b - a * c
-    outside = (c > 0) & (b < 0) & (discriminant >= 0)
-    inside = (c <= 0) & (b < _GRAZING * scale * np.sqrt(a))
+    outside = (c > 0) & ((b < 0) | (a < 0)) & (discriminant >= 0)
+    inside = (c <= 0) & ((a < 0) | (b < _GRAZING * scale * (np.sqrt((u * u).sum(axis=1)) + rate[pair])))
     delay = np.zeros_like(c)
     delay[outside] = c[outside] / (np.sqrt(discriminant[outside]) - b[outside])
     found = np.flatnonzero((outside | inside) & (delay <= width))
     return pair[found], image[found].astype(np.int64), begin[found] + delay[found]
 
 
-def _blocks(n: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """All pairs i < j in lexicographic order, in blocks of at most about `_ROWS` (or one row of n)."""
-    rows = max(1, _ROWS // n)
-    for low in range(0, n - 1, rows):
-        i, j = np.triu_indices(min(rows, n - 1 - low), 1, n - low)
+def _blocks(n: int, balls: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """All pairs i < j with i < n in lexicographic order, in blocks of at most about `_ROWS` (or one row)."""
+    total = n + balls
+    rows, last = max(1, _ROWS // total), min(n, total - 1)
+    for low in range(0, last, rows):
+        i, j = np.triu_indices(min(rows, last - low), 1, total - low)
         yield i + low, j + low
 
 
@@ -141,26 +192,32 @@ def _period(v: np.ndarray, box: np.ndarray) -> float:
 def next_meeting(
     positions: np.ndarray,
     velocities: np.ndarray,
-    diameters: np.ndarray,
+    contacts: Contacts,
     box: np.ndarray,
     arithmetic: Arithmetic,
     *,
+    periodic: np.ndarray | None = None,
+    balls: np.ndarray | None = None,
     limit: Any = math.inf,
     guess: float = math.inf,
     windows_limit: int = _WINDOWS,
 ) -> Meeting | None:
-    """Return the first meeting of any two spheres through any image, the smallest (delay, i, j, image).
+    """Return the first meeting of any two through any image, the smallest (delay, i, j, image).
 
     Parameters
     ----------
     positions, velocities : (n, d) arrays of numbers
         At one common time; positions within about one edge of the box [length].
-    diameters : (n,) array of numbers
-        Two spheres meet at the mean of their diameters, which exceeds no edge of the box.
+    contacts : Contacts
+        When two touch.
     box : (d,) array of numbers
         Edges of the periodic box.
     arithmetic : Arithmetic
         In which the times are computed and compared.
+    periodic : (d,) bool array, optional
+        Which axes are; all if left out.
+    balls : (m, d) array of numbers, optional
+        Centres of fixed balls.
     limit : number
         Look no further than this delay [time].
     guess : float
@@ -179,14 +236,21 @@ def next_meeting(
     NoMeetingFound
         If the whole of `windows_limit` windows holds no meeting (pairs may fly along channels for ever).
     """
-    n = len(positions)
+    n, m = len(positions), 0 if balls is None else len(balls)
+    if balls is not None and m:
+        positions = np.concatenate([positions, balls])
+        velocities = np.concatenate([velocities, balls * 0])
+    if n + m < 2:
+        return None
     v, edges = velocities.astype(float), box.astype(float)
-    spread = v.max(axis=0) - v.min(axis=0) if n > 1 else np.zeros(len(edges))
-    if not spread.any():
+    around = np.ones(len(edges), dtype=bool) if periodic is None else periodic
+    rough = contacts.floats()
+    spread = v.max(axis=0) - v.min(axis=0)
+    grows = float(rough.growth.max())
+    if not spread.any() and not grows:
         return None
     with np.errstate(divide="ignore"):
-        quarter = float((edges / (4.0 * spread)).min())
-    sigma = diameters.astype(float)
+        quarter = float(min((edges / (4.0 * spread)).min(), edges.min() / (4.0 * np.float64(grows))))
     width, windows, start, looked, period = min(quarter, guess), 1, 0.0, 0, math.inf
     best: Meeting | None = None
     while start <= limit:
@@ -196,9 +260,10 @@ def next_meeting(
             else positions.astype(float)
         )
         end = start + width * windows
-        for first, second in _blocks(n):
+        for first, second in _blocks(n, m):
+            contact, rate = rough.of(first, second)
             pairs, images, delays = _candidates(
-                x, v, first, second, 0.5 * (sigma[first] + sigma[second]), edges, width, windows
+                x, v, first, second, contact + rate * start, rate, edges, around, width, windows
             )
             for row in np.argsort(delays, kind="stable"):
                 if best is not None and start + delays[row] > best.delay:
@@ -206,8 +271,8 @@ def next_meeting(
                 i, j = int(first[pairs[row]]), int(second[pairs[row]])
                 shift = images[row]
                 r = positions[j] - positions[i] + shift * box
-                contact = (diameters[i] + diameters[j]) / 2
-                delay = contact_time(r, velocities[j] - velocities[i], contact, arithmetic.sqrt)
+                touch, growth = contacts.of(i, j)
+                delay = contact_time(r, velocities[j] - velocities[i], touch, arithmetic.sqrt, growth)
                 # Beyond the end, another pair may be earlier: the next batch of windows finds both.
                 if delay is not None and delay <= end:
                     meeting = Meeting(delay, i, j, tuple(int(s) for s in shift))
@@ -226,6 +291,7 @@ def next_meeting(
         if width < quarter:
             width = min(4.0 * width, quarter)
         else:
-            period = _period(v, edges) if period == math.inf and looked >= 4 else period
-            windows = min(2 * windows, max(1, 2 * _ROWS // (n * n)))
+            if period == math.inf and looked >= 4 and not grows:
+                period = _period(v, edges)
+            windows = min(2 * windows, max(1, 2 * _ROWS // (n + m) ** 2))
     return None

@@ -1,7 +1,8 @@
 """The naive algorithm of the paper's introduction: slow, simple, and what defines the correct trajectory.
 
-The whole system goes from collision to collision: of all pairs and all periodic images the earliest meeting
-is found, every sphere is advanced to it, two velocities jump, and the search starts over. Lubachevsky (1991)
+The whole system goes from collision to collision: of all pairs and all periodic images, and of all walls and
+obstacles, the earliest meeting is found, every sphere is advanced to it, the velocities jump, and the search
+starts over. Lubachevsky (1991)
 *calls* the trajectory found in this way the correct one (sec. 7); with 50 digits it stays so for hundreds of
 collisions, long after any computation in doubles has diverged from it.
 """
@@ -9,14 +10,15 @@ collisions, long after any computation in doubles has diverged from it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.errors import InputError, OverlapError
 from carom.reference.arithmetic import ArithmeticName, make_arithmetic
-from carom.reference.meeting import next_meeting
+from carom.reference.fixed import Ball, make_fixed
+from carom.reference.meeting import Contacts, Meeting, next_meeting
 
 # Input in doubles cannot place two spheres at contact better than this, relative to the contact distance.
 _CONTACT_ROUNDING = 2.0**-40
@@ -32,12 +34,13 @@ class Collision(NamedTuple):
     time : number
         When [time], in the arithmetic of the run.
     i, j : int
-        The two spheres, i < j.
+        The two spheres, i < j; or a sphere and, as n + k, wall or obstacle k.
     image : tuple of d ints
-        ``x[j] + image * box - x[i]`` is at contact, with unwrapped positions x.
+        ``x[j] + image * box - x[i]`` is at contact, with unwrapped positions x, or the center of a fixed ball
+        for x[j]. Zeros for walls, planes and containers.
     impulse : number
         Momentum >= 0 passed from i to j along the line of centres [mass length / time]; ``m |u_n|`` for equal
-        masses m that approach with the normal speed ``|u_n|``.
+        masses m that approach with the normal speed ``|u_n|`` and collide elastically.
     """
 
     time: Any
@@ -48,7 +51,7 @@ class Collision(NamedTuple):
 
 
 class NaiveSystem:
-    """Hard spheres in a periodic box, advanced from collision to collision.
+    """Hard spheres in a box, with walls and obstacles, advanced from collision to collision.
 
     Parameters
     ----------
@@ -69,16 +72,38 @@ class NaiveSystem:
         Decimal digits of ``"mpmath"``.
     time : number
         The time of the given state [time].
+    species, contact : (n,) ints and (K, K) numbers, optional
+        Contact distances between species, instead of the mean of the diameters.
+    growth : number or sequence of n numbers
+        How fast the diameters grow, at least zero [length / time]. Not together with ``contact``.
+    periodic : bool or sequence of d bools
+        An axis that is not periodic has walls at 0 and at its edge, which the surfaces do not pass.
+    obstacles : sequence of mappings
+        See :mod:`carom.reference.fixed`.
+    restitution, elastic_below : number
+        Part of the normal relative velocity of two spheres that a collision leaves, and the normal speed
+        below which it leaves all. Walls and obstacles are elastic.
+
+    Attributes
+    ----------
+    hits : (K,) int array
+        Collisions with each wall (lower, upper, axis after axis, where there are walls) and obstacle.
+    impulses : (K,) array of numbers
+        Momentum that each has taken [mass length / time].
 
     Raises
     ------
     InputError
         If shapes or values do not fit.
     OverlapError
-        If two spheres overlap, or one overlaps its own image; relative depths below 2^-40 count as rounding.
+        If two spheres overlap, or one overlaps its own image or an obstacle; relative depths below 2^-40
+        count as rounding. Later, if a sphere grows as large as the box.
 
     Notes
     -----
+    With growth, the normal relative velocity u_n of surfaces that move apart at g by themselves becomes
+    ``g - e (u_n - g)``: ``2 g - u_n`` where the restitution e is 1, so that no pair sticks.
+
     Simultaneous collisions are processed in the order (time, i, j), where times count as equal only if they
     are the same number. Spheres that touch without approaching do not collide.
 
@@ -102,6 +127,13 @@ class NaiveSystem:
         arithmetic: ArithmeticName = "mpmath",
         digits: int = 50,
         time: Any = 0,
+        species: Any = None,
+        contact: Any = None,
+        growth: Any = 0,
+        periodic: Any = True,
+        obstacles: Sequence[Mapping[str, Any]] = (),
+        restitution: Any = 1,
+        elastic_below: Any = 0,
     ) -> None:
         self.arithmetic = make_arithmetic(arithmetic, digits)
         array, number = self.arithmetic.array, self.arithmetic.number
@@ -115,9 +147,28 @@ class NaiveSystem:
             raise InputError(f"velocities have shape {self._v.shape}; expected {(n, d)} as the positions.")
         if self.box.shape != (d,) or (self.box <= 0).any():
             raise InputError(f"box is {box!r}; expected {d} positive edges.")
-        sizes = array(diameter, "diameter")
+        sizes, rates = array(diameter, "diameter"), array(growth, "growth")
         self.diameters = np.array([sizes[()]] * n, dtype=self._x.dtype) if sizes.ndim == 0 else sizes
+        self.growth = np.array([rates[()]] * n, dtype=self._x.dtype) if rates.ndim == 0 else rates
         self.masses = array([1] * n if masses is None else masses, "masses")
+        self.periodic = np.broadcast_to(np.array(periodic, dtype=bool), (d,))
+        self._species = None if species is None else np.array(species, dtype=np.int64)
+        self._matrix = None if contact is None else array(contact, "contact")
+        if (
+            self.growth.shape != (n,)
+            or (self.growth < 0).any()
+            or (self.growth.any() and contact is not None)
+        ):
+            raise InputError(
+                f"growth is {growth!r}; expected one or {n} numbers at least zero, and no contact matrix."
+            )
+        if (species is None) != (contact is None):
+            raise InputError("species and contact belong together; give both or none.")
+        self._restitution, self._elastic_below = number(restitution), number(elastic_below)
+        self.fixed = make_fixed(self.box, self.periodic.tolist(), obstacles, self.arithmetic)
+        self._balls = [k for k, fixed in enumerate(self.fixed) if isinstance(fixed, Ball)]
+        self.hits = np.zeros(len(self.fixed), dtype=np.int64)
+        self.impulses = np.array([number(0)] * len(self.fixed), dtype=self._x.dtype)
         for name, values in (("diameter", self.diameters), ("masses", self.masses)):
             if values.shape != (n,) or (values <= 0).any():
                 raise InputError(f"{name} has shape {values.shape}; expected {n} positive numbers.")
@@ -167,23 +218,68 @@ class NaiveSystem:
         NoMeetingFound
             If a very long search in time finds no collision and `until` is infinite.
         """
+        fixed = self._next_fixed()
+        limit = until - self.time if fixed is None else min(until - self.time, fixed.delay)
         meeting = next_meeting(
             self._x,
             self._v,
-            self.diameters,
+            self._contacts(),
             self.box,
             self.arithmetic,
-            limit=until - self.time,
+            periodic=self.periodic,
+            balls=self._centers(),
+            limit=limit,
             guess=self._guess,
         )
+        n = len(self._x)
+        if meeting is not None and meeting.j >= n:
+            meeting = meeting._replace(j=n + self._balls[meeting.j - n])
+        if fixed is not None and fixed.delay <= limit and (meeting is None or fixed < meeting):
+            meeting = fixed
         if meeting is None:
             return None
         recent = float(meeting.delay)
         self._guess = _LOOKAHEAD * recent if recent > 0 else math.inf
-        # The advance may wrap the two spheres; their unwrapped positions know nothing of that.
-        image = np.array(meeting.image) + self._crossings[meeting.i] - self._crossings[meeting.j]
+        # The advance may wrap the spheres; their unwrapped positions know nothing of that.
+        crossed = self._crossings[meeting.i] - (self._crossings[meeting.j] if meeting.j < n else 0)
+        image = np.array(meeting.image) + crossed
         self._advance(meeting.delay)
-        return self._jump(meeting.i, meeting.j, image)
+        if meeting.j < n:
+            return self._jump(meeting.i, meeting.j, image)
+        return self._bounce(meeting.i, meeting.j - n, image)
+
+    def _contacts(self) -> Contacts:
+        """Return when two touch, fixed balls after the spheres."""
+        if not self._balls:
+            return Contacts(self.diameters, self.growth, self._species, self._matrix)
+        sizes = np.array([2 * self.fixed[k].radius for k in self._balls], dtype=self._x.dtype)  # type: ignore[union-attr]
+        return Contacts(
+            np.concatenate([self.diameters, sizes]),
+            np.concatenate([self.growth, sizes * 0]),
+            self._species,
+            self._matrix,
+        )
+
+    def _centers(self) -> np.ndarray | None:
+        if not self._balls:
+            return None
+        return np.stack([self.fixed[k].center for k in self._balls])  # type: ignore[union-attr]
+
+    def _next_fixed(self) -> Meeting | None:
+        """Return the first meeting with a wall, plane or container."""
+        best: Meeting | None = None
+        n, zeros = len(self._x), (0,) * len(self.box)
+        for k, fixed in enumerate(self.fixed):
+            if isinstance(fixed, Ball):
+                continue
+            for i in range(n):
+                delay = fixed.encounter(
+                    self._x[i], self._v[i], self.diameters[i] / 2, self.growth[i] / 2, self.arithmetic.sqrt
+                )
+                if delay is not None:
+                    meeting = Meeting(delay, i, n + k, zeros)
+                    best = meeting if best is None or meeting < best else best
+        return best
 
     def advance_to(self, time: Any) -> list[Collision]:
         """Advance to `time`, realising all collisions up to and including it, and return them.
@@ -211,59 +307,90 @@ class NaiveSystem:
     def _advance(self, duration: Any) -> None:
         self._x = self._x + self._v * duration
         self.time = self.time + duration
+        if self.growth.any():
+            self.diameters = self.diameters + self.growth * duration
+            self._check_sizes()
         self._wrap()
 
     def _wrap(self) -> None:
         """Bring the positions into the box (up to rounding) and count the crossings."""
         turns = np.floor(self._x.astype(float) / self.box.astype(float)).astype(np.int64)
+        turns *= self.periodic
         if turns.any():
             self._x = self._x - turns * self.box
             self._crossings += turns
 
     def _jump(self, i: int, j: int, image: np.ndarray) -> Collision:
-        """Pass the impulse of an elastic collision along the line of centres."""
+        """Pass the impulse of a collision along the line of centres."""
         r = self._x[j] - self._x[i] + (image + self._crossings[j] - self._crossings[i]) * self.box
         u = self._v[j] - self._v[i]
-        contact = (self.diameters[i] + self.diameters[j]) / 2
+        contact, rate = self._contacts().of(i, j)
         reduced = self.masses[i] * self.masses[j] / (self.masses[i] + self.masses[j])
+        approach = sum(r * u) - contact * rate
+        kept = self._restitution if -approach >= self._elastic_below * contact else 1
         # r.r is the contact distance squared up to rounding; dividing by it conserves the energy better.
-        scale = -2 * reduced * sum(r * u) / sum(r * r)
+        scale = -(1 + kept) * reduced * approach / sum(r * r)
         self._v[i] = self._v[i] - r * (scale / self.masses[i])
         self._v[j] = self._v[j] + r * (scale / self.masses[j])
         self.virial = self.virial + scale * contact * contact
         self.collisions += 1
         return Collision(self.time, i, j, tuple(int(n) for n in image), scale * contact)
 
-    def _check_overlaps(self) -> None:
+    def _bounce(self, i: int, k: int, image: np.ndarray) -> Collision:
+        """Throw sphere i back from wall or obstacle k."""
+        fixed = self.fixed[k]
+        x = self._x[i]
+        if isinstance(fixed, Ball):
+            away = x - (fixed.center + (image - self._crossings[i]) * self.box)
+        else:
+            away = fixed.outward(x)
+        length = self.arithmetic.sqrt(sum(away * away))
+        change = 2 * (self.growth[i] / 2 - sum(away * self._v[i]) / length)
+        self._v[i] = self._v[i] + away * (change / length)
+        impulse = self.masses[i] * change
+        self.hits[k] += 1
+        self.impulses[k] = self.impulses[k] + impulse
+        return Collision(self.time, i, len(self._x) + k, tuple(int(n) for n in image), impulse)
+
+    def _check_sizes(self) -> None:
         widest = int(np.argmax(self.diameters))
         if (self.box < self.diameters[widest]).any():
             raise OverlapError(
-                f"Sphere {widest} of diameter {float(self.diameters[widest]):.6g} overlaps its own image in "
-                f"the box {tuple(float(edge) for edge in self.box)}; no edge may be shorter than a diameter."
+                f"Sphere {widest} of diameter {float(self.diameters[widest]):.6g} overlaps its own image, or "
+                f"both walls, in the box {tuple(float(edge) for edge in self.box)}; no edge may be shorter "
+                "than a diameter."
             )
-        x, edges, sigma = self._x.astype(float), self.box.astype(float), self.diameters.astype(float)
-        for i in range(len(x) - 1):
+
+    def _check_overlaps(self) -> None:
+        self._check_sizes()
+        x, edges = self._x.astype(float), self.box.astype(float)
+        n, rough = len(x), self._contacts().floats()
+        for i in range(n - 1):
+            others = np.arange(i + 1, n)
             r = x[i + 1 :] - x[i]
-            distance = np.sqrt(((r - edges * np.rint(r / edges)) ** 2).sum(axis=1))
-            contact = 0.5 * (sigma[i + 1 :] + sigma[i])
-            for k in np.flatnonzero(distance < contact * (1.0 - _CONTACT_ROUNDING)):
+            distance = np.sqrt(((r - edges * np.rint(r / edges) * self.periodic) ** 2).sum(axis=1))
+            contact, _ = rough.of(i, others)
+            for other in np.flatnonzero(distance < contact * (1.0 - _CONTACT_ROUNDING)):
                 raise OverlapError(
-                    f"Spheres {i} and {i + 1 + k} overlap by {contact[k] - distance[k]:.6g} (distance "
-                    f"{distance[k]:.6g}, contact {contact[k]:.6g}); start without overlaps."
+                    f"Spheres {i} and {i + 1 + other} overlap by {contact[other] - distance[other]:.6g} "
+                    f"(distance {distance[other]:.6g}, contact {contact[other]:.6g}); start without overlaps."
                 )
+        for k, fixed in enumerate(self.fixed):
+            for i in range(n):
+                if isinstance(fixed, Ball):
+                    r = x[i] - fixed.center.astype(float)
+                    r = r - edges * np.rint(r / edges) * self.periodic
+                    gap = np.sqrt(r @ r) - float(fixed.radius) - 0.5 * rough.diameters[i]
+                else:
+                    gap = np.float64(fixed.gap(self._x[i], self.diameters[i] / 2))
+                if gap < -_CONTACT_ROUNDING * (edges.max() + rough.diameters[i]):
+                    raise OverlapError(
+                        f"Sphere {i} is inside of wall or obstacle {k} by {-gap:.6g}; start outside of it."
+                    )
 
 
-def collisions(
-    positions: Any,
-    velocities: Any,
-    box: Any,
-    *,
-    diameter: Any = 1,
-    masses: Sequence[Any] | None = None,
-    arithmetic: ArithmeticName = "mpmath",
-    digits: int = 50,
-) -> Iterator[Collision]:
-    """Return an iterator over the collisions of hard spheres in a periodic box, in the order of time.
+def collisions(positions: Any, velocities: Any, box: Any, **settings: Any) -> Iterator[Collision]:
+    """Return an iterator over the collisions of hard spheres in a box, in the order of time.
 
     Parameters, errors and the order of simultaneous collisions are those of :class:`NaiveSystem`; the input
     is checked at once, before the first collision is asked for. The iterator ends only when there can
@@ -276,14 +403,4 @@ def collisions(
     >>> [(str(c.time), c.i, c.j, c.image) for c in islice(run, 2)]
     [('1', 0, 1, (0, 0)), ('9', 0, 1, (-1, 0))]
     """
-    return iter(
-        NaiveSystem(
-            positions,
-            velocities,
-            box,
-            diameter=diameter,
-            masses=masses,
-            arithmetic=arithmetic,
-            digits=digits,
-        )
-    )
+    return iter(NaiveSystem(positions, velocities, box, **settings))

@@ -1,0 +1,293 @@
+"""The oracle with walls, obstacles, growth, lost energy and contact matrices, beside what is known."""
+
+import itertools
+import math
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+
+from carom.errors import InputError, OverlapError
+from carom.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer, to_json
+from carom.reference import NaiveSystem
+from carom.reference.arithmetic import make_arithmetic
+from carom.reference.meeting import contact_time
+from carom.scene import Scene
+
+# 50 digits less what a few hundred collisions amplify: each multiplies an error by some ten at most.
+FORTY_DIGITS = mpmath.mpf(10) ** -40
+
+
+def oracle_of(scene: Scene, **settings) -> NaiveSystem:
+    """Return the oracle at a scene's state."""
+    return NaiveSystem(
+        scene.positions,
+        scene.velocities,
+        scene.box,
+        diameter=scene.diameters,
+        masses=scene.masses,
+        species=None if scene.contact is None else scene.species,
+        contact=scene.contact,
+        periodic=scene.periodic,
+        obstacles=[to_json(o) for o in scene.obstacles],
+        restitution=scene.restitution,
+        **settings,
+    )
+
+
+def moving(scene: Scene, seed: int) -> Scene:
+    velocities = np.random.default_rng(seed).normal(size=scene.positions.shape)
+    return scene.with_(velocities=velocities / np.sqrt(scene.masses)[:, None])
+
+
+def test_a_rod_between_walls_goes_to_and_fro_exactly():
+    # Room for the centre from 1/2 to 7/2: it reaches the upper wall after 2, then a wall every 3.
+    rod = NaiveSystem([["3/2"]], [[1]], [4], periodic=False, arithmetic="fraction")
+    hits = list(itertools.islice(rod, 4))
+    assert [(c.time, c.i, c.j) for c in hits] == [(2, 0, 2), (5, 0, 1), (8, 0, 2), (11, 0, 1)]
+    assert [c.impulse for c in hits] == [2, 2, 2, 2]
+    assert rod.hits.tolist() == [2, 2]
+    assert rod.impulses.tolist() == [4, 4]
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_one_sphere_in_a_hard_box_is_its_mirrored_images(dimension):
+    rng = np.random.default_rng(dimension)
+    box, x, v = 2 + rng.random(dimension), 0.5 + rng.random(dimension), rng.normal(size=dimension)
+    sphere = NaiveSystem([x], [v], box, periodic=False)
+    sphere.advance_to(50)
+    room = box - 1
+    unfolded = (x - 0.5 + 50 * v) % (2 * room)
+    # 50 speeds far: rounding in this line's doubles.
+    assert np.abs(
+        sphere.positions[0].astype(float) - 0.5 - np.minimum(unfolded, 2 * room - unfolded)
+    ).max() < 1000 * np.finfo(float).eps * (np.abs(v).max() + 1)
+
+
+def test_chords_of_a_circle_are_all_as_long():
+    # Distance from the centre when nearest: 0.6 of a room of 2; chords of 2 * 1.6, at a speed of 1.
+    jar = {"kind": "sphere", "center": [3, 3], "radius": "5/2"}
+    disk = NaiveSystem([[3, "4.2"]], [[1, 0]], [6, 6], periodic=False, obstacles=[jar])
+    times = [c.time for c in itertools.islice(disk, 50)]
+    assert abs(times[0] * 10 - 16) < FORTY_DIGITS
+    assert max(abs(5 * (b - a) - 16) for a, b in itertools.pairwise(times)) < FORTY_DIGITS
+    assert all(hit == 0 for hit in disk.hits[:4])
+    assert disk.hits[4] == 50
+
+
+def test_a_cylinder_lets_go_along_its_axis():
+    tube = {"kind": "cylinder", "axis": 0, "center": [0, 2, 2], "radius": 2}
+    ball = NaiveSystem([[0, 2, 2]], [[7, 0, 1]], [4, 4, 4], periodic=[True, False, False], obstacles=[tube])
+    hits = list(itertools.islice(ball, 3))
+    # The cylinder touches the walls of its box: at the same instant the wall, which comes first, is met.
+    assert [c.time for c in hits] == [mpmath.mpf("1.5"), mpmath.mpf("4.5"), mpmath.mpf("7.5")]
+    assert ball.velocities[0].tolist() == [7, 0, -1]
+
+
+def test_a_tilted_plane_reflects():
+    # x + y >= 3 with radius sqrt(1/2): met by the centre on x + y = 4, in a fall from (2, 4) at (2, 2).
+    slope = {"kind": "plane", "normal": [1, 1], "offset": 3}
+    exact = make_arithmetic("mpmath")
+    size = exact.sqrt(exact.number(2))
+    disk = NaiveSystem([[2, 4]], [[0, -1]], [10, 10], diameter=size, periodic=False, obstacles=[slope])
+    hit = disk.step()
+    assert hit.j == 1 + 4
+    assert abs(hit.time - 2) < FORTY_DIGITS
+    assert abs(disk.velocities[0] - [1, 0]).max() < FORTY_DIGITS
+
+
+def first_ball(x, v, centers, reach, box, images):
+    """Time to the first of all balls in a block of images, in doubles, by trying every one."""
+    best = math.inf
+    for center in centers:
+        for shift in itertools.product(range(-images, images + 1), repeat=len(box)):
+            delay = contact_time(center + np.array(shift) * box - x, -v, reach, math.sqrt)
+            best = best if delay is None else min(best, delay)
+    return best
+
+
+@pytest.mark.parametrize(("dimension", "radius"), [(1, 0.2), (2, 0.3), (2, 1.3), (3, 0.8), (4, 1.2)])
+def test_fixed_balls_are_met_under_all_images(dimension, radius):
+    """Balls up to larger than half of the box, against a search over every image that can be reached."""
+    rng = np.random.default_rng(dimension)
+    box = 2.5 + rng.random(dimension)
+    center, found = np.zeros(dimension), 0
+    for _ in range(20):
+        x, v = rng.random(dimension) * box, rng.normal(size=dimension)
+        gap = Ball(tuple(center), radius).gap(x[None], np.array([0.1]), box, [True] * dimension)[0]
+        if gap < 0:
+            continue
+        right = first_ball(x, v, [center], radius + 0.1, box, 4 if dimension < 4 else 3)
+        if right * np.abs(v / box).max() > 2:
+            continue  # beyond what the search has looked through
+        found += 1
+        ball = {"kind": "ball", "center": center, "radius": radius}
+        table = NaiveSystem([x], [v], box, diameter=0.2, obstacles=[ball], arithmetic="float")
+        hit = table.step()
+        assert hit.j == 1
+        assert hit.time == pytest.approx(right, rel=1e-9)
+        away = table.positions[0] - (np.array(hit.image) * box + center)
+        assert np.linalg.norm(away) == pytest.approx(radius + 0.1, rel=1e-9)
+        assert away @ table.velocities[0] > 0
+    assert found >= 3
+
+
+def test_spheres_at_rest_grow_into_each_other_and_part():
+    # A gap of 2 closes at (1 + 1/3) / 2; then they part at twice that.
+    pair = NaiveSystem([[1], [4]], [[0], [0]], [10], growth=[1, "1/3"], arithmetic="fraction")
+    hit = pair.step()
+    assert (hit.time, hit.i, hit.j, hit.image) == (3, 0, 1, (0,))
+    assert pair.velocities.tolist() == [[Fraction(-2, 3)], [Fraction(2, 3)]]
+    assert pair.diameters.tolist() == [4, 2]
+
+
+def test_a_growing_sphere_is_thrown_back_from_a_wall():
+    rod = NaiveSystem([[5]], [[-1]], [10], growth=1, periodic=False, arithmetic="fraction")
+    hit = rod.step()  # its radius grows by 1/2: a gap of 4.5 closes at 1.5
+    assert (hit.time, hit.j) == (3, 1)
+    assert rod.velocities.tolist() == [[2]]  # 2 (1/2) - (-1)
+    assert hit.impulse == 3
+
+
+def test_a_sphere_that_grows_into_its_own_image_is_reported():
+    rod = NaiveSystem([[5]], [[-1]], [10], growth=1, arithmetic="fraction")
+    assert rod.advance_to(9) == []
+    with pytest.raises(OverlapError, match="overlaps its own image"):
+        rod.advance_to(10)
+
+
+def test_parting_spheres_that_grow_faster_are_caught_up_with():
+    zero, sqrt = np.array([Fraction(1)]), make_arithmetic("fraction").sqrt
+    # In contact at 1, parting at 1, growing at 2: never apart. Parting at 3: never together.
+    assert contact_time(zero, np.array([Fraction(3)]), Fraction(1), sqrt, Fraction(2)) is None
+    assert contact_time(zero, np.array([Fraction(1)]), Fraction(1), sqrt, Fraction(2)) == 0
+    # Touching, moving sideways at 1 and growing at 1/2: they would overlap at once.
+    sideways = np.array([Fraction(0), Fraction(1)]), Fraction(1)
+    r = np.array([Fraction(1), Fraction(0)])
+    assert contact_time(r, *sideways, sqrt, Fraction(1, 2)) == 0
+    number = make_arithmetic("mpmath").number
+    apart = contact_time(np.array([number(2)]), np.array([number(1)]), number(1), mpmath.sqrt, number(3))
+    assert apart * 2 == 1  # 2 + t = 1 + 3 t
+
+
+@pytest.mark.parametrize("restitution", ["1/2", "9/10"])
+def test_a_collision_leaves_part_of_the_normal_velocity(restitution):
+    e = Fraction(restitution)
+    pair = NaiveSystem(
+        [[1], [4]], [[1], [0]], [10], masses=[1, 2], restitution=restitution, arithmetic="fraction"
+    )
+    assert pair.step().impulse == (1 + e) * Fraction(2, 3)
+    a, b = pair.velocities[:, 0]
+    assert (b - a, a + 2 * b) == (e, 1)
+
+
+def test_slow_contacts_are_elastic():
+    for threshold, kept in ((1, Fraction(1, 2)), ("1001/1000", 1)):
+        pair = NaiveSystem(
+            [[1], [4]], [[1], [0]], [10], restitution="1/2", elastic_below=threshold, arithmetic="fraction"
+        )
+        pair.step()
+        assert pair.velocities[1, 0] - pair.velocities[0, 0] == kept
+
+
+def test_restitution_and_growth_act_on_the_surfaces():
+    pair = NaiveSystem([[1], [4]], [[1], [0]], [10], growth=1, restitution="1/2", arithmetic="fraction")
+    pair.step()
+    # Surfaces approach at 1 + 1 and part at half of that, the centres at 1 more.
+    assert pair.velocities[1, 0] - pair.velocities[0, 0] == 2
+
+
+def test_species_touch_where_their_matrix_says():
+    table = [[1, "3/2"], ["3/2", 2]]
+    line = NaiveSystem(
+        [[1], [6], [12]],
+        [[1], [0], [0]],
+        [30],
+        diameter=[1, 1, 2],
+        species=[0, 0, 1],
+        contact=table,
+        arithmetic="fraction",
+    )
+    assert [(c.time, c.i, c.j) for c in itertools.islice(line, 2)] == [(4, 0, 1), (4 + Fraction(9, 2), 1, 2)]
+
+
+def scenes() -> list:
+    """Mixtures of every kind, small enough for 50 digits."""
+    mixture = {"diameters": [1.0, 0.4], "masses": [3.0, 0.5]}
+    return [
+        Scene.mixture([3, 5], **mixture, dimension=1, packing_fraction=0.5, periodic=False),
+        Scene.mixture([3, 5], **mixture, box=(5.0, 4.0), periodic=[False, True]),
+        Scene.mixture([3, 5], **mixture, box=5.0, dimension=2, obstacles=[Ball((0.1, 4.9), 1.2)]),
+        Scene.mixture(
+            [3, 5], **mixture, box=(5.0, 5.0, 4.0), periodic=False, obstacles=[Plane((1, -1, 0.2), -3.0)]
+        ),
+        Scene.mixture(
+            [3, 5], **mixture, box=6.0, periodic=False, obstacles=[SphericalContainer((3, 3, 3), 2.9)]
+        ),
+        Scene.mixture(
+            [3, 5],
+            **mixture,
+            box=(2.5, 5.0, 5.0),
+            periodic=[True, False, False],
+            obstacles=[CylindricalContainer(0, (0, 2.5, 2.5), 2.3), Ball((1.0, 2.0, 2.5), 0.3)],
+        ),
+        Scene.mixture([3, 5], **mixture, contact=[[1.0, 0.9], [0.9, 0.4]], box=(2.5,) * 4),
+        Scene.mixture([3, 5], **mixture, box=(3.0, 3.5, 4.0)).with_(restitution=0.8),
+    ]
+
+
+@pytest.mark.parametrize("scene", [moving(scene, 7) for scene in scenes()], ids=range(8))
+def test_doubles_keep_the_order_of_fifty_digits(scene):
+    fine, double = oracle_of(scene), oracle_of(scene, arithmetic="float")
+    energy, momentum = fine.energy, fine.momentum
+    for _ in range(24):
+        a, b = fine.step(), double.step()
+        assert a[1:4] == b[1:4]
+        assert abs(a.time - b.time) < 1e-6
+    # Nobody is lost, nobody overlaps (checked as a scene), and the books balance.
+    after = scene.with_(
+        positions=fine.positions.astype(float), velocities=fine.velocities.astype(float), elastic_below=None
+    )
+    assert after.n == scene.n
+    assert fine.collisions > 0
+    if scene.walls or scene.obstacles:
+        assert fine.hits.sum() == 24 - fine.collisions > 0
+    else:
+        assert max(abs(p) for p in fine.momentum - momentum) < FORTY_DIGITS
+    if scene.restitution == 1:
+        assert abs(fine.energy - energy) < FORTY_DIGITS
+    else:
+        assert fine.energy < energy
+
+
+def test_growing_spheres_touch_when_they_collide():
+    scene = moving(Scene.random(8, 2, packing_fraction=0.2), 3)
+    system = oracle_of(scene, growth=0.1 * (1 + np.arange(8) % 2))
+    energy = system.energy
+    for hit in itertools.islice(system, 40):
+        r = system.positions[hit.j] + np.array(hit.image) * system.box - system.positions[hit.i]
+        contact = (system.diameters[hit.i] + system.diameters[hit.j]) / 2
+        assert abs(sum(r * r) - contact * contact) < FORTY_DIGITS
+        u = system.velocities[hit.j] - system.velocities[hit.i]
+        assert sum(r * u) > contact * (system.growth[hit.i] + system.growth[hit.j]) / 2
+    Scene(system.positions.astype(float), scene.box, diameter=system.diameters.astype(float))
+    assert system.energy > energy
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "says"),
+    [
+        ({"growth": -1}, InputError, "at least zero"),
+        ({"growth": 1, "species": [0, 0], "contact": [[1]]}, InputError, "no contact matrix"),
+        ({"contact": [[1]]}, InputError, "belong together"),
+        ({"obstacles": [{"kind": "ring", "center": [0, 0], "radius": 1}]}, InputError, "is a 'ring'"),
+        ({"obstacles": [{"kind": "ball", "center": [0, 0]}]}, InputError, "lacks 'radius'"),
+        ({"obstacles": [{"kind": "ball", "center": [0], "radius": 1}]}, InputError, "1 coordinates"),
+        ({"obstacles": [{"kind": "ball", "center": [1, 1], "radius": 1}]}, OverlapError, "obstacle 0"),
+        ({"periodic": False, "diameter": 3}, OverlapError, "wall or obstacle 0"),
+    ],
+)
+def test_what_does_not_fit_is_refused(settings, error, says):
+    with pytest.raises(error, match=says):
+        NaiveSystem([[1, 1], [5, 5]], [[0, 1], [0, 0]], [8, 8], **settings)
