@@ -103,7 +103,7 @@ def pressure(
     axes.set_ylabel(r"compressibility factor $Z$")
     axes.set_title(_state(estimate.n, estimate.dimension, eta), fontsize=TITLE)
     axes.legend(loc="best", fontsize=8.5, framealpha=0.92, edgecolor="none")
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def rdf(
@@ -155,7 +155,7 @@ def rdf(
     axes.set_title(f"{state}, {frames}", fontsize=TITLE)
     if distribution.contact_value is not None:
         _contact_inset(axes, distribution, contact_value)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def snapshot(frame: Frame, *, path: str | os.PathLike[str] | None = None) -> Figure:
@@ -189,7 +189,7 @@ def snapshot(frame: Frame, *, path: str | os.PathLike[str] | None = None) -> Fig
     if frame.dimension > 3:
         title += "\nfirst two coordinates"
     axes.set_title(title, fontsize=TITLE)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def _figure(width: float, height: float) -> tuple[Figure, Axes]:
@@ -203,7 +203,8 @@ def _figure(width: float, height: float) -> tuple[Figure, Axes]:
     return figure, axes
 
 
-def _saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
+def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
+    """Save a figure, if a path is given, and return it; FileError if it cannot be written."""
     if path is not None:
         try:
             figure.savefig(Path(path))

@@ -100,36 +100,9 @@ class RunFolder:
                 for remnant in self.path.glob(f".{path.stem}.*.tmp{path.suffix}"):
                     remnant.unlink(missing_ok=True)
 
-    @contextlib.contextmanager
-    def owned(self) -> Iterator[None]:
-        """Keep other processes from running in the folder; a kill gives it back.
-
-        Raises
-        ------
-        FileError
-            If a run is under way there.
-        """
-        try:
-            import fcntl
-        except ImportError:  # Windows has no such locks, and gets along without.
-            yield
-            return
-        with writing(self.path):
-            descriptor = os.open(self.path, os.O_RDONLY)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(descriptor)
-            raise FileError(
-                f"Another process is running in {self.path}; wait for it or choose another folder."
-            ) from None
-        except OSError:
-            # Some network drives know no locks.
-            pass
-        try:
-            yield
-        finally:
-            os.close(descriptor)
+    def owned(self) -> contextlib.AbstractContextManager[None]:
+        """Keep other processes from running in the folder; see :func:`owned`."""
+        return owned(self.path)
 
 
 def existing_run(path: Path) -> RunFolder:
@@ -150,3 +123,35 @@ def existing_run(path: Path) -> RunFolder:
     except OSError as error:
         raise FileError(f"{path} cannot be read: {reason(error)}.") from error
     return folder
+
+
+@contextlib.contextmanager
+def owned(path: Path) -> Iterator[None]:
+    """Keep other processes from running in a folder; a kill gives it back.
+
+    Raises
+    ------
+    FileError
+        If a run is under way there.
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows has no such locks, and gets along without.
+        yield
+        return
+    with writing(path):
+        descriptor = os.open(path, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise FileError(
+            f"Another process is running in {path}; wait for it or choose another folder."
+        ) from None
+    except OSError:
+        # Some network drives know no locks.
+        pass
+    try:
+        yield
+    finally:
+        os.close(descriptor)

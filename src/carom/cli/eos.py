@@ -1,0 +1,299 @@
+"""The command ``carom eos``: an equation-of-state study from flags or a file, with a live table."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from carom.cli.trouble import friendly
+
+if TYPE_CHECKING:
+    from carom.studies import EquationOfState
+    from carom.studies.eos.study import Progress
+
+_GRID = "What to simulate instead of the study file's, or the default's"
+_LENGTH = "How long"
+_WHERE = "Where it runs"
+_OUTPUT = "What to write"
+
+
+@friendly
+def eos(
+    study: Annotated[
+        Path | None,
+        typer.Argument(
+            help="Study file (TOML): [study], and [scene] for more. Without: 12 densities of the fluid."
+        ),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder for the results; the same study goes on there.")
+    ] = Path("carom-eos"),
+    packing_fractions: Annotated[
+        str | None,
+        typer.Option(
+            "--packing-fractions",
+            "--eta",
+            help="E.g. 0.1,0.2,0.3 or 0.1:0.4:7 (7 from 0.1 to 0.4).",
+            rich_help_panel=_GRID,
+        ),
+    ] = None,
+    n: Annotated[
+        str | None,
+        typer.Option("--n", help="Number of particles, or several: 500,1000,2000.", rich_help_panel=_GRID),
+    ] = None,
+    replicas: Annotated[
+        int | None, typer.Option(help="Independent runs of each point.", rich_help_panel=_GRID)
+    ] = None,
+    dimension: Annotated[int | None, typer.Option("--dimension", "-d", rich_help_panel=_GRID)] = None,
+    initial: Annotated[
+        str | None,
+        typer.Option(help="auto, random, fcc, triangular, cubic or dn.", rich_help_panel=_GRID),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Source of all randomness.", rich_help_panel=_GRID)] = None,
+    relative_error: Annotated[
+        float | None, typer.Option(help="Of Z, at every point.", rich_help_panel=_LENGTH)
+    ] = None,
+    collisions_per_particle: Annotated[
+        float | None, typer.Option(help="Or: length of every run.", rich_help_panel=_LENGTH)
+    ] = None,
+    equilibration: Annotated[
+        float | None,
+        typer.Option(help="Collisions per particle before anything is measured.", rich_help_panel=_LENGTH),
+    ] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(help="processes, threads, serial or mpi.", rich_help_panel=_WHERE),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", "-j", help="Processes or threads; one a core.", rich_help_panel=_WHERE),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Address of a Dask scheduler, e.g. tcp://host:8786.", rich_help_panel=_WHERE),
+    ] = None,
+    report: Annotated[
+        bool,
+        typer.Option(
+            "--report", help="A page with tables and pictures: report.html.", rich_help_panel=_OUTPUT
+        ),
+    ] = False,
+    pictures: Annotated[
+        bool, typer.Option("--pictures/--no-pictures", help="eos.png.", rich_help_panel=_OUTPUT)
+    ] = True,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json",
+            help="Print the table as JSON, and nothing else, to standard output.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = False,
+) -> None:
+    """Measure the equation of state: Z over packing fractions, sizes and replicas, beside theory.
+
+    The folder then holds study.toml, a result file for each run in tasks/, eos.csv and eos.png. What is there
+    already is not run again: the same command goes on with a study that was stopped, killed or extended.
+
+    [bold]Examples[/bold]
+
+    carom eos
+    carom eos --eta 0.1:0.4:7 --n 1000 --relative-error 1e-3 --out quick
+    carom eos --eta 0.3,0.45 --n 250,500,1000,2000 --report
+    carom eos study.toml --out big --scheduler tcp://head:8786
+    mpiexec -n 9 python -m mpi4py.futures -m carom eos study.toml --out big
+    """
+    from carom.errors import InputError
+
+    if engine is not None and scheduler is not None:
+        raise InputError("--engine and --scheduler contradict each other; give one of them.")
+    spec = _spec(
+        study,
+        {
+            "packing_fractions": None if packing_fractions is None else _fractions(packing_fractions),
+            "n": None if n is None else _integers(n),
+            "replicas": replicas,
+            "dimension": dimension,
+            "initial": initial,
+            "seed": seed,
+            "relative_error": relative_error,
+            "collisions_per_particle": collisions_per_particle,
+            "equilibration": equilibration,
+        },
+    )
+    with _watched() as progress:
+        from carom.studies.eos.study import run
+
+        result = run(spec, executor=scheduler or engine, workers=workers, out=out, progress=progress)
+        _write(result, out, report, pictures)
+    if as_json:
+        print(json.dumps(_plain(result), indent=2, allow_nan=False))
+    else:
+        _show(result, out, report)
+    if not result.complete:
+        raise InputError(
+            f"{len(result.records)} of {len(result.spec.tasks())} runs are done; "
+            "the same command tries the rest again."
+        )
+
+
+def _spec(path: Path | None, given: dict[str, Any]) -> Any:
+    """Return the study of the file, or the default one, with what the command line says in its place."""
+    from carom.studies.eos.spec import StudySpec
+    from carom.studies.eos.toml import load
+
+    values = {name: value for name, value in given.items() if value is not None}
+    if path is None:
+        return StudySpec(**values)
+    spec = load(path)
+    for one, other in (
+        ("relative_error", "collisions_per_particle"),
+        ("collisions_per_particle", "relative_error"),
+    ):
+        if one in values:
+            values.setdefault(other, None)
+    if values.get("dimension", spec.dimension) != spec.dimension:
+        # The densities of one dimension mean nothing in another.
+        values.setdefault("packing_fractions", ())
+    return dataclasses.replace(spec, **values)
+
+
+def _fractions(text: str) -> list[float]:
+    from carom.errors import InputError
+
+    try:
+        if ":" in text:
+            low, high, count = text.split(":")
+            points, first, last = int(count), float(low), float(high)
+            if points < 2:
+                raise ValueError
+            # Rounded, so that 0.1:0.4:7 and 0.1,0.15,... are the same study.
+            return [float(f"{first + (last - first) * k / (points - 1):.12g}") for k in range(points)]
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"--packing-fractions {text!r} must be numbers with commas (0.1,0.2), or first:last:count "
+            "(0.1:0.4:7)."
+        ) from None
+
+
+def _integers(text: str) -> list[int]:
+    from carom.errors import InputError
+
+    try:
+        return [int(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(f"--n {text!r} must be integers with commas, e.g. 500,1000.") from None
+
+
+def _write(result: EquationOfState, out: Path, report: bool, pictures: bool) -> None:
+    from carom.io.paths import replacing, writing
+    from carom.studies.eos.toml import text
+
+    with replacing(out / "study.toml") as temporary, writing(out / "study.toml"):
+        temporary.write_text(text(result.spec), encoding="utf-8")
+    result.to_csv(out / "eos.csv")
+    if pictures and result.records:
+        with replacing(out / "eos.png") as temporary:
+            result.plot(temporary)
+    if report:
+        result.report(out / "report.html")
+
+
+@contextlib.contextmanager
+def _watched() -> Iterator[Callable[[Progress], None]]:
+    """Show a bar and the table so far while the body runs, if standard error is a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda progress: None
+        return
+    from rich.console import Console, Group
+    from rich.live import Live
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    bar = Bar(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    task = bar.add_task("Starting", total=1.0)
+    with Live(bar, console=Console(stderr=True), transient=True, refresh_per_second=4) as live:
+
+        def progress(present: Progress) -> None:
+            bar.update(
+                task, completed=present.fraction, description=f"{present.done} of {present.total} runs"
+            )
+            live.update(Group(_table(present.so_far), bar))
+
+        yield progress
+
+
+def _show(result: EquationOfState, out: Path, report: bool) -> None:
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False, soft_wrap=False)
+    console.print(_table(result))
+    if math.isfinite(chi2 := result.chi2_per_point):
+        console.print(
+            Text(f"Mean squared deviation from theory: {chi2:.2f} squared errors a point of the fluid.")
+        )
+    flagged = sum(not row.equilibrated for row in result.table)
+    if flagged:
+        console.print(Text(f"{flagged} point{'s' * (flagged > 1)} flagged, and left out of fits."))
+    console.print(Text(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
+
+
+def _table(result: EquationOfState) -> Any:
+    """Return the points so far as a table."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in ("η", "N", "runs", "Z", "infinite", "theory", "dev.", "P*"):
+        table.add_column(name, justify="right")
+    table.add_column("")
+    for row in result.table:
+        decimals = max(1 - math.floor(math.log10(row.error)), 0) if 0.0 < row.error < math.inf else 6
+        table.add_row(
+            f"{row.packing_fraction:.5g}",
+            str(row.n),
+            str(row.replicas),
+            f"{row.compressibility_factor:.{decimals}f} ± {row.error:.{decimals}f}",
+            f"{row.infinite:.{decimals}f}" if math.isfinite(row.infinite) else "",
+            f"{row.theory:.{decimals}f}" if math.isfinite(row.theory) else "",
+            f"{row.deviation:+.1f}" if math.isfinite(row.deviation) else "",
+            f"{row.pressure:.{decimals}f}",
+            "; ".join(row.remarks),
+            style=None if row.equilibrated else "red",
+        )
+    return table
+
+
+def _plain(result: EquationOfState) -> dict[str, Any]:
+    """Return the results as JSON values; null where there is none."""
+
+    def value(x: Any) -> Any:
+        return None if isinstance(x, float) and not math.isfinite(x) else x
+
+    return {
+        "table": [{k: value(v) for k, v in dataclasses.asdict(row).items()} for row in result.table],
+        "extrapolation": [
+            {k: value(v) for k, v in dataclasses.asdict(fit).items()} for fit in result.extrapolate()
+        ],
+        "chi2_per_point": value(result.chi2_per_point),
+        "runs": len(result.records),
+        "runs_asked_for": len(result.spec.tasks()),
+        "failures": [{"task": failure.task, "reason": failure.reason} for failure in result.failures],
+    }

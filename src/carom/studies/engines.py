@@ -1,0 +1,380 @@
+"""Where the tasks of a study run: in turn, in threads, in processes, or on any Executor.
+
+All engines take plain functions and plain values and give futures, so that a study does not know where it
+runs, and the same tasks give the same bits everywhere.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import types
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnContext, SpawnProcess
+from typing import Any, TypeVar
+
+from carom import checks
+from carom.errors import CaromError, InputError
+
+ENGINES = ("processes", "threads", "serial", "mpi")
+
+ATTEMPTS = 3
+"""Workers that may die on a task before it counts as failed: one that needs too much memory kills them
+all."""
+
+GLANCE = 0.1
+"""Seconds between two looks at Ctrl-C."""
+
+PATIENCE = 10.0
+"""Seconds after which a scheduler that does not answer is not there."""
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+class Stopped(Exception):
+    """A task saw that it was told to stop."""
+
+
+class Engine:
+    """Runs functions of one value, and says where.
+
+    Attributes
+    ----------
+    name : str
+        For the provenance.
+    capacity : int or None
+        Tasks that it takes at a time; None without limit.
+    local : bool
+        Whether functions run in this process, where they must look themselves whether to stop.
+    """
+
+    name = ""
+    capacity: int | None = None
+    local = False
+
+    def submit(self, function: Callable[[T], R], value: T) -> Future[R]:
+        """Start a task."""
+        raise NotImplementedError
+
+    def recovered(self, future: Future[Any]) -> bool:
+        """Return whether the engine works on after what happened to a future's worker."""
+        return False
+
+    def close(self, now: bool) -> None:
+        """End the workers; `now` does not wait for the tasks under way."""
+
+
+class Serial(Engine):
+    """One task after the other, in the present process."""
+
+    name, capacity, local = "serial", 1, True
+
+    def submit(self, function: Callable[[T], R], value: T) -> Future[R]:
+        """Run the task to its end."""
+        future: Future[R] = Future()
+        try:
+            future.set_result(function(value))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class Pool(Engine):
+    """An Executor of the caller's, which stays open."""
+
+    def __init__(self, executor: Executor, name: str | None = None):
+        self.executor = executor
+        self.name = name or type(executor).__name__
+
+    def submit(self, function: Callable[[T], R], value: T) -> Future[R]:
+        """Hand the task to the executor."""
+        return self.executor.submit(function, value)
+
+
+class OwnPool(Pool):
+    """An Executor that ends with the study."""
+
+    def __init__(self, executor: Executor, name: str):
+        super().__init__(executor, name)
+        self.local = isinstance(executor, ThreadPoolExecutor)
+
+    def close(self, now: bool) -> None:
+        """Shut the executor down."""
+        self.executor.shutdown(wait=not now, cancel_futures=now)
+
+
+class Processes(Engine):
+    """Worker processes, each in a pool of its own: one that is killed costs its own task only.
+
+    Parameters
+    ----------
+    workers : int
+
+    Notes
+    -----
+    Workers are started afresh (spawn), on every system. They do not import the caller's main module, which
+    holds no function of theirs, so that scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to
+    the leading process and end when it ends, however it does.
+    """
+
+    def __init__(self, workers: int):
+        self.capacity = workers
+        self.name = f"{workers} process{'es' * (workers > 1)}"
+        self._leash, self._lead = multiprocessing.Pipe(duplex=False)
+        self._idle: list[ProcessPoolExecutor] = []
+        self._busy: dict[Future[Any], ProcessPoolExecutor] = {}
+
+    def submit(self, function: Callable[[T], R], value: T) -> Future[R]:
+        """Hand the task to a worker that has none."""
+        for done in [future for future in self._busy if future.done()]:
+            self._idle.append(self._busy.pop(done))
+        pool = self._idle.pop() if self._idle else self._pool()
+        future = pool.submit(function, value)
+        self._busy[future] = pool
+        return future
+
+    def recovered(self, future: Future[Any]) -> bool:
+        """Forget the pool whose worker died; the next task gets a new one."""
+        pool = self._busy.pop(future, None)
+        if pool is not None:
+            pool.shutdown(wait=False)
+        return True
+
+    def close(self, now: bool) -> None:
+        """End all workers, at once or after their tasks."""
+        if now:
+            self._lead.close()
+        for pool in [*self._busy.values(), *self._idle]:
+            pool.shutdown(wait=True, cancel_futures=True)
+        for end in (self._lead, self._leash):
+            end.close()
+
+    def _pool(self) -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(
+            max_workers=1, mp_context=_Context(), initializer=_begin, initargs=(self._leash,)
+        )
+
+
+class _Process(SpawnProcess):
+    """A process that starts without the caller's main module."""
+
+    @staticmethod
+    def _Popen(process: Any) -> Any:
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = types.ModuleType("__main__")
+        try:
+            return SpawnProcess._Popen(process)
+        finally:
+            sys.modules["__main__"] = main
+
+
+class _Context(SpawnContext):
+    Process = _Process
+
+
+def _begin(leash: Connection) -> None:
+    """Prepare a worker: deaf to Ctrl-C, and gone when the other end of `leash` is."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    def watch() -> None:
+        with contextlib.suppress(EOFError, OSError):
+            leash.recv()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextlib.contextmanager
+def engine(choice: Any = None, workers: int | None = None) -> Iterator[Engine]:
+    """Open an engine for the body, and end it: at once if the body raises.
+
+    Parameters
+    ----------
+    choice : optional
+        "processes", "threads", "serial" or "mpi" (inside ``mpiexec ... python -m mpi4py.futures``); the
+        address of a Dask scheduler, e.g. "tcp://host:8786"; an Executor; a Dask Client; or a number of
+        processes. Left out: MPI where that is running, otherwise one process a core.
+    workers : int, optional
+        Processes or threads; as many as cores if left out.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, or a package that it needs is missing.
+    """
+    chosen = _choose(choice, workers)
+    try:
+        yield chosen
+    except BaseException:
+        chosen.close(now=True)
+        raise
+    chosen.close(now=False)
+
+
+def _choose(choice: Any, workers: int | None) -> Engine:
+    if workers is not None:
+        checks.integer(workers, "workers", low=1)
+    if isinstance(choice, int) and not isinstance(choice, bool):
+        return Processes(checks.integer(choice, "executor", low=1))
+    if choice is None:
+        choice = "mpi" if "mpi4py.futures" in sys.modules and _mpi_size() > 1 else "processes"
+    if isinstance(choice, str):
+        count = cores() if workers is None else workers
+        if choice == "processes":
+            return Processes(count)
+        if choice == "threads":
+            return OwnPool(ThreadPoolExecutor(count), f"{count} threads")
+        if choice == "serial":
+            return Serial()
+        if choice == "mpi":
+            return _mpi()
+        if "://" in choice:
+            return _dask(choice)
+    elif hasattr(choice, "get_executor"):
+        # Dask takes calls for pure functions unless told otherwise, and would merge equal ones.
+        return Pool(choice.get_executor(pure=False), "Dask")
+    elif hasattr(choice, "submit"):
+        return Pool(choice)
+    raise InputError(
+        f"executor must be one of {', '.join(ENGINES)}, the address of a Dask scheduler (tcp://host:port), "
+        f"a number of processes or an Executor; found {checks.describe(choice)}."
+    )
+
+
+def _mpi_size() -> int:
+    from mpi4py import MPI
+
+    return int(MPI.COMM_WORLD.Get_size())
+
+
+def _mpi() -> Engine:
+    try:
+        from mpi4py.futures import MPIPoolExecutor
+    except ImportError:
+        raise InputError(
+            'Running under MPI needs the package mpi4py and an MPI library; pip install "carom[mpi]".'
+        ) from None
+    size = _mpi_size()
+    if size < 2 or "mpi4py.futures" not in sys.modules:
+        raise InputError(
+            "Under MPI one process leads and the others work, and here is only one: start with "
+            "mpiexec -n 3 python -m mpi4py.futures -m carom eos ..."
+        )
+    return OwnPool(MPIPoolExecutor(), f"MPI, {size - 1} worker{'s' * (size > 2)}")
+
+
+class _Dask(Pool):
+    def __init__(self, client: Any):
+        super().__init__(client.get_executor(pure=False), "Dask")
+        self.client = client
+
+    def close(self, now: bool) -> None:
+        """Leave the cluster; it goes on without us."""
+        self.client.close()
+
+
+def _dask(address: str) -> Engine:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            'A Dask scheduler needs the package distributed; pip install "carom[dask]".'
+        ) from None
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(
+            f"No Dask scheduler answers at {address} ({type(error).__name__}); "
+            "start one with `dask scheduler`."
+        ) from error
+    return _Dask(client)
+
+
+def run(
+    function: Callable[[T], R],
+    values: Sequence[T],
+    where: Engine,
+    *,
+    done: Callable[[int, R], object],
+    failed: Callable[[int, BaseException], object],
+    stop: Callable[[], bool] = lambda: False,
+) -> bool:
+    """Run tasks, in the order given, and hand over each result as it comes.
+
+    Parameters
+    ----------
+    function : callable
+        A module's function, which workers can import.
+    values : sequence
+        One a task, plain enough to be pickled.
+    where : Engine
+    done, failed : callable
+        Called in this thread with the task's index and its result, or what it raised.
+    stop : callable
+        Asked now and then; if true, no task is waited for any longer.
+
+    Returns
+    -------
+    bool
+        Whether all tasks came to an end.
+    """
+    waiting = deque((index, 1) for index in range(len(values)))
+    running: dict[Future[R], tuple[int, int]] = {}
+    while waiting or running:
+        if stop():
+            for future in running:
+                future.cancel()
+            return False
+        while waiting and (where.capacity is None or len(running) < where.capacity):
+            index, attempt = waiting.popleft()
+            try:
+                running[where.submit(function, values[index])] = index, attempt
+            except BrokenExecutor as error:
+                failed(index, error)
+        ended, _ = wait(running, timeout=GLANCE, return_when=FIRST_COMPLETED)
+        for future in ended:
+            index, attempt = running.pop(future)
+            try:
+                result = future.result()
+            except Stopped:
+                return False
+            except BrokenExecutor as error:
+                if where.recovered(future) and attempt < ATTEMPTS:
+                    waiting.appendleft((index, attempt + 1))
+                else:
+                    failed(index, error)
+            except Exception as error:
+                failed(index, error)
+            else:
+                done(index, result)
+    return True
+
+
+def reason(error: BaseException) -> str:
+    """Return what a task raised as a clause for a sentence."""
+    if isinstance(error, BrokenExecutor):
+        return "its worker was killed, or ran out of memory"
+    text = (str(error).strip() or "no message").splitlines()[0].rstrip(".")
+    return text if isinstance(error, CaromError) else f"{type(error).__name__}: {text}"

@@ -1,0 +1,1 @@
+"""Equation-of-state studies: Z over packing fractions, sizes and replicas, on any Executor."""

@@ -1,0 +1,78 @@
+"""Whether a stretch of a run was in equilibrium: a test for drift, and one for what has not moved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+PARTS = 16
+"""Means that a series is reduced to: few enough to be nearly independent, enough to know their scatter."""
+
+LEVEL = 1e-3
+"""Probability with which a point in equilibrium is called drifting all the same."""
+
+STUCK = 0.5
+"""Median displacement [mean spacing] below which the particles still are where they began: in a crystal it is
+some 0.15 for ever (Lindemann), in a fluid it grows as the square root of the time."""
+
+
+def drift(values: Sequence[float], parts: int = PARTS) -> float:
+    """Return the trend of a series in units of its error, as a standard normal number.
+
+    Parameters
+    ----------
+    values : sequence of float
+        Equally spaced, of a series that is stationary if the run was in equilibrium.
+    parts : int
+        Consecutive means that are compared.
+
+    Returns
+    -------
+    float
+        0 for a series too short or constant. Beyond 3.3 in one of a thousand stationary series.
+
+    Notes
+    -----
+    The slope of the means against their number, over its error from the scatter about the line: Student's t
+    with ``parts - 2`` degrees of freedom, turned into the normal number of the same probability. A relaxation
+    not much shorter than the run inflates it, too: then the run is too short for its error bar, and is
+    flagged as it should be.
+    """
+    x = np.asarray(values, dtype=np.float64)
+    parts = min(parts, x.size)
+    if parts < 4:
+        return 0.0
+    size = x.size // parts
+    means = x[x.size - parts * size :].reshape(parts, size).mean(axis=1)
+    centred = np.arange(parts) - 0.5 * (parts - 1)
+    slope = float(centred @ means / (centred @ centred))
+    rest = means - means.mean() - slope * centred
+    # A constant series leaves nothing but the rounding of its mean.
+    if float(np.ptp(means)) <= 8.0 * np.finfo(np.float64).eps * float(np.abs(means).max()):
+        return 0.0
+    error = math.sqrt(float(rest @ rest) / (parts - 2) / float(centred @ centred))
+    from scipy.stats import norm, t
+
+    tail = t.sf(abs(slope) / error, parts - 2) if error > 0.0 else 0.0
+    return float(math.copysign(norm.isf(max(tail, 1e-300)), slope))
+
+
+def together(drifts: Sequence[float]) -> float:
+    """Return the trend that independent runs have in common, as a standard normal number (Stouffer)."""
+    return math.fsum(drifts) / math.sqrt(len(drifts)) if drifts else 0.0
+
+
+def drifts(values: Sequence[float]) -> bool:
+    """Return whether independent runs, given their trends, were out of equilibrium.
+
+    Either by the trend they share, or by the largest of their own; each with half of :data:`LEVEL`.
+    """
+    from scipy.stats import norm
+
+    if not values:
+        return False
+    shared = float(norm.isf(LEVEL / 4.0))
+    single = float(norm.isf(LEVEL / 4.0 / len(values)))
+    return abs(together(values)) > shared or max(abs(v) for v in values) > single

@@ -1,0 +1,201 @@
+"""What a whole study says: virial coefficients from its dilute points, and 1/N extrapolation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom import checks, theory
+from carom.errors import InputError
+from carom.studies.eos.table import Row, finite_size_shift, usual_equation
+
+TERMS = 10
+"""Terms of the polynomial in ``y = eta / (1 - eta)`` that is fitted: more than any data can tell."""
+
+FREE = 3
+"""Terms about which nothing is assumed: those that B_2 to B_4 depend on."""
+
+
+@dataclass(frozen=True)
+class Virials:
+    """Virial coefficients fitted to a study.
+
+    Attributes
+    ----------
+    values, errors : (m,) tuple of float
+        ``beta_k = B_k / v^(k-1)`` of ``Z = 1 + sum_k beta_k eta^(k-1)``, from k = 2 on.
+    known : (m,) tuple of float
+        The published ones; nan where none is known.
+    points : int
+        Points fitted.
+    chi2 : float
+        Of these points; somewhat less than their number where all is well.
+    """
+
+    values: tuple[float, ...]
+    errors: tuple[float, ...]
+    known: tuple[float, ...]
+    points: int
+    chi2: float
+
+    def __str__(self) -> str:
+        return "\n".join(
+            f"B_{k} / v^{k - 1} = {value:.6g} +- {error:.2g} ({known:.6g})"
+            for k, (value, error, known) in enumerate(
+                zip(self.values, self.errors, self.known, strict=True), start=2
+            )
+        )
+
+
+def virials(rows: Sequence[Row], *, up_to: float | None = None, order: int = 4) -> Virials:
+    """Fit virial coefficients to the fluid points that have equilibrated.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+    up_to : float, optional
+        Highest packing fraction used; 0.75 of freezing if left out.
+    order : int
+        Highest coefficient, B_2 to B_7.
+
+    Raises
+    ------
+    InputError
+        If there are fewer points than three, or `order` is out of range.
+
+    Notes
+    -----
+    Weighted least squares for ``Z - 1 = sum_j c_j y^j`` in ``y = eta / (1 - eta)``, where the coefficients
+    stay of the order of ``B_2 = 2^(d-1)`` instead of growing; ``beta_k = sum_j c_j C(k - 2, j - 1)``. A
+    polynomial that is cut off where the data no longer need more gives errors too small by a factor of up to
+    ten: what is cut off weighs on the coefficients that are kept. So ten terms are fitted, and those beyond
+    the third are only told that they are ``0 +- 2^(d-1)``. On data made from the known equations of state,
+    with relative errors of 6e-5 and 5e-4, in 2 to 4 dimensions, the deviations of B_2 to B_4 from the known
+    ones are then 0.4 to 1.0 of their errors (root mean square).
+    """
+    order = checks.integer(order, "order", low=2, high=7)
+    used = [
+        row
+        for row in rows
+        if row.equilibrated
+        and row.phase == "fluid"
+        and math.isfinite(row.infinite)
+        and 0.0 < row.error < math.inf
+        and row.packing_fraction
+        <= (0.75 * theory.FREEZING.get(row.dimension, 1.0) if up_to is None else up_to)
+    ]
+    if len(used) < FREE:
+        raise InputError(
+            f"{len(used)} points of the dilute fluid can be fitted, and virial coefficients need at least "
+            f"{FREE}; add packing fractions, or raise up_to."
+        )
+    dimension = used[0].dimension
+    eta = np.array([row.packing_fraction for row in used])
+    excess = np.array([row.infinite - 1.0 for row in used])
+    error = np.array([row.error for row in used])
+    y = eta / (1.0 - eta)
+    powers = np.stack([y**j for j in range(1, TERMS + 1)], axis=1)
+    # What is assumed is written as further data: each c_j beyond the third is zero, with that error.
+    assumed = np.eye(TERMS)[FREE:]
+    design = np.concatenate([powers, assumed])
+    values = np.concatenate([excess, np.zeros(TERMS - FREE)])
+    errors = np.concatenate([error, np.full(TERMS - FREE, 2.0 ** (dimension - 1))])
+    c, covariance, _ = _solve(design, values, errors)
+    # y^j = sum_k C(k - 2, j - 1) eta^(k - 1).
+    to_beta = np.array([[math.comb(k - 2, j - 1) for j in range(1, TERMS + 1)] for k in range(2, order + 1)])
+    rest = (excess - powers @ c) / error
+    return Virials(
+        tuple(map(float, to_beta @ c)),
+        tuple(map(float, np.sqrt(np.diag(to_beta @ covariance @ to_beta.T)))),
+        _known(dimension, order - 1),
+        len(used),
+        float(rest @ rest),
+    )
+
+
+@dataclass(frozen=True)
+class Extrapolation:
+    """Z of infinitely many particles from several finite numbers of them.
+
+    Attributes
+    ----------
+    packing_fraction : float
+    sizes : tuple of int
+    compressibility_factor, error : float
+        At 1 / N = 0.
+    slope, slope_error : float
+        Of Z against 1 / N.
+    theory_slope : float
+        What the correction of order 1 / N by theory has for it; nan where there is none.
+    chi2 : float
+        Of the line, with ``len(sizes) - 2`` degrees of freedom.
+    """
+
+    packing_fraction: float
+    sizes: tuple[int, ...]
+    compressibility_factor: float
+    error: float
+    slope: float
+    slope_error: float
+    theory_slope: float
+    chi2: float
+
+
+def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
+    """Extrapolate Z to 1 / N = 0 at every packing fraction with two sizes or more.
+
+    Points that have not equilibrated are left out, and those without an error bar.
+    """
+    groups: dict[tuple[float, str], list[Row]] = {}
+    for row in rows:
+        if row.equilibrated and 0.0 < row.error < math.inf:
+            # Packing fractions of two sizes agree to rounding only.
+            groups.setdefault((round(row.packing_fraction, 12), row.phase), []).append(row)
+    found = []
+    for (eta, state), group in sorted(groups.items()):
+        if len({row.n for row in group}) < 2:
+            continue
+        inverse = np.array([1.0 / row.n for row in group])
+        z = np.array([row.compressibility_factor for row in group])
+        error = np.array([row.error for row in group])
+        design = np.stack([np.ones_like(inverse), inverse], axis=1)
+        c, covariance, chi2 = _solve(design, z, error)
+        equation = usual_equation(group[0].dimension, state)
+        found.append(
+            Extrapolation(
+                packing_fraction=eta,
+                sizes=tuple(row.n for row in group),
+                compressibility_factor=float(c[0]),
+                error=math.sqrt(covariance[0, 0]),
+                slope=float(c[1]),
+                slope_error=math.sqrt(covariance[1, 1]),
+                theory_slope=finite_size_shift(state, eta, 1, equation),
+                chi2=chi2,
+            )
+        )
+    return found
+
+
+def _solve(
+    design: np.ndarray, values: np.ndarray, errors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Weighted least squares: coefficients, their covariance, and chi squared."""
+    weighted = design / errors[:, None]
+    # Columns of one length, or the powers of a small y would look linearly dependent.
+    scale = np.linalg.norm(weighted, axis=0)
+    inverse = np.linalg.pinv(weighted / scale)
+    c = inverse @ (values / errors) / scale
+    covariance = inverse @ inverse.T / np.outer(scale, scale)
+    rest = (values - design @ c) / errors
+    return c, covariance, float(rest @ rest)
+
+
+def _known(dimension: int, count: int) -> tuple[float, ...]:
+    try:
+        known = theory.virial_coefficients(dimension)
+    except InputError:
+        known = np.zeros(0)
+    return tuple(float(known[k]) if k < known.size else math.nan for k in range(count))

@@ -1,0 +1,235 @@
+"""Pictures of a study: Z, its deviation from theory, the pressure; the order parameter; Z against 1/N."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import plots, theory
+from carom.errors import InputError
+from carom.studies.eos.table import Row, finite_size_shift
+from carom.theory import Equation
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from carom.studies.eos.result import EquationOfState
+
+STYLES = ("-", "--", ":", "-.")
+MARKERS = "osD^v<>ph*"
+CURVE = 200
+"""Points of a curve."""
+
+
+def study(
+    result: EquationOfState,
+    *,
+    equations: Mapping[str, Equation] | None = None,
+    path: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """Draw Z, its deviation from theory in units of the error, and the pressure, one below the other.
+
+    Parameters
+    ----------
+    result : EquationOfState
+    equations : mapping of str to callable, optional
+        Equations of state to draw, by label; the first is compared with.
+    path : path, optional
+        Where to save the picture.
+
+    Raises
+    ------
+    InputError
+        If no point is done yet.
+    """
+    rows = result.table
+    if not rows:
+        raise InputError("No point of the study is done yet, so there is nothing to draw.")
+    figure = _figure(7.0, 8.4)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [3.0, 1.6, 2.4]})
+    chosen = _equations(rows, result.equation, equations)
+    for axes in (top, middle, bottom):
+        axes.spines[["top", "right"]].set_visible(False)
+    _curves(top, rows, chosen, pressure=False)
+    _curves(bottom, rows, chosen, pressure=True)
+    _points(top, rows, "infinite", "error", legend=True)
+    _deviations(middle, rows, next(iter(chosen.items()), None), compare=equations is not None)
+    _points(bottom, rows, "pressure", "pressure_error", legend=False)
+    top.set_ylabel("compressibility factor $Z$")
+    dimension = rows[0].dimension
+    bottom.set_ylabel(rf"pressure $P\sigma^{dimension}/kT$" if dimension > 1 else r"pressure $P\sigma/kT$")
+    bottom.set_xlabel(r"packing fraction $\eta$")
+    top.legend(loc="upper left", fontsize=8.5, framealpha=0.92, edgecolor="none")
+    kind = {1: "rods", 2: "disks", 3: "spheres"}.get(dimension, f"spheres in {dimension}D")
+    sizes = sorted({row.n for row in rows})
+    shown = ", ".join(map(str, sizes)) if len(sizes) < 5 else f"{sizes[0]} to {sizes[-1]}"
+    top.set_title(f"Hard {kind}, $N$ = {shown}", fontsize=plots.TITLE)
+    return plots.saved(figure, path)
+
+
+def order(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
+    """Draw order parameter and susceptibility against packing fraction; None where none was measured."""
+    rows = [row for row in result.table if math.isfinite(row.order)]
+    if not rows:
+        return None
+    figure = _figure(7.0, 5.6)
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    symbol = {2: r"\psi_6", 3: "Q_6"}[rows[0].dimension]
+    for axes in (top, bottom):
+        axes.spines[["top", "right"]].set_visible(False)
+    for number, n in enumerate(sorted({row.n for row in rows})):
+        some = [row for row in rows if row.n == n]
+        eta = [row.packing_fraction for row in some]
+        errors = [row.order_error if math.isfinite(row.order_error) else 0.0 for row in some]
+        style: dict[str, Any] = {"marker": MARKERS[number % len(MARKERS)], "markersize": 4, "linewidth": 1.0}
+        (line,) = top.plot(eta, [row.order for row in some], label=f"$N$ = {n}", **style)
+        top.errorbar(eta, [row.order for row in some], errors, fmt="none", ecolor=line.get_color(), capsize=2)
+        bottom.plot(eta, [row.susceptibility for row in some], color=line.get_color(), **style)
+    top.set_ylabel(rf"$\langle|{symbol}|\rangle$")
+    bottom.set_ylabel(rf"$N\,(\langle|{symbol}|^2\rangle - \langle|{symbol}|\rangle^2)$")
+    bottom.set_xlabel(r"packing fraction $\eta$")
+    top.legend(fontsize=8.5, frameon=False)
+    return plots.saved(figure, path)
+
+
+def sizes(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
+    """Draw Z against 1 / N with the fitted line and theory's, a panel a density; None for one size."""
+    fits = result.extrapolate()
+    if not fits:
+        return None
+    columns = min(3, len(fits))
+    lines = math.ceil(len(fits) / columns)
+    figure = _figure(3.2 * columns + 0.6, 2.7 * lines + 0.3)
+    panels = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
+    for axes, fit in zip(panels, fits, strict=False):
+        axes.spines[["top", "right"]].set_visible(False)
+        some = [row for row in result.table if math.isclose(row.packing_fraction, fit.packing_fraction)]
+        inverse = np.array([1.0 / row.n for row in some])
+        z, errors = [row.compressibility_factor for row in some], [row.error for row in some]
+        axes.errorbar(inverse, z, errors, fmt="o", color=plots.INK, markersize=4, capsize=2)
+        x = np.array([0.0, 1.05 * inverse.max()])
+        axes.plot(x, fit.compressibility_factor + fit.slope * x, color=plots.INK, linewidth=1.2, label="fit")
+        if math.isfinite(fit.theory_slope):
+            axes.plot(
+                x, fit.compressibility_factor + fit.theory_slope * x,
+                color=plots.WARM, linestyle="--", linewidth=1.1, label="slope by theory",
+            )  # fmt: skip
+        axes.errorbar(
+            [0.0], [fit.compressibility_factor], [fit.error], fmt="D", color=plots.INK,
+            markerfacecolor="white", markersize=4.5, capsize=2,
+        )  # fmt: skip
+        axes.set_title(rf"$\eta = {fit.packing_fraction:.4g}$", fontsize=9.5)
+        axes.set_xlabel("$1/N$")
+        axes.set_ylabel("$Z$")
+        axes.tick_params(labelsize=8)
+        axes.ticklabel_format(useOffset=False)
+    for axes in panels[len(fits) :]:
+        axes.set_visible(False)
+    panels[0].legend(fontsize=8, frameon=False)
+    return plots.saved(figure, path)
+
+
+def _figure(width: float, height: float) -> Figure:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=plots.DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _equations(
+    rows: Sequence[Row], own: Equation | None, given: Mapping[str, Equation] | None
+) -> dict[str, Equation]:
+    """Return what is drawn, by name, with the one that is compared with first."""
+    if given is not None:
+        return dict(given)
+    if own is not None:
+        return {getattr(own, "__name__", "theory").replace("_", " "): own}
+    return dict(reversed(theory.equations(rows[0].dimension).items()))
+
+
+def _curves(axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equation], *, pressure: bool) -> None:
+    dimension = rows[0].dimension
+    volume = theory.ball_volume(dimension)
+    for state in ("fluid", "solid"):
+        etas = [row.packing_fraction for row in rows if row.phase == state]
+        if not etas:
+            continue
+        shown = equations if state == "fluid" else _crystals(dimension)
+        low = 0.0 if state == "fluid" else min(etas)
+        eta = np.linspace(low if low or not pressure else 1e-9, max(etas), CURVE)
+        for (name, equation), style in zip(shown.items(), STYLES * len(shown), strict=False):
+            try:
+                z = np.array([float(equation(float(e))) for e in eta])
+            except InputError:
+                continue
+            values = z * eta / volume if pressure else z
+            colour = plots.GREY if state == "fluid" else plots.WARM
+            axes.plot(eta, values, color=colour, linestyle=style, linewidth=1.1, label=name, zorder=2)
+
+
+def _crystals(dimension: int) -> dict[str, Equation]:
+    if dimension > 6:
+        return {}
+    return {"Almarza (fcc)" if dimension == 3 else "free volume": theory.solid(dimension)}
+
+
+def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: bool) -> None:
+    """Draw one quantity: full where all is well, hollow where a point is flagged."""
+    for number, n in enumerate(sorted({row.n for row in rows})):
+        for good in (True, False):
+            some = [row for row in rows if row.n == n and row.equilibrated is good]
+            values = [getattr(row, name) for row in some]
+            # Without a correction for the size, what was measured is what can be shown.
+            values = [
+                v if math.isfinite(v) else r.compressibility_factor for v, r in zip(values, some, strict=True)
+            ]
+            if not some:
+                continue
+            errors = [e if math.isfinite(e) else 0.0 for e in (getattr(row, error) for row in some)]
+            axes.errorbar(
+                [row.packing_fraction for row in some],
+                values,
+                errors,
+                fmt=MARKERS[number % len(MARKERS)],
+                color=plots.INK,
+                markerfacecolor=plots.INK if good else "white",
+                markersize=4,
+                capsize=2,
+                linewidth=0.9,
+                zorder=4,
+                label=(f"measured, $N$ = {n}" + ("" if good else ", flagged")) if legend else None,
+            )
+
+
+def _deviations(
+    axes: Axes, rows: Sequence[Row], first: tuple[str, Equation] | None, *, compare: bool
+) -> None:
+    """Draw the deviation of every point from theory in units of its error."""
+    axes.axhspan(-1.0, 1.0, color=plots.PALE, alpha=0.35, linewidth=0, zorder=1)
+    axes.axhline(0.0, color=plots.GREY, linewidth=0.8, zorder=2)
+    for number, n in enumerate(sorted({row.n for row in rows})):
+        for row in rows:
+            deviation = row.deviation
+            if compare and first is not None and row.error > 0.0 and row.phase == "fluid":
+                shift = finite_size_shift(row.phase, row.packing_fraction, n, first[1])
+                infinite = row.compressibility_factor - shift
+                deviation = (infinite - float(first[1](row.packing_fraction))) / row.error
+            if row.n != n or not math.isfinite(deviation):
+                continue
+            axes.plot(
+                row.packing_fraction, deviation, marker=MARKERS[number % len(MARKERS)], color=plots.INK,
+                markerfacecolor=plots.INK if row.equilibrated else "white", markersize=4, zorder=4,
+            )  # fmt: skip
+    axes.set_ylabel("(measured − theory)\n/ error", fontsize=9)
+    low, high = axes.get_ylim()
+    limit = max(3.0, abs(low), abs(high))
+    axes.set_ylim(-limit, limit)
+    if first is not None and any(row.phase == "fluid" for row in rows):
+        axes.set_title(f"against {first[0]}", fontsize=8.5, loc="right", color=plots.GREY)

@@ -1,0 +1,184 @@
+"""A study's results as a small object: table, fits, pictures, report."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from carom.errors import InputError
+from carom.io.paths import replacing, writing
+from carom.studies.eos import fits
+from carom.studies.eos.spec import StudySpec
+from carom.studies.eos.table import Row, table
+from carom.studies.tasks import Record
+from carom.theory import Equation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COLUMNS = tuple(f.name for f in dataclasses.fields(Row))
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A task that came to no result.
+
+    Attributes
+    ----------
+    task : dict
+    reason : str
+        One clause.
+    """
+
+    task: dict[str, Any]
+    reason: str
+
+
+@dataclass(frozen=True, repr=False)
+class EquationOfState:
+    """Z at every point of a study, with what follows from it.
+
+    Attributes
+    ----------
+    spec : StudySpec
+        What was asked for.
+    records : list of dict
+        Results of the single runs that are done.
+    failures : list of Failure
+        Tasks that failed in this session; running the study again tries them again.
+    folder : Path or None
+        Where the results are kept.
+    engine : str
+        Where this session ran.
+    seconds : float
+        Wall time of this session.
+    equation : callable or None
+        Equation of state to compare with, instead of the usual one.
+    """
+
+    spec: StudySpec
+    records: list[Record] = field(default_factory=list)
+    failures: list[Failure] = field(default_factory=list)
+    folder: Path | None = None
+    engine: str = ""
+    seconds: float = 0.0
+    equation: Equation | None = None
+
+    @property
+    def table(self) -> list[Row]:
+        """One :class:`Row` for each point, in the order of packing fraction and n."""
+        return table(self.records, self.equation)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every task is done."""
+        return len(self.records) == len(self.spec.tasks())
+
+    def with_theory(self, equation: Equation) -> EquationOfState:
+        """Return the study beside another equation of state, e.g. ``carom.theory.carnahan_starling``."""
+        return dataclasses.replace(self, equation=equation)
+
+    def __repr__(self) -> str:
+        rows = self.table
+        done, tasks = len(self.records), len(self.spec.tasks())
+        return f"<EquationOfState: {len(rows)} points, {done} of {tasks} runs done>"
+
+    def __str__(self) -> str:
+        lines = [f"{'eta':>8} {'N':>7} {'Z':>12} {'error':>9} {'infinite':>12} {'theory':>12} {'dev.':>6}"]
+        for row in self.table:
+            measured = f"{row.compressibility_factor:12.6f} {row.error:9.6f} {row.infinite:12.6f}"
+            beside = f"{row.theory:12.6f} {row.deviation:+6.1f} {'; '.join(row.remarks)}"
+            lines.append(f"{row.packing_fraction:8.5g} {row.n:7d} {measured} {beside}".rstrip())
+        return "\n".join(lines)
+
+    @property
+    def chi2_per_point(self) -> float:
+        """Mean square of the deviations from theory, over the fluid's points in equilibrium; nan if none."""
+        squares = [
+            row.deviation**2
+            for row in self.table
+            if row.equilibrated and row.phase == "fluid" and math.isfinite(row.deviation)
+        ]
+        return math.fsum(squares) / len(squares) if squares else math.nan
+
+    def virials(self, *, up_to: float | None = None, order: int = 4) -> fits.Virials:
+        """Fit virial coefficients; see :func:`carom.studies.eos.fits.virials`."""
+        return fits.virials(self.table, up_to=up_to, order=order)
+
+    def extrapolate(self) -> list[fits.Extrapolation]:
+        """Extrapolate to infinite size; see :func:`carom.studies.eos.fits.extrapolate`."""
+        return fits.extrapolate(self.table)
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the table, one line a point; unknown numbers are empty.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
+        path = Path(path)
+        with (
+            replacing(path) as temporary,
+            writing(path),
+            temporary.open("w", newline="", encoding="utf-8") as file,
+        ):
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(COLUMNS)
+            for row in self.table:
+                writer.writerow([_cell(getattr(row, name)) for name in COLUMNS])
+
+    def to_pandas(self) -> Any:
+        """Return the table as a pandas DataFrame.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise InputError(
+                "A DataFrame needs the package pandas; pip install pandas, or use to_csv."
+            ) from None
+        return pandas.DataFrame([dataclasses.asdict(row) for row in self.table], columns=list(COLUMNS))
+
+    def plot(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        equations: Mapping[str, Equation] | None = None,
+    ) -> Figure:
+        """Draw Z, its deviation from theory in units of the error, and the pressure.
+
+        Parameters
+        ----------
+        path : path, optional
+            Where to save the picture; the suffix is the format.
+        equations : mapping of str to callable, optional
+            Equations of state to draw, the first of them the one to compare with; the usual ones without it.
+        """
+        from carom.studies.eos import pictures
+
+        return pictures.study(self, equations=equations, path=path)
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write a self-contained page (HTML) of tables, pictures and provenance."""
+        from carom.studies.eos.html import write
+
+        write(self, Path(path))
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return repr(value) if math.isfinite(value) else ""
+    return "; ".join(value) if isinstance(value, Sequence) and not isinstance(value, str) else value

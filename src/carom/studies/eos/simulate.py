@@ -1,0 +1,145 @@
+"""One task of a study: a scene, equilibrated and measured. A plain function, for workers anywhere."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import platform
+import threading
+import time as clock
+import warnings
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.random import default_rng
+
+import carom
+from carom.errors import CaromWarning, InputError
+from carom.frame import Frame
+from carom.observables import Estimate, Pressure
+from carom.plan import SceneSpec
+from carom.simulation import Simulation
+from carom.studies.engines import Stopped
+from carom.studies.eos.order import OrderParameter
+from carom.studies.tasks import Record, Task, stream
+
+
+def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
+    """Equilibrate and measure one run.
+
+    Parameters
+    ----------
+    task : dict
+        As :meth:`StudySpec.tasks` makes it.
+    stop : callable, optional
+        Asked now and then; if true, the run ends with :class:`Stopped`.
+
+    Returns
+    -------
+    dict
+        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: where and how long.
+
+    Raises
+    ------
+    InputError
+        If the scene cannot be made, or the worker has another version of Carom than the task asks for.
+    """
+    began, clock_time = clock.perf_counter(), clock.time()
+    if task["version"] != carom.__version__:
+        raise InputError(
+            f"This worker has Carom {carom.__version__} and the study is of {task['version']}; "
+            "install the same version everywhere."
+        )
+
+    def look(_: float = 0.0) -> None:
+        if stop():
+            raise Stopped
+
+    with _quiet():
+        # The lengths of a run are not part of its identity: a longer one begins like a shorter one.
+        places, speeds = stream(task["seed"], [task["scene"], task["replica"]]).spawn(2)
+        words: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in task["scene"].items()}
+        scene = SceneSpec(**words).build(default_rng(places))
+        kT = words.get("kT", 1.0) if scene.velocities is None else None
+        sim = Simulation(
+            scene, kT=kT, seed=int(speeds.generate_state(1, np.uint64)[0]), neighbors=task["neighbors"]
+        )
+        start = sim.frame().unwrapped
+        sim.run(collisions_per_particle=task["equilibration"], progress=look)
+        equilibration = sim.time
+        moved = _moved(start, sim.frame())
+        sampler = OrderParameter(scene.dimension) if task["frames"] else None
+        every = task["blocks"] // task["frames"] if task["frames"] else 0
+        blocks = 0
+
+        def between(_: float) -> None:
+            nonlocal blocks
+            look()
+            blocks += 1
+            if sampler is not None and blocks % every == 0:
+                sampler.add(sim.frame())
+
+        estimate = sim.measure(
+            Pressure(blocks=task["blocks"]),
+            collisions_per_particle=task["collisions_per_particle"],
+            progress=between,
+        )
+        statistics = sim.statistics
+    result = {
+        "n": scene.n,
+        "dimension": scene.dimension,
+        "packing_fraction": scene.packing_fraction,
+        "compressibility_factor": _plain(estimate.compressibility_factor),
+        "compressibility_factor_from_rate": _plain(estimate.compressibility_factor_from_rate),
+        "reduced_pressure": _plain(estimate.reduced_pressure),
+        "collision_rate": _plain(estimate.collision_rate),
+        "block_values": [float(value) for value in estimate.block_values],
+        "time": math.fsum(estimate.block_durations),
+        "equilibration_time": equilibration,
+        "collisions": statistics.collisions,
+        "moved": moved,
+        "moved_at_end": _moved(start, sim.frame()),
+        "order": None if sampler is None else sampler.values(),
+        "worst_overlap": statistics.worst_overlap,
+        "energy_drift": statistics.energy_drift,
+        "advancement_fraction": statistics.advancement_fraction,
+    }
+    return {
+        "task": task,
+        "result": result,
+        "provenance": {
+            "began": clock_time,
+            "seconds": clock.perf_counter() - began,
+            "engine_seconds": sim.seconds,
+            "host": platform.node(),
+            "process": os.getpid(),
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+        },
+    }
+
+
+def _moved(start: np.ndarray, frame: Frame) -> float:
+    """Return the median distance from the start, in units of the mean spacing ``(V / n)^(1/d)``."""
+    distance = np.sqrt(np.sum((frame.unwrapped - start) ** 2, axis=1))
+    spacing = (math.prod(frame.box) / frame.n) ** (1.0 / frame.dimension)
+    return float(np.median(distance)) / spacing
+
+
+def _plain(estimate: Estimate) -> dict[str, float | None]:
+    values = {name: getattr(estimate, name) for name in ("mean", "error", "n_eff", "tau", "blocks")}
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep warnings of single runs from the screen: the table says what they say."""
+    # Filters are the whole process's, and only the main thread may exchange them.
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)
+        yield

@@ -1,0 +1,272 @@
+"""What an equation-of-state study computes, as a frozen value: the section ``[study]``."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import carom
+from carom import checks, initial, theory
+from carom.errors import InputError
+from carom.plan import SceneSpec
+from carom.studies.tasks import Task
+
+DENSITIES: dict[int, tuple[float, ...]] = {
+    1: tuple(round(0.075 * k, 3) for k in range(1, 13)),
+    2: tuple(round(0.05 * k, 2) for k in range(1, 13)),
+    3: (0.025, *(round(0.05 * k, 2) for k in range(1, 10)), 0.475, 0.49),
+    4: tuple(round(0.02 * k, 2) for k in range(1, 13)),
+    5: tuple(round(0.012 * k, 3) for k in range(1, 13)),
+    6: tuple(round(0.0075 * k, 4) for k in range(1, 13)),
+}
+"""Packing fractions where none are given: twelve of the fluid, by dimension."""
+
+N = 4000
+"""Particles where no number is given: the finite-size correction is then below 2e-4, and its own error far
+below that."""
+
+RELATIVE_ERROR = 6e-5
+"""Of Z where no length is given."""
+
+EXCESS = 1.2
+"""Relative error of Z - 1 after one collision: 2 / sqrt(pi) = 1.13 if collisions were independent, because
+``|u_n|`` of a collision has the second moment 4 / pi, in squares of its mean; and some room."""
+
+FEWEST = 50.0
+"""Collisions per particle that are measured at least, however modest the error asked for."""
+
+START = ("auto", "random", "fcc", "cubic", "triangular", "dn")
+
+_SET_BY_GRID = ("packing_fraction", "n", "density", "cells", "box", "file", "frame", "initial", "dimension")
+
+
+@dataclass(frozen=True)
+class StudySpec:
+    """A grid of simulations: packing fractions x numbers of particles x replicas.
+
+    Parameters
+    ----------
+    packing_fractions : tuple of float
+        Twelve of the fluid if left out.
+    n : int or tuple of int
+        Numbers of particles. On a lattice, the nearest number that fills it is taken.
+    replicas : int
+        Independent runs of each point.
+    dimension : int
+        1 to 12.
+    relative_error : float
+        Of Z at each point, its replicas together; 6e-5 if neither length is given.
+    collisions_per_particle : float
+        Or: length of each run.
+    equilibration : float
+        Collisions per particle before that.
+    seed : int
+    initial : str
+        "random", "fcc", "triangular", "cubic", "dn", or "auto": random in the fluid, up to the middle of the
+        coexistence, and the densest lattice beyond.
+    blocks : int
+        Blocks of a run, from which error bars and drift come.
+    frames : int
+        Frames of a run from which the order parameter comes; by default 32 from just below freezing on, and
+        none elsewhere.
+    neighbors : str
+        As of a simulation.
+    scene : mapping
+        More keys of ``[scene]``, e.g. diameter, mass or kT.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or keys contradict each other.
+    """
+
+    packing_fractions: tuple[float, ...] = ()
+    n: tuple[int, ...] = (N,)
+    replicas: int = 2
+    dimension: int = 3
+    relative_error: float | None = None
+    collisions_per_particle: float | None = None
+    equilibration: float = 1000.0
+    seed: int = 1
+    initial: str = "auto"
+    blocks: int = 512
+    frames: int | None = None
+    neighbors: str = "auto"
+    scene: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        put("dimension", checks.integer(self.dimension, "dimension", low=1, high=initial.MOST_DIMENSIONS))
+        put("scene", self._template())
+        if self.packing_fractions is None or not _listed(self.packing_fractions):
+            if self.dimension not in DENSITIES:
+                raise InputError(f"packing_fractions are needed in {self.dimension} dimensions, found none.")
+            put("packing_fractions", DENSITIES[self.dimension])
+        limit = initial.CLOSEST_PACKING.get(self.dimension, 1.0)
+        etas = [
+            checks.number(eta, "packing_fractions", low=0.0, high=limit, open_low=True)
+            for eta in _listed(self.packing_fractions)
+        ]
+        put("packing_fractions", _distinct("packing_fractions", etas))
+        put("n", _distinct("n", [checks.integer(n, "n", low=2, high=initial.MOST) for n in _listed(self.n)]))
+        put("replicas", checks.integer(self.replicas, "replicas", low=1, high=10**6))
+        put("seed", checks.integer(self.seed, "seed", low=0, high=2**63 - 1))
+        put("blocks", checks.integer(self.blocks, "blocks", low=16, high=10**6))
+        if self.frames is not None:
+            put("frames", checks.integer(self.frames, "frames", low=0, high=self.blocks))
+        if self.relative_error is not None and self.collisions_per_particle is not None:
+            raise InputError("relative_error and collisions_per_particle contradict each other; remove one.")
+        if self.collisions_per_particle is None:
+            error = RELATIVE_ERROR if self.relative_error is None else self.relative_error
+            put("relative_error", checks.number(error, "relative_error", low=1e-9, high=1.0))
+        else:
+            most = checks.number(
+                self.collisions_per_particle, "collisions_per_particle", low=0, open_low=True
+            )
+            put("collisions_per_particle", most)
+        put("equilibration", checks.number(self.equilibration, "equilibration", low=0.0))
+        for name, known in (("initial", START), ("neighbors", ("auto", "lists", "sectors"))):
+            if getattr(self, name) not in known:
+                raise InputError(
+                    f"{name} must be one of {', '.join(known)}; found {checks.describe(getattr(self, name))}."
+                )
+        # Every scene's words are checked now, rather than in a worker an hour later.
+        self.tasks()
+
+    def _template(self) -> dict[str, Any]:
+        known = [f.name for f in dataclasses.fields(SceneSpec)]
+        template = dict(self.scene)
+        for name in template:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, n=1)
+                raise InputError(
+                    f"[scene] {name} is no known key{f'; did you mean {near[0]}' if near else ''}."
+                )
+            if name in _SET_BY_GRID:
+                raise InputError(f"[scene] {name} is for the section [study] to say; move or remove it.")
+        return template
+
+    def tasks(self) -> list[Task]:
+        """Return the tasks, the longest first."""
+        tasks = [
+            self._task(eta, n, replica)
+            for eta in self.packing_fractions
+            for n in self.n
+            for replica in range(self.replicas)
+        ]
+        return sorted(tasks, key=cost, reverse=True)
+
+    def _task(self, eta: float, n: int, replica: int) -> Task:
+        start = self._start(eta)
+        count = n if start == "random" else nearest_filling(start, self.dimension, n)
+        scene = SceneSpec(
+            **{**self.scene, "initial": start, "n": count, "packing_fraction": eta},
+            dimension=self.dimension,
+        )
+        words = {
+            f.name: getattr(scene, f.name)
+            for f in dataclasses.fields(scene)
+            if getattr(scene, f.name) is not None
+        }
+        return {
+            "study": "equation of state",
+            "version": carom.__version__,
+            "scene": words,
+            "replica": replica,
+            "seed": self.seed,
+            "equilibration": self.equilibration,
+            "collisions_per_particle": self._length(eta, count),
+            "blocks": self.blocks,
+            "frames": self._frames(eta),
+            "neighbors": self.neighbors,
+        }
+
+    def _start(self, eta: float) -> str:
+        if self.initial != "auto":
+            return self.initial
+        d = self.dimension
+        middle = 0.5 * (theory.FREEZING.get(d, 1.0) + theory.MELTING.get(d, 1.0))
+        return "random" if eta < middle else {2: "triangular", 3: "fcc"}.get(d, "dn")
+
+    def _length(self, eta: float, n: int) -> float:
+        """Return the collisions per particle that reach the error, a number of few digits."""
+        if self.collisions_per_particle is not None:
+            return self.collisions_per_particle
+        assert self.relative_error is not None
+        collisions = (EXCESS * excess_part(eta, self.dimension) / self.relative_error) ** 2
+        # Few digits, because powers and logarithms differ in the last bit from one machine to the next.
+        return float(f"{max(2.0 * collisions / n / self.replicas, FEWEST):.4g}")
+
+    def _frames(self, eta: float) -> int:
+        if self.frames is not None:
+            return self.frames
+        return min(32, self.blocks) if eta > 0.93 * theory.FREEZING.get(self.dimension, 1.0) else 0
+
+    def settings(self) -> dict[str, Any]:
+        """Return what all tasks share: it decides whether two studies may stand in one folder."""
+        shared = {name: value for name, value in self.words().items() if name not in GRID}
+        if self.relative_error is not None:
+            # The length of a run then depends on how many share the work.
+            shared["replicas"] = self.replicas
+        return {"study": "equation of state", "version": carom.__version__, **shared}
+
+    def words(self) -> dict[str, Any]:
+        """Return the section ``[study]`` as JSON values."""
+        values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in values.items()
+            if value is not None
+        }
+
+
+GRID = ("packing_fractions", "n", "replicas")
+
+
+def excess_part(eta: float, dimension: int) -> float:
+    """Return ``(Z - 1) / Z`` by theory, or 1, which it never exceeds, where none is known."""
+    if dimension > 6:
+        return 1.0
+    crystal = eta > theory.FREEZING.get(dimension, 1.0)
+    z = float((theory.solid if crystal else theory.best)(dimension)(min(eta, 0.999 * _close(dimension))))
+    return max(0.0, (z - 1.0) / z)
+
+
+def cost(task: Task) -> float:
+    """Return how much work a task is, in collisions."""
+    length = task["equilibration"] + task["collisions_per_particle"]
+    return 0.5 * float(length) * int(task["scene"]["n"])
+
+
+def nearest_filling(start: str, dimension: int, n: int) -> int:
+    """Return the number nearest to `n` of points in equal cells of a lattice along every axis."""
+    lattice = {"cubic": initial.cubic, "dn": initial.dn, "fcc": initial.dn}.get(start)
+    chosen = initial.triangular() if lattice is None else lattice(dimension)
+    edge = (n / len(chosen.basis) * math.prod(chosen.shape)) ** (1.0 / chosen.dimension)
+    sizes = (chosen.count(initial.cells_along(chosen, max(1, int(edge) + k))) for k in (-1, 0, 1, 2))
+    return min(sizes, key=lambda size: (abs(size - n), size))
+
+
+def _close(dimension: int) -> float:
+    return theory.CLOSE_PACKING[dimension]
+
+
+def _listed(values: Any) -> list[Any]:
+    """Return one value, or several, as a list."""
+    if isinstance(values, Iterable) and not isinstance(values, str | Mapping):
+        return [value.item() if hasattr(value, "item") else value for value in values]
+    return [values.item() if hasattr(values, "item") else values]
+
+
+def _distinct(name: str, values: list[Any]) -> tuple[Any, ...]:
+    if not values:
+        raise InputError(f"{name} must hold at least one value, found none.")
+    if len(set(values)) < len(values):
+        raise InputError(f"{name} names a value twice; replicas= repeats a point.")
+    return tuple(sorted(values))

@@ -1,0 +1,251 @@
+"""From the results of single runs to one row a point: means, errors, chi squared, and what is suspicious."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from carom import theory
+from carom.errors import InputError
+from carom.studies.eos import drift
+from carom.studies.tasks import Record
+from carom.theory import Equation
+
+LEVEL = 1e-3
+"""Probability with which replicas in agreement are called inconsistent all the same."""
+
+FEW = 16.0
+"""Independent samples below which a run's error bar is a guess."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One point of a study: a packing fraction and a number of particles, over all its replicas.
+
+    Attributes
+    ----------
+    packing_fraction, n, dimension
+        The point, as simulated.
+    phase : str
+        "fluid" or "solid": what the runs were started as, and should have become or remained.
+    replicas : int
+        Runs that are done.
+    compressibility_factor, error : float
+        Z of n particles and its standard error: the mean weighted by the inverse squares of the errors.
+    infinite : float
+        Z of infinitely many particles, by theory's correction of order 1 / n; nan where there is none. It has
+        the same error.
+    pressure, pressure_error : float
+        P sigma^d / kT, of n particles.
+    theory, deviation : float
+        Z by the chosen equation of state, and ``infinite - theory`` in units of the error.
+    chi2 : float
+        Of the replicas about their mean, with ``replicas - 1`` degrees of freedom; nan for one.
+    drift : float
+        Trend of the pressure that the replicas share, a standard normal number in equilibrium.
+    order, order_error : float
+        Mean of the modulus of the order parameter (psi_6 or Q_6), and its error from the replicas.
+    susceptibility : float
+        ``n (<|psi|^2> - <|psi|>^2)``.
+    moved : float
+        Median displacement of the particles before the measurement [mean spacing], the least of the replicas.
+    equilibrated : bool
+        Whether nothing was found against it; other points are left out of fits.
+    remarks : tuple of str
+        What was found.
+    collisions : int
+    seconds : float
+        Of all replicas, on their workers.
+    """
+
+    packing_fraction: float
+    n: int
+    dimension: int
+    phase: str
+    replicas: int
+    compressibility_factor: float
+    error: float
+    infinite: float
+    pressure: float
+    pressure_error: float
+    theory: float
+    deviation: float
+    chi2: float
+    drift: float
+    order: float
+    order_error: float
+    susceptibility: float
+    moved: float
+    equilibrated: bool
+    remarks: tuple[str, ...]
+    collisions: int
+    seconds: float
+
+
+def table(records: Sequence[Record], equation: Equation | None = None) -> list[Row]:
+    """Return one row for each point, in the order of packing fraction and number of particles.
+
+    Parameters
+    ----------
+    records : sequence of dict
+        Results of single runs, in any order.
+    equation : callable, optional
+        Equation of state to compare with and to correct for the finite size; by phase and dimension without
+        it, and none for mixtures.
+    """
+    points: dict[tuple[float, int, int], list[Record]] = {}
+    for record in records:
+        scene = record["task"]["scene"]
+        point = (scene["packing_fraction"], scene["n"], record["result"]["dimension"])
+        points.setdefault(point, []).append(record)
+    rows = []
+    for point in sorted(points):
+        # In the order of the replicas, whatever the order in which they came: sums have the same bits.
+        several = sorted(points[point], key=lambda record: int(record["task"]["replica"]))
+        rows.append(_row(several, equation))
+    return rows
+
+
+def combined(values: Sequence[float], errors: Sequence[float]) -> tuple[float, float, float]:
+    """Return mean, error and chi squared of independent estimates, weighted by their inverse variances.
+
+    An unknown error (infinite) leaves its value out; with none known, the mean is plain and its error
+    infinite.
+    """
+    known = [(v, e) for v, e in zip(values, errors, strict=True) if 0.0 < e < math.inf]
+    if not known:
+        exact = all(e == 0.0 for e in errors)
+        return math.fsum(values) / len(values), 0.0 if exact else math.inf, math.nan
+    weight = math.fsum(e**-2 for _, e in known)
+    mean = math.fsum(v * e**-2 for v, e in known) / weight
+    chi2 = math.fsum(((v - mean) / e) ** 2 for v, e in known) if len(known) > 1 else math.nan
+    return mean, weight**-0.5, chi2
+
+
+def phase(packing_fraction: float, dimension: int, initial: str) -> str:
+    """Return what a run should be: a crystal if it began as one beyond freezing, otherwise a fluid."""
+    beyond = packing_fraction > theory.FREEZING.get(dimension, 1.0)
+    return "solid" if initial != "random" and beyond else "fluid"
+
+
+def usual_equation(dimension: int, phase: str) -> Equation | None:
+    """Return the best known equation of state of a phase, or None."""
+    try:
+        return (theory.solid if phase == "solid" else theory.best)(dimension)
+    except InputError:
+        return None
+
+
+def finite_size_shift(row_phase: str, packing_fraction: float, n: int, equation: Equation | None) -> float:
+    """Return ``Z_N - Z`` by theory; nan where there is none."""
+    if equation is None:
+        return math.nan
+    law = theory.crystal_finite_size_shift if row_phase == "solid" else theory.finite_size_shift
+    try:
+        return float(law(packing_fraction, n, equation))
+    except InputError:
+        return math.nan
+
+
+def _row(records: list[Record], equation: Equation | None) -> Row:
+    results = [record["result"] for record in records]
+    task, first = records[0]["task"], results[0]
+    eta, n, d = float(first["packing_fraction"]), int(first["n"]), int(first["dimension"])
+    state = phase(eta, d, task["scene"]["initial"])
+    z, error, chi2 = _quantity(results, "compressibility_factor")
+    pressure, pressure_error, _ = _quantity(results, "reduced_pressure")
+    chosen = equation if equation is not None else _equation_for(task, d, state)
+    known = _value(chosen, eta)
+    infinite = z - finite_size_shift(state, eta, n, chosen)
+    order, order_error, susceptibility, order_drifts = _order(results, n)
+    drifts = [drift.drift(result["block_values"]) for result in results]
+    moved = min(float(result["moved"]) for result in results)
+    remarks = []
+    if drift.drifts(drifts):
+        remarks.append("the pressure drifts")
+    if order_drifts and drift.drifts(order_drifts):
+        remarks.append(f"{_order_name(results)} drifts")
+    if state == "fluid" and d > 1 and moved < drift.STUCK:
+        remarks.append("particles are where they began")
+    if state == "solid" and d > 1 and max(float(r["moved_at_end"]) for r in results) > drift.STUCK:
+        remarks.append("the crystal has melted")
+    if _improbable(chi2, len(results) - 1):
+        remarks.append("replicas disagree")
+    if any((r["compressibility_factor"]["n_eff"] or 0.0) < FEW for r in results if error > 0.0):
+        remarks.append("too short for an error bar")
+    return Row(
+        packing_fraction=eta,
+        n=n,
+        dimension=d,
+        phase=state,
+        replicas=len(results),
+        compressibility_factor=z,
+        error=error,
+        infinite=infinite,
+        pressure=pressure,
+        pressure_error=pressure_error,
+        theory=known,
+        deviation=(infinite - known) / error if error > 0.0 else math.nan,
+        chi2=chi2,
+        drift=drift.together(drifts),
+        order=order,
+        order_error=order_error,
+        susceptibility=susceptibility,
+        moved=moved,
+        equilibrated=not remarks,
+        remarks=tuple(remarks),
+        collisions=sum(int(result["collisions"]) for result in results),
+        seconds=math.fsum(float(record["provenance"]["seconds"]) for record in records),
+    )
+
+
+def _quantity(results: list[dict[str, Any]], name: str) -> tuple[float, float, float]:
+    values = [_number(result[name]["mean"], math.nan) for result in results]
+    errors = [_number(result[name]["error"], math.inf) for result in results]
+    return combined(values, errors)
+
+
+def _number(value: float | None, missing: float) -> float:
+    return missing if value is None else float(value)
+
+
+def _equation_for(task: dict[str, Any], dimension: int, state: str) -> Equation | None:
+    return usual_equation(dimension, state)
+
+
+def _value(equation: Equation | None, eta: float) -> float:
+    if equation is None:
+        return math.nan
+    try:
+        return float(equation(eta))
+    except InputError:
+        return math.nan
+
+
+def _order_name(results: list[dict[str, Any]]) -> str:
+    return str(next(result["order"]["name"] for result in results if result["order"]))
+
+
+def _order(results: list[dict[str, Any]], n: int) -> tuple[float, float, float, list[float]]:
+    """Return mean and error of the order parameter, its susceptibility, and the trends of the replicas."""
+    series = [result["order"]["values"] for result in results if result["order"]]
+    if not series or not all(series):
+        return math.nan, math.nan, math.nan, []
+    means = [math.fsum(values) / len(values) for values in series]
+    mean = math.fsum(means) / len(means)
+    squares = math.fsum(value * value for values in series for value in values)
+    variance = squares / sum(map(len, series)) - mean * mean
+    error = math.nan
+    if len(means) > 1:
+        error = math.sqrt(math.fsum((m - mean) ** 2 for m in means) / len(means) / (len(means) - 1))
+    return mean, error, n * max(variance, 0.0), [drift.drift(values, parts=8) for values in series]
+
+
+def _improbable(chi2: float, degrees: int) -> bool:
+    if not math.isfinite(chi2) or degrees < 1:
+        return False
+    from scipy.stats import chi2 as distribution
+
+    return bool(distribution.sf(chi2, degrees) < LEVEL)

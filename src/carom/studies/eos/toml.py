@@ -1,0 +1,95 @@
+"""A study as a TOML file: ``[study]`` with the words of :class:`StudySpec`, and ``[scene]`` for the rest."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from pathlib import Path
+from typing import Any
+
+from carom import checks
+from carom.errors import FileError, InputError
+from carom.io.paths import existing, reason
+from carom.studies.eos.spec import StudySpec
+
+LARGEST_FILE = 64 * 1024
+"""Bytes; a study is about a page."""
+
+
+def load(path: str | Path) -> StudySpec:
+    """Read a study from a TOML file.
+
+    Raises
+    ------
+    FileError
+        If it is missing, unreadable, too large or not text in UTF-8.
+    InputError
+        If it is no TOML, or no study; the text begins with the name of the file.
+    """
+    path = existing(path)
+    try:
+        data = path.read_bytes()
+        if len(data) > LARGEST_FILE:
+            raise FileError(
+                f"{path} has more than {LARGEST_FILE} bytes; expected a study (TOML) of about a page."
+            )
+        content = data.decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(f"{path} cannot be read as text: {reason(error)}.") from None
+    try:
+        return parse(content)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def parse(content: str) -> StudySpec:
+    """Read a study from TOML; what is left out has its default.
+
+    Raises
+    ------
+    InputError
+        If it is no TOML, a section or key is unknown, or a value cannot be used.
+    """
+    import tomllib
+
+    try:
+        tables = tomllib.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"This is no valid TOML: {error}.") from None
+    for name, table in tables.items():
+        if name not in ("study", "scene"):
+            raise InputError(f"[{name}] is no section of a study; those are [study] and [scene].")
+        if not isinstance(table, dict):
+            raise InputError(f"[{name}] must be a section, found {checks.describe(table)}.")
+    words = dict(tables.get("study", {}))
+    known = [f.name for f in dataclasses.fields(StudySpec) if f.name != "scene"]
+    for name in words:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"; did you mean {near[0]}" if near else f" (known: {', '.join(known)})"
+            raise InputError(f"[study] {name} is no known key{hint}.")
+    return StudySpec(**words, scene=tables.get("scene", {}))
+
+
+def text(spec: StudySpec) -> str:
+    """Return a study as TOML from which :func:`parse` makes an equal one."""
+    words = spec.words()
+    scene = words.pop("scene")
+    lines = ["[study]", *(f"{name} = {_value(value)}" for name, value in words.items())]
+    if scene:
+        lines += ["", "[scene]", *(f"{name} = {_value(value)}" for name, value in scene.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        import json
+
+        return json.dumps(value)
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{name} = {_value(item)}" for name, item in value.items()) + " }"
+    return repr(value)

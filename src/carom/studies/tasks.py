@@ -1,0 +1,174 @@
+"""The tasks of a study: plain values with a name of their own, and a folder with one result file each.
+
+A task is a dictionary of JSON values from which every bit of its result follows. Its key is a digest of that
+content, so that results are found again whatever else the study holds, and its random stream is keyed by its
+content too: adding tasks to a study changes none of the others.
+
+Result files are written by the process that leads the study, never by the workers, which need no common disk
+then. Each appears complete or not at all.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from numpy.random import SeedSequence
+
+from carom.errors import FileError
+from carom.io.paths import reason, replacing, writing
+
+Task = dict[str, Any]
+"""What to compute: strings, numbers, and lists and tables of them."""
+
+Record = dict[str, Any]
+"""What was computed: ``task``, ``result`` (the same bits wherever it ran) and ``provenance``."""
+
+SETTINGS = "study.json"
+"""File with what all tasks of a study share."""
+
+RESULTS = "tasks"
+"""Folder of the result files."""
+
+
+def canonical(value: Any) -> str:
+    """Return a value as the JSON text that equal values share."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=True)
+
+
+def key(task: Task) -> str:
+    """Return the name of a task: 20 hexadecimal digits of the SHA-256 of its content."""
+    return hashlib.sha256(canonical(task).encode("ascii")).hexdigest()[:20]
+
+
+def stream(seed: int, identity: Any) -> SeedSequence:
+    """Return the source of randomness that belongs to a seed and an identity (any JSON value)."""
+    digest = hashlib.sha256(canonical(identity).encode("ascii")).digest()
+    words = tuple(int.from_bytes(digest[k : k + 4], "little") for k in range(0, 32, 4))
+    return SeedSequence(seed, spawn_key=words)
+
+
+class TaskFolder:
+    """Where a study keeps its settings and the results of its tasks.
+
+    Parameters
+    ----------
+    path : Path
+        The folder; :meth:`begin` makes it.
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.settings = path / SETTINGS
+
+    def result(self, task: Task) -> Path:
+        """Return the result file of a task."""
+        return self.path / RESULTS / f"{key(task)}.json"
+
+    def check(self, settings: dict[str, Any]) -> None:
+        """Refuse a folder that holds the results of another study; touches nothing.
+
+        Parameters
+        ----------
+        settings : dict
+            What all tasks share.
+
+        Raises
+        ------
+        FileError
+            If the folder holds a study with other settings (the text says which), or something else.
+        """
+        before = self.read()
+        if before is not None:
+            _check_same(before["settings"], settings, self.path)
+
+    def make(self) -> None:
+        """Make the folder, unless it is there."""
+        with writing(self.path):
+            (self.path / RESULTS).mkdir(parents=True, exist_ok=True)
+
+    def begin(self, settings: dict[str, Any], grid: dict[str, Any]) -> None:
+        """Sweep out what a kill left half-written, and write what the study is.
+
+        Parameters
+        ----------
+        settings : dict
+            What all tasks share; as for :meth:`check`.
+        grid : dict
+            Which tasks there are; it may have grown or shrunk since.
+        """
+        self.check(settings)
+        with writing(self.path):
+            for place in (self.path, self.path / RESULTS):
+                for remnant in place.glob(".*.tmp*"):
+                    remnant.unlink(missing_ok=True)
+        self._write(self.settings, {"settings": settings, "grid": grid})
+
+    def read(self) -> dict[str, Any] | None:
+        """Return settings and grid of the study that the folder holds; None if there is none.
+
+        Raises
+        ------
+        FileError
+            If the folder is a file, or holds something else.
+        """
+        if self.path.exists() and not self.path.is_dir():
+            raise FileError(f"{self.path} is a file; expected the folder of a study, or a new one.")
+        try:
+            data = json.loads(self.settings.read_text(encoding="utf-8"))
+            if not (isinstance(data["settings"], dict) and isinstance(data["grid"], dict)):
+                raise ValueError("its parts are no tables")
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise FileError(
+                f"{self.settings} does not describe a study ({reason(error)}); choose another folder."
+            ) from None
+        return data
+
+    def load(self, task: Task) -> Record | None:
+        """Return the stored result of a task; None if there is none that is whole and its own."""
+        try:
+            record = json.loads(self.result(task).read_text(encoding="utf-8"))
+            whole = record["task"] == task and record["digest"] == _digest(record["result"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        return record if whole else None
+
+    def store(self, record: Record) -> None:
+        """Write the result of a task, atomically.
+
+        Raises
+        ------
+        FileError
+            If it cannot be written, e.g. because the disk is full.
+        """
+        path = self.result(record["task"])
+        with writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        self._write(path, {**record, "digest": _digest(record["result"])})
+
+    @staticmethod
+    def _write(path: Path, value: Any) -> None:
+        with replacing(path) as temporary, writing(path):
+            temporary.write_text(json.dumps(value, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _digest(result: Any) -> str:
+    return hashlib.sha256(canonical(result).encode("ascii")).hexdigest()
+
+
+def _check_same(before: dict[str, Any], now: dict[str, Any], path: Path) -> None:
+    """Raise FileError naming what differs between two studies."""
+    names = [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
+    if names:
+        differences = ", ".join(
+            f"{name} was {canonical(before.get(name))} and is {canonical(now.get(name))} now"
+            for name in names
+        )
+        raise FileError(
+            f"{path} holds the results of another study: {differences}. "
+            "Take the old values, or another folder."
+        )

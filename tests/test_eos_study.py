@@ -1,0 +1,487 @@
+"""Equation-of-state studies: what is asked for, what is kept, what is flagged, what is fitted."""
+
+import csv
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+import carom
+from carom import studies, theory
+from carom.errors import CaromWarning, FileError, InputError
+from carom.studies import StudySpec, engines, tasks
+from carom.studies.eos import drift, fits, table, toml
+from carom.studies.eos.simulate import simulate
+from carom.studies.eos.study import load
+
+SMALL = {"n": 108, "collisions_per_particle": 100, "equilibration": 20, "blocks": 64, "executor": "serial"}
+
+
+def results(study):
+    return {tasks.key(record["task"]): record["result"] for record in study.records}
+
+
+# What is asked for.
+
+
+def test_the_default_study_has_twelve_densities_of_the_fluid():
+    spec = StudySpec()
+    assert len(spec.packing_fractions) == 12
+    assert max(spec.packing_fractions) < theory.FREEZING[3]
+    for d in range(1, 7):
+        assert len(StudySpec(dimension=d).packing_fractions) == 12
+
+
+def test_tasks_come_longest_first_and_are_plain_values():
+    asked = StudySpec(packing_fractions=(0.1, 0.4), n=(108, 500), replicas=2, relative_error=1e-3)
+    found = asked.tasks()
+    work = [task["scene"]["n"] * (task["equilibration"] + task["collisions_per_particle"]) for task in found]
+    assert work == sorted(work, reverse=True)
+    assert json.loads(tasks.canonical(found)) == found
+    assert len({tasks.key(task) for task in found}) == 8
+
+
+def test_the_length_of_a_run_follows_from_the_error_asked_for():
+    """Noise falls as one over the root of the collisions, which the replicas share."""
+    eta = 0.3
+    z = theory.best(3)(eta)
+    for error, replicas in ((1e-3, 1), (1e-3, 4), (5e-4, 2)):
+        (task, *_) = StudySpec(
+            packing_fractions=(eta,), n=(500,), replicas=replicas, relative_error=error
+        ).tasks()
+        collisions = 0.5 * 500 * replicas * task["collisions_per_particle"]
+        assert 1.2 * (z - 1) / z / math.sqrt(collisions) == pytest.approx(error, rel=1e-3)
+
+
+def test_auto_starts_at_random_in_the_fluid_and_from_a_crystal_beyond():
+    for d, eta, start in (
+        (3, 0.49, "random"),
+        (3, 0.55, "fcc"),
+        (2, 0.70, "random"),
+        (2, 0.73, "triangular"),
+    ):
+        (task, *_) = StudySpec(packing_fractions=(eta,), dimension=d).tasks()
+        assert task["scene"]["initial"] == start
+    # 4000 = 4 x 10^3 fills fcc; a triangular lattice nearly square has 2 x 48 x 42 sites nearby.
+    (task, *_) = StudySpec(packing_fractions=(0.73,), dimension=2, n=(4096,)).tasks()
+    assert abs(task["scene"]["n"] - 4096) < 100
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        ({"packing_fractions": (0.8,)}, "packing_fractions must be"),
+        ({"packing_fractions": (0.1, 0.1)}, "twice"),
+        ({"packing_fractions": ("0.1",)}, "must be a number"),
+        ({"n": (1,)}, "n must be at least 2|n must be between 2"),
+        ({"replicas": 0}, "replicas must be"),
+        ({"relative_error": 1e-3, "collisions_per_particle": 10}, "contradict"),
+        ({"relative_error": 0.0}, "relative_error must be"),
+        ({"initial": "file"}, "initial must be one of"),
+        ({"neighbors": "magic"}, "neighbors must be one of"),
+        ({"dimension": 7}, "packing_fractions are needed"),
+        ({"scene": {"packing_fraction": 0.1}}, r"section \[study\]"),
+        ({"scene": {"diametre": 1.0}}, "did you mean diameter"),
+        ({"scene": {"mass": -1.0}}, "mass"),
+        ({"frames": 1000}, "frames must be"),
+        ({"initial": "fcc", "dimension": 2}, "dimension is 3"),
+    ],
+)
+def test_studies_that_cannot_be_are_refused_before_anything_runs(words, text):
+    with pytest.raises(InputError, match=text):
+        StudySpec(**words)
+
+
+def test_unknown_arguments_are_refused():
+    with pytest.raises(InputError, match="takes no densities"):
+        studies.equation_of_state(densities=[0.1])
+
+
+def test_a_study_is_a_toml_file_and_back():
+    spec = StudySpec(
+        packing_fractions=(0.1, 0.55), n=(108, 256), relative_error=1e-3, scene={"mass": 2.0, "kT": 0.5}
+    )
+    assert toml.parse(toml.text(spec)) == spec
+    assert toml.parse("") == StudySpec()
+    for text, message in (
+        ("[study]\nreplica = 2", "did you mean replicas"),
+        ("[run]\nseed = 1", "no section"),
+        ("study = 1", "must be a section"),
+        ("[study", "no valid TOML"),
+    ):
+        with pytest.raises(InputError, match=message):
+            toml.parse(text)
+
+
+# The stream of a task.
+
+
+def test_adding_densities_sizes_and_replicas_changes_no_other_task():
+    one = studies.equation_of_state([0.2], replicas=1, **SMALL)
+    more = studies.equation_of_state([0.1, 0.2, 0.3], replicas=2, **{**SMALL, "n": (32, 108)})
+    assert results(one).items() <= results(more).items()
+    assert len(results(more)) == 12
+
+
+def test_replicas_and_seeds_differ():
+    study = studies.equation_of_state([0.2], replicas=2, **SMALL)
+    other = studies.equation_of_state([0.2], replicas=2, seed=2, **SMALL)
+    means = [r["result"]["compressibility_factor"]["mean"] for s in (study, other) for r in s.records]
+    assert len(set(means)) == 4
+
+
+def test_any_scene_of_the_file_can_be_studied():
+    """A scene scaled by powers of two gives the same Z, bit for bit."""
+    plain = studies.equation_of_state([0.2], replicas=1, **SMALL)
+    (task,) = StudySpec(
+        packing_fractions=(0.2,), n=(108,), replicas=1, collisions_per_particle=100, scene={"mass": 4.0}
+    ).tasks()
+    assert task["scene"]["mass"] == 4.0
+    heavy = studies.equation_of_state([0.2], replicas=1, scene={"mass": 4.0, "kT": 2.0}, **SMALL)
+    # Another scene has another stream; both measure the same gas.
+    (a,), (b,) = plain.table, heavy.table
+    assert abs(a.compressibility_factor - b.compressibility_factor) < 5.0 * math.hypot(a.error, b.error)
+
+
+# What is kept.
+
+
+def test_a_study_that_was_cut_short_runs_only_what_is_missing(tmp_path, monkeypatch):
+    out = tmp_path / "study"
+    whole = studies.equation_of_state([0.1, 0.2], **SMALL)
+    studies.equation_of_state([0.1, 0.2], out=out, **SMALL)
+    files = sorted((out / "tasks").glob("*.json"))
+    assert len(files) == 4
+    files[0].unlink()
+    files[1].write_text(files[1].read_text()[:-200])
+    damaged = json.loads(files[2].read_text())
+    damaged["result"]["compressibility_factor"]["mean"] += 1e-9
+    files[2].write_text(json.dumps(damaged))
+    ran = []
+    monkeypatch.setattr(
+        "carom.studies.eos.study.simulate", lambda task, stop: ran.append(task) or simulate(task)
+    )
+    again = studies.equation_of_state([0.1, 0.2], out=out, **SMALL)
+    assert len(ran) == 3
+    assert results(again) == results(whole)
+    assert again.complete
+    assert results(load(out)) == results(whole)
+
+
+def test_a_grid_may_grow_and_shrink(tmp_path):
+    out = tmp_path / "study"
+    studies.equation_of_state([0.1, 0.2], replicas=1, out=out, **SMALL)
+    more = studies.equation_of_state([0.2, 0.3], replicas=1, out=out, **SMALL)
+    assert [round(row.packing_fraction, 9) for row in more.table] == [0.2, 0.3]
+    assert len(list((out / "tasks").glob("*.json"))) == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"seed": 2}, "seed was 1 and is 2 now"),
+        ({"collisions_per_particle": 200}, "collisions_per_particle was 100.0 and is 200.0 now"),
+        ({"scene": {"mass": 2.0}}, "scene was"),
+        ({"dimension": 2}, "dimension was 3 and is 2 now"),
+    ],
+)
+def test_a_changed_study_refuses_to_mix_and_says_what_differs(tmp_path, change, text):
+    studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.json")}
+    with pytest.raises(FileError, match=text):
+        studies.equation_of_state([0.1], replicas=1, out=tmp_path, **{**SMALL, **change})
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.json")} == before
+
+
+def test_another_version_does_not_mix(tmp_path, monkeypatch):
+    studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+    monkeypatch.setattr(carom, "__version__", "99.0.0")
+    with pytest.raises(FileError, match="version was"):
+        studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+
+
+def test_a_worker_of_another_version_is_refused():
+    (task,) = StudySpec(packing_fractions=(0.1,), n=(32,), replicas=1).tasks()
+    with pytest.raises(InputError, match="same version everywhere"):
+        simulate({**task, "version": "0.0.0"})
+
+
+def test_folders_that_hold_no_study_are_refused(tmp_path):
+    with pytest.raises(FileError, match="holds no study"):
+        load(tmp_path)
+    (tmp_path / "study.json").write_text("{}")
+    with pytest.raises(FileError, match="does not describe a study"):
+        studies.equation_of_state([0.1], out=tmp_path, **SMALL)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileError, match="is a file"):
+        studies.equation_of_state([0.1], out=tmp_path / "file", **SMALL)
+
+
+def test_only_one_study_at_a_time_runs_in_a_folder(tmp_path):
+    from carom.studies.folder import owned
+
+    studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+    with owned(tmp_path), pytest.raises(FileError, match="Another process"):
+        studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+
+
+def test_a_task_that_raises_is_reported_and_the_rest_goes_on(tmp_path, monkeypatch):
+    def fail(task, stop):
+        if task["replica"] == 1:
+            raise RuntimeError("out of luck")
+        return simulate(task)
+
+    monkeypatch.setattr("carom.studies.eos.study.simulate", fail)
+    with pytest.warns(CaromWarning, match=r"2 of 4 runs failed.*RuntimeError: out of luck"):
+        study = studies.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL)
+    assert len(study.records) == 2
+    assert not study.complete
+    assert {failure.reason for failure in study.failures} == {"RuntimeError: out of luck"}
+    monkeypatch.undo()
+    assert studies.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL).complete
+
+
+def test_a_full_disk_keeps_the_results_in_memory_and_writes_them_when_it_can(tmp_path, monkeypatch):
+    store, calls = tasks.TaskFolder.store, []
+
+    def full(self, record):
+        calls.append(record)
+        # Room again when the first two have failed, as after an old file was deleted.
+        if len(calls) <= 2:
+            raise FileError("disk full")
+        store(self, record)
+
+    monkeypatch.setattr(tasks.TaskFolder, "store", full)
+    study = studies.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL)
+    assert study.complete
+    assert len(list((tmp_path / "tasks").glob("*.json"))) == 4
+
+
+def test_a_disk_that_stays_full_is_told_and_the_results_are_in_the_table(tmp_path, monkeypatch):
+    def full(self, record):
+        raise FileError("disk full")
+
+    monkeypatch.setattr(tasks.TaskFolder, "store", full)
+    with pytest.warns(CaromWarning, match=r"2 results could not be kept: disk full"):
+        study = studies.equation_of_state([0.1], out=tmp_path, **SMALL)
+    assert study.complete
+    assert not list((tmp_path / "tasks").glob("*"))
+    monkeypatch.undo()
+    assert studies.equation_of_state([0.1], out=tmp_path, **SMALL).complete
+    assert len(list((tmp_path / "tasks").glob("*.json"))) == 2
+
+
+def test_progress_counts_work_and_shows_the_table_so_far():
+    seen = []
+    studies.equation_of_state([0.1, 0.2], progress=seen.append, **SMALL)
+    assert [p.done for p in seen] == [0, 1, 2, 3, 4]
+    assert all(p.total == 4 for p in seen)
+    assert seen[-1].fraction == 1.0
+    assert [p.fraction for p in seen] == sorted(p.fraction for p in seen)
+    assert len(seen[-1].so_far.table) == 2
+
+
+# The table.
+
+
+def made(
+    values, *, eta=0.2, n=108, d=3, order=None, moved=5.0, initial="random", z=2.0, error=0.01, replica=0
+):
+    """A record as a worker would send it."""
+    estimate = {"mean": z, "error": error, "n_eff": 500.0, "tau": 1.0, "blocks": 512}
+    return {
+        "task": {"scene": {"packing_fraction": eta, "n": n, "initial": initial}, "replica": replica},
+        "result": {
+            "n": n, "dimension": d, "packing_fraction": eta, "compressibility_factor": estimate,
+            "reduced_pressure": estimate, "block_values": list(values), "moved": moved, "moved_at_end": moved,
+            "order": order, "collisions": 1000,
+        },
+        "provenance": {"seconds": 1.0},
+    }  # fmt: skip
+
+
+def test_replicas_are_weighted_and_their_chi_squared_told():
+    rng = np.random.default_rng(1)
+    records = [
+        made(rng.normal(size=64), z=2.0, error=0.1, replica=0),
+        made(rng.normal(size=64), z=2.3, error=0.2, replica=1),
+    ]
+    for several in (records, records[::-1]):
+        (row,) = table.table(several)
+        assert row.compressibility_factor == pytest.approx((2.0 / 0.01 + 2.3 / 0.04) / (100 + 25), rel=1e-15)
+        assert row.error == pytest.approx(1 / math.sqrt(125), rel=1e-15)
+        assert row.chi2 == pytest.approx(0.09 / (0.01 + 0.04), rel=1e-12)
+    assert row.equilibrated
+    shift = theory.finite_size_shift(0.2, 108, theory.pieprzyk)
+    assert row.infinite == row.compressibility_factor - shift
+    assert row.deviation == pytest.approx((row.infinite - theory.pieprzyk(0.2)) / row.error)
+
+
+def test_what_has_not_equilibrated_is_flagged():
+    rng = np.random.default_rng(2)
+    noise = rng.normal(size=512)
+    falling = noise + np.linspace(1.0, 0.0, 512)
+    order = {"name": "Q_6", "values": list(0.3 - 0.01 * np.arange(32) + 1e-3 * rng.normal(size=32))}
+    cases = {
+        "the pressure drifts": [made(falling)],
+        "particles are where they began": [made(noise, moved=0.1)],
+        "the crystal has melted": [made(noise, eta=0.6, initial="fcc", moved=3.0)],
+        "Q_6 drifts": [made(noise, order=order)],
+        "replicas disagree": [made(noise, z=2.0), made(noise, z=2.1, replica=1)],
+    }
+    for remark, records in cases.items():
+        (row,) = table.table(records)
+        assert row.remarks == (remark,)
+        assert not row.equilibrated
+    for records in ([made(noise)], [made(noise, eta=0.6, initial="fcc", moved=0.1)]):
+        (row,) = table.table(records)
+        assert row.equilibrated, row.remarks
+
+
+def test_a_crystal_that_should_have_melted_is_seen():
+    """Spheres that start from fcc at 0.49 stay a crystal, with a pressure that never drifts."""
+    study = studies.equation_of_state(
+        [0.49], initial="fcc", n=256, replicas=1, equilibration=100, collisions_per_particle=300,
+        executor="serial", frames=0,
+    )  # fmt: skip
+    (row,) = study.table
+    assert row.phase == "fluid"
+    assert "particles are where they began" in row.remarks
+
+
+def test_fluids_just_below_freezing_have_really_melted():
+    study = studies.equation_of_state(
+        [0.45, 0.48], n=256, replicas=1, equilibration=500, collisions_per_particle=500, executor="serial",
+        frames=8,
+    )  # fmt: skip
+    for row in study.table:
+        assert row.moved > drift.STUCK
+        assert row.equilibrated, row.remarks
+        if math.isfinite(row.order):
+            # A crystal has 0.5; a fluid of n bonds' directions some n^(-1/2).
+            assert row.order < 0.2
+
+
+def test_crystals_stay_and_are_compared_with_the_crystal():
+    study = studies.equation_of_state(
+        [0.56], n=256, replicas=2, equilibration=100, collisions_per_particle=2000, executor="serial"
+    )
+    (row,) = study.table
+    assert row.phase == "solid"
+    assert row.equilibrated, row.remarks
+    # Equations of the crystal are known to 6e-4 there (their spread), and a small one is seen through the
+    # correction of order 1/N only.
+    assert row.infinite == pytest.approx(
+        theory.almarza(0.56), abs=5 * row.error + 12 * 6e-4 + 12 * 3 / 256**2
+    )
+
+
+def test_drift_is_a_standard_normal_number_in_equilibrium():
+    rng = np.random.default_rng(3)
+    found = np.array([drift.drift(rng.normal(size=512)) for _ in range(2000)])
+    # Mean and variance of 2000 standard normal numbers, within five of their own errors.
+    assert abs(found.mean()) < 5 / math.sqrt(2000)
+    assert abs(found.var() - 1.0) < 5 * math.sqrt(2 / 2000)
+    alarms = sum(drift.drifts(list(pair)) for pair in found.reshape(-1, 2))
+    # One in a thousand; of 1000, more than 8 come with a probability of 1e-6.
+    assert alarms <= 8
+
+
+def test_drift_sees_a_relaxation_and_ignores_constants():
+    rng = np.random.default_rng(4)
+    decay = np.exp(-np.arange(512) / 100.0)
+    assert drift.drift(rng.normal(size=512) + 3.0 * decay) < -4.0
+    assert drift.drift(np.full(64, 1 / 3)) == 0.0
+    assert drift.drift([1.0, 2.0]) == 0.0
+
+
+def test_tables_are_written_and_read(tmp_path):
+    study = studies.equation_of_state([0.1, 0.2], replicas=1, **SMALL)
+    study.to_csv(tmp_path / "eos.csv")
+    with (tmp_path / "eos.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["compressibility_factor"]) for row in rows] == [
+        row.compressibility_factor for row in study.table
+    ]
+    assert rows[0]["chi2"] == ""
+    assert str(study).count("\n") == 2
+    assert "2 of 2 runs done" in repr(study)
+
+
+def test_tables_become_data_frames():
+    pytest.importorskip("pandas")
+    study = studies.equation_of_state([0.1, 0.2], replicas=1, **SMALL)
+    frame = study.to_pandas()
+    assert list(frame.columns) == [f.name for f in dataclasses.fields(table.Row)]
+    assert list(frame["n"]) == [108, 108]
+
+
+# Fits.
+
+
+def rows_of(dimension, etas, error, rng, *, sizes=(10**9,)):
+    """Rows as a perfect study would give them."""
+    equation = theory.best(dimension)
+    rows = []
+    for eta in etas:
+        for n in sizes:
+            z = equation(eta) + theory.finite_size_shift(eta, n, equation)
+            sigma = error * z
+            noisy = z + sigma * rng.normal()
+            record = made(rng.normal(size=64), eta=eta, n=n, d=dimension, z=noisy, error=sigma)
+            rows += table.table([record])
+    return rows
+
+
+@pytest.mark.parametrize("dimension", [2, 3, 4])
+def test_virial_coefficients_come_out_within_honest_errors(dimension):
+    rng = np.random.default_rng(dimension)
+    pulls = []
+    for _ in range(40):
+        rows = rows_of(dimension, StudySpec(dimension=dimension).packing_fractions, 1e-4, rng)
+        found = fits.virials([dataclasses.replace(r, equilibrated=True, remarks=()) for r in rows])
+        pulls.append([(v - k) / e for v, k, e in zip(found.values, found.known, found.errors, strict=True)])
+        # Honest, and still of use.
+        assert found.errors[0] < 5e-3 * found.values[0]
+        assert found.errors[2] < 0.2 * found.values[2]
+    # Root mean square of 40 pulls: one would have scattered to 1.4 with a probability below 1e-4.
+    assert (np.sqrt(np.mean(np.square(pulls), axis=0)) < 1.4).all()
+    assert np.abs(pulls).max() < 4.5
+
+
+def test_virials_need_points():
+    rows = rows_of(3, [0.1, 0.2], 1e-4, np.random.default_rng(1))
+    with pytest.raises(InputError, match="need at least 3"):
+        fits.virials(rows)
+    with pytest.raises(InputError, match="order"):
+        fits.virials(rows, order=9)
+
+
+def test_extrapolation_finds_the_infinite_system_and_the_slope():
+    rng = np.random.default_rng(7)
+    rows = rows_of(3, [0.2, 0.4], 1e-5, rng, sizes=(500, 1000, 2000, 4000))
+    for fit in fits.extrapolate(rows):
+        eta = fit.packing_fraction
+        assert fit.sizes == (500, 1000, 2000, 4000)
+        assert abs(fit.compressibility_factor - theory.pieprzyk(eta)) < 4 * fit.error
+        assert abs(fit.slope - fit.theory_slope) < 4 * fit.slope_error
+        assert fit.theory_slope == pytest.approx(theory.finite_size_shift(eta, 1, theory.pieprzyk))
+        assert fit.chi2 < 20.0
+    assert fits.extrapolate(rows_of(3, [0.2], 1e-4, rng)) == []
+
+
+def test_combining_leaves_out_what_has_no_error():
+    assert table.combined([1.0, 5.0], [0.1, math.inf])[:2] == (1.0, pytest.approx(0.1))
+    mean, error, chi2 = table.combined([1.0, 3.0], [math.inf, math.inf])
+    assert (mean, error) == (2.0, math.inf)
+    assert math.isnan(chi2)
+
+
+def test_engines_that_do_not_exist_are_refused():
+    for choice in ("magic", object(), True):
+        with pytest.raises(InputError, match="executor must be"), engines.engine(choice):
+            pass
+    with pytest.raises(InputError, match="workers"), engines.engine("threads", 0):
+        pass
