@@ -154,4 +154,4 @@ def test_documentation_builds_without_a_warning(tmp_path):
     ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
-    assert "Carom" in tmp_path.joinpath("html/index.html").read_text(encoding="utf-8")
+    assert "Carom" in tmp_path.joinpath("index.html").read_text(encoding="utf-8")

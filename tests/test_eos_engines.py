@@ -267,7 +267,7 @@ def dask(tmp_path_factory):
         yield address, processes
     finally:
         for process in processes:
-            process.terminate()
+            process.kill()
         for process in processes:
             process.wait(timeout=WAIT)
 
