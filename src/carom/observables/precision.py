@@ -94,5 +94,11 @@ class Prediction:
 
 
 def _independent(estimate: Estimate) -> float:
-    """Return the number of independent blocks that the error was computed from."""
+    """Return the number of independent blocks that the error rests on.
+
+    Where neighbours are anticorrelated (tau < 1), as in the quasi-periodic motion of rods on a line, blocking
+    ends with few large blocks, and an error bar too large rather than too small: then all blocks count.
+    """
+    if estimate.tau < 1.0:
+        return estimate.tau * estimate.n_eff
     return min(float(estimate.blocks), estimate.n_eff)
