@@ -28,13 +28,14 @@ def test_a_measurement_reaches_the_relative_error_it_was_asked_for(sim, relative
 
 
 def test_a_measurement_takes_no_more_than_the_law_of_large_numbers_asks(sim):
-    # sigma(Z - 1) / (Z - 1) ~ 1.1 / sqrt(collisions) in a fluid (reference data, README). The last look comes
-    # at most a tenth after the right moment, at a prediction whose error bar is known to 9 %, so that its
-    # square is good to 18 %; four of these, and a tenth for the law itself.
+    # sigma(Z - 1) / (Z - 1) ~ 1.1 / sqrt(collisions) in a fluid (reference data, README). The square of an
+    # error bar from the 256 blocks that there are at least in the end is known to sqrt(6 / 255); four of
+    # these, a tenth for a last look that came late, and a tenth for the law itself.
     before = sim.collisions
     z = sim.measure(PRESSURE, relative_error=2e-3).compressibility_factor
     expected = (1.1 * (z.mean - 1) / z.mean / 2e-3) ** 2
-    assert (1 - 4 * 0.18) * expected < sim.collisions - before < (1 + 4 * 0.18) * 1.1 * 1.1 * expected
+    known = 4 * math.sqrt(6 / 255)
+    assert (1 - known) / 1.1 * expected < sim.collisions - before < (1 + known) * 1.1 * 1.1 * expected
 
 
 def test_the_length_depends_on_nothing_but_the_run(sim):
@@ -63,9 +64,9 @@ def test_a_pilot_predicts_what_is_still_to_come(sim):
 
     z = sim.measure(PRESSURE, relative_error=2e-3, predicted=look).compressibility_factor
     first, last = predictions[0], predictions[-1]
-    # The pilot's own error is known to 9 %, what it predicts to 18 %; five of these.
-    total = done[0] + first.collisions
-    assert sim.collisions / (1 + 5 * 0.18) < total < sim.collisions * (1 + 5 * 0.18)
+    # The square of the pilot's error bar, from 64 blocks, is known to sqrt(6 / 63); four of these.
+    total, known = done[0] + first.collisions, 1 + 4 * math.sqrt(6 / 63)
+    assert sim.collisions / known < total < sim.collisions * known
     assert 0.0 < first.seconds < math.inf
     assert last.relative_error > 2e-3 >= z.error / z.mean
 

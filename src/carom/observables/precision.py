@@ -9,8 +9,8 @@ from carom import checks
 from carom.observables.statistics import Estimate
 
 FLOOR = 64
-"""Independent blocks without which no error bar counts as known: with 64 it is known to 1 / sqrt(126), 9 %. A
-run that may stop at its first lucky error bar would stop too soon.
+"""Independent blocks without which no error bar counts as known: with 64 it is known to sqrt(3 / 126), 15 %
+(:attr:`Estimate.degrees_of_freedom`). A run that stops at its first lucky error bar would stop too soon.
 """
 
 LEAST_GROWTH, MOST_GROWTH = 1.1, 4.0
