@@ -6,9 +6,11 @@ import time
 import pytest
 
 import carom
+from carom import measuring
 from carom.errors import CaromWarning, InputError
 from carom.observables.precision import FLOOR, Goal
 from carom.observables.statistics import Estimate
+from carom.tally import Block
 
 PRESSURE = carom.Pressure()
 
@@ -125,3 +127,8 @@ def test_a_stretch_grows_with_the_square_of_the_error_and_never_too_much():
     assert goal.next_look(100, Estimate(2.0, 0.03, 100.0, 1.0, 100)) == 225
     assert goal.next_look(100, Estimate(2.0, 0.0201, 100.0, 1.0, 100)) == 111
     assert goal.remaining(Estimate(0.0, 0.1, 100.0, 1.0, 100)) == math.inf
+
+
+def test_merged_blocks_add_up():
+    one, other = Block(1.0, 3, 2.5, (0.5, 1.0)), Block(2.0, 4, 1.5, (0.25, 2.0))
+    assert measuring.merged(one, other) == Block(3.0, 7, 4.0, (0.75, 3.0))

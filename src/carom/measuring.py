@@ -47,7 +47,7 @@ def until(
             blocks.extend(sim.blocks(size * duration, 1))
             rate.tick()
             if len(blocks) == capacity:
-                blocks = [_merged(*pair) for pair in zip(blocks[::2], blocks[1::2], strict=True)]
+                blocks = [merged(*pair) for pair in zip(blocks[::2], blocks[1::2], strict=True)]
                 size *= 2
             if progress is not None:
                 late = (
@@ -109,6 +109,11 @@ class _Rate:
         return self._collisions / self._seconds if self._seconds else math.inf
 
 
-def _merged(one: Block, other: Block) -> Block:
+def merged(one: Block, other: Block) -> Block:
     """Return two neighbouring blocks as one."""
-    return Block._make(a + b for a, b in zip(one, other, strict=True))
+    return Block(
+        one.duration + other.duration,
+        one.collisions + other.collisions,
+        one.virial + other.virial,
+        tuple(a + b for a, b in zip(one.impulses, other.impulses, strict=True)),
+    )
