@@ -824,6 +824,10 @@ class Simulation:
         change = float(np.linalg.norm(momentum - self._momentum0))
         return change / self._momentum_scale if self._momentum_scale else 0.0
 
+    def anatomy(self) -> tuple:
+        """Return contents, scheme, engine, wish, whether there is a log: what :func:`carom.explain` tells."""
+        return self._contents, self._scheme, self._engine, self._wish, self._log is not None
+
     # Keeping.
 
     def save(self, path: str | PathLike[str], **extra: Any) -> None:

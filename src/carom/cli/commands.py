@@ -75,6 +75,10 @@ def run(
         bool | None,
         typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT),
     ] = None,
+    explain: Annotated[
+        bool,
+        typer.Option("--explain", help="Say what would be compiled and which arrays made, and stop."),
+    ] = False,
 ) -> None:
     """Simulate: equilibrate, measure the pressure and g(r), sample a trajectory.
 
@@ -90,6 +94,7 @@ def run(
     carom run --cells 4 --collisions-per-particle 500 --frames 20 --out quick
     carom run --packing-fraction 0.3 --relative-error 1e-3 --max-walltime 600 --out precise
     carom run scene.toml --out fluid --json > summary.json
+    carom run scene.toml --explain
     """
     from carom.cli.overrides import overridden
     from carom.cli.screen import predicted, results, watched
@@ -116,6 +121,11 @@ def run(
         },
         output={"event_log": event_log, "pictures": pictures},
     )
+    if explain:
+        from carom.explanation import explain as explained
+
+        typer.echo(str(explained(plan.build_scene(), neighbors=plan.run.neighbors)))
+        return
     with watched() as progress:
         from carom import studies
 
