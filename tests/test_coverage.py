@@ -37,8 +37,8 @@ def tonks():
 
     There are many, because their motion is periodic: a pair meets once a period, and the variance of the
     virial lacks the share 2.4 C / N after C collisions a rod (2.4 = <v^4> / <|v|^3> <|v|> for normal relative
-    velocities), which no short run can know of. Intervals of few rods hold the truth too often; here the share
-    is 4 %.
+    velocities), which no short run can know of. Intervals of few rods hold the truth too often; here the
+    share is 4 %.
     """
     n, rho = 4000, 0.5
     return lambda seed: carom.Scene.random(n, 1, density=rho, seed=seed), 1 / n + (n - 1) / n / (1 - rho)
