@@ -306,12 +306,12 @@ def test_frames_must_belong_to_the_scene(tmp_path):
         writer.write(make_frames(3)[0])
 
 
-def test_h5md_refuses_diameters_that_change(tmp_path):
+def test_h5md_refuses_masses_that_change(tmp_path):
     a, b = make_frames(3)[:2]
     with carom.io.open(tmp_path / "a.h5md", "w") as writer:
         writer.write(a)
-        with pytest.raises(InputError, match=r"diameters differ.*\.extxyz"):
-            writer.write(dataclasses.replace(b, diameters=2 * b.diameters))
+        with pytest.raises(InputError, match=r"masses differ.*\.extxyz"):
+            writer.write(dataclasses.replace(b, masses=2 * b.masses))
         writer.write(b)
     assert len(carom.io.read(tmp_path / "a.h5md", ":")) == 2
 

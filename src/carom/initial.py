@@ -238,6 +238,29 @@ def named(lattice: Any, dimension: int | None = None) -> Lattice:
     )
 
 
+def between_walls(
+    points: np.ndarray, box: Sequence[float], periodic: Sequence[bool], diameter: float
+) -> np.ndarray:
+    """Return points (n, d) compressed along axes with walls, where needed, to half a diameter from these.
+
+    Parameters
+    ----------
+    points : (n, d) array
+        In the box, centred in it.
+    box, periodic : sequences of d floats and bools
+        Edges [length], and which axes have no walls.
+    diameter : float
+        [length].
+    """
+    result = points.copy()
+    for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
+        low, high = points[:, axis].min(), points[:, axis].max()
+        if not repeats and low < 0.5 * diameter and high > low:
+            scale = (edge - diameter) / (high - low)
+            result[:, axis] = 0.5 * edge + (points[:, axis] - 0.5 * (low + high)) * scale
+    return result
+
+
 def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
     """Return the number of cells along each axis, from one number or one an axis.
 

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
-from carom import checks
+from carom import checks, obstacles
 from carom.errors import FileError, InputError
+from carom.obstacles import Obstacle
 from carom.scene import Scene
-from carom.specs import OutputSpec, RunSpec, SceneSpec
+from carom.specs import OutputSpec, RunSpec, SceneSpec, SpeciesSpec
 
-__all__ = ["OutputSpec", "Plan", "RunSpec", "SceneSpec", "template"]
+__all__ = ["OutputSpec", "Plan", "RunSpec", "SceneSpec", "SpeciesSpec", "template"]
 
 #: A scene file is about a page. Larger ones are something else, and would only keep the parser busy.
 LARGEST_FILE = 64 * 1024
@@ -96,11 +97,15 @@ class Plan:
         for section in dataclasses.fields(self):
             spec = getattr(self, section.name)
             lines.append(f"[{section.name}]")
+            tables: list[str] = []
             for key in dataclasses.fields(spec):
                 value = getattr(spec, key.name)
-                if value is not None:
+                if key.name in _TABLES:
+                    for each in value:
+                        tables += ["", f"[[{section.name}.{key.name}]]", *_pairs(_TABLES[key.name](each))]
+                elif value is not None:
                     lines.append(f"{key.name} = {_toml(value)}")
-            lines.append("")
+            lines += [*tables, ""]
         return "\n".join(lines)
 
     def build_scene(self) -> Scene:
@@ -118,6 +123,18 @@ def template() -> str:
     return files("carom").joinpath("scene.toml").read_text(encoding="utf-8")
 
 
+def _obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
+    table = obstacles.to_json(obstacle)
+    if table["kind"] == "own":
+        raise InputError(
+            f"The obstacle {obstacle.name} is of a class of one's own, which a scene file cannot hold."
+        )
+    return table
+
+
+#: Keys whose values are tables, and what makes such a table.
+_TABLES: dict[str, Any] = {"species": dataclasses.asdict, "obstacles": _obstacle_table}
+
 _SPECS: dict[str, Any] = {"scene": SceneSpec, "run": RunSpec, "output": OutputSpec}
 
 
@@ -128,14 +145,32 @@ def _section(name: str, table: dict[str, Any]) -> Any:
         if key not in known:
             nearest = _nearest(key, known)
             raise InputError(f"[{name}] {_shown(key)} is no known key{nearest}.")
-    values = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items()}
+    values = {k: _tuples(v) for k, v in table.items()}
     if name == "scene" and values.get("initial", "fcc") == "fcc":
         # The default scene completes itself; of another nobody can guess the size and the density.
-        if not values.keys() & {"cells", "n"}:
+        counted = any(isinstance(each, dict) and "count" in each for each in _listed(values.get("species")))
+        if not values.keys() & {"cells", "n"} and not counted:
             values["cells"] = 8
         if not values.keys() & {"packing_fraction", "density", "box"}:
             values["packing_fraction"] = 0.45
     return _SPECS[name](**values)
+
+
+def _tuples(value: Any) -> Any:
+    """Return lists as tuples, also those within lists and tables."""
+    if isinstance(value, list):
+        return tuple(_tuples(each) for each in value)
+    if isinstance(value, dict):
+        return {key: _tuples(each) for key, each in value.items()}
+    return value
+
+
+def _listed(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else ()
+
+
+def _pairs(table: dict[str, Any]) -> list[str]:
+    return [f"{key} = {_toml(value)}" for key, value in table.items() if value is not None]
 
 
 def _unknown(name: str, value: Any, specs: dict[str, Any]) -> str:

@@ -447,8 +447,13 @@ class Scene:
         density: float | None = None,
         diameter: float = 1.0,
         mass: float = 1.0,
+        periodic: bool | Sequence[bool] = True,
+        obstacles: Sequence[Obstacle] = (),
     ) -> Self:
-        """Place spheres on any :class:`carom.initial.Lattice`; arguments as :meth:`cubic`."""
+        """Place spheres on any :class:`carom.initial.Lattice`; arguments as :meth:`cubic` and :class:`Scene`.
+
+        Along axes with walls the lattice is compressed as far as the spheres at the walls need it.
+        """
         sigma = checks.positive(diameter, "diameter")
         # The densest packing of all first: beyond it no other lattice helps.
         for limit, where in ((None, "any packing"), (lattice.limit, f"a {lattice.name} lattice")):
@@ -462,7 +467,9 @@ class Scene:
         block = initial.cells_along(lattice, cells)
         edge = lattice.edge(rho) * sigma
         box = _box.edges(lattice.box(block, edge), lattice.dimension, sigma, sigma)
-        return cls(lattice.points(block, edge), box, diameter=sigma, mass=mass)
+        repeats = _box.periodicity(periodic, lattice.dimension)
+        places = initial.between_walls(lattice.points(block, edge), box, repeats, sigma)
+        return cls(places, box, diameter=sigma, mass=mass, periodic=repeats, obstacles=obstacles)
 
     @classmethod
     def random(
@@ -618,9 +625,10 @@ class Scene:
             raise InputError(f"The lattice has {spots.count(block)} places, found {len(species)} spheres.")
         species = rng.permutation(species)
         edges = _box.filled(kinds[species], spots.dimension, spots.box(block), **places)
-        edge = edges[0] / block[0]
+        repeats = _box.periodicity(periodic, spots.dimension)
+        points = spots.points(block, edges[0] / block[0])
         return cls(
-            spots.points(block, edge),
+            initial.between_walls(points, edges, repeats, float(kinds.max())),
             edges,
             diameter=kinds[species],
             mass=each_mass[species],

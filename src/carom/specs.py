@@ -5,19 +5,23 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from carom import checks, initial
+from carom import checks, initial, obstacles
 from carom.box import LONGEST_EDGE
 from carom.errors import InputError
 from carom.initial import Lattice
+from carom.obstacles import Obstacle
 from carom.scene import Scene
 
 INITIAL = ("fcc", "cubic", "triangular", "dn", "random", "file")
 NEIGHBORS = ("auto", "sectors", "lists")
 FORMATS = ("h5md", "extxyz", "gsd")
+
+#: Keys of [scene] that go with any start: what a trajectory does not hold.
+ADDED = ("restitution", "elastic_below", "contact", "obstacles")
 
 #: Collisions a particle that are measured where nothing else is said.
 DEFAULT_COLLISIONS = 10000.0
@@ -27,8 +31,39 @@ MOST_COLLISIONS = 1e10
 
 
 @dataclass(frozen=True)
+class SpeciesSpec:
+    """One species of a mixture: a table ``[[scene.species]]``.
+
+    Parameters
+    ----------
+    name : str
+        What to call it; its number when left out.
+    count : int
+        How many; or, for all species,
+    fraction : float
+        its part of the n of the scene, in any ratio to the others.
+    diameter, mass : float
+        [length], [mass]; 1 when left out.
+    """
+
+    name: str | None = None
+    count: int | None = None
+    fraction: float | None = None
+    diameter: float = 1.0
+    mass: float = 1.0
+
+    def __post_init__(self) -> None:
+        check = _Checker("scene.species", self)
+        check.text("name")
+        check.integer("count", low=0, high=initial.MOST)
+        check.number("fraction", low=0, high=checks.MAGNITUDE)
+        for name in ("diameter", "mass"):
+            check.number(name, low=1 / checks.MAGNITUDE, high=checks.MAGNITUDE)
+
+
+@dataclass(frozen=True)
 class SceneSpec:
-    """What to simulate: the section ``[scene]``. What is None is left out.
+    """What to simulate: the section ``[scene]``. What is None, or empty, is left out.
 
     Parameters
     ----------
@@ -52,6 +87,16 @@ class SceneSpec:
         What to start from.
     frame : int
         Which frame of it; -1, the last, when left out.
+    periodic : bool or tuple of bools
+        Which axes are; the others have walls at 0 and at the edge. All when left out.
+    restitution, elastic_below : float
+        As in :class:`carom.Scene`.
+    contact : tuple of tuples of floats
+        Contact distances between the species.
+    species : tuple of SpeciesSpec, or of mappings with its fields
+        What the mixture consists of.
+    obstacles : tuple of obstacles, or of mappings as ``{"kind": "ball", "center": ..., "radius": ...}``
+        See :mod:`carom.obstacles`.
     """
 
     initial: str = "fcc"
@@ -66,6 +111,12 @@ class SceneSpec:
     kT: float | None = None
     file: str | None = None
     frame: int | None = None
+    periodic: bool | tuple[bool, ...] | None = None
+    restitution: float | None = None
+    elastic_below: float | None = None
+    contact: tuple[tuple[float, ...], ...] | None = None
+    species: tuple[SpeciesSpec, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
 
     def __post_init__(self) -> None:
         check = _Checker("scene", self)
@@ -81,15 +132,30 @@ class SceneSpec:
         check.number("kT", low=0, high=checks.MAGNITUDE)
         check.text("file")
         check.integer("frame", low=-(2**31), high=2**31)
+        check.switches("periodic")
+        check.number("restitution", low=0, high=1, open_low=True)
+        check.number("elastic_below", low=0, high=checks.MAGNITUDE, open_low=True)
+        check.table("contact")
+        check.each("species", _species)
+        check.each("obstacles", _obstacle)
         self._check_together()
+        self._check_species()
         # Made explicit, so that equal scenes are equal values.
-        defaults = {"frame": -1} if self.initial == "file" else {"diameter": 1.0, "mass": 1.0, "kT": 1.0}
+        defaults: dict[str, Any] = {"kT": 1.0}
+        if self.initial == "file":
+            defaults = {"frame": -1}
+        elif not self.species:
+            defaults |= {"diameter": 1.0, "mass": 1.0}
+        if self.periodic is True or (isinstance(self.periodic, tuple) and all(self.periodic)):
+            object.__setattr__(self, "periodic", None)
+        if self.restitution == 1.0 and self.elastic_below is None:
+            object.__setattr__(self, "restitution", None)
         for name, value in defaults.items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
 
     def _given(self, *names: str) -> list[str]:
-        return [name for name in names if getattr(self, name) is not None]
+        return [name for name in names if getattr(self, name) not in (None, ())]
 
     def _check_together(self) -> None:
         """Raise InputError where keys contradict each other or one is missing."""
@@ -97,7 +163,7 @@ class SceneSpec:
         needed, unused = {
             "file": (
                 ("file",),
-                tuple(name for name in every if name not in ("initial", "file", "frame", "kT")),
+                tuple(name for name in every if name not in ("initial", "file", "frame", "kT", *ADDED)),
             ),
             "random": (("n",), ("cells", "file", "frame")),
         }.get(self.initial, ((), ("box", "file", "frame")))
@@ -109,11 +175,12 @@ class SceneSpec:
                 raise InputError(f"[scene] {name} is needed {where}, found none.")
         if self.initial == "file":
             return
+        counted = bool(self.species) and self.species[0].count is not None
         for group in (("cells", "n"), ("packing_fraction", "density", "box")):
             if len(both := self._given(*group)) > 1:
                 raise InputError(f"[scene] {both[0]} and {both[1]} contradict each other; remove one.")
         if self.initial != "random":
-            if not self._given("cells", "n"):
+            if not self._given("cells", "n") and not counted:
                 raise InputError(f"[scene] cells or n is needed {where}, found neither.")
             if not self._given("packing_fraction", "density"):
                 raise InputError(f"[scene] packing_fraction or density is needed {where}, found neither.")
@@ -125,8 +192,31 @@ class SceneSpec:
         if self.box is not None and self.dimension not in (None, len(self.box)):
             raise InputError(f"[scene] box must have {self.dimension} edges, found {len(self.box)}.")
 
+    def _check_species(self) -> None:
+        """Raise InputError where species contradict each other, or the rest of the section."""
+        if self.elastic_below is not None and self.restitution in (None, 1.0):
+            raise InputError("[scene] elastic_below has no meaning without restitution; remove it.")
+        if not self.species:
+            if self.contact is not None and self.initial != "file":
+                raise InputError("[scene] contact needs [[scene.species]], found none.")
+            return
+        if extra := self._given("diameter", "mass"):
+            raise InputError(
+                f"[scene] {extra[0]} has no meaning beside [[scene.species]]; give each its own."
+            )
+        counts = [each.count is not None for each in self.species]
+        fractions = [each.fraction is not None for each in self.species]
+        if any(a == b for a, b in zip(counts, fractions, strict=True)) or len({*counts}) > 1:
+            raise InputError("[[scene.species]] needs a count for each, or a fraction for each.")
+        if counts[0] and self.n is not None:
+            raise InputError("[scene] n has no meaning beside the counts of [[scene.species]]; remove it.")
+        if len({name for each in self.species if (name := each.name)}) < sum(
+            each.name is not None for each in self.species
+        ):
+            raise InputError("[[scene.species]] must have different names.")
+
     def build(self, seed: Any) -> Scene:
-        """Return the scene; ``seed`` (int or Generator) is used by "random" alone.
+        """Return the scene; ``seed`` (int or Generator) is used by "random" and by mixtures.
 
         Raises
         ------
@@ -137,31 +227,71 @@ class SceneSpec:
         if self.initial == "file":
             from carom.io import read
 
-            scene = Scene.from_frame(read(self.file or "", -1 if self.frame is None else self.frame))
-            return scene if self.kT is None else scene.with_(velocities=None)
+            frame = read(self.file or "", -1 if self.frame is None else self.frame)
+            scene = Scene.from_frame(frame, contact=self.contact, obstacles=self.obstacles)
+            return self._elastic(scene if self.kT is None else scene.with_(velocities=None))
+        periodic = True if self.periodic is None else self.periodic
+        walls: dict[str, Any] = {"periodic": periodic, "obstacles": self.obstacles}
+        if self.species:
+            return self._elastic(self._mixture(walls, seed))
         assert self.diameter is not None
         assert self.mass is not None
         if self.initial == "random":
-            return Scene.random(
-                self.n or 1,
-                self.dimension,
-                packing_fraction=self.packing_fraction,
-                density=self.density,
-                box=self.box,
-                diameter=self.diameter,
-                mass=self.mass,
-                seed=seed,
+            return self._elastic(
+                Scene.random(
+                    self.n or 1,
+                    self.dimension,
+                    packing_fraction=self.packing_fraction,
+                    density=self.density,
+                    box=self.box,
+                    diameter=self.diameter,
+                    mass=self.mass,
+                    seed=seed,
+                    **walls,
+                )
             )
         lattice = self._lattice()
         cells = initial.cells_for(lattice, self.n) if self.cells is None else self.cells
-        return Scene.on(
-            lattice,
-            cells,
+        return self._elastic(
+            Scene.on(
+                lattice,
+                cells,
+                packing_fraction=self.packing_fraction,
+                density=self.density,
+                diameter=self.diameter,
+                mass=self.mass,
+                **walls,
+            )
+        )
+
+    def _mixture(self, walls: dict[str, Any], seed: Any) -> Scene:
+        """Return the scene of several species."""
+        kinds = self.species
+        names = [str(k) if each.name is None else each.name for k, each in enumerate(kinds)]
+        counted = kinds[0].count is not None
+        return Scene.mixture(
+            [each.count or 0 for each in kinds] if counted else None,
+            n=self.n,
+            fractions=None if counted else [each.fraction or 0.0 for each in kinds],
+            diameters=[each.diameter for each in kinds],
+            masses=[each.mass for each in kinds],
+            names=names if any(each.name for each in kinds) else (),
+            contact=self.contact,
+            dimension=self.dimension if self.initial == "random" else None,
             packing_fraction=self.packing_fraction,
             density=self.density,
-            diameter=self.diameter,
-            mass=self.mass,
+            box=self.box,
+            lattice=None if self.initial == "random" else self._lattice(),
+            cells=self.cells,
+            seed=seed,
+            **walls,
         )
+
+    def _elastic(self, scene: Scene) -> Scene:
+        """Return the scene with this restitution."""
+        if self.restitution is None:
+            return scene
+        return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)
 
     def _lattice(self) -> Lattice:
         if self.initial == "triangular":
@@ -315,6 +445,31 @@ class _Checker:
 
         self._replace(name, check)
 
+    def switches(self, name: str) -> None:
+        def check(value: Any, key: str) -> bool | tuple[bool, ...]:
+            for each in _some(value, key) if isinstance(value, tuple) else (value,):
+                if not isinstance(each, bool):
+                    raise InputError(f"{key} must be true or false, found {checks.describe(each)}.")
+            return value
+
+        self._replace(name, check)
+
+    def table(self, name: str) -> None:
+        def check(value: Any, key: str) -> tuple[tuple[float, ...], ...]:
+            if not isinstance(value, tuple) or not all(isinstance(row, tuple) for row in value):
+                raise InputError(f"{key} must be a list of lists of numbers, found {checks.describe(value)}.")
+            return tuple(tuple(checks.positive(x, key) for x in row) for row in value)
+
+        self._replace(name, check)
+
+    def each(self, name: str, make: Callable[[Any, str], Any]) -> None:
+        def check(value: Any, key: str) -> tuple[Any, ...]:
+            if not isinstance(value, tuple):
+                raise InputError(f"{key} must be a list of tables, found {checks.describe(value)}.")
+            return tuple(make(each, f"{key} {k}") for k, each in enumerate(value))
+
+        self._replace(name, check)
+
     def switch(self, name: str) -> None:
         def check(value: Any, key: str) -> bool:
             if not isinstance(value, bool):
@@ -322,6 +477,31 @@ class _Checker:
             return value
 
         self._replace(name, check)
+
+
+def _species(value: Any, key: str) -> SpeciesSpec:
+    """Return a species from its table."""
+    if isinstance(value, SpeciesSpec):
+        return value
+    if not isinstance(value, Mapping):
+        raise InputError(f"{key} must be a table, found {checks.describe(value)}.")
+    known = {field.name for field in dataclasses.fields(SpeciesSpec)}
+    for name in value:
+        if name not in known:
+            raise InputError(f"{key} has no {str(name)[:40]!r}; known are {', '.join(sorted(known))}.")
+    return SpeciesSpec(**value)
+
+
+def _obstacle(value: Any, key: str) -> Obstacle:
+    """Return an obstacle from its table."""
+    if isinstance(value, Mapping):
+        try:
+            return obstacles.from_json(dict(value))
+        except InputError as problem:
+            raise InputError(f"{key}: {problem}") from problem
+    if isinstance(value, type) or not isinstance(value, Obstacle):
+        raise InputError(f"{key} must be an obstacle, found {checks.describe(value)}.")
+    return value
 
 
 def _some(values: tuple[Any, ...], key: str) -> tuple[Any, ...]:

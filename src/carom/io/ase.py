@@ -12,14 +12,23 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.io.embedding import edges, embed, momenta, periodic, require_at_most_three
+from carom.io.embedding import (
+    edges,
+    embed,
+    joined,
+    momenta,
+    parted,
+    periodic,
+    require_at_most_three,
+    symbols_of,
+)
 
 if TYPE_CHECKING:
     import ase
 
 
 def to_ase(frame: Frame) -> ase.Atoms:
-    """Return a frame as an ``ase.Atoms`` of the species X.
+    """Return a frame as an ``ase.Atoms`` of the species X, or of its own where they are chemical symbols.
 
     Parameters
     ----------
@@ -30,7 +39,8 @@ def to_ase(frame: Frame) -> ase.Atoms:
     -------
     ase.Atoms
         With masses, momenta and the arrays ``radius`` (n,), ``velo`` (n, 3), ``id`` (n,) and, where the frame
-        has image counts, ``images`` (n, 3); ``info`` holds ``time``, ``step`` and ``dimension``.
+        has image counts, ``images`` (n, 3), and of a mixture ``kind`` (n,), the numbers of the species;
+        ``info`` holds ``time``, ``step``, ``dimension`` and ``species_names``.
 
     Raises
     ------
@@ -45,11 +55,12 @@ def to_ase(frame: Frame) -> ase.Atoms:
     require_at_most_three(frame.dimension, "ASE")
     import ase
 
+    symbols = np.array(symbols_of(frame))
     atoms = ase.Atoms(
-        numbers=np.zeros(frame.n, dtype=int),
+        symbols=symbols[np.zeros(frame.n, dtype=int) if frame.species is None else frame.species].tolist(),
         positions=embed(frame.positions),
         cell=edges(frame.box),
-        pbc=periodic(frame.dimension),
+        pbc=periodic(frame.periodic),
         info={"time": float(frame.time), "step": int(frame.step), "dimension": frame.dimension},
     )
     atoms.set_masses(frame.masses)
@@ -59,6 +70,10 @@ def to_ase(frame: Frame) -> ase.Atoms:
     atoms.set_array("id", np.arange(1, frame.n + 1))
     if frame.images is not None:
         atoms.set_array("images", embed(frame.images))
+    if frame.species is not None:
+        atoms.set_array("kind", frame.species)
+        if frame.species_names:
+            atoms.info["species_names"] = joined(frame.species_names)
     return atoms
 
 
@@ -68,8 +83,9 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     Parameters
     ----------
     atoms : ase.Atoms
-        In a rectangular cell. Axes that are not periodic must come last and hold zeros only: they are left
-        out, and the others are the dimensions. Positions outside the cell are wrapped into it.
+        In a rectangular cell. Where ``info`` holds no ``dimension``, axes that are not periodic must come
+        last and hold zeros only: they are left out, and the others are the dimensions. Positions outside the
+        cell are wrapped into it along periodic axes.
     diameter : float, optional
         Diameter [length] of every particle. By default twice ``atoms.arrays["radius"]``.
 
@@ -87,8 +103,11 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
         )
     box = np.diag(cell)[:dimension]
     positions, images = _wrap(
-        np.array(atoms.positions[:, :dimension], dtype=np.float64), box, atoms.arrays.get("images")
+        np.array(atoms.positions[:, :dimension], dtype=np.float64),
+        np.where(atoms.pbc[:dimension], box, np.inf),
+        atoms.arrays.get("images"),
     )
+    kinds = atoms.arrays.get("kind")
     if diameter is not None:
         diameters = np.full(len(atoms), float(diameter))
     elif "radius" in atoms.arrays:
@@ -104,6 +123,9 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
         diameters=diameters,
         masses=np.array(atoms.get_masses(), dtype=np.float64),
         images=images,
+        species=None if kinds is None else np.asarray(kinds, dtype=np.int64),
+        species_names=() if kinds is None else parted(str(atoms.info.get("species_names", ""))),
+        periodic=tuple(bool(flag) for flag in atoms.pbc[:dimension]),
     )
 
 
@@ -112,8 +134,11 @@ def _dimension(atoms: ase.Atoms) -> int:
     if len(atoms) == 0:
         raise InputError("There are no atoms here; expected at least one.")
     flags = [bool(flag) for flag in atoms.pbc]
+    said = atoms.info.get("dimension")
+    if said in (1, 2, 3) and not any(flags[said:]) and not np.any(atoms.positions[:, said:]):
+        return int(said)
     dimension = sum(flags)
-    if dimension == 0 or flags != list(periodic(dimension)):
+    if dimension == 0 or flags != list(periodic((True,) * dimension)):
         raise InputError(
             f"The periodic axes of these atoms are {flags}; expected the first one, two or three."
         )
@@ -128,12 +153,15 @@ def _dimension(atoms: ase.Atoms) -> int:
 def _wrap(
     positions: np.ndarray, box: np.ndarray, images: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return (n, d) positions in ``0 <= x < edge``, those inside untouched, and their images."""
-    counts = np.floor(positions / box)
-    outside = (positions < 0.0) | (positions >= box)
-    wrapped = np.where(outside, positions - counts * box, positions)
+    """Return (n, d) positions in ``0 <= x < edge``, those inside untouched, and their images.
+
+    The edge of an axis that is not periodic is infinite, and nothing is moved along it.
+    """
+    counts = np.floor(positions / box) * np.isfinite(box)
+    outside = ((positions < 0.0) | (positions >= box)) & np.isfinite(box)
+    wrapped = np.where(outside, positions - counts * np.where(np.isfinite(box), box, 0.0), positions)
     # A small negative coordinate plus an edge can round to the edge itself, and a quotient just below 1 to 1.
-    wrapped = np.where((wrapped < 0.0) | (wrapped >= box), 0.0, wrapped)
+    wrapped = np.where(outside & ((wrapped < 0.0) | (wrapped >= box)), 0.0, wrapped)
     if images is None:
         return wrapped, None
     moved = np.where(outside, counts, 0.0).astype(np.int32)

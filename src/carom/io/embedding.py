@@ -1,4 +1,4 @@
-"""A frame of one, two or three dimensions in the three that other programs assume.
+"""A frame in the words of other programs: three dimensions, chemical symbols, momenta.
 
 Missing coordinates are 0, and a missing edge is the longest one there is: a positive placeholder along an
 axis that is not periodic.
@@ -6,9 +6,22 @@ axis that is not periodic.
 
 from __future__ import annotations
 
+from urllib.parse import quote, unquote
+
 import numpy as np
 
 from carom.errors import InputError
+from carom.frame import Frame
+
+_ELEMENTS = """
+H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr Rb Sr Y Zr
+Nb Mo Tc Ru Rh Pd Ag Cd In Sn Sb Te I Xe Cs Ba La Ce Pr Nd Pm Sm Eu Gd Tb Dy Ho Er Tm Yb Lu Hf Ta W Re Os Ir
+Pt Au Hg Tl Pb Bi Po At Rn Fr Ra Ac Th Pa U Np Pu Am Cm Bk Cf Es Fm Md No Lr Rf Db Sg Bh Hs Mt Ds Rg Cn Nh Fl
+Mc Lv Ts Og
+"""
+
+#: The symbols of the chemical elements.
+SYMBOLS = frozenset(_ELEMENTS.split())
 
 
 def embed(vectors: np.ndarray) -> np.ndarray:
@@ -24,9 +37,40 @@ def edges(box: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(box) + (max(box),) * (3 - len(box))
 
 
-def periodic(dimension: int) -> tuple[bool, ...]:
-    """Return which of the (at least three) axes are periodic."""
-    return (True,) * dimension + (False,) * (3 - dimension)
+def periodic(flags: tuple[bool, ...]) -> tuple[bool, ...]:
+    """Return which of the (at least three) axes are periodic, given which of the d are."""
+    return (*flags, *(False,) * (3 - len(flags)))
+
+
+def names_of(frame: Frame) -> tuple[str, ...]:
+    """Return the names of a frame's species; where it has none, their numbers, or X if they are not told."""
+    if frame.species is None:
+        return ("X",)
+    return frame.species_names or tuple(str(k) for k in range(int(frame.species.max()) + 1))
+
+
+def symbols_of(frame: Frame) -> list[str]:
+    """Return the chemical symbol of each species: its name where that is one, else X, which is no element.
+
+    ASE fails with names that are no symbols, and takes B for boron; so all are X if any is.
+    """
+    names = names_of(frame)
+    return list(names) if all(name in SYMBOLS for name in names) else ["X"] * len(names)
+
+
+def plain(name: str) -> str:
+    """Return a name in ASCII: as it is, unless it is not, or holds a percent sign."""
+    return name if name.isascii() and "%" not in name else quote(name, safe=" ")
+
+
+def joined(names: tuple[str, ...]) -> str:
+    """Return names as one word of plain letters, digits, commas and percent signs."""
+    return ",".join(quote(name, safe="") for name in names)
+
+
+def parted(word: str) -> tuple[str, ...]:
+    """Return the names of :func:`joined`."""
+    return tuple(unquote(name) for name in word.split(",")) if word else ()
 
 
 def require_at_most_three(dimension: int, format_name: str) -> None:

@@ -6,7 +6,9 @@ One frame is a line with the number of components, a line of ``key=value`` pairs
     velo:R:3:id:I:1 pbc="T T T" time=0.5 step=120 dimension=3 carom=0.1.0       (all of it one line)
 
 ASE takes velocities from ``momenta``, OVITO from ``velo``; ``images:I:3`` follows where frames hold image
-counts. All numbers are written with 17 significant digits, which determine a double.
+counts, and ``kind:I:1`` (the number of the species) where they are mixtures, with ``species_names="..."`` in
+the second line. ``species`` holds these names if all are chemical symbols, and X otherwise. All numbers are
+written with 17 significant digits, which determine a double.
 """
 
 from __future__ import annotations
@@ -22,7 +24,16 @@ import numpy as np
 import carom
 from carom.errors import FileError
 from carom.frame import Frame
-from carom.io.embedding import edges, embed, momenta, periodic, require_at_most_three
+from carom.io.embedding import (
+    edges,
+    embed,
+    joined,
+    momenta,
+    parted,
+    periodic,
+    require_at_most_three,
+    symbols_of,
+)
 from carom.io.paths import reading, writing
 from carom.io.trajectory import Reader, Writer
 
@@ -51,21 +62,32 @@ def render(frame: Frame) -> bytes:
     properties = (
         "species:S:1:" + ":".join(f"{name}:{kind}:{width}" for name, kind, width in _COLUMNS) + ":id:I:1"
     )
-    row = "X" + " %.17g" * 11 + " %d"
+    row = " %.17g" * 11 + " %d"
     if frame.images is not None:
         columns.append(embed(frame.images).astype(np.float64))
         properties += ":images:I:3"
         row += " %d %d %d"
+    more = ""
+    symbols, kinds = symbols_of(frame), np.zeros(frame.n, dtype=np.int64)
+    if frame.species is not None:
+        kinds = frame.species
+        columns.append(kinds[:, np.newaxis].astype(np.float64))
+        properties += ":kind:I:1"
+        row += " %d"
+        if frame.species_names:
+            more = f'species_names="{joined(frame.species_names)}" '
     lx, ly, lz = (f"{edge:.17g}" for edge in edges(frame.box))
-    pbc = " ".join("T" if flag else "F" for flag in periodic(frame.dimension))
+    pbc = " ".join("T" if flag else "F" for flag in periodic(frame.periodic))
     # repr keeps a time such as 3.0 a float for readers that guess types.
     head = (
         f'{frame.n}\nLattice="{lx} 0 0 0 {ly} 0 0 0 {lz}" Properties={properties} pbc="{pbc}" '
         f"time={float(frame.time)!r} step={int(frame.step)} dimension={frame.dimension} "
-        f"carom={carom.__version__}\n"
+        f"{more}carom={carom.__version__}\n"
     )
     # One formatting of the whole table is about twice as fast as one a row.
-    body = ((row + "\n") * frame.n) % tuple(np.concatenate(columns, axis=1).ravel().tolist())
+    lines = [f"{symbol}{row}\n" for symbol in symbols]
+    table = lines[0] * frame.n if len(lines) == 1 else "".join([lines[k] for k in kinds.tolist()])
+    body = table % tuple(np.concatenate(columns, axis=1).ravel().tolist())
     return (head + body).encode("ascii")
 
 
@@ -155,7 +177,11 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
     lattice = np.array([float(word) for word in info["Lattice"].split()]).reshape(3, 3)
     if not 1 <= dimension <= 3 or np.any(lattice != np.diag(np.diag(lattice))):
         raise ValueError("its box is not rectangular, of one to three dimensions")
-    images = columns.get("images")
+    images, kinds = columns.get("images"), columns.get("kind")
+    names = parted(info.get("species_names", "")) if kinds is not None else ()
+    if kinds is not None and (kinds.min() < 0 or (names and kinds.max() >= len(names))):
+        raise ValueError(f"a kind is {kinds.min()} or {kinds.max()}, and there are {len(names)} names")
+    flags = tuple(word in ("T", "True", "1") for word in info.get("pbc", "T T T").split())
     frame = Frame(
         time=float(info["time"]),
         step=int(info["step"]),
@@ -165,6 +191,9 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
         diameters=2.0 * columns["radius"],
         masses=columns["masses"].astype(np.float64),
         images=None if images is None else np.ascontiguousarray(images[:, :dimension], dtype=np.int32),
+        species=None if kinds is None else kinds.astype(np.int64),
+        species_names=names,
+        periodic=flags[:dimension],
     )
     for values in (frame.positions, frame.velocities, frame.box, frame.diameters, frame.masses, frame.time):
         if not np.isfinite(values).all():

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
 
 import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.embedding import edges, embed, require_at_most_three
+from carom.io.embedding import edges, embed, names_of, plain, require_at_most_three
 from carom.io.paths import reading, replacing, writing
 from carom.io.trajectory import Reader, Writer
 
@@ -44,8 +45,8 @@ def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
     result.configuration.dimensions = max(2, frame.dimension)
     particles = result.particles
     particles.N = frame.n
-    particles.types = ["X"]
-    particles.typeid = np.zeros(frame.n, dtype=np.uint32)
+    particles.types = [plain(name) for name in names_of(frame)]
+    particles.typeid = (np.zeros(frame.n) if frame.species is None else frame.species).astype(np.uint32)
     particles.position = embed(frame.positions - 0.5 * np.asarray(frame.box)).astype(np.float32)
     particles.velocity = embed(frame.velocities).astype(np.float32)
     particles.mass = frame.masses.astype(np.float32)
@@ -55,6 +56,9 @@ def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
     result.log["carom/time"] = np.array([frame.time], dtype=np.float64)
     result.log["carom/dimension"] = np.array([frame.dimension], dtype=np.int64)
     result.log["carom/images"] = np.array([frame.images is not None], dtype=np.uint8)
+    result.log["carom/periodic"] = np.array(frame.periodic, dtype=np.uint8)
+    if frame.species is not None:
+        result.log["carom/species"] = np.array([bool(frame.species_names)], dtype=np.uint8)
     return result
 
 
@@ -68,6 +72,8 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
     # Rounding to float32 can carry a component onto, or just past, a face.
     positions = np.where(positions < 0.0, 0.0, np.where(positions >= box, 0.0, positions))
     images = bool(stored.log["carom/images"][0])
+    mixture = "carom/species" in stored.log
+    named = mixture and bool(stored.log["carom/species"][0])
     return Frame(
         time=float(stored.log["carom/time"][0]),
         step=int(stored.configuration.step),
@@ -77,6 +83,9 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
         diameters=particles.diameter.astype(np.float64),
         masses=particles.mass.astype(np.float64),
         images=np.ascontiguousarray(particles.image[:, :d], dtype=np.int32) if images else None,
+        species=particles.typeid.astype(np.int64) if mixture else None,
+        species_names=tuple(unquote(name) for name in particles.types) if named else (),
+        periodic=tuple(bool(flag) for flag in stored.log.get("carom/periodic", np.ones(d))),
     )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import carom
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.embedding import edges, embed, periodic
+from carom.io.embedding import edges, embed, joined, parted, periodic
 from carom.io.hdf5 import Input, Output
 from carom.io.paths import reading, reason, writing
 from carom.io.trajectory import Reader, Writer
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import h5py
 
 _KIND = "H5MD"
-_LAYOUT = 1
+_LAYOUT = 2  # 1 knew neither species nor diameters that change
 _GROUP = "particles/trajectory"
 _LENGTH, _TIME, _VELOCITY = "Angstrom", "ps", "Angstrom ps-1"
 
@@ -35,8 +35,9 @@ class _Store:
     """The data sets of an open file, in the order in which a frame is written."""
 
     def __init__(self, file: h5py.File):
+        self.file = file
         group = file[_GROUP]
-        self.masses, self.diameters = group["mass"], group["diameter"]
+        self.masses = group["mass"]
         self.columns = {
             "step": group["position/step"],
             "time": group["position/time"],
@@ -45,6 +46,15 @@ class _Store:
         }
         if "image" in group:
             self.columns["image"] = group["image/value"]
+        self.diameters = None
+        if "value" in group["diameter"]:
+            self.columns["diameter"] = group["diameter/value"]
+        else:
+            self.diameters = group["diameter"][:]
+        notes = file["parameters/carom"].attrs
+        self.species = group["species"][:].astype(np.int64) if "species" in group else None
+        self.names = parted(notes["species_names"].decode()) if "species_names" in notes else ()
+        self.boundary = tuple(bool(kind == b"periodic") for kind in group["box"].attrs["boundary"])
         # Last, so that the length of what MDAnalysis counts never exceeds that of the rest.
         self.columns["position"] = group["position/value"]
         self.dimension = int(file["parameters/carom"].attrs["dimension"])
@@ -68,13 +78,16 @@ class _Store:
             positions=np.ascontiguousarray(columns["position"][k][:, :d], dtype=np.float64),
             velocities=np.ascontiguousarray(columns["velocity"][k][:, :d], dtype=np.float64),
             box=tuple(float(edge) for edge in columns["edges"][k][:d]),
-            diameters=np.asarray(self.diameters[:], dtype=np.float64),
+            diameters=np.array(columns["diameter"][k] if self.diameters is None else self.diameters, float),
             masses=np.asarray(self.masses[:], dtype=np.float64),
             images=(
                 np.ascontiguousarray(columns["image"][k][:, :d], dtype=np.int32)
                 if "image" in columns
                 else None
             ),
+            species=self.species,
+            species_names=self.names,
+            periodic=self.boundary[:d],
         )
         if (
             frame.positions.shape != (self.n, d)
@@ -120,7 +133,7 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
     box = group.create_group("box")
     box.attrs["dimension"] = np.int32(width)
     box.attrs["boundary"] = np.array(
-        [b"periodic" if flag else b"none" for flag in periodic(frame.dimension)], dtype="S8"
+        [b"periodic" if flag else b"none" for flag in periodic(frame.periodic)], dtype="S8"
     )
     grow(box.create_group("edges"), "value", (width,), np.float64, _LENGTH, 512)
     names = ["velocity", "box/edges"]
@@ -133,6 +146,26 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
         data = group.create_dataset(name, data=np.asarray(values, dtype=np.float64))
         if unit is not None:
             data.attrs["unit"] = unit
+    if frame.species is not None:
+        group.create_dataset("species", data=np.asarray(frame.species, dtype=np.int32))
+        if frame.species_names:
+            file["parameters/carom"].attrs["species_names"] = np.bytes_(joined(frame.species_names))
+    return _Store(file)
+
+
+def _in_time(file: h5py.File, count: int) -> _Store:
+    """Make the diameters, fixed so far, the first `count` rows of diameters that change."""
+    group = file[_GROUP]
+    fixed = group["diameter"][:]
+    del group["diameter"]
+    moving = group.create_group("diameter")
+    shape = (count, len(fixed))
+    data = moving.create_dataset(
+        "value", shape=shape, maxshape=(None, shape[1]), chunks=(1, shape[1]), dtype=np.float64
+    )
+    data.attrs["unit"] = _LENGTH
+    data[:] = fixed
+    moving["step"], moving["time"] = group["position/step"], group["position/time"]
     return _Store(file)
 
 
@@ -222,16 +255,23 @@ class H5mdWriter(Writer):
     def _append(self, frame: Frame) -> None:
         if self._store is None:
             self._store = _create(self._output.file, frame)
-        store, k = self._store, self._count
-        for name, stored, values in (
-            ("diameters", store.diameters, frame.diameters),
-            ("masses", store.masses, frame.masses),
-        ):
-            if not np.array_equal(stored[:], values):
+        k = self._count
+        facts: tuple[tuple[str, Any, Any], ...] = (
+            ("masses", self._store.masses[:], frame.masses),
+            ("species", self._store.species, frame.species),
+            ("species_names", self._store.names, frame.species_names),
+            ("periodic axes", self._store.boundary[: frame.dimension], frame.periodic),
+        )
+        for name, kept, found in facts:
+            if not np.array_equal(kept, found):
                 raise InputError(
                     f"The frame's {name} differ from those of {self.path}, where they are fixed in time; "
                     "write .extxyz, which holds them for each frame."
                 )
+        fixed = self._store.diameters
+        if fixed is not None and not np.array_equal(fixed, frame.diameters):
+            self._store = _in_time(self._output.file, k)
+        store = self._store
         padded = embed if frame.dimension < 3 else np.asarray
         row: dict[str, Any] = {
             "step": frame.step,
@@ -242,6 +282,7 @@ class H5mdWriter(Writer):
         }
         if frame.images is not None:
             row["image"] = padded(frame.images)
+        row["diameter"] = frame.diameters
         for name, data in store.columns.items():
             data.resize(k + 1, axis=0)
             data[k] = row[name]

@@ -36,7 +36,7 @@ from MDAnalysis.topology.base import TopologyReaderBase
 
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.io.embedding import edges, embed, require_at_most_three
+from carom.io.embedding import edges, embed, names_of, parted, require_at_most_three
 from carom.io.extxyz import Index, parse
 from carom.io.paths import existing, reading
 from carom.io.trajectory import Reader, open_reader
@@ -164,8 +164,10 @@ class ExtxyzParser(TopologyReaderBase):
         path = existing(self.filename)
         with reading(path, "extended XYZ"):
             index = Index(path, limit=1)
-            _, columns = parse(path, *index.offsets[:2])
+            info, columns = parse(path, *index.offsets[:2])
             names = columns.get("species", np.full(len(columns["pos"]), "X"))
+            if "kind" in columns and "species_names" in info:
+                names = np.array(parted(info["species_names"]))[columns["kind"]]
             return _topology(names, columns.get("radius"), columns.get("masses"))
 
 
@@ -199,7 +201,8 @@ def universe(source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame) 
     Returns
     -------
     MDAnalysis.Universe
-        With radii, masses, velocities, box and time; of fewer than three dimensions padded with zeros.
+        With radii, masses, velocities, box and time; of fewer than three dimensions padded with zeros. The
+        species are the names and types of its atoms, so that ``select_atoms("name small")`` selects one.
 
     Raises
     ------
@@ -219,8 +222,9 @@ def universe(source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame) 
         raise InputError("There are no frames to make a Universe of; expected at least one.")
     first = frames[0]
     require_at_most_three(first.dimension, "MDAnalysis")
+    kinds = np.zeros(first.n, dtype=np.int64) if first.species is None else first.species
     return Universe(
-        _topology(np.full(first.n, "X"), first.diameters / 2.0, first.masses),
+        _topology(np.array(names_of(first))[kinds], first.diameters / 2.0, first.masses),
         _Held(frames),
         format=FramesReader,
     )

@@ -143,6 +143,8 @@ class Writer(ABC):
         }
         if frame.images is not None:
             shapes["images"] = (frame.images, (n, dimension))
+        if frame.species is not None:
+            shapes["species"] = (frame.species, (n,))
         for name, (values, shape) in shapes.items():
             if values.shape != shape:
                 raise InputError(f"The frame's {name} have the shape {values.shape}; expected {shape}.")

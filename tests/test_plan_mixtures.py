@@ -1,0 +1,206 @@
+"""Scene files of mixtures, walls and obstacles: the same words as in Python, and back again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from carom import io
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.obstacles import Ball, Plane
+from carom.plan import Plan, template
+from carom.scene import Scene
+from carom.specs import SceneSpec, SpeciesSpec
+
+EVERYTHING = """
+[scene]
+initial = "random"
+n = 40
+dimension = 2
+box = [9.0, 8]
+periodic = [true, false]
+restitution = 0.9
+elastic_below = 0.01
+contact = [[1.0, 0.7], [0.7, 0.5]]
+kT = 2.0
+
+[[scene.species]]
+name = "large"
+fraction = 1
+diameter = 1.0
+mass = 8.0
+
+[[scene.species]]
+name = "small"
+fraction = 3
+diameter = 0.5
+
+[[scene.obstacles]]
+kind = "ball"
+center = [4.5, 4]
+radius = 1.5
+name = "pillar"
+
+[[scene.obstacles]]
+kind = "plane"
+normal = [0, 2]
+offset = 1.0
+
+[run]
+seed = 3
+"""
+
+
+def test_a_scene_file_says_what_python_says():
+    plan = Plan.from_toml(EVERYTHING)
+    scene = plan.build_scene()
+    assert scene.species_names == ("large", "small")
+    np.testing.assert_array_equal(np.bincount(scene.species), [10, 30])
+    np.testing.assert_array_equal(scene.masses, np.array([8.0, 1.0])[scene.species])
+    assert scene.periodic == (True, False)
+    assert scene.obstacles == (Ball((4.5, 4.0), 1.5, "pillar"), Plane((0.0, 2.0), 1.0))
+    assert (scene.restitution, scene.elastic_below) == (0.9, 0.01)
+    np.testing.assert_array_equal(scene.contact, [[1.0, 0.7], [0.7, 0.5]])
+    in_python = SceneSpec(
+        initial="random",
+        n=40,
+        dimension=2,
+        box=(9.0, 8.0),
+        periodic=(True, False),
+        restitution=0.9,
+        elastic_below=0.01,
+        contact=((1.0, 0.7), (0.7, 0.5)),
+        kT=2.0,
+        species=(
+            SpeciesSpec("large", fraction=1, mass=8.0),
+            {"name": "small", "fraction": 3, "diameter": 0.5},
+        ),
+        obstacles=(Ball((4.5, 4.0), 1.5, "pillar"), Plane((0, 2), 1)),
+    )
+    assert in_python == plan.scene
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        EVERYTHING,
+        "[scene]\ninitial = 'fcc'\ncells = 2\npacking_fraction = 0.3\nperiodic = false",
+        "[scene]\ninitial = 'fcc'\npacking_fraction = 0.3\nspecies = [{count = 30}, {count = 2, mass = 3}]",
+        "[scene]\ninitial = 'cubic'\ncells = 3\ndensity = 0.3\nspecies = [{fraction = 1}, {fraction = 2}]",
+        "[scene]\ninitial = 'random'\nn = 5\nrestitution = 0.5",
+    ],
+)
+def test_a_plan_comes_back_from_its_own_toml(text):
+    plan = Plan.from_toml(text)
+    again = Plan.from_toml(plan.to_toml())
+    assert again == plan
+    np.testing.assert_array_equal(again.build_scene().positions, plan.build_scene().positions)
+
+
+def test_the_template_s_mixture_and_obstacles_are_a_scene_when_switched_on():
+    lines = template().splitlines()
+    start = next(k for k, line in enumerate(lines) if line == "# [[scene.species]]")
+    end = next(k for k, line in enumerate(lines) if line == "[run]")
+    shown = [line.removeprefix("# ") for line in lines[start:end] if "=" in line or line.startswith("# [[")]
+    text = "[scene]\ninitial = 'random'\nn = 10\nbox = [12.0, 12.0, 12.0]\nperiodic = false\n" + "\n".join(
+        shown
+    )
+    scene = Plan.from_toml(text).build_scene()
+    assert scene.species_names == ("large",)
+    assert [o.name for o in scene.obstacles] == ["pillar", "plane"]
+
+
+def test_all_axes_periodic_is_the_default_however_it_is_said():
+    base = "[scene]\ncells = 2\npacking_fraction = 0.3\n"
+    for said in ("periodic = true", "periodic = [true, true, true]", "restitution = 1.0"):
+        assert Plan.from_toml(base + said) == Plan.from_toml(base)
+
+
+def test_what_a_trajectory_does_not_hold_can_be_added_to_its_frame(tmp_path):
+    scene = Scene.random(5, 2, box=6.0, periodic=False, obstacles=[Ball((3.0, 3.0), 1.0)])
+    frame = Frame(
+        0.0, 0, scene.positions, scene.positions * 0, scene.box, scene.diameters, scene.masses,
+        periodic=scene.periodic,
+    )  # fmt: skip
+    with io.open(tmp_path / "start.h5md", "w") as writer:
+        writer.write(frame)
+    spec = SceneSpec(
+        initial="file", file=str(tmp_path / "start.h5md"), obstacles=scene.obstacles, restitution=0.8
+    )
+    built = spec.build(0)
+    assert built.obstacles == scene.obstacles
+    assert built.periodic == (False, False)
+    assert built.restitution == 0.8
+
+
+SPECIES = "species = [{fraction = 1}, {fraction = 2}]"
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ("species = 3", "list of tables"),
+        ("species = [3]", "species 0 must be a table"),
+        ("species = [{color = 1}]", "has no 'color'"),
+        ("species = [{}]", "a count for each, or a fraction"),
+        ("species = [{count = 1, fraction = 1}]", "a count for each, or a fraction"),
+        ("species = [{count = 1}, {fraction = 1}]", "a count for each, or a fraction"),
+        ("species = [{count = 5}]\nn = 5", "n has no meaning"),
+        ("species = [{count = -1}]", "count must be between"),
+        ("species = [{fraction = 1, diameter = 0}]", "diameter must be at least"),
+        ("species = [{fraction = 1, name = ''}]", "name"),
+        ("species = [{fraction = 1, name = 'a'}, {fraction = 1, name = 'a'}]", "different names"),
+        (SPECIES + "\ndiameter = 1.0", "diameter has no meaning"),
+        (SPECIES + "\ncontact = [1.0]", "list of lists"),
+        (SPECIES + "\ncontact = [[1.0, -1.0], [1.0, 1.0]]", "contact must be positive"),
+        ("contact = [[1.0]]", "contact needs"),
+        ("periodic = 1", "true or false"),
+        ("periodic = [true, 0]", "true or false"),
+        ("restitution = 0", "greater than 0"),
+        ("restitution = 2", "at most 1"),
+        ("elastic_below = 0.1", "no meaning without restitution"),
+        ("obstacles = [{kind = 'hole'}]", "kind of an obstacle"),
+        ("obstacles = [{kind = 'ball', center = [0, 0, 0]}]", "obstacles 0: A ball needs radius"),
+        ("obstacles = [3]", "must be an obstacle"),
+        ("initial = 'file'\nfile = 'x.h5md'\nperiodic = false", "periodic has no meaning"),
+        ("initial = 'file'\nfile = 'x.h5md'\n" + SPECIES, "species has no meaning"),
+    ],
+)
+def test_bad_tables_are_named_in_one_sentence(lines, says):
+    with pytest.raises(InputError, match=says) as caught:
+        Plan.from_toml("[scene]\n" + lines)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ("periodic = [true, false]", "one boolean or 3"),
+        ("obstacles = [{kind = 'ball', center = [0, 0], radius = 1}]", "must have 3 coordinates"),
+        ("obstacles = [{kind = 'ball', center = [1, 1, 1], radius = 3}]", "inside an obstacle"),
+    ],
+)
+def test_what_does_not_fit_the_box_is_said_when_the_scene_is_built(lines, says):
+    plan = Plan.from_toml("[scene]\ncells = 3\npacking_fraction = 0.4\n" + lines)
+    with pytest.raises(InputError, match=says):
+        plan.build_scene()
+
+
+def test_an_obstacle_of_one_s_own_fits_no_file():
+    class Own:
+        name = "own"
+
+        def gap(self, positions, radii, box, periodic):
+            return positions[:, 0] + 1.0
+
+        def check(self, box, periodic):
+            return None
+
+        def model(self):
+            return None
+
+    spec = SceneSpec(cells=2, packing_fraction=0.3, obstacles=(Own(),))
+    assert spec.build(0).obstacles[0].name == "own"
+    with pytest.raises(InputError, match="class of one's own"):
+        Plan(scene=spec).to_toml()
