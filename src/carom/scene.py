@@ -303,6 +303,11 @@ class Scene:
         return not all(self.periodic)
 
     @property
+    def simple(self) -> bool:
+        """Whether all are equal and elastic, and alone in a periodic box: what theory knows most about."""
+        return self.equal and not self.walls and not self.obstacles and self.restitution == 1.0
+
+    @property
     def species_count(self) -> int:
         """Number of species, K: 1 where none are given."""
         if self.species is None:

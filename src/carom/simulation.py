@@ -769,6 +769,8 @@ class Simulation:
             diameter=self.scene.diameter,
             kT=self.kT,
             mass=self.scene.mass,
+            packing_fraction=self.scene.packing_fraction,
+            simple=self.scene.simple,
         )
 
     def blocks(self, duration: float, count: int) -> Iterator[Block]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -194,6 +194,9 @@ def rdf(
     width: Annotated[
         float | None, typer.Option(help="Width of a bin, a length; 0.02 diameters if left out.")
     ] = None,
+    pair: Annotated[
+        str | None, typer.Option(help="Two species of a mixture, by name or number: small,large.")
+    ] = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Compute g(r) of a trajectory, with error bars and the contact value.
@@ -202,6 +205,7 @@ def rdf(
 
     carom rdf carom-run/trajectory.h5md
     carom rdf carom-run/trajectory.extxyz --rmax 3 --width 0.01 --png
+    carom rdf mixture/trajectory.h5md --pair small,large
     """
     from carom import io, observables
     from carom.cli.screen import watched
@@ -210,6 +214,9 @@ def rdf(
     from carom.observables.rdf import rdf as compute
 
     picture = out.with_suffix(".png")
+    species: Any = None
+    if pair is not None:
+        species = tuple(int(word) if word.strip().isdigit() else word.strip() for word in pair.split(","))
     if out.suffix not in (".csv", ".npz"):
         raise InputError(f"{out} has the suffix '{out.suffix}'; expected .csv or .npz.")
     for path in (out, picture) if png else (out,):
@@ -223,7 +230,7 @@ def rdf(
                 progress("Computing g(r)", k / len(reader))
                 yield frame
 
-        distribution: observables.RadialDistribution = compute(frames(), rmax=rmax, width=width)
+        distribution: observables.RadialDistribution = compute(frames(), rmax=rmax, width=width, pair=species)
     with replacing(out) as temporary:
         distribution.save(temporary)
     if png:

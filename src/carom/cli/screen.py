@@ -136,7 +136,7 @@ def _mechanics(summary: dict[str, Any]) -> Any:
         *([("relative error of Z", _reached(summary))] if asked is not None else []),
         ("collisions", f"{summary['collisions']:,}".replace(",", " ") + f" in time {summary['time']:.6g}"),
         ("energy drift", f"{summary['energy_drift']:.1e}"),
-        ("momentum drift", f"{summary['momentum_drift']:.1e}"),
+        ("momentum drift", "-" if summary["momentum_drift"] is None else f"{summary['momentum_drift']:.1e}"),
         ("worst overlap", f"{summary['worst_overlap']:.1e} diameters"),
         ("advancements", f"{100.0 * summary['advancement_fraction']:.1f} % of all events"),
         ("rate", f"{_rounded(summary['collisions_per_second'])} collisions per second"),

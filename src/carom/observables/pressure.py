@@ -56,8 +56,10 @@ class Pressure:
         diameter: float,
         kT: float,
         mass: float = 1.0,
+        packing_fraction: float | None = None,
+        simple: bool = True,
     ) -> PressureEstimate:
-        """Pressure of n equal particles in a periodic box with zero total momentum.
+        """Pressure of n particles in a periodic box with zero total momentum.
 
         Parameters
         ----------
@@ -67,9 +69,14 @@ class Pressure:
         volume : float
             Of the box [length^d].
         diameter, mass : float
-            Of every particle [length], [mass].
+            Of every particle; of a mixture the largest diameter, and any mass [length], [mass].
         kT : float
             ``2 K / (d (n - 1))`` with the kinetic energy K [energy].
+        packing_fraction : float, optional
+            Of a mixture; else it follows from the diameter.
+        simple : bool
+            Whether all particles are equal and elastic, and alone in a periodic box. Otherwise contact
+            values and the route from the collision rate, which need that, are left out.
 
         Returns
         -------
@@ -90,14 +97,17 @@ class Pressure:
         -----
         ``Z = 1 + W / (d n kT t)`` with the virial W, the sum of ``r_ij . dp_ij`` over the collisions in the
         time t. With this kT it is the canonical Z of n particles; take kT as ``2 K / (d n)`` and it is wrong
-        by 1 / n. One particle has Z = 1 exactly.
+        by 1 / n. One particle has Z = 1 exactly. Nothing in it depends on diameters or masses, so that it
+        holds for mixtures as well. Between walls and obstacles it is the part of the pairs alone, averaged
+        over the box, to be compared with the pressure on the walls only where these are far.
         """
         for name, value in (("volume", volume), ("diameter", diameter), ("kT", kT), ("mass", mass)):
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(f"{name} is {value!r}; it must be positive and finite.")
         if n < 1 or dimension < 1:
             raise InputError(f"n is {n} and dimension is {dimension}; both must be at least 1.")
-        packing_fraction = n * theory.ball_volume(dimension, diameter) / volume
+        if packing_fraction is None:
+            packing_fraction = n * theory.ball_volume(dimension, diameter) / volume
         number_density = n * diameter**dimension / volume
         kept = [block for block in blocks if block.duration > 0.0]
         if n == 1:
@@ -105,7 +115,7 @@ class Pressure:
             times = [block.duration for block in kept]
             return PressureEstimate(
                 z, rate, Estimate.exact(number_density), UNKNOWN, z, n, dimension, packing_fraction,
-                tuple(times), (1.0,) * len(times),
+                tuple(times), (1.0,) * len(times), simple,
             )  # fmt: skip
         if not kept:
             raise InputError("No block of positive duration was given; run before measuring the pressure.")
@@ -127,19 +137,22 @@ class Pressure:
             compressibility_factor=z,
             collision_rate=rate,
             reduced_pressure=z.scaled(number_density),
-            contact_value=excess.scaled(per_excess / scale),
-            compressibility_factor_from_rate=rate.scaled(per_rate, offset=1.0) if dimension > 1 else UNKNOWN,
+            contact_value=excess.scaled(per_excess / scale) if simple else UNKNOWN,
+            compressibility_factor_from_rate=(
+                rate.scaled(per_rate, offset=1.0) if simple and dimension > 1 else UNKNOWN
+            ),
             n=n,
             dimension=dimension,
             packing_fraction=packing_fraction,
             block_durations=tuple(durations.tolist()),
             block_values=tuple((1.0 + virials / (scale * durations)).tolist()),
+            simple=simple,
         )
 
 
 @dataclass(frozen=True)
 class PressureEstimate:
-    """Pressure of a fluid of equal particles, by two independent routes.
+    """Pressure of a fluid: by the virial and, of equal particles, by the collision rate.
 
     Parameters
     ----------
@@ -148,17 +161,21 @@ class PressureEstimate:
     collision_rate : Estimate
         Collisions of one particle per time; each counts for both partners.
     reduced_pressure : Estimate
-        P sigma^d / kT.
+        P sigma^d / kT; of a mixture sigma is the largest diameter.
     contact_value : Estimate
-        g(sigma+) that Z implies, with g normalised by (n - 1) / V; nan for one particle.
+        g(sigma+) that Z implies, with g normalised by (n - 1) / V; nan for one particle, and where the
+        particles are not ``simple``.
     compressibility_factor_from_rate : Estimate
         Z from the number of collisions alone, ``Z - 1 = omega sqrt(pi) sigma / (2 d c_D) sqrt(m / kT)``:
         it must agree with the first within a few errors, which are correlated. It is nan on a line, where
-        collisions only exchange the velocities of the start: their number depends on those, W does not.
+        collisions only exchange the velocities of the start: their number depends on those, W does not. Nan
+        where the particles are not ``simple``.
     n, dimension : int
     packing_fraction : float
     block_durations, block_values : tuple of float
         Duration [time] and Z of each block.
+    simple : bool
+        Whether all particles are equal and elastic, and alone in a periodic box.
     """
 
     compressibility_factor: Estimate
@@ -171,6 +188,7 @@ class PressureEstimate:
     packing_fraction: float
     block_durations: tuple[float, ...] = field(repr=False)
     block_values: tuple[float, ...] = field(repr=False)
+    simple: bool = True
 
     def __str__(self) -> str:
         return f"Z = {self.compressibility_factor}"
@@ -181,7 +199,18 @@ class PressureEstimate:
         return self.compressibility_factor
 
     def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:
-        """Z of the infinite fluid, by :func:`finite_size_correction`."""
+        """Z of the infinite fluid, by :func:`finite_size_correction`.
+
+        Raises
+        ------
+        InputError
+            If the particles are not ``simple`` and no equation of state is given.
+        """
+        if not self.simple and equation is None:
+            raise InputError(
+                "The correction to infinite size needs an equation of state of this system, which is no "
+                "fluid of equal elastic spheres; give equation=."
+            )
         return finite_size_correction(
             self.compressibility_factor,
             packing_fraction=self.packing_fraction,

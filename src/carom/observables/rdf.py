@@ -48,11 +48,14 @@ class RadialDistribution:
         Pairs seen in all frames.
     n, dimension, frames : int
     diameter : float
-        [length]
+        At contact [length]: of two of different species, the distance at which they touch.
     packing_fraction : float
+        Of everything.
     contact_value : Estimate or None
         g(sigma+), extrapolated (see :func:`carom.observables.contact.contact_value`); None where bins are not
         aligned at contact.
+    pair : (int, int) or None
+        The species of the two particles; None where all particles are counted.
     """
 
     edges: np.ndarray
@@ -65,6 +68,7 @@ class RadialDistribution:
     diameter: float
     packing_fraction: float
     contact_value: Estimate | None = field(default=None)
+    pair: tuple[int, int] | None = None
 
     @property
     def r(self) -> np.ndarray:
@@ -84,6 +88,8 @@ class RadialDistribution:
             self.to_csv(path)
         elif path.suffix == ".npz":
             arrays = {"edges": self.edges, "g": self.g, "error": self.error, "counts": self.counts}
+            if self.pair is not None:
+                arrays["pair"] = np.array(self.pair)
             numbers = {name: np.array(value) for name, value in self._header().items()}
             with _writing(path):
                 np.savez(path, allow_pickle=False, **arrays, **numbers)
@@ -101,6 +107,8 @@ class RadialDistribution:
             If the file cannot be written.
         """
         lines = [f"# {name}: {value}" for name, value in self._header().items()]
+        if self.pair is not None:
+            lines.append(f"# pair: {self.pair[0]} {self.pair[1]}")
         lines.append("r_lo,r_hi,g,error,counts")
         for k in range(self.g.size):
             row = (self.edges[k], self.edges[k + 1], self.g[k], self.error[k])
@@ -122,13 +130,15 @@ def rdf(
     bins: int | None = None,
     width: float | None = None,
     rmax: float | None = None,
+    pair: tuple[int | str, int | str] | None = None,
+    contact: float | None = None,
 ) -> RadialDistribution:
-    """g(r) of equal particles in a periodic box.
+    """g(r) of equal particles, or the partial g_ij(r) of two species of a mixture, in a periodic box.
 
     Parameters
     ----------
     frames : iterable of Frame
-        Of the same n, dimension, diameter and box; read once, one at a time.
+        Of the same n, dimension, diameters, species and box; read once, one at a time.
     bins : int, optional
         Number of bins from contact to `rmax`.
     width : float, optional
@@ -136,6 +146,11 @@ def rdf(
     rmax : float, optional
         End of the last bin [length]; without it what `bins` of `width` reach, or half of the shortest edge
         but at most five diameters. Where `width` does not divide the range, the last bin ends before it.
+    pair : two ints or strs, optional
+        Numbers or names of the species, equal or not, each of one diameter.
+    contact : float, optional
+        Distance at which the two species touch [length], where it is not the mean of their diameters. With a
+        pair, diameters in what is said above stand for it.
 
     Returns
     -------
@@ -144,14 +159,16 @@ def rdf(
     Raises
     ------
     InputError
-        If there is no frame, frames differ, diameters are unequal, a pair overlaps, all three of bins, width
-        and rmax are given, or `rmax` exceeds half of the shortest edge (beyond it the shells leave the box)
-        or does not exceed the diameter.
+        If there is no frame, frames differ, an axis has walls (the fluid is not the same everywhere, and g
+        depends on more than r), diameters are unequal and no pair is given, a species is unknown, a pair
+        overlaps, all three of bins, width and rmax are given, or `rmax` exceeds half of the shortest edge
+        (beyond it the shells leave the box) or does not exceed the diameter.
 
     Notes
     -----
     ``g = counts / (n (n - 1) / 2 shell / V)`` with the exact volume of each shell: 1 at large distances for
     an ideal gas of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n.
+    The pairs of two species are ``n_i n_j``, of one with itself ``n_i (n_i - 1) / 2``.
 
     Pairs are found by scipy's cKDTree with periodic edges, in portions of some 4 million (100 MB), whatever
     n. Pairs in contact, and those that overlap by no more than the rounding of positions stored in single
@@ -161,14 +178,22 @@ def rdf(
     first = next(source, None)
     if first is None:
         raise InputError("No frame was given; sample some with Simulation.sample(every=0.5, count=100).")
-    diameter = _common_diameter(first)
+    if not all(first.periodic):
+        raise InputError(
+            f"Axis {first.periodic.index(False)} of the box has walls; g(r) is that of a fluid which is the "
+            "same everywhere, in a box with periodic axes only."
+        )
+    chosen = None if pair is None else _species(first, pair)
+    if contact is not None and chosen is None:
+        raise InputError("contact is the distance of two species, and no pair is given.")
+    diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
     edges = _bin_edges(diameter, min(first.box), bins, width, rmax)
-    histograms = [_histogram(first, edges)]
+    histograms = [_histogram(first, edges, chosen)]
     for index, frame in enumerate(source, start=1):
         _check_same(first, frame, index)
-        histograms.append(_histogram(frame, edges))
+        histograms.append(_histogram(frame, edges, chosen))
     counts = np.array(histograms)
-    expected = _ideal_counts(edges, first.n, first.box)
+    expected = _ideal_counts(edges, _pairs(first, chosen), first.box)
     return RadialDistribution(
         edges=edges,
         g=counts.mean(axis=0) / expected,
@@ -178,8 +203,9 @@ def rdf(
         dimension=first.dimension,
         frames=len(counts),
         diameter=diameter,
-        packing_fraction=first.n * ball_volume(first.dimension, diameter) / math.prod(first.box),
+        packing_fraction=_packing_fraction(first),
         contact_value=contact_value(counts, expected, edges, first.dimension),
+        pair=chosen,
     )
 
 
@@ -191,6 +217,7 @@ def rdf_mdanalysis(
     rmax: float | None = None,
     dimension: int | None = None,
     selection: str = "all",
+    other: str | None = None,
     diameter: float = 1.0,
 ) -> RadialDistribution:
     """g(r) by MDAnalysis's ``InterRDF``, in three dimensions or two.
@@ -206,8 +233,10 @@ def rdf_mdanalysis(
         2 or 3; without it, 2 if no particle of the first frame has left the plane z = 0.
     selection : str
         Of particles, in MDAnalysis's language.
+    other : str, optional
+        Of the particles around those, for a partial g(r); none may be in both.
     diameter : float
-        For the packing fraction in the result [length].
+        For the packing fraction in the result, of all particles, and its distance at contact [length].
 
     Returns
     -------
@@ -217,8 +246,8 @@ def rdf_mdanalysis(
     Raises
     ------
     InputError
-        If `rmax` exceeds half of the shortest edge (InterRDF is silently wrong there), or fewer than two
-        particles are selected.
+        If `rmax` exceeds half of the shortest edge (InterRDF is silently wrong there), fewer than two
+        particles are selected, or one is in both selections.
     FileError
         If the file cannot be opened.
 
@@ -239,8 +268,14 @@ def rdf_mdanalysis(
             raise FileError(f"MDAnalysis cannot open {path}: {error}") from error
     atoms = universe.select_atoms(selection)
     n = atoms.n_atoms
-    if n < 2:
+    if n < 2 and other is None:
         raise InputError(f"{selection!r} selects {n} particles; g(r) needs two or more.")
+    around = atoms if other is None else universe.select_atoms(other)
+    if other is not None and (not n or not around.n_atoms or (atoms & around).n_atoms):
+        raise InputError(
+            f"{selection!r} selects {n} particles and {other!r} {around.n_atoms}, "
+            f"{(atoms & around).n_atoms} of them in both; expected one or more in each, and none in both."
+        )
     universe.trajectory[0]
     if dimension is None:
         dimension = 2 if not atoms.positions[:, 2].any() else 3
@@ -250,25 +285,34 @@ def rdf_mdanalysis(
     rmax = _checked_rmax(rmax, float(box.min()), rmin)
     # Pairs of the same index in blocks of one are each particle with itself.
     analysis = InterRDF(
-        atoms, atoms, nbins=bins, range=(rmin, rmax), norm="none", exclusion_block=(1, 1)
+        atoms,
+        around,
+        nbins=bins,
+        range=(rmin, rmax),
+        norm="none",
+        exclusion_block=(1, 1) if other is None else None,
     ).run()
     edges = np.asarray(analysis.results.edges, dtype=np.float64)
     frames = int(analysis.n_frames)
-    # Ordered pairs, i with j and j with i; with norm="none" a sum over the frames.
-    counts = np.rint(np.asarray(analysis.results.count) / 2.0).astype(np.int64)
+    # Of one selection ordered pairs, i with j and j with i; with norm="none" a sum over the frames.
+    twice = 2.0 if other is None else 1.0
+    pairs = 0.5 * n * (n - 1) if other is None else float(n * around.n_atoms)
+    counts = np.rint(np.asarray(analysis.results.count) / twice).astype(np.int64)
     volumes = [math.prod(float(edge) for edge in step.dimensions[:dimension]) for step in universe.trajectory]
     shells = ball_volume(dimension) * np.diff((2.0 * edges) ** dimension)
-    expected = 0.5 * n * (n - 1) * shells * float(np.mean(1.0 / np.array(volumes)))
+    expected = pairs * shells * float(np.mean(1.0 / np.array(volumes)))
     return RadialDistribution(
         edges=edges,
         g=counts / (frames * expected),
         error=_independent_errors(counts, frames * expected),
         counts=counts,
-        n=n,
+        n=universe.atoms.n_atoms if other is not None else n,
         dimension=dimension,
         frames=frames,
         diameter=diameter,
-        packing_fraction=n * ball_volume(dimension, diameter) * float(np.mean(1.0 / np.array(volumes))),
+        packing_fraction=(n if other is None else universe.atoms.n_atoms)
+        * ball_volume(dimension, diameter)
+        * float(np.mean(1.0 / np.array(volumes))),
     )
 
 
@@ -278,9 +322,61 @@ def _common_diameter(frame: Frame) -> float:
         raise InputError(f"The frame holds {frame.n} particle; g(r) needs two or more.")
     if diameters.size != 1:
         raise InputError(
-            f"Diameters differ, from {diameters[0]:.6g} to {diameters[-1]:.6g}; this g(r) needs equal ones."
+            f"Diameters differ, from {diameters[0]:.6g} to {diameters[-1]:.6g}; this g(r) needs equal ones, "
+            "or two species: pair=(0, 1)."
         )
     return float(diameters[0])
+
+
+def _species(frame: Frame, pair: tuple[int | str, int | str]) -> tuple[int, int]:
+    """Return the numbers of two species."""
+    if frame.species is None:
+        raise InputError("pair is given, and the frames have no species; leave it out.")
+    if not isinstance(pair, tuple | list) or len(pair) != 2:
+        raise InputError(f"pair is {pair!r}; expected two species, such as (0, 1).")
+    count = int(frame.species.max()) + 1
+    found = []
+    for which in pair:
+        k = frame.species_names.index(which) if which in frame.species_names else which
+        if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 0 <= k < count:
+            known = ", ".join(frame.species_names) or f"0 to {count - 1}"
+            raise InputError(f"There is no species {which!r}; known are {known}.")
+        found.append(int(k))
+    if _pairs(frame, (found[0], found[1])) == 0:
+        raise InputError(f"There are too few components of species {found[0]} and {found[1]} for any pair.")
+    return found[0], found[1]
+
+
+def _contact(frame: Frame, pair: tuple[int, int], contact: float | None) -> float:
+    """Return the distance at which two species touch."""
+    assert frame.species is not None
+    sizes = []
+    for k in pair:
+        diameters = np.unique(frame.diameters[frame.species == k])
+        if diameters.size != 1:
+            raise InputError(
+                f"Diameters of species {k} differ, from {diameters[0]:.6g} to {diameters[-1]:.6g}; g(r) "
+                "needs one diameter a species."
+            )
+        sizes.append(float(diameters[0]))
+    if contact is None:
+        return 0.5 * sum(sizes)
+    if not (math.isfinite(contact) and contact > 0.0):
+        raise InputError(f"contact is {contact!r}; it must be a positive length.")
+    return float(contact)
+
+
+def _pairs(frame: Frame, pair: tuple[int, int] | None) -> float:
+    """Return the number of pairs of all components, or of two species."""
+    if pair is None:
+        return 0.5 * frame.n * (frame.n - 1)
+    a, b = (int(np.count_nonzero(frame.species == k)) for k in pair)
+    return 0.5 * a * (a - 1) if pair[0] == pair[1] else float(a * b)
+
+
+def _packing_fraction(frame: Frame) -> float:
+    volume = ball_volume(frame.dimension) * math.fsum(frame.diameters**frame.dimension)
+    return float(volume / math.prod(frame.box))
 
 
 def _checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
@@ -327,45 +423,52 @@ def _check_same(first: Frame, frame: Frame, index: int) -> None:
                 f"Frame {index} has {name} {getattr(frame, name)}, the first one {getattr(first, name)}; "
                 "g(r) averages frames of the same system."
             )
-    if not np.array_equal(frame.diameters, first.diameters):
-        raise InputError(f"Frame {index} has other diameters than the first; g(r) averages one system.")
+    for name in ("diameters", "species"):
+        if not np.array_equal(getattr(frame, name), getattr(first, name)):
+            raise InputError(f"Frame {index} has other {name} than the first; g(r) averages one system.")
 
 
-def _histogram(frame: Frame, edges: np.ndarray) -> np.ndarray:
-    """Pairs (m,) of one frame in each bin."""
+def _histogram(frame: Frame, edges: np.ndarray, pair: tuple[int, int] | None = None) -> np.ndarray:
+    """Pairs (m,) of one frame, or of two of its species, in each bin."""
     from scipy.spatial import cKDTree
 
     box = np.asarray(frame.box, dtype=np.float64)
     x = np.mod(frame.positions, box)
     # A small negative coordinate is rounded up to the edge itself, which the tree refuses.
     x[x >= box] = 0.0
-    tree = cKDTree(x, boxsize=box)
+    who = [np.arange(frame.n)] * 2
+    if pair is not None:
+        who = [np.flatnonzero(frame.species == k) for k in pair]
+    ours, theirs = who
+    alike = pair is None or pair[0] == pair[1]
+    tree = cKDTree(x[theirs], boxsize=box)
     # Ordered neighbours of a particle in the largest sphere, twice the mean to leave room for crystals.
     neighbours = 2.0 * frame.n * ball_volume(frame.dimension, 2.0 * edges[-1]) / math.prod(frame.box)
     step = max(int(_CHUNK_PAIRS / max(neighbours, 1.0)), 1)
     rounding = float(np.finfo(np.float32).eps) * float(box.max())
     counts = np.zeros(edges.size - 1, dtype=np.int64)
-    for start in range(0, frame.n, step):
-        part = cKDTree(x[start : start + step], boxsize=box)
+    for start in range(0, len(ours), step):
+        part = cKDTree(x[ours[start : start + step]], boxsize=box)
         pairs = part.sparse_distance_matrix(tree, edges[-1], output_type="ndarray")
-        pairs = pairs[pairs["i"] + start != pairs["j"]]
+        if alike:
+            pairs = pairs[pairs["i"] + start != pairs["j"]]
         closest = int(np.argmin(pairs["v"])) if pairs.size else 0
         if pairs.size and pairs["v"][closest] < edges[0] - rounding:
-            i, j, r = pairs["i"][closest] + start, pairs["j"][closest], pairs["v"][closest]
+            i, j, r = ours[pairs["i"][closest] + start], theirs[pairs["j"][closest]], pairs["v"][closest]
             raise InputError(
-                f"Particles {i} and {j} overlap at time {frame.time:.6g} (distance {r:.6g}, diameter "
-                f"{edges[0]:.6g}); g(r) needs a valid frame."
+                f"Particles {i} and {j} overlap at time {frame.time:.6g} (distance {r:.6g}, "
+                f"{'diameter' if pair is None else 'contact'} {edges[0]:.6g}); g(r) needs a valid frame."
             )
         distances = np.maximum(pairs["v"], edges[0])
         counts += np.histogram(distances, bins=edges.size - 1, range=(edges[0], edges[-1]))[0]
-    # Every pair was met from both sides, with the same bits.
-    return counts // 2
+    # Of one kind, every pair was met from both sides, with the same bits.
+    return counts // 2 if alike else counts
 
 
-def _ideal_counts(edges: np.ndarray, n: int, box: tuple[float, ...]) -> np.ndarray:
+def _ideal_counts(edges: np.ndarray, pairs: float, box: tuple[float, ...]) -> np.ndarray:
     """Pairs (m,) in each shell of one frame of an ideal gas."""
     shells = ball_volume(len(box)) * np.diff((2.0 * edges) ** len(box))
-    return 0.5 * n * (n - 1) * shells / math.prod(box)
+    return pairs * shells / math.prod(box)
 
 
 def _independent_errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import carom
 from carom import io, theory
 from carom.errors import CaromError, InputError
@@ -17,6 +19,7 @@ from carom.io.paths import replacing, writing
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution
 from carom.observables.rdf import rdf
 from carom.plan import Plan
+from carom.scene import Scene
 from carom.simulation import Simulation
 from carom.studies.folder import RunFolder
 from carom.tally import Block
@@ -82,7 +85,9 @@ def _distribution(
 ) -> RadialDistribution | None:
     """Return g(r), or None without a trajectory or in a box that has no room for it."""
     scene = facts.sim.scene
-    if not trajectories or scene.n < 2 or min(scene.box) <= 2.0 * scene.diameter:
+    # What is not alike everywhere has no g(r); a mixture has one a pair of species: `carom rdf --pair`.
+    alike = scene.equal and not scene.walls and not scene.obstacles
+    if not trajectories or scene.n < 2 or min(scene.box) <= 2.0 * scene.diameter or not alike:
         return None
     # From the file rather than on the way: a resumed run then sees every frame as well.
     with io.open(trajectories[0]) as reader:
@@ -147,9 +152,9 @@ def _summary(
         "collision_rate": measured("collision_rate"),
         "contact_value": measured("contact_value"),
         "contact_value_from_rdf": _number(contact),
-        "theory": _theory(scene.n, scene.dimension, scene.packing_fraction),
+        "theory": _theory(scene),
         "energy_drift": statistics.energy_drift,
-        "momentum_drift": statistics.momentum_drift,
+        "momentum_drift": _finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
         "advancement_fraction": statistics.advancement_fraction,
         "clamped_roots": statistics.clamped_roots,
@@ -169,9 +174,12 @@ def _infinite(pressure: PressureEstimate | None) -> Estimate | None:
         return None
 
 
-def _theory(n: int, dimension: int, eta: float) -> list[dict[str, Any]]:
+def _theory(scene: Scene) -> list[dict[str, Any]]:
     """Return what the equations of state say, for infinitely many particles and for n of them."""
-    rows = []
+    n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
+    rows: list[dict[str, Any]] = []
+    if not scene.simple:
+        return _mixture_theory(scene)
     for name, equation in theory.equations(dimension).items():
         try:
             infinite = float(equation(eta))
@@ -188,6 +196,27 @@ def _theory(n: int, dimension: int, eta: float) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
+    """Return what is known of additive mixtures in periodic boxes, infinitely large; nothing of others."""
+    if scene.walls or scene.obstacles or scene.contact is not None or scene.restitution < 1.0:
+        return []
+    diameters, counts = np.unique(scene.diameters, return_counts=True)
+    arguments = scene.packing_fraction, counts / scene.n, diameters
+    values = {"Santos-Yuste-Lopez de Haro": theory.santos_yuste_lopez_de_haro(*arguments, scene.dimension)}
+    if scene.dimension == 3:
+        values = {"BMCSL": theory.bmcsl(*arguments), **values}
+    # What N does to a mixture's Z is not known here; where N is large, neither does it matter.
+    return [
+        {
+            "name": f"{name}, infinite N",
+            "compressibility_factor": float(value),
+            "compressibility_factor_infinite": float(value),
+            "contact_value": None,
+        }
+        for name, value in values.items()
+    ]
 
 
 def _number(estimate: Estimate | None) -> dict[str, float | None]:
