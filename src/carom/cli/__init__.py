@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 import carom
-from carom.cli import commands, eos
+from carom.cli import commands, eos, trade
 
 app = typer.Typer(
     name="carom",
@@ -47,6 +47,7 @@ app.command("resume")(commands.resume)
 app.command("export")(commands.export)
 app.command("rdf")(commands.rdf)
 app.command("init")(commands.init)
+app.command("trade")(trade.trade)
 app.command("eos")(eos.eos)
 
 

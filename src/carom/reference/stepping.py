@@ -126,8 +126,9 @@ class SteppedSystem:
         rv = np.einsum("ij,ij->i", separations, u)
         vv = np.einsum("ij,ij->i", u, u)
         c = np.einsum("ij,ij->i", separations, separations) - self.diameter**2
+        # Back along straight lines to contact: c < 0, and r.v < 0 for those that approach.
         with np.errstate(invalid="ignore", divide="ignore"):
-            ago = (np.sqrt(rv * rv - vv * c) - rv) / vv  # the root before the present, c < 0
+            ago = -c / (np.sqrt(rv * rv - vv * c) - rv)
         for k in np.argsort(-ago, kind="stable"):
             i, j = (int(index) for index in pairs[k])
             r = separations[k]
