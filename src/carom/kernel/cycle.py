@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from carom.kernel.borrow import borrowed
 from carom.kernel.boundary import count_images, index, index_bits, lasting, mirror, separation
@@ -28,7 +27,7 @@ from carom.kernel.constants import (
     REACHED_TIME,
     SPENT,
 )
-from carom.kernel.dispatch import FAST, entry, generic, inner
+from carom.kernel.dispatch import entry, fast, generic, inner
 from carom.kernel.motion import position, velocity
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.obstacle import Obstacles, bounce, soonest
@@ -55,7 +54,7 @@ class Model(NamedTuple):
     """Everything fixed that components can meet, or None."""
 
 
-@njit(**FAST)
+@fast
 def nearest(model, state, i, now, words, begin, count, half, avoided):
     """Return the word of the candidate that i meets first, ``avoided`` left out, or -1 (the paper's line 4).
 
