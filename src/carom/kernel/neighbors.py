@@ -1,68 +1,8 @@
-"""Who can meet whom next: cells, and the interface of the two neighbour schemes (``sectors`` and
-``lists``).
-"""
+"""Who can meet whom next: the interface of the two neighbour schemes (``sectors`` and ``lists``)."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
-from carom.kernel.dispatch import generic, inner
-
-
-class Cells(NamedTuple):
-    """A periodic grid of cells and who is in each."""
-
-    shape: tuple
-    """Cells along each axis."""
-    members: np.ndarray
-    """(cells, capacity) uint32."""
-    counts: np.ndarray
-    """(cells,) int32."""
-    digits: np.ndarray
-    """Offset -1, 0 or 1 along each axis of the 3^d cells around one, (3^d, d) int64."""
-
-
-def neighborhood(dimension: int) -> np.ndarray:
-    """Return the offsets -1, 0 or 1 along each axis of the 3^d cells around one, (3^d, d) int64."""
-    digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
-    return np.ascontiguousarray(digits, dtype=np.int64)
-
-
-def make_cells(shape: tuple[int, ...], capacity: int) -> Cells:
-    """Return an empty grid."""
-    count = int(np.prod(shape))
-    return Cells(
-        tuple(int(size) for size in shape),
-        np.zeros((count, capacity), np.uint32),
-        np.zeros(count, np.int32),
-        neighborhood(len(shape)),
-    )
-
-
-@inner
-def enter_cell(cells, cell, i):
-    """Add i to a cell; False, and nothing done, if the cell is full."""
-    cell = np.uint64(cell)
-    count = cells.counts[cell]
-    if count == cells.members.shape[1]:
-        return False
-    cells.members[cell, np.uint64(count)] = i
-    cells.counts[cell] = count + 1
-    return True
-
-
-@inner
-def leave_cell(cells, cell, i):
-    """Remove i from a cell."""
-    cell = np.uint64(cell)
-    last = np.uint64(cells.counts[cell] - 1)
-    for k in range(last):
-        if cells.members[cell, k] == i:
-            cells.members[cell, k] = cells.members[cell, last]
-            break
-    cells.counts[cell] = last
+from carom.kernel.dispatch import generic
 
 
 @generic

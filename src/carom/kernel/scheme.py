@@ -407,16 +407,15 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
     # Two neighbouring sectors of four or more along an edge hold no two components half a box apart.
     if all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, contents.periodic, strict=True)):
         return sectors, NearestImage(edges, inverse)
-    cells = sectors.cells
     return sectors, SectorImage(
         # What is seen through a wall is so far away that a wall is met before it.
         tuple(edge if wraps else 4.0 * edge for edge, wraps in zip(edges, contents.periodic, strict=True)),
         inverse,
-        cells.shape,
+        sectors.shape,
         sectors.place,
         sectors.turn,
-        cells.digits,
-        (len(cells.digits) - 1).bit_length(),
+        sectors.digits,
+        (len(sectors.digits) - 1).bit_length(),
     )
 
 

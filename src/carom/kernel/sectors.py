@@ -13,28 +13,26 @@ from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
 from carom.kernel.lookahead import ask_candidates, ask_rows, prefetch
 from carom.kernel.motion import position
-from carom.kernel.neighbors import (
-    Cells,
-    candidates,
-    enter_cell,
-    leave_cell,
-    make_cells,
-    settle,
-    transit,
-    transit_time,
-    wrapped,
-)
+from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
+from carom.kernel.state import aligned
 
 STEP = 8
-"""Members of a sector copied in one go."""
+"""Words of a sector copied in one go."""
 
 
 class Sectors(NamedTuple):
     """Components by sector."""
 
-    cells: Cells
+    shape: tuple
+    """Sectors along each axis."""
     sides: tuple
     """Sides of a sector [length]."""
+    members: np.ndarray
+    """Who is in each sector, and in the last column how many, (sectors, room) uint32."""
+    digits: np.ndarray
+    """Offset -1, 0 or 1 along each axis of the 3^d sectors around one, (3^d, d) int64."""
+    near: np.ndarray
+    """Room for what each of the three places along an axis adds to a sector's number, (d, 3) int64."""
     place: np.ndarray
     """Sector of each component along each axis, (n + 1, d) int32; the ghost has one, too."""
     turn: np.ndarray
@@ -52,45 +50,83 @@ class Sectors(NamedTuple):
 def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
     """Return empty sectors: ``shape`` of them along the edges, ``capacity`` components in each at most."""
     dimension = len(shape)
-    cells = make_cells(shape, -(-capacity // STEP) * STEP)
+    room = -(-(capacity + 1) // STEP) * STEP
+    digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
     return Sectors(
-        cells=cells,
+        shape=tuple(int(size) for size in shape),
         sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
+        members=aligned(int(np.prod(shape)) * room, np.uint32).reshape(-1, room),
+        digits=np.ascontiguousarray(digits, dtype=np.int64),
+        near=np.zeros((dimension, 3), np.int64),
         place=np.zeros((n + 1, dimension), np.int32),
         turn=np.zeros((n + 1, dimension), np.int32),
-        faces=np.array(
-            [np.flatnonzero(cells.digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]
-        ),
-        words=np.zeros(2 * (len(cells.digits) * cells.members.shape[1] + STEP), np.uint32),
+        faces=np.array([np.flatnonzero(digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
+        words=np.zeros(2 * (3**dimension * room + STEP), np.uint32),
     )
 
 
 @inner
-def sector_near(sectors, i, code):
-    """Return the sector at offset ``code`` from the one that holds component i."""
+def sector_of(sectors, i):
+    """Return the sector that holds component i."""
     cell = np.int64(0)
     for axis in range(len(sectors.sides)):
-        size = sectors.cells.shape[axis]
-        place = np.int64(sectors.place[i, axis]) + sectors.cells.digits[code, axis]
-        place = size - 1 if place < 0 else (0 if place >= size else place)
-        cell = cell * size + place
+        cell = cell * sectors.shape[axis] + np.int64(sectors.place[i, axis])
     return np.uint64(cell)
 
 
 @inner
-def look_into(sectors, boundary, i, code, total):
+def enter(sectors, cell, i):
+    """Add i to a sector; False, and nothing done, if the sector is full."""
+    last = np.uint64(sectors.members.shape[1] - 1)
+    count = np.uint64(sectors.members[cell, last])
+    if count == last:
+        return False
+    sectors.members[cell, count] = i
+    sectors.members[cell, last] = count + np.uint64(1)
+    return True
+
+
+@inner
+def leave(sectors, cell, i):
+    """Remove i from a sector."""
+    last = np.uint64(sectors.members.shape[1] - 1)
+    count = np.uint64(sectors.members[cell, last]) - np.uint64(1)
+    for k in range(count):
+        if sectors.members[cell, k] == i:
+            sectors.members[cell, k] = sectors.members[cell, count]
+            break
+    sectors.members[cell, last] = count
+
+
+@inner
+def look_about(sectors, i):
+    """Put the parts of the numbers of the sectors around that of component i into ``near``."""
+    stride = np.int64(1)
+    for back in range(len(sectors.sides)):
+        axis = len(sectors.sides) - 1 - back
+        size = sectors.shape[axis]
+        place = np.int64(sectors.place[i, axis])
+        sectors.near[axis, 0] = stride * (place - 1 if place > 0 else size - 1)
+        sectors.near[axis, 1] = stride * place
+        sectors.near[axis, 2] = stride * (place + 1 if place + 1 < size else 0)
+        stride *= size
+
+
+@inner
+def look_into(sectors, boundary, code, total):
     """Append the words of all in a neighbouring sector at ``total``; return where the next go.
 
-    Members are copied eight at a time, whether so many are there or not: sectors hold a few each, and a loop
-    over the right number would be mispredicted at every one.
+    Eight are copied at a time, whether so many are there or not: sectors hold a few each, and a loop over the
+    right number would be mispredicted at every one.
     """
-    cells = sectors.cells
-    cell = sector_near(sectors, i, code)
-    count = np.uint64(cells.counts[cell])
+    cell = np.int64(0)
+    for axis in range(len(sectors.sides)):
+        cell += sectors.near[axis, sectors.digits[code, axis] + 1]
+    members = sectors.members[cell]
+    count = np.uint64(members[len(members) - 1])
     for start in range(np.uint64(0), count, np.uint64(STEP)):
         for k in range(np.uint64(STEP)):
-            word = word_of(boundary, np.int64(cells.members[cell, start + k]), np.int64(code))
-            sectors.words[total + start + k] = word
+            sectors.words[total + start + k] = word_of(boundary, np.int64(members[start + k]), np.int64(code))
     return total + count
 
 
@@ -98,8 +134,9 @@ def look_into(sectors, boundary, i, code, total):
 def _(neighbors: Sectors, boundary, i, half):
     begin = np.uint64(half * (len(neighbors.words) // 2))
     total = begin
-    for code in range(np.uint64(len(neighbors.cells.digits))):
-        total = look_into(neighbors, boundary, i, code, total)
+    look_about(neighbors, i)
+    for code in range(np.uint64(len(neighbors.digits))):
+        total = look_into(neighbors, boundary, code, total)
     return neighbors.words, begin, np.int64(total - begin)
 
 
@@ -115,7 +152,7 @@ def next_face(sectors, motion, state, i, now):
         v = row.v[axis]
         x = position(motion, axis, row.x[axis], v, now - row.t)
         up = np.int64(v > 0.0)
-        place = np.int64(sectors.place[i, axis]) + sectors.cells.shape[axis] * np.int64(sectors.turn[i, axis])
+        place = np.int64(sectors.place[i, axis]) + sectors.shape[axis] * np.int64(sectors.turn[i, axis])
         t = max((sectors.sides[axis] * (place + up) - x) / v, 0.0) if v != 0.0 else NEVER
         if t < best:
             best = t
@@ -130,28 +167,27 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
 
 @transit.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
-    cells = neighbors.cells
-    centre = np.uint64(len(cells.digits) // 2)
     face = next_face(neighbors, motion, state, i, now)[1]
     axis = face >> 1
-    old = sector_near(neighbors, i, centre)
+    old = sector_of(neighbors, i)
     place = np.int64(neighbors.place[i, axis]) + (1 if face & 1 else -1)
     if place < 0:
-        place += cells.shape[axis]
+        place += neighbors.shape[axis]
         neighbors.turn[i, axis] -= 1
-    elif place >= cells.shape[axis]:
-        place -= cells.shape[axis]
+    elif place >= neighbors.shape[axis]:
+        place -= neighbors.shape[axis]
         neighbors.turn[i, axis] += 1
     neighbors.place[i, axis] = place
-    new = sector_near(neighbors, i, centre)
+    new = sector_of(neighbors, i)
     total = np.uint64(0)
     done = True
     if new != old:  # one sector along this axis is its own neighbour
-        done = enter_cell(cells, new, np.uint32(i))
+        done = enter(neighbors, new, np.uint32(i))
         if done:
-            leave_cell(cells, old, np.uint32(i))
+            leave(neighbors, old, np.uint32(i))
+    look_about(neighbors, i)
     for k in range(np.uint64(neighbors.faces.shape[1])):
-        total = look_into(neighbors, boundary, i, np.uint64(neighbors.faces[face, k]), total)
+        total = look_into(neighbors, boundary, np.uint64(neighbors.faces[face, k]), total)
     return done, neighbors.words, np.uint64(0), np.int64(total)
 
 
@@ -173,18 +209,16 @@ def _(neighbors: Sectors, i, axis, crossings):
 
 @settle.register
 def _(neighbors: Sectors, motion, boundary, state):
-    cells = neighbors.cells
     now = state.clock[0].now
-    centre = np.uint64(len(cells.digits) // 2)
-    cells.counts[:] = 0
+    neighbors.members[:, neighbors.members.shape[1] - 1] = 0
     for i in range(np.uint64(len(state.partner))):
         row = state.rows[i]
         for axis in range(len(neighbors.sides)):
             x = position(motion, axis, row.x[axis], row.v[axis], now - row.t)
             place = np.int64(np.floor(x / neighbors.sides[axis]))
-            turn = place // cells.shape[axis]
-            neighbors.place[i, axis] = place - turn * cells.shape[axis]
+            turn = place // neighbors.shape[axis]
+            neighbors.place[i, axis] = place - turn * neighbors.shape[axis]
             neighbors.turn[i, axis] = turn
-        if not enter_cell(cells, sector_near(neighbors, i, centre), np.uint32(i)):
+        if not enter(neighbors, sector_of(neighbors, i), np.uint32(i)):
             return False
     return True
