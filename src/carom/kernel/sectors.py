@@ -32,7 +32,7 @@ class Sectors(NamedTuple):
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of the 3^d sectors around one, (3^d, d) int64."""
     near: np.ndarray
-    """Room for what each of the three places along an axis adds to a sector's number, (d, 3) int64."""
+    """Room for the numbers of the sectors around one, (3^d,) int64."""
     place: np.ndarray
     """Sector of each component along each axis, (n + 1, d) int32; the ghost has one, too."""
     turn: np.ndarray
@@ -57,7 +57,7 @@ def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
         sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
         members=aligned(int(np.prod(shape)) * room, np.uint32).reshape(-1, room),
         digits=np.ascontiguousarray(digits, dtype=np.int64),
-        near=np.zeros((dimension, 3), np.int64),
+        near=np.zeros(3**dimension, np.int64),
         place=np.zeros((n + 1, dimension), np.int32),
         turn=np.zeros((n + 1, dimension), np.int32),
         faces=np.array([np.flatnonzero(digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
@@ -99,34 +99,45 @@ def leave(sectors, cell, i):
 
 
 @inner
-def look_about(sectors, i):
-    """Put the parts of the numbers of the sectors around that of component i into ``near``."""
-    stride = np.int64(1)
-    for back in range(len(sectors.sides)):
-        axis = len(sectors.sides) - 1 - back
+def look_about(sectors, i, face):
+    """Put the numbers of the sectors around that of component i into ``near``, or of those beyond a face of
+    it, and return how many they are; ``face`` is -1 for all.
+    """
+    near = sectors.near
+    near[0] = 0
+    count = 1
+    for axis in range(len(sectors.sides)):
         size = sectors.shape[axis]
         place = np.int64(sectors.place[i, axis])
-        sectors.near[axis, 0] = stride * (place - 1 if place > 0 else size - 1)
-        sectors.near[axis, 1] = stride * place
-        sectors.near[axis, 2] = stride * (place + 1 if place + 1 < size else 0)
-        stride *= size
+        below = place - 1 if place > 0 else size - 1
+        above = place + 1 if place + 1 < size else np.int64(0)
+        if face >> 1 == axis:
+            beyond = above if face & 1 else below
+            for k in range(np.uint64(count)):
+                near[k] = near[k] * size + beyond
+        else:
+            for back in range(count):
+                k = np.uint64(count - 1 - back)
+                first = near[k] * size
+                near[3 * k] = first + below
+                near[3 * k + np.uint64(1)] = first + place
+                near[3 * k + np.uint64(2)] = first + above
+            count *= 3
+    return count
 
 
 @inner
-def look_into(sectors, boundary, code, total):
-    """Append the words of all in a neighbouring sector at ``total``; return where the next go.
+def look_into(sectors, boundary, k, code, total):
+    """Append the words of all in the k-th sector of ``near`` at ``total``; return where the next go.
 
     Eight are copied at a time, whether so many are there or not: sectors hold a few each, and a loop over the
     right number would be mispredicted at every one.
     """
-    cell = np.int64(0)
-    for axis in range(len(sectors.sides)):
-        cell += sectors.near[axis, sectors.digits[code, axis] + 1]
-    members = sectors.members[cell]
-    count = np.uint64(members[len(members) - 1])
+    members = sectors.members[np.uint64(sectors.near[k])]
+    count = np.uint64(members[np.uint64(len(members) - 1)])
     for start in range(np.uint64(0), count, np.uint64(STEP)):
-        for k in range(np.uint64(STEP)):
-            sectors.words[total + start + k] = word_of(boundary, np.int64(members[start + k]), np.int64(code))
+        for lane in range(np.uint64(STEP)):
+            sectors.words[total + start + lane] = word_of(boundary, np.int64(members[start + lane]), code)
     return total + count
 
 
@@ -134,9 +145,9 @@ def look_into(sectors, boundary, code, total):
 def _(neighbors: Sectors, boundary, i, half):
     begin = np.uint64(half * (len(neighbors.words) // 2))
     total = begin
-    look_about(neighbors, i)
+    look_about(neighbors, i, np.int64(-1))
     for code in range(np.uint64(len(neighbors.digits))):
-        total = look_into(neighbors, boundary, code, total)
+        total = look_into(neighbors, boundary, code, np.int64(code), total)
     return neighbors.words, begin, np.int64(total - begin)
 
 
@@ -185,9 +196,9 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
         done = enter(neighbors, new, np.uint32(i))
         if done:
             leave(neighbors, old, np.uint32(i))
-    look_about(neighbors, i)
+    look_about(neighbors, i, face)
     for k in range(np.uint64(neighbors.faces.shape[1])):
-        total = look_into(neighbors, boundary, np.uint64(neighbors.faces[face, k]), total)
+        total = look_into(neighbors, boundary, k, neighbors.faces[face, k], total)
     return done, neighbors.words, np.uint64(0), np.int64(total)
 
 
