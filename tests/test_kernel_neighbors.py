@@ -79,11 +79,7 @@ def check_sectors(sim):
     """Everyone is a member of one sector, the one in which the position lies."""
     sectors, n, edges = sim._engine.neighbors, sim.scene.n, np.array(sim.scene.box)
     shape = np.array(sectors.shape)
-    members = [
-        (int(i), cell)
-        for cell, row in enumerate(sectors.members)
-        for i in row[: row[-1]]
-    ]
+    members = [(int(i), cell) for cell, row in enumerate(sectors.members) for i in row[: row[-1]]]
     assert sorted(i for i, _ in members) == list(range(n))
     x = present(sim)[0]
     for i, cell in members:
