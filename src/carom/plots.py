@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +22,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from carom.frame import Frame
+    from carom.observables.packing import PackingNetwork
     from carom.observables.pressure import PressureEstimate
     from carom.observables.rdf import RadialDistribution
     from carom.observables.statistics import Estimate
+    from carom.obstacles import Obstacle
 
 # Readable without colour too: one strong blue for data, greys and line styles for the rest.
 INK = "#1f4e79"
@@ -158,8 +160,13 @@ def rdf(
     return saved(figure, path)
 
 
-def snapshot(frame: Frame, *, path: str | os.PathLike[str] | None = None) -> Figure:
-    """The particles of a frame, to scale, in their box.
+def snapshot(
+    frame: Frame,
+    *,
+    obstacles: Sequence[Obstacle] = (),
+    path: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """The particles of a frame, to scale, in their box; species in different colours, walls thick.
 
     Parameters
     ----------
@@ -167,6 +174,8 @@ def snapshot(frame: Frame, *, path: str | os.PathLike[str] | None = None) -> Fig
         In 1D rods on a line; in 2D disks, with periodic copies where they cross the border; in 3D shaded
         spheres in parallel projection, near ones in front; beyond that the first two coordinates, which the
         title says.
+    obstacles : sequence of obstacles, optional
+        Planes, balls and containers of the scene, drawn in 2D.
     path : path, optional
         Where to save the picture.
 
@@ -179,16 +188,89 @@ def snapshot(frame: Frame, *, path: str | os.PathLike[str] | None = None) -> Fig
     FileError
         If the picture cannot be saved.
     """
-    from carom.drawing import draw_disks, draw_projection, draw_rods, draw_spheres
+    from carom.drawing import draw_disks, draw_obstacles, draw_projection, draw_rods, draw_spheres
 
     draw = {1: draw_rods, 2: draw_disks, 3: draw_spheres}.get(frame.dimension, draw_projection)
     figure, axes = _figure(6.0, 1.6 if frame.dimension == 1 else 6.4)
     draw(axes, frame)
+    if frame.dimension == 2:
+        draw_obstacles(axes, obstacles, frame)
     volume = sum(theory.ball_volume(frame.dimension, float(s)) for s in frame.diameters)
     title = _state(frame.n, frame.dimension, volume / math.prod(frame.box))
     if frame.dimension > 3:
         title += "\nfirst two coordinates"
     axes.set_title(title, fontsize=TITLE)
+    return saved(figure, path)
+
+
+def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None) -> Figure:
+    """A packing's network of contacts: bonds of the backbone, rattlers dotted.
+
+    Parameters
+    ----------
+    network : PackingNetwork
+        Of a packing in two or three dimensions; in three the spheres of the backbone are left out.
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If the packing has another dimension.
+    FileError
+        If the picture cannot be saved.
+    """
+    from carom.drawing import draw_network, draw_network_in_space
+
+    dimension = network.frame.dimension
+    if dimension not in (2, 3):
+        raise InputError(f"A network is drawn in two or three dimensions, found {dimension}.")
+    figure, axes = _figure(6.4, 6.8)
+    (draw_network if dimension == 2 else draw_network_in_space)(axes, network)
+    axes.autoscale_view()
+    axes.set_title(
+        f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{network.contacts} contacts in the "
+        f"backbone (isostatic: {network.isostatic}), {len(network.rattlers)} rattlers",
+        fontsize=TITLE,
+    )
+    return saved(figure, path)
+
+
+def gaps(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None) -> Figure:
+    """How many pairs have a gap below h: the void between contacts and near contacts, and the chosen gap.
+
+    Parameters
+    ----------
+    network : PackingNetwork
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    FileError
+        If the picture cannot be saved.
+    """
+    figure, axes = _figure(6.4, 4.0)
+    # Pairs that overlap by rounding stand at the left border.
+    positive = network.gaps[network.gaps > 0.0]
+    least = float(positive.min()) if positive.size else network.gap
+    axes.step(np.maximum(network.gaps, least), np.arange(1, len(network.gaps) + 1), where="post", color=INK)
+    low, high = max(network.void[0], least), network.void[1]
+    axes.axvspan(low, high, color=PALE, alpha=0.4, linewidth=0, label="void")
+    axes.axvline(network.gap, color=WARM, linestyle="--", label=f"chosen gap {network.gap:.1e}")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel(r"gap $h = r / \sigma_{ij} - 1$")
+    axes.set_ylabel("pairs with a smaller gap")
+    axes.legend(frameon=False, fontsize=8.5)
     return saved(figure, path)
 
 

@@ -117,7 +117,7 @@ def _draw(
         with replacing(folder.path / "rdf.png") as temporary:
             plots.rdf(distribution, contact_value=implied, path=temporary)
     with replacing(folder.path / "snapshot.png") as temporary:
-        plots.snapshot(facts.sim.frame(), path=temporary)
+        plots.snapshot(facts.sim.frame(), obstacles=facts.sim.scene.obstacles, path=temporary)
 
 
 def _summary(

@@ -1,0 +1,256 @@
+"""Jammed packings: who touches whom, who rattles, and whether the backbone is isostatic.
+
+In a packing compressed to a reduced pressure p the spheres that carry it are apart by about 1/p of a
+diameter, and those that nearly touch by much more: between the two the distribution of gaps has a void of
+several decades, within which the border of "contact" lies.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from carom import overlaps
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.obstacles import walls
+from carom.species import Contacts, contact_matrix, labels
+from carom.theory import ball_volume
+
+#: Gaps up to this part of the contact distance are looked at: less than to the second neighbours of any
+#: dense lattice (0.41 in fcc), more than any contact.
+REACH = 0.3
+
+#: Directions of contacts are known to about the relative gap; what their combination to zero misses by less
+#: than this is zero.
+BALANCED = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class PackingNetwork:
+    """The contacts of a packing, and its backbone: what remains without the rattlers.
+
+    Attributes
+    ----------
+    frame : Frame
+        The packing.
+    gap : float
+        Pairs nearer than this part of their contact distance are in contact.
+    void : (float, float)
+        The largest gap of a contact and the smallest one of no contact; the latter is at most ``REACH``.
+    gaps : (p,) array
+        Gaps over contact distances of all pairs looked at, in increasing order; negative where they overlap.
+    bonds : (m, 2) int array
+        Pairs in contact, i < j; or a component and, as n + k, wall k (lower, upper, axis after axis, where
+        there are walls).
+    vectors : (m, d) array
+        From i to the image of j that it touches, or to the wall [length].
+    backbone : (n,) bool array
+        Who is no rattler.
+    """
+
+    frame: Frame
+    gap: float
+    void: tuple[float, float]
+    gaps: np.ndarray = field(repr=False)
+    bonds: np.ndarray = field(repr=False)
+    vectors: np.ndarray = field(repr=False)
+    backbone: np.ndarray = field(repr=False)
+
+    @property
+    def rattlers(self) -> np.ndarray:
+        """Numbers of the components that the others do not hold in place."""
+        return np.flatnonzero(~self.backbone)
+
+    @property
+    def rattler_fraction(self) -> float:
+        """Part of the components that rattle."""
+        return 1.0 - float(self.backbone.mean())
+
+    @property
+    def held(self) -> np.ndarray:
+        """Which contacts join the backbone, (m,) bool: none of their ends is a rattler."""
+        solid = np.append(self.backbone, np.ones(2 * self.frame.dimension, dtype=bool))
+        return solid[self.bonds].all(axis=1)
+
+    @property
+    def contacts(self) -> int:
+        """Contacts of the backbone, those with walls included."""
+        return int(self.held.sum())
+
+    @property
+    def coordination(self) -> float:
+        """Mean number of contacts of a component of the backbone; nan without a backbone."""
+        ends = int((self.bonds[self.held] < self.frame.n).sum())
+        solid = int(self.backbone.sum())
+        return ends / solid if solid else math.nan
+
+    @property
+    def isostatic(self) -> int:
+        """Contacts that hold the backbone without one to spare.
+
+        As many as degrees of freedom, ``d N_b`` less one for each periodic axis, along which all can move
+        together, and one more for the state of stress: ``d (N_b - 1) + 1`` on a torus (Donev, Torquato and
+        Stillinger, Phys. Rev. E 71, 011105 (2005)). None without a backbone.
+        """
+        solid = int(self.backbone.sum())
+        return self.frame.dimension * solid - sum(self.frame.periodic) + 1 if solid else 0
+
+    @property
+    def packing_fraction(self) -> float:
+        """Part of the box that all spheres fill, rattlers included."""
+        d = self.frame.dimension
+        return ball_volume(d) * math.fsum(self.frame.diameters**d) / math.prod(self.frame.box)
+
+    def __str__(self) -> str:
+        return (
+            f"packing fraction {self.packing_fraction:.6f}, {len(self.rattlers)} rattlers of {self.frame.n} "
+            f"({100 * self.rattler_fraction:.1f} %), {self.contacts} contacts in the backbone (isostatic: "
+            f"{self.isostatic}), coordination {self.coordination:.4f}; contact is a gap below "
+            f"{self.gap:.1e}, in the void from {self.void[0]:.1e} to {self.void[1]:.1e}"
+        )
+
+
+def packing_network(
+    frame: Frame, *, gap: float | None = None, contact: ArrayLike | None = None
+) -> PackingNetwork:
+    """Return the contacts, rattlers and backbone of a packing.
+
+    Parameters
+    ----------
+    frame : Frame
+        The packing. Axes that are not periodic have walls, which hold it as well.
+    gap : float, optional
+        Pairs nearer than this part of their contact distance are in contact. Left out, it is the middle, in
+        the logarithm, of the widest void in the distribution of gaps that has at least half as many pairs
+        below it as there are components.
+    contact : (K, K) array_like, optional
+        Contact distances between species [length], where they are not the means of the diameters.
+
+    Raises
+    ------
+    InputError
+        If no pair is near contact, or the gap is not between 0 and ``REACH``.
+
+    Notes
+    -----
+    A rattler has fewer than d + 1 contacts, or contacts on one side only: no combination of their directions
+    with positive coefficients is zero, so that it can be moved away from all of them. What only rattlers
+    hold is a rattler, too; so they are taken away until none is left.
+    """
+    pairs, vectors, gaps = _near(frame, contact)
+    if not len(gaps):
+        raise InputError(
+            f"No two components are nearer than {1 + REACH:g} contact distances; this is no packing."
+        )
+    order = np.argsort(gaps, kind="stable")
+    pairs, vectors, gaps = pairs[order], vectors[order], gaps[order]
+    if gap is None:
+        smallest = overlaps.rounding(np.asarray(frame.box)) / float(frame.diameters.max())
+        gap = _widest_void(gaps, smallest, frame.n)
+    elif not 0.0 < gap < REACH:
+        raise InputError(f"gap is {gap!r}; expected a part of a diameter between 0 and {REACH:g}.")
+    count = int(np.searchsorted(gaps, gap))
+    void = (
+        float(gaps[count - 1]) if count else 0.0,
+        float(gaps[count]) if count < len(gaps) else REACH,
+    )
+    bonds, vectors = pairs[:count], vectors[:count]
+    return PackingNetwork(frame, float(gap), void, gaps, bonds, vectors, _backbone(frame, bonds, vectors))
+
+
+def _near(frame: Frame, contact: ArrayLike | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return all pairs (p, 2) near contact, under all images, their vectors (p, d) and relative gaps (p,)."""
+    from scipy.spatial import cKDTree
+
+    species = labels(frame.species, frame.n)
+    matrix = contact_matrix(contact, species, frame.diameters)
+    contacts = Contacts(frame.diameters, species, matrix)
+    found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+    classes = contacts.classes
+    for a, b in itertools.combinations_with_replacement(range(len(classes)), 2):
+        reach = (1.0 + REACH) * contacts.reach(a, b)
+        places, owners = _with_images(frame, classes[b], reach)
+        ours = cKDTree(frame.positions[classes[a]])
+        near = ours.sparse_distance_matrix(cKDTree(places), reach, output_type="ndarray")
+        i, j = classes[a][near["i"]], owners[near["j"]]
+        vectors = places[near["j"]] - frame.positions[i]
+        # Of one class every pair is met from both sides, and nobody touches its own image.
+        kept = i < j if a == b else i != j
+        pairs = np.stack([i, j], axis=1)[kept]
+        distance = contacts.of(pairs)
+        found.append((pairs, vectors[kept], near["v"][kept] / distance - 1.0))
+    radii = 0.5 * frame.diameters
+    for k, wall in enumerate(walls(frame.box, frame.periodic)):
+        gap = wall.gap(frame.positions, radii, frame.box, frame.periodic)
+        i = np.arange(frame.n)
+        pairs = np.stack([i, np.full_like(i, frame.n + k)], axis=1)
+        found.append((pairs, np.outer(gap + radii, -np.array(wall.normal)), gap / frame.diameters))
+    pairs, vectors, gaps = (np.concatenate(column) for column in zip(*found, strict=True))
+    swapped = pairs[:, 0] > pairs[:, 1]
+    pairs[swapped] = pairs[swapped][:, ::-1]
+    vectors[swapped] *= -1.0
+    kept = gaps < REACH
+    return pairs[kept], vectors[kept], gaps[kept]
+
+
+def _with_images(frame: Frame, members: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return places (q, d) of `members` and of their images within reach of the box, and whose they are."""
+    places, owners = frame.positions[members], members
+    for axis, (edge, repeats) in enumerate(zip(frame.box, frame.periodic, strict=True)):
+        if not repeats:
+            continue
+        turns = range(-math.ceil(reach / edge), math.ceil(reach / edge) + 1)
+        moved = [places + turn * edge * np.eye(frame.dimension)[axis] for turn in turns]
+        x = np.concatenate(moved)
+        kept = (x[:, axis] >= -reach) & (x[:, axis] <= edge + reach)
+        places, owners = x[kept], np.tile(owners, len(moved))[kept]
+    return places, owners
+
+
+def _widest_void(gaps: np.ndarray, smallest: float, n: int) -> float:
+    """Return the middle of the widest void in the logarithm of gaps, those below `smallest` being equal."""
+    logarithms = np.log(np.append(np.maximum(gaps, smallest), REACH))
+    first = min(max(n // 2, 1), len(gaps)) - 1
+    widths = np.diff(logarithms)[first:]
+    k = first + int(np.argmax(widths))
+    return math.exp(0.5 * (logarithms[k] + logarithms[k + 1]))
+
+
+def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return who remains (n,) when rattlers are taken away until there is none."""
+    n = frame.n
+    touching: list[list[tuple[int, np.ndarray]]] = [[] for _ in range(n)]
+    for (i, j), vector in zip(bonds.tolist(), vectors, strict=True):
+        direction = vector / np.linalg.norm(vector)
+        touching[i].append((j, direction))
+        if j < n:
+            touching[j].append((i, -direction))
+    solid = np.ones(n, dtype=bool)
+    waiting = set(range(n))
+    while waiting:
+        i = waiting.pop()
+        held = [direction for j, direction in touching[i] if j >= n or solid[j]]
+        if solid[i] and not is_held(np.array(held).reshape(-1, frame.dimension)):
+            solid[i] = False
+            waiting.update(j for j, _ in touching[i] if j < n and solid[j])
+    return solid
+
+
+def is_held(directions: np.ndarray) -> bool:
+    """Tell whether contacts in these directions (m, d) hold a component from all sides.
+
+    They do if they span the space and some combination of them with positive coefficients is zero; with
+    coefficients 1 + mu this is a problem of non-negative least squares.
+    """
+    from scipy.optimize import nnls
+
+    m, dimension = directions.shape
+    if m < dimension + 1 or np.linalg.matrix_rank(directions, tol=BALANCED) < dimension:
+        return False
+    _, missing = nnls(directions.T, -directions.sum(axis=0), maxiter=100 * m)
+    return bool(missing < BALANCED * m)

@@ -1,0 +1,219 @@
+"""Contact networks of packings that are known: crystals, with and without vacancies, and rattlers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from carom import initial, plots
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.observables.packing import REACH, is_held, packing_network
+from carom.scene import Scene
+
+TOUCHING = 2.0**-40  # of a crystal that is expanded by this
+
+
+def frame_of(positions, box, diameters=1.0, periodic=True, species=None) -> Frame:
+    positions = np.asarray(positions, float)
+    n, d = positions.shape
+    sizes = np.broadcast_to(np.asarray(diameters, float), n).copy()
+    return Frame(
+        0.0, 0, positions, np.zeros((n, d)), tuple(box), sizes, np.ones(n), periodic=(periodic,) * d,
+        species=species,
+    )  # fmt: skip
+
+
+def crystal(dimension: int, cells, apart: float = TOUCHING) -> Frame:
+    """The densest lattice, its neighbours `apart` of a diameter from contact."""
+    lattice = initial.densest(dimension)
+    counts = initial.cells_along(lattice, cells)
+    edge = (1.0 + apart) / lattice.nearest
+    return frame_of(lattice.points(counts, edge), lattice.box(counts, edge))
+
+
+def without(frame: Frame, *gone: int) -> Frame:
+    return frame_of(np.delete(frame.positions, gone, axis=0), frame.box)
+
+
+@pytest.mark.parametrize(
+    ("dimension", "cells", "kissing"), [(1, 7, 2), (2, 6, 6), (3, 3, 12), (4, 2, 24), (5, 2, 40)]
+)
+def test_every_sphere_of_a_crystal_touches_its_kissing_number(dimension, cells, kissing):
+    frame = crystal(dimension, cells)
+    network = packing_network(frame)
+    n = frame.n
+    assert network.contacts == len(network.bonds) == n * kissing // 2
+    assert network.coordination == kissing
+    assert network.rattlers.size == 0
+    assert network.isostatic == dimension * (n - 1) + 1
+    assert network.packing_fraction == pytest.approx(
+        initial.densest(dimension).limit * (1 + TOUCHING) ** -dimension, rel=1e-12
+    )
+    assert network.void[0] < 2 * TOUCHING < network.gap < 0.1 < network.void[1] <= REACH
+    np.testing.assert_allclose(np.linalg.norm(network.vectors, axis=1), 1 + TOUCHING, rtol=1e-14)
+
+
+def test_small_boxes_have_a_bond_for_each_image():
+    # Two cells of the triangular lattice along x: each disk touches its two neighbours there from both sides.
+    frame = crystal(2, (2, 1))
+    network = packing_network(frame)
+    assert (frame.n, network.contacts, network.coordination) == (4, 12, 6.0)
+
+
+def test_a_vacancy_costs_its_neighbours_a_contact_and_frees_nobody():
+    frame = without(crystal(2, 6), 14)
+    network = packing_network(frame)
+    assert network.rattlers.size == 0
+    assert network.contacts == 3 * 36 - 6
+    assert sorted(np.bincount(network.bonds.ravel()).tolist()) == [5] * 6 + [6] * 29
+
+
+def test_vacancies_apart_hold_and_vacancies_side_by_side_unravel_the_crystal():
+    frame = crystal(2, 8)
+    middle = int(np.argmin(np.linalg.norm(frame.positions - 0.5 * np.array(frame.box), axis=1)))
+    separation = frame.positions - frame.positions[middle]
+    around = np.flatnonzero(np.abs(np.linalg.norm(separation, axis=1) - 1) < 0.1)
+    ring = around[np.argsort(np.arctan2(separation[around, 1], separation[around, 0]))]
+    assert len(ring) == 6
+    held = packing_network(without(frame, *ring[::2]))
+    assert held.rattlers.size == 0
+    # A disk beside two that are missing has contacts at 0, 60, 120 and 180 degrees only and can move away; so
+    # can then the next one.
+    pair = packing_network(without(frame, *ring[:2]))
+    assert not pair.backbone.any()
+
+
+def test_a_disk_put_into_a_vacancy_of_a_larger_one_rattles():
+    frame = crystal(2, 6)
+    sizes = np.ones(frame.n)
+    sizes[14] = 0.9
+    network = packing_network(frame_of(frame.positions, frame.box, sizes))
+    assert network.rattlers.tolist() == [14]
+    assert network.rattler_fraction == pytest.approx(1 / 36)
+    assert network.contacts == 3 * 36 - 6
+    assert network.isostatic == 2 * 34 + 1
+    assert network.coordination == pytest.approx(2 * 102 / 35)
+    # Its neighbours have no contact at all with it: the gaps of 0.05 lie above the void.
+    assert network.void[1] == pytest.approx(1 / 0.95 - 1, rel=1e-6)
+
+
+def test_what_only_rattlers_hold_rattles_too():
+    # Two chains of disks, on their own: each end has one contact, and losing it frees the next.
+    chain = [[1.0 + k, 1.0] for k in range(5)]
+    network = packing_network(frame_of(chain, (20.0, 20.0)))
+    assert len(network.bonds) == 4
+    assert network.rattlers.tolist() == [0, 1, 2, 3, 4]
+    assert (network.contacts, network.isostatic) == (0, 0)
+    assert math.isnan(network.coordination)
+
+
+def test_walls_hold_as_well():
+    # Four disks fill a square box: each touches two walls and two others.
+    corners = [[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]]
+    network = packing_network(frame_of(corners, (2.0, 2.0), periodic=False))
+    assert network.rattlers.size == 0
+    assert network.contacts == 4 + 8
+    assert network.coordination == 4.0
+    assert network.isostatic == 2 * 4 + 1
+    # A single disk between two walls is held along one axis alone.
+    alone = packing_network(frame_of([[0.5, 2.0]], (1.0, 4.0), periodic=False))
+    assert alone.rattlers.tolist() == [0]
+
+
+def test_a_matrix_of_contacts_replaces_the_diameters():
+    species = np.array([0, 1])
+    frame = frame_of([[1.0, 1.0], [1.8, 1.0]], (9.0, 9.0), species=species)
+    assert packing_network(frame, contact=[[1.0, 0.8], [0.8, 1.0]]).gaps == pytest.approx([0.0], abs=1e-15)
+    assert packing_network(frame).gaps == pytest.approx([-0.2])
+
+
+@pytest.mark.parametrize("ratio", [1.4, 20.0])
+def test_near_pairs_of_unequal_disks_are_all_found(ratio):
+    """Against every pair one by one, over all images."""
+    scene = Scene.mixture(
+        [10, 40], diameters=[ratio, 1.0], dimension=2, packing_fraction=0.6, seed=2, periodic=[True, False]
+    )
+    frame = frame_of(scene.positions, scene.box, scene.diameters)
+    network = packing_network(frame, gap=0.01)
+    expected = []
+    for i in range(scene.n):
+        for j in range(i + 1, scene.n):
+            for x in (-1, 0, 1):
+                for y in (-1, 0, 1):
+                    r = scene.positions[j] - scene.positions[i] + np.array([x, y]) * scene.box
+                    expected.append(np.linalg.norm(r) / (0.5 * (scene.diameters[i] + scene.diameters[j])) - 1)
+    expected = np.sort(expected)
+    np.testing.assert_allclose(network.gaps, expected[expected < REACH], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("contacts_apart", [1e-13, 1e-9, 1e-6])
+def test_the_gap_is_chosen_in_the_void_between_contacts_and_near_contacts(contacts_apart):
+    """A crystal with contacts spread over a decade, and eight smaller disks, no two of them side by side."""
+    rng = np.random.default_rng(1)
+    frame = crystal(2, 20, apart=0.0)
+    sizes = 1.0 - contacts_apart * 10 ** rng.random(frame.n)
+    small = np.arange(0, frame.n, frame.n // 8)
+    assert np.linalg.norm(np.diff(frame.positions[small], axis=0), axis=1).min() > 2
+    sizes[small] = 1.0 - 10.0 ** -rng.uniform(2, 3, 8)
+    network = packing_network(frame_of(frame.positions, frame.box, sizes))
+    assert 10 * contacts_apart < network.gap < 5e-4
+    assert len(network.rattlers) == 8
+
+
+def test_directions_hold_from_all_sides_or_not():
+    three = np.array([[math.cos(a), math.sin(a)] for a in (0.1, 2.2, 4.3)])
+    assert is_held(three)
+    assert not is_held(three[:2])
+    # Opposite ones hold along a line; a third one across still leaves a way out, a fourth does not.
+    cross = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    assert not is_held(cross[:3])
+    assert is_held(cross)
+    assert not is_held(np.abs(three))
+    for d in (1, 2, 3, 5):
+        simplex = np.vstack([np.eye(d), -np.ones(d) / math.sqrt(d)])
+        assert is_held(simplex)
+        assert not is_held(simplex[:-1])
+        assert not is_held(np.pad(simplex, ((0, 0), (0, 1))))
+
+
+@pytest.mark.parametrize("gap", [0.0, -1.0, REACH])
+def test_a_gap_that_is_none_is_refused(gap):
+    with pytest.raises(InputError, match="gap is"):
+        packing_network(crystal(2, 4), gap=gap)
+
+
+def test_a_gas_is_no_packing():
+    with pytest.raises(InputError, match="no packing"):
+        packing_network(frame_of([[1.0, 1.0], [5.0, 5.0]], (9.0, 9.0)))
+
+
+def test_the_network_tells_about_itself():
+    text = str(packing_network(crystal(2, 6)))
+    assert "0 rattlers of 36" in text
+    assert "coordination 6.0000" in text
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_networks_and_gaps_are_drawn(dimension, tmp_path):
+    frame = crystal(dimension, 3)
+    sizes = np.ones(frame.n)
+    sizes[3] = 0.8
+    network = packing_network(frame_of(frame.positions, frame.box, sizes))
+    figure = plots.packing(network, path=tmp_path / "packing.png")
+    lines = [c for c in figure.axes[0].collections if type(c).__name__ == "LineCollection"]
+    # From both ends.
+    assert max(len(c.get_paths()) for c in lines) == 2 * network.contacts
+    dotted = [c for c in figure.axes[0].collections if c.get_linestyle()[0][1] is not None]
+    assert any(len(c.get_offsets()) == 1 for c in dotted)
+    plots.gaps(network, path=tmp_path / "gaps.png")
+    assert (tmp_path / "gaps.png").stat().st_size > 1000
+    with pytest.raises(FileError, match="cannot be written"):
+        plots.gaps(network, path=tmp_path / "missing" / "gaps.png")
+
+
+def test_other_dimensions_are_not_drawn():
+    with pytest.raises(InputError, match="two or three"):
+        plots.packing(packing_network(crystal(4, 2)))
