@@ -409,7 +409,9 @@ def _(chain: Chain, obstacles, boundary, size, rate, every):
                 digits = code
                 for axis in range(len(boundary.edges)):
                     edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
-                    obstacles.image[axis] = obstacles.x[axis] + (digits % 3 - 1) * edge
+                    # The anchor may have been given in another box.
+                    turns = np.floor(anchor(obstacle, axis) * boundary.inverse[axis])
+                    obstacles.image[axis] = obstacles.x[axis] + (turns + (digits % 3 - 1)) * edge
                     digits //= 3
                 t = min(t, encounter(obstacle, obstacles.image, obstacles.v, size, rate))
         elif every:
