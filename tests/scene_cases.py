@@ -1,4 +1,4 @@
-"""Small scenes of every kind beside the oracle, event by event; `python tests/scene_cases.py NAME...` runs some.
+"""Small scenes of every kind beside the oracle, event by event; `python scene_cases.py NAME...` runs some.
 
 The state between every two events is compared, not a log of them: it holds for diameters that grow, too, and
 equal velocities before and after mean equal partners.
@@ -146,7 +146,9 @@ def placed(n, box, seed, *, diameters=(0.6, 1.4), masses=(0.3, 3.0), **more):
     sizes[0] = max(sizes)
     heavy = np.exp(rng.uniform(*np.log(masses), n)) if masses else np.ones(n)
     scene = carom.Scene.mixture([1] * n, diameters=sizes, masses=heavy, box=box, seed=seed, **more)
-    changes = {"diameter": 1.0, "mass": 1.0, "species": None} if not (diameters or masses) else {"species": None}
+    changes = (
+        {"diameter": 1.0, "mass": 1.0, "species": None} if not (diameters or masses) else {"species": None}
+    )
     return moving(scene.with_(**changes), seed + 1)
 
 
@@ -294,7 +296,7 @@ if __name__ == "__main__":
     failed = False
     for each in sys.argv[1:]:
         try:
-            import time; t0=time.process_time(); print(each, compare(each), round(time.process_time()-t0,2), flush=True)
+            print(each, compare(each), flush=True)
         except Exception:
             failed = True
             print(each, "FAILED", flush=True)

@@ -47,7 +47,8 @@ def lists_of(sim):
 
 def check_lists(sim):
     """Lists are symmetric, hold just who is within reach, and nobody is beyond the margin."""
-    lists, n, edges = sim._engine.neighbors, sim.scene.n, np.array(sim.scene.box)
+    lists, n = sim._engine.neighbors, sim.scene.n
+    edges = np.array(lists.grain) * 2.0**32  # those of the box; stretched between walls
     listed = lists_of(sim)
     assert all(len(row) == count for row, count in zip(listed, lists.counts, strict=True)), "no one twice"
     reference = lists.reference * np.array(lists.grain)
@@ -97,7 +98,7 @@ def all_meetings(sim):
     x, v, _ = present(sim)
     n, d = x.shape
     edges = np.array(sim.scene.box)
-    sigma = sim.scene.diameter
+    sigma = 0.5 * (sim.scene.diameters[:, None] + sim.scene.diameters)
     first = np.full((n, n), np.inf)
     u = v[None] - v[:, None]
     uu = (u**2).sum(axis=2)

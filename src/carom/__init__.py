@@ -15,6 +15,7 @@ _LAZY = {
     "Frame": "carom.frame",
     "Block": "carom.tally",
     "Pressure": "carom.observables.pressure",
+    "WallPressure": "carom.observables.wall_pressure",
     "explain": "carom.explanation",
     "rdf": "carom.observables.rdf",
     "CaromError": "carom.errors",

@@ -8,6 +8,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.obstacles import CylindricalContainer, Plane
 
 if TYPE_CHECKING:
     from carom.kernel.scheme import Contents
@@ -15,6 +16,27 @@ if TYPE_CHECKING:
 
 CAUTIOUS = 1e-3
 """Normal speed, in thermal speeds, below which contacts are elastic in a scene with restitution below one."""
+
+
+def conserved(scene: Scene) -> tuple[bool, ...]:
+    """Tell for every axis whether the total momentum along it is conserved.
+
+    Walls and obstacles take it up, but planes only along their normals and cylinders only across their axis;
+    of an obstacle of one's own nothing is known. One component alone needs no exception: nothing is conserved
+    that it does not have itself, and all its velocities are free.
+    """
+    if scene.n == 1:
+        return (False,) * scene.dimension
+
+    def glides(obstacle: Any, axis: int) -> bool:
+        if isinstance(obstacle, Plane):
+            return obstacle.normal[axis] == 0.0
+        return isinstance(obstacle, CylindricalContainer) and obstacle.axis == axis
+
+    return tuple(
+        wraps and all(glides(obstacle, axis) for obstacle in scene.obstacles)
+        for axis, wraps in enumerate(scene.periodic)
+    )
 
 
 def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:

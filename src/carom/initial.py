@@ -319,6 +319,7 @@ def maxwell_velocities(
     masses: float | np.ndarray = 1.0,
     kT: float = 1.0,
     seed: int | np.random.Generator = 0,
+    conserved: Sequence[bool] | None = None,
 ) -> np.ndarray:
     """Draw velocities with zero total momentum and an exact temperature.
 
@@ -332,12 +333,15 @@ def maxwell_velocities(
         Temperature [energy]; 0 leaves all at rest.
     seed : int or numpy.random.Generator
         Source of randomness.
+    conserved : d bools, optional
+        Axes along which momentum is conserved, and zero: all by default. Walls and obstacles take up that of
+        others.
 
     Returns
     -------
     (n, d) array
-        Velocities with ``2 K = kT d (n - 1)``: on a torus without net momentum, d (n - 1) degrees of freedom
-        move. One component alone keeps its momentum and has ``2 K = kT d``.
+        Velocities with ``2 K = kT (d n - c)`` for c axes with momentum zero: on a torus d (n - 1) degrees of
+        freedom move. One component alone keeps its momentum and has ``2 K = kT d``.
 
     Raises
     ------
@@ -356,8 +360,12 @@ def maxwell_velocities(
             least = mass.min(initial=np.inf)
             raise InputError(f"masses must be {n} positive numbers, found {len(mass)}, the least {least:g}.")
     velocities = rng.standard_normal((n, dimension)) / np.sqrt(mass)[:, None]
-    if n > 1:
+    still = np.ones(dimension, bool) if conserved is None else np.array(conserved, bool)
+    if n == 1:
+        still[:] = False
+    if still.any():
         for _ in range(2):  # the second time takes away what rounding left
-            velocities -= (mass @ velocities) / mass.sum()
+            velocities -= np.where(still, mass @ velocities, 0.0) / mass.sum()
     twice_kinetic = float(mass @ np.einsum("ij,ij->i", velocities, velocities))
-    return velocities * math.sqrt(kT * dimension * max(n - 1, 1) / twice_kinetic)
+    freedoms = dimension * n - int(still.sum())
+    return velocities * math.sqrt(kT * freedoms / twice_kinetic)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from carom import checks, initial
-from carom.contents import contents_of, growth_rates
+from carom.contents import conserved, contents_of, growth_rates
 from carom.errors import CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.scene import Scene
@@ -156,7 +156,7 @@ class Simulation:
             shell = checks.number(shell, "shell", low=1.0, open_low=True)
         if scene.velocities is None:
             velocities = initial.maxwell_velocities(
-                scene.n, scene.dimension, scene.masses, 1.0 if kT is None else kT, seed
+                scene.n, scene.dimension, scene.masses, 1.0 if kT is None else kT, seed, conserved(scene)
             )
         elif kT is None:
             velocities = scene.velocities
@@ -185,7 +185,7 @@ class Simulation:
     def _thermal_speed(self, velocities: np.ndarray) -> float:
         """Return ``sqrt(kT / m)`` with the mean mass."""
         twice = float(np.sum(self.scene.masses[:, None] * velocities * velocities))
-        return math.sqrt(twice / (self._freedoms * self.scene.mass))
+        return math.sqrt(twice / (self.degrees_of_freedom * self.scene.mass))
 
     def _choose(self, velocities: np.ndarray, rate: float | None = None) -> Scheme:
         from carom.kernel import scheme
@@ -260,17 +260,17 @@ class Simulation:
 
     @property
     def kT(self) -> float:
-        """Temperature [energy]: twice the kinetic energy over the degrees of freedom, ``d (n - 1)`` where
-        momentum is conserved and ``d n`` where walls or obstacles take it up, or for a single component.
-        """
+        """Temperature [energy]: twice the kinetic energy over the :attr:`degrees_of_freedom`."""
         v = self._engine.state.rows["v"][: self.scene.n]
-        return float(np.sum(self.scene.masses[:, None] * v * v) / self._freedoms)
+        return float(np.sum(self.scene.masses[:, None] * v * v) / self.degrees_of_freedom)
 
     @property
-    def _freedoms(self) -> int:
-        scene = self.scene
-        free = scene.walls or bool(scene.obstacles) or scene.n == 1
-        return scene.dimension * (scene.n if free else scene.n - 1)
+    def degrees_of_freedom(self) -> int:
+        """Coordinates of velocity that are free: d n, less one for every axis along which the momentum is
+        conserved, so d (n - 1) in a periodic box. Walls and obstacles take up momentum; a single component is
+        free along all axes.
+        """
+        return self.scene.dimension * self.scene.n - sum(conserved(self.scene))
 
     @property
     def diameters(self) -> np.ndarray:
@@ -320,16 +320,12 @@ class Simulation:
         """What walls and obstacles took up since the start, in the order of their numbers: the walls of each
         axis without periodicity, lower before upper, then the scene's obstacles.
         """
-        names = [
-            f"{side} wall of axis {axis}"
-            for axis, wraps in enumerate(self.scene.periodic)
-            if not wraps
-            for side in ("lower", "upper")
-        ] + [obstacle.name for obstacle in self.scene.obstacles]
+        from carom.observables.wall_pressure import obstacle_names
+
         tally = self._engine.model.obstacles
         return tuple(
             Impacts(name, int(tally.hits[k]), float(tally.impulse[k]))
-            for name, k in zip(names, self._obstacle_numbers(), strict=True)
+            for name, k in zip(obstacle_names(self.scene), self._obstacle_numbers(), strict=True)
         )
 
     def _obstacle_numbers(self) -> list[int]:
@@ -499,7 +495,7 @@ class Simulation:
         return (np.int64(epoch), float(offset)), True
 
     def rescale(self, kT: float = 1.0) -> None:
-        """Scale all velocities, so that the temperature is ``kT``; without walls, bring the momentum to zero.
+        """Scale all velocities, so that the temperature is ``kT``; momentum that is conserved is made zero.
 
         For diameters that grow: every contact adds energy, and what counts is their rate of growth in units
         of the thermal speed. Everything is then scheduled anew.
@@ -512,12 +508,12 @@ class Simulation:
         kT = checks.number(kT, "kT", low=0.0, open_low=True)
         velocities = self._engine.state.rows["v"][: self.scene.n].copy()
         masses = self.scene.masses[:, None]
-        if self._freedoms < self.scene.dimension * self.scene.n:
-            velocities -= np.sum(masses * velocities, axis=0) / masses.sum()
+        momentum = np.where(conserved(self.scene), np.sum(masses * velocities, axis=0), 0.0)
+        velocities -= momentum / masses.sum()
         twice = float(np.sum(masses * velocities * velocities))
         if twice == 0.0:
             raise InputError("Nothing moves, so there is no temperature to scale; give the scene velocities.")
-        self._refit(math.sqrt(kT * self._freedoms / twice) * velocities)
+        self._refit(math.sqrt(kT * self.degrees_of_freedom / twice) * velocities)
 
     def _refit(self, velocities: np.ndarray | None = None) -> None:
         """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything."""
@@ -553,7 +549,9 @@ class Simulation:
 
         if self._contents.rates is not None:
             return math.inf
-        speed = math.sqrt(2.0 * self._energy0 / (self.scene.mass * self.scene.n))
+        speed = math.sqrt(2.0 * self._mechanics()[0] / (self.scene.mass * self.scene.n))
+        if self._contents.restitution < 1.0:  # they cool until contacts are slower than this, hence elastic
+            speed = min(speed, self._contents.threshold)
         rate = scheme.collision_rate(
             self.scene.packing_fraction, self.scene.dimension, self.scene.diameter, speed
         )
@@ -691,7 +689,7 @@ class Simulation:
 
         Parameters
         ----------
-        observable : carom.Pressure, or what has its ``blocks`` and ``estimate``
+        observable : carom.Pressure, carom.WallPressure, or what has their ``blocks`` and ``of_scene``
             What is measured.
         collisions, collisions_per_particle, time : float, optional
             How long, as in :meth:`run`.
@@ -761,17 +759,7 @@ class Simulation:
 
     def estimate(self, observable, blocks: Sequence[Block]):
         """Return the observable's estimate from blocks of this run, such as :meth:`blocks` yields."""
-        return observable.estimate(
-            blocks,
-            n=self.scene.n,
-            dimension=self.scene.dimension,
-            volume=self.scene.volume,
-            diameter=self.scene.diameter,
-            kT=self.kT,
-            mass=self.scene.mass,
-            packing_fraction=self.scene.packing_fraction,
-            simple=self.scene.simple,
-        )
+        return observable.of_scene(blocks, self.scene, kT=self.kT)
 
     def blocks(self, duration: float, count: int) -> Iterator[Block]:
         """Run on for ``count`` blocks of equal time and yield each."""

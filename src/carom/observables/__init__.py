@@ -5,6 +5,7 @@ from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureEstimate
 from carom.observables.rdf import RadialDistribution
 from carom.observables.statistics import Estimate, blocking
+from carom.observables.wall_pressure import WallPressure, WallPressureEstimate
 
 __all__ = [
     "Estimate",
@@ -13,6 +14,8 @@ __all__ = [
     "Pressure",
     "PressureEstimate",
     "RadialDistribution",
+    "WallPressure",
+    "WallPressureEstimate",
     "blocking",
     "packing_network",
 ]

@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from carom import theory
 from carom.errors import CaromWarning, InputError
 from carom.observables.statistics import Estimate, ratio
 from carom.tally import Block
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
 
 # With fewer collisions than this the error of the virial is itself uncertain by a fifth, and blocks are
 # mostly empty.
@@ -46,6 +50,20 @@ class Pressure:
                 f"blocks is {self.blocks!r}; an error bar needs at least 2 blocks, better 64 or more."
             )
 
+    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> PressureEstimate:
+        """Pressure of any scene, from blocks of its run: :meth:`estimate` with what the scene says."""
+        return self.estimate(
+            blocks,
+            n=scene.n,
+            dimension=scene.dimension,
+            volume=scene.volume,
+            diameter=scene.diameter,
+            kT=kT,
+            mass=scene.mass,
+            packing_fraction=scene.packing_fraction,
+            simple=scene.simple,
+        )
+
     @staticmethod
     def estimate(
         blocks: Sequence[Block],
@@ -71,7 +89,7 @@ class Pressure:
         diameter, mass : float
             Of every particle; of a mixture the largest diameter, and any mass [length], [mass].
         kT : float
-            ``2 K / (d (n - 1))`` with the kinetic energy K [energy].
+            Twice the kinetic energy over the degrees of freedom, d (n - 1) in a periodic box [energy].
         packing_fraction : float, optional
             Of a mixture; else it follows from the diameter.
         simple : bool
@@ -98,8 +116,8 @@ class Pressure:
         ``Z = 1 + W / (d n kT t)`` with the virial W, the sum of ``r_ij . dp_ij`` over the collisions in the
         time t. With this kT it is the canonical Z of n particles; take kT as ``2 K / (d n)`` and it is wrong
         by 1 / n. One particle has Z = 1 exactly. Nothing in it depends on diameters or masses, so that it
-        holds for mixtures as well. Between walls and obstacles it is the part of the pairs alone, averaged
-        over the box, to be compared with the pressure on the walls only where these are far.
+        holds for mixtures as well. Between the walls of a box it is the average over the axes of ``force on a
+        wall times free length of the axis / (n kT)``; for the force itself see :class:`carom.WallPressure`.
         """
         for name, value in (("volume", volume), ("diameter", diameter), ("kT", kT), ("mass", mass)):
             if not (math.isfinite(value) and value > 0.0):

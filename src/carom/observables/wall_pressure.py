@@ -1,0 +1,152 @@
+"""The pressure on a wall or an obstacle, from the momentum that it takes up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom import checks, theory
+from carom.errors import InputError
+from carom.observables.statistics import Estimate, ratio
+from carom.obstacles import Ball, CylindricalContainer, SphericalContainer, walls
+from carom.tally import Block
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
+
+
+@dataclass(frozen=True)
+class WallPressure:
+    """Request to measure the pressure on a wall or an obstacle, for :meth:`carom.Simulation.measure`.
+
+    Parameters
+    ----------
+    obstacle : int or str
+        Its number or name: the walls of each axis without periodicity, "lower wall of axis 0" before "upper
+        wall of axis 0", then the scene's obstacles; as :attr:`carom.Simulation.obstacles` lists them.
+    area : float, optional
+        By which the force is divided [length^(d-1)]. Left out, that of the wall, of the ball or container
+        (its surface, not where the centres of components turn around); 1 in one dimension. Planes and
+        obstacles of one's own need it.
+    blocks : int
+        Stretches of equal length that the run is cut into; the error bar comes from their scatter.
+
+    Raises
+    ------
+    InputError
+        If the area is not positive, or there are fewer than 2 blocks.
+    """
+
+    obstacle: int | str = 0
+    area: float | None = None
+    blocks: int = 256
+
+    def __post_init__(self) -> None:
+        if self.area is not None:
+            checks.number(self.area, "area", low=0.0, open_low=True)
+        checks.integer(self.blocks, "blocks", low=2)
+
+    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> WallPressureEstimate:
+        """Pressure on a wall or obstacle of a scene, from blocks of its run.
+
+        Parameters
+        ----------
+        blocks : sequence of Block
+            What the stretches of the run add up to.
+        scene : Scene
+        kT : float
+            Temperature [energy]; the pressure is not reduced by it.
+
+        Raises
+        ------
+        InputError
+            If there is no such obstacle, it needs an area, or no block has a positive duration.
+
+        Warns
+        -----
+        CaromWarning
+            If there are too few independent blocks.
+        """
+        names = obstacle_names(scene)
+        k = self._number(names)
+        area = _area(scene, k) if self.area is None else self.area
+        kept = [block for block in blocks if block.duration > 0.0]
+        if not kept:
+            raise InputError("No block of positive duration was given; run before measuring the pressure.")
+        impulses = np.array([block.impulses[k] for block in kept])
+        durations = np.array([block.duration for block in kept])
+        if not impulses.any():  # nobody came: the scatter is no error
+            force = Estimate(0.0, math.inf, 0.0, math.inf, len(kept))
+        else:
+            force = ratio(impulses, durations)
+        return WallPressureEstimate(force.scaled(1.0 / area), force, names[k], area)
+
+    def _number(self, names: tuple[str, ...]) -> int:
+        if not names:
+            raise InputError("This scene has neither walls nor obstacles, so nothing takes up momentum.")
+        if isinstance(self.obstacle, str):
+            if names.count(self.obstacle) != 1:
+                raise InputError(
+                    f"There must be one obstacle {self.obstacle!r}, found {names.count(self.obstacle)}; "
+                    f"there are {', '.join(names)}."
+                )
+            return names.index(self.obstacle)
+        return checks.integer(self.obstacle, "obstacle", low=0, high=len(names) - 1)
+
+
+@dataclass(frozen=True)
+class WallPressureEstimate:
+    """What a wall or an obstacle bears.
+
+    Parameters
+    ----------
+    pressure : Estimate
+        Momentum along the normal, by time and area [energy / length^d].
+    force : Estimate
+        Momentum by time [energy / length].
+    name : str
+        Of the wall or obstacle.
+    area : float
+        [length^(d-1)]
+    """
+
+    pressure: Estimate
+    force: Estimate
+    name: str
+    area: float
+
+    def __str__(self) -> str:
+        return f"P on {self.name} = {self.pressure.value_text}"
+
+    @property
+    def primary(self) -> Estimate:
+        """What a ``relative_error`` is asked of: the pressure."""
+        return self.pressure
+
+
+def obstacle_names(scene: Scene) -> tuple[str, ...]:
+    """Return the names of walls and obstacles in the order of their numbers."""
+    return tuple(each.name for each in (*walls(scene.box, scene.periodic), *scene.obstacles))
+
+
+def _area(scene: Scene, k: int) -> float:
+    """Return the surface of wall or obstacle k."""
+    d = scene.dimension
+    axes = [axis for axis, wraps in enumerate(scene.periodic) if not wraps]
+    if k < 2 * len(axes):
+        return scene.volume / scene.box[axes[k // 2]]
+    obstacle = scene.obstacles[k - 2 * len(axes)]
+    if isinstance(obstacle, Ball | SphericalContainer):
+        return _sphere_area(d, obstacle.radius)
+    if isinstance(obstacle, CylindricalContainer):
+        return _sphere_area(d - 1, obstacle.radius) * scene.box[obstacle.axis]
+    raise InputError(f"Nobody knows the area of {obstacle.name}; give WallPressure(area=...).")
+
+
+def _sphere_area(dimension: int, radius: float) -> float:
+    """Return the surface of a sphere: the derivative of its volume by the radius."""
+    return dimension * theory.ball_volume(dimension, 2.0 * radius) / radius
