@@ -296,7 +296,7 @@ def made(
         "result": {
             "n": n, "dimension": d, "packing_fraction": eta, "compressibility_factor": estimate,
             "reduced_pressure": estimate, "block_values": list(values), "moved": moved, "moved_at_end": moved,
-            "order": order, "collisions": 1000,
+            "order": order, "collisions": 1000, "species": [[1.0, n]], "confined": False,
         },
         "provenance": {"seconds": 1.0},
     }  # fmt: skip
@@ -485,3 +485,101 @@ def test_engines_that_do_not_exist_are_refused():
             pass
     with pytest.raises(InputError, match="workers"), engines.engine("threads", 0):
         pass
+
+
+# Order parameters.
+
+
+def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time():
+    pytest.importorskip("freud")
+    from carom.studies.eos.order import OrderParameter
+
+    for scene, perfect in (
+        # Steinhardt, Nelson and Ronchetti, Phys. Rev. B 28, 784 (1983).
+        (carom.Scene.triangular(12, packing_fraction=0.8), 1.0),
+        (carom.Scene.fcc(5, packing_fraction=0.6), 0.57452),
+    ):
+        frame = carom.Simulation(scene).frame()
+        order = OrderParameter(scene.dimension)
+        for _ in range(5):
+            order.add(frame)
+        # freud computes in single precision.
+        assert order.values()["values"][0] == pytest.approx(perfect, abs=1e-5)
+        fluid = carom.Simulation(carom.Scene.random(1000, scene.dimension, packing_fraction=0.45)).frame()
+        other = OrderParameter(scene.dimension)
+        for _ in range(5):
+            other.add(fluid)
+        assert len(set(other.values()["values"])) == 1
+        assert other.values()["values"][0] < 0.2
+    nothing = OrderParameter(4)
+    nothing.add(frame)
+    assert nothing.values() is None
+
+
+def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
+    rng = np.random.default_rng(5)
+    order = {"name": "Q_6", "values": [0.1] * 32}
+    records = [
+        made(rng.normal(size=64), eta=eta, n=n, z=2.0 + eta, order=order, moved=moved)
+        for eta in (0.1, 0.2, 0.3, 0.4)
+        for n, moved in ((108, 5.0), (500, 5.0), (1000, 0.1))
+    ]
+    for record in records:
+        record["provenance"].update(
+            began=0.0, engine_seconds=1.0, host="<here>", process=1, python="3", numpy="2"
+        )
+    spec = StudySpec(packing_fractions=(0.1, 0.2, 0.3, 0.4), n=(108, 500, 1000), replicas=1)
+    failures = [studies.eos.result.Failure(spec.tasks()[0], "it <failed>")]
+    study = studies.EquationOfState(spec, records, failures)
+    study.plot(tmp_path / "eos.png", equations={"CS": theory.carnahan_starling})
+    study.with_theory(theory.carnahan_starling).plot(tmp_path / "own.svg")
+    assert (tmp_path / "eos.png").stat().st_size > 10_000
+    study.report(tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    # Self-contained: nothing is fetched, and what others wrote is text.
+    assert "http:" not in page.replace("http://www.w3.org", "")
+    assert "<script" not in page
+    assert page.count("data:image/svg+xml;base64,") == 3
+    assert "it &lt;failed&gt;" in page
+    assert "&lt;here&gt;" in page
+    assert page.count('class="flagged"') == 5
+    assert "particles are where they began" in page
+    assert "packing_fractions = [0.1, 0.2, 0.3, 0.4]" in page
+    with pytest.raises(InputError, match="nothing to draw"):
+        studies.EquationOfState(spec).plot()
+    studies.EquationOfState(spec).report(tmp_path / "empty.html")
+
+
+def test_a_report_opens_in_a_browser_without_a_network(tmp_path):
+    import shutil
+    import subprocess
+
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    browser = next((path for name in names if (path := shutil.which(name))), None)
+    if browser is None:
+        pytest.skip("no Chromium is installed")
+    study = studies.equation_of_state([0.1, 0.2, 0.3], replicas=1, **SMALL)
+    study.report(tmp_path / "report.html")
+    picture = tmp_path / "page.png"
+    done = subprocess.run(
+        [browser, "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
+         f"--user-data-dir={tmp_path / 'profile'}", "--window-size=1100,2400", f"--screenshot={picture}",
+         (tmp_path / "report.html").as_uri()],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert picture.stat().st_size > 20_000
+
+
+# Mixtures, and other dimensions.
+
+
+@pytest.mark.parametrize(("dimension", "eta"), [(1, 0.5), (2, 0.4), (4, 0.1)])
+def test_studies_of_other_dimensions_agree_with_theory(dimension, eta):
+    study = studies.equation_of_state(
+        [eta], dimension=dimension, n=256, relative_error=1e-2, executor="serial", seed=3
+    )
+    (row,) = study.table
+    assert row.equilibrated, row.remarks
+    assert row.error < 1.1e-2 * row.compressibility_factor
+    assert abs(row.deviation) < 4.0

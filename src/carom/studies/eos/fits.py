@@ -50,7 +50,13 @@ class Virials:
         )
 
 
-def virials(rows: Sequence[Row], *, up_to: float | None = None, order: int = 4) -> Virials:
+def virials(
+    rows: Sequence[Row],
+    *,
+    up_to: float | None = None,
+    order: int = 4,
+    known: Sequence[float] | None = None,
+) -> Virials:
     """Fit virial coefficients to the fluid points that have equilibrated.
 
     Parameters
@@ -60,6 +66,8 @@ def virials(rows: Sequence[Row], *, up_to: float | None = None, order: int = 4) 
         Highest packing fraction used; 0.75 of freezing if left out.
     order : int
         Highest coefficient, B_2 to B_7.
+    known : sequence of float, optional
+        Published coefficients to show beside, from B_2 on; those of equal particles without it.
 
     Raises
     ------
@@ -110,7 +118,7 @@ def virials(rows: Sequence[Row], *, up_to: float | None = None, order: int = 4) 
     return Virials(
         tuple(map(float, to_beta @ c)),
         tuple(map(float, np.sqrt(np.diag(to_beta @ covariance @ to_beta.T)))),
-        _known(dimension, order - 1),
+        _known(dimension, order - 1) if known is None else _padded(known, order - 1),
         len(used),
         float(rest @ rest),
     )
@@ -195,7 +203,10 @@ def _solve(
 
 def _known(dimension: int, count: int) -> tuple[float, ...]:
     try:
-        known = theory.virial_coefficients(dimension)
+        return _padded(theory.virial_coefficients(dimension), count)
     except InputError:
-        known = np.zeros(0)
-    return tuple(float(known[k]) if k < known.size else math.nan for k in range(count))
+        return _padded((), count)
+
+
+def _padded(known: Sequence[float] | np.ndarray, count: int) -> tuple[float, ...]:
+    return tuple(float(known[k]) if k < len(known) else math.nan for k in range(count))

@@ -40,7 +40,11 @@ class OrderParameter:
         """Measure one frame."""
         if self.name is None:
             return
-        self._values.append(_psi_6(frame) if frame.dimension == 2 else _q_6(frame))
+        import freud
+
+        # The sums of several threads depend on who comes first; and the other cores have work of their own.
+        with freud.parallel.NumThreads(1):
+            self._values.append(_psi_6(frame) if frame.dimension == 2 else _q_6(frame))
 
     def values(self) -> dict[str, Any] | None:
         """Return the name and the values so far; None where nothing is measured."""

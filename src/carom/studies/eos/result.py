@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from carom import theory
 from carom.errors import InputError
 from carom.io.paths import replacing, writing
 from carom.studies.eos import fits
@@ -109,7 +110,12 @@ class EquationOfState:
 
     def virials(self, *, up_to: float | None = None, order: int = 4) -> fits.Virials:
         """Fit virial coefficients; see :func:`carom.studies.eos.fits.virials`."""
-        return fits.virials(self.table, up_to=up_to, order=order)
+        known = None
+        species = self.records[0]["result"]["species"] if self.records else []
+        if len(species) > 1:
+            diameters, counts = [s for s, _ in species], [c for _, c in species]
+            known = [theory.mixture_second_virial(counts, diameters, self.spec.dimension)]
+        return fits.virials(self.table, up_to=up_to, order=order, known=known)
 
     def extrapolate(self) -> list[fits.Extrapolation]:
         """Extrapolate to infinite size; see :func:`carom.studies.eos.fits.extrapolate`."""

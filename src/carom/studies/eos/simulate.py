@@ -24,6 +24,17 @@ from carom.simulation import Simulation
 from carom.studies.engines import Stopped
 from carom.studies.eos.order import OrderParameter
 from carom.studies.tasks import Record, Task, stream
+from carom.tally import Block
+
+MOST = 16
+"""Times the planned length that a run may reach on its way to the error asked for."""
+
+ROOM = 1.05
+"""Part by which a run is made longer than its error bar asks for, because that is known to some 5 % only."""
+
+
+MOST_SPECIES = 64
+"""Diameters that a result names; of more, only the first."""
 
 
 def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
@@ -72,21 +83,23 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         moved = _moved(start, sim.frame())
         sampler = OrderParameter(scene.dimension) if task["frames"] else None
         every = task["blocks"] // task["frames"] if task["frames"] else 0
-        blocks = 0
-
-        def between(_: float) -> None:
-            nonlocal blocks
-            look()
-            blocks += 1
-            if sampler is not None and blocks % every == 0:
-                sampler.add(sim.frame())
-
-        estimate = sim.measure(
-            Pressure(blocks=task["blocks"]),
-            collisions_per_particle=task["collisions_per_particle"],
-            progress=between,
-        )
+        request = Pressure(blocks=task["blocks"])
+        duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
+        blocks: list[Block] = []
+        wanted = task["blocks"]
+        while True:
+            for block in sim.blocks(duration, wanted - len(blocks)):
+                look()
+                blocks.append(block)
+                if sampler is not None and len(blocks) % every == 0:
+                    sampler.add(sim.frame())
+            estimate = sim.estimate(request, blocks)
+            longer = _longer(estimate.compressibility_factor, task, len(blocks))
+            if longer <= len(blocks):
+                break
+            wanted = longer
         statistics = sim.statistics
+    diameters, counts = np.unique(scene.diameters, return_counts=True)
     result = {
         "n": scene.n,
         "dimension": scene.dimension,
@@ -102,6 +115,8 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "moved": moved,
         "moved_at_end": _moved(start, sim.frame()),
         "order": None if sampler is None else sampler.values(),
+        "species": [[float(s), int(c)] for s, c in zip(diameters[:MOST_SPECIES], counts, strict=False)],
+        "confined": bool(scene.walls or scene.obstacles),
         "worst_overlap": statistics.worst_overlap,
         "energy_drift": statistics.energy_drift,
         "advancement_fraction": statistics.advancement_fraction,
@@ -119,6 +134,19 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
             "numpy": np.__version__,
         },
     }
+
+
+def _longer(z: Estimate, task: Task, blocks: int) -> int:
+    """Return the number of blocks after which the error should be small enough.
+
+    The length planned takes collisions for independent; where they are not, near freezing, the run goes on.
+    """
+    goal, most = task["relative_error"], MOST * task["blocks"]
+    if goal is None or z.error <= goal * z.mean:
+        return blocks
+    if not math.isfinite(z.error):
+        return min(2 * blocks, most)
+    return min(math.ceil(ROOM * blocks * (z.error / (goal * z.mean)) ** 2), most)
 
 
 def _moved(start: np.ndarray, frame: Frame) -> float:

@@ -34,9 +34,10 @@ RELATIVE_ERROR = 6e-5
 
 EXCESS = 1.2
 """Relative error of Z - 1 after one collision: 2 / sqrt(pi) = 1.13 if collisions were independent, because
-``|u_n|`` of a collision has the second moment 4 / pi, in squares of its mean; and some room."""
+``|u_n|`` of a collision has the second moment 4 / pi, in squares of its mean; and some room, so that most
+runs need not be made longer afterwards."""
 
-FEWEST = 50.0
+FEWEST = 200.0
 """Collisions per particle that are measured at least, however modest the error asked for."""
 
 START = ("auto", "random", "fcc", "cubic", "triangular", "dn")
@@ -182,6 +183,7 @@ class StudySpec:
             "seed": self.seed,
             "equilibration": self.equilibration,
             "collisions_per_particle": self._length(eta, count),
+            "relative_error": self._error(),
             "blocks": self.blocks,
             "frames": self._frames(eta),
             "neighbors": self.neighbors,
@@ -202,6 +204,12 @@ class StudySpec:
         collisions = (EXCESS * excess_part(eta, self.dimension) / self.relative_error) ** 2
         # Few digits, because powers and logarithms differ in the last bit from one machine to the next.
         return float(f"{max(2.0 * collisions / n / self.replicas, FEWEST):.4g}")
+
+    def _error(self) -> float | None:
+        """Return the relative error that each replica has to reach, for all together to reach theirs."""
+        if self.relative_error is None:
+            return None
+        return float(f"{self.relative_error * math.sqrt(self.replicas):.6g}")
 
     def _frames(self, eta: float) -> int:
         if self.frames is not None:

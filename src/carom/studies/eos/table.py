@@ -29,7 +29,7 @@ class Row:
     packing_fraction, n, dimension
         The point, as simulated.
     phase : str
-        "fluid" or "solid": what the runs were started as, and should have become or remained.
+        "fluid", "solid" or "coexistence": what the runs should be; see :func:`phase`.
     replicas : int
         Runs that are done.
     compressibility_factor, error : float
@@ -125,24 +125,49 @@ def combined(values: Sequence[float], errors: Sequence[float]) -> tuple[float, f
 
 
 def phase(packing_fraction: float, dimension: int, initial: str) -> str:
-    """Return what a run should be: a crystal if it began as one beyond freezing, otherwise a fluid."""
-    beyond = packing_fraction > theory.FREEZING.get(dimension, 1.0)
-    return "solid" if initial != "random" and beyond else "fluid"
+    """Return what a run should be.
+
+    "fluid" below freezing, and beyond it what began at random; "solid" what began as a crystal beyond
+    freezing; and in 2D "coexistence" between freezing and melting, where either start becomes the other.
+    """
+    freezing, melting = theory.FREEZING.get(dimension, 1.0), theory.MELTING.get(dimension, 1.0)
+    if packing_fraction <= freezing:
+        return "fluid"
+    if dimension == 2 and packing_fraction < melting:
+        return "coexistence"
+    return "fluid" if initial == "random" else "solid"
 
 
-def usual_equation(dimension: int, phase: str) -> Equation | None:
-    """Return the best known equation of state of a phase, or None."""
-    try:
-        return (theory.solid if phase == "solid" else theory.best)(dimension)
-    except InputError:
+def usual_equation(
+    dimension: int, phase: str, species: Sequence[tuple[float, int]] = ((1.0, 1),)
+) -> Equation | None:
+    """Return the best known equation of state, or None.
+
+    Parameters
+    ----------
+    dimension : int
+    phase : str
+        As :func:`phase` has it.
+    species : sequence of (float, int)
+        Diameters, and how many particles have each.
+    """
+    if phase == "solid" and dimension == 3 and len(species) == 1:
+        return theory.almarza
+    if phase != "fluid" or dimension > 6:
         return None
+    if len(species) == 1:
+        return theory.best(dimension)
+    diameters, counts = [s for s, _ in species], [c for _, c in species]
+    if dimension == 3:
+        return lambda eta: theory.bmcsl(eta, counts, diameters)
+    return lambda eta: theory.santos_yuste_lopez_de_haro(eta, counts, diameters, dimension)
 
 
-def finite_size_shift(row_phase: str, packing_fraction: float, n: int, equation: Equation | None) -> float:
-    """Return ``Z_N - Z`` by theory; nan where there is none."""
+def finite_size_shift(state: str, packing_fraction: float, n: int, equation: Equation | None) -> float:
+    """Return ``Z_N - Z`` of a phase by theory; nan where there is none."""
     if equation is None:
         return math.nan
-    law = theory.crystal_finite_size_shift if row_phase == "solid" else theory.finite_size_shift
+    law = theory.crystal_finite_size_shift if state == "solid" else theory.finite_size_shift
     try:
         return float(law(packing_fraction, n, equation))
     except InputError:
@@ -156,9 +181,15 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
     state = phase(eta, d, task["scene"]["initial"])
     z, error, chi2 = _quantity(results, "compressibility_factor")
     pressure, pressure_error, _ = _quantity(results, "reduced_pressure")
-    chosen = equation if equation is not None else _equation_for(task, d, state)
+    chosen = equation
+    if chosen is None and not first["confined"]:
+        chosen = usual_equation(d, state, first["species"])
     known = _value(chosen, eta)
-    infinite = z - finite_size_shift(state, eta, n, chosen)
+    if state == "solid":
+        # What the correction needs of a crystal is its own Z.
+        infinite = 1.0 + (z - 1.0) * n / (n - 1.0)
+    else:
+        infinite = z - finite_size_shift(state, eta, n, chosen)
     order, order_error, susceptibility, order_drifts = _order(results, n)
     drifts = [drift.drift(result["block_values"]) for result in results]
     moved = min(float(result["moved"]) for result in results)
@@ -175,6 +206,11 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         remarks.append("replicas disagree")
     if any((r["compressibility_factor"]["n_eff"] or 0.0) < FEW for r in results if error > 0.0):
         remarks.append("too short for an error bar")
+    equilibrated = not remarks
+    goal = task.get("relative_error")
+    # Errors of the mean of replicas; a tenth more is not worth a remark.
+    if goal is not None and error > 1.1 * goal / math.sqrt(len(results)) * z:
+        remarks.append("the error asked for was not reached")
     return Row(
         packing_fraction=eta,
         n=n,
@@ -194,7 +230,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         order_error=order_error,
         susceptibility=susceptibility,
         moved=moved,
-        equilibrated=not remarks,
+        equilibrated=equilibrated,
         remarks=tuple(remarks),
         collisions=sum(int(result["collisions"]) for result in results),
         seconds=math.fsum(float(record["provenance"]["seconds"]) for record in records),
@@ -209,10 +245,6 @@ def _quantity(results: list[dict[str, Any]], name: str) -> tuple[float, float, f
 
 def _number(value: float | None, missing: float) -> float:
     return missing if value is None else float(value)
-
-
-def _equation_for(task: dict[str, Any], dimension: int, state: str) -> Equation | None:
-    return usual_equation(dimension, state)
 
 
 def _value(equation: Equation | None, eta: float) -> float:

@@ -1,0 +1,79 @@
+"""Melting of hard disks: the loop of the pressure and the order psi_6, beside published pressures.
+
+python examples/melting_of_disks.py [--smoke] [--out DIR]
+
+psi_6 needs freud (pip install "carom[freud]"); without it the pressure alone is shown.
+"""
+
+# %% Arguments: --smoke makes everything small, --out says where the results go.
+import argparse
+import csv
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+import carom
+from carom.studies.eos import pictures
+
+parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+parser.add_argument("--smoke", action="store_true", help="few disks and collisions")
+parser.add_argument("--out", type=Path, default=Path("melting-of-disks"), help="folder of the study")
+args = parser.parse_args()
+args.out.mkdir(parents=True, exist_ok=True)
+if args.smoke:
+    etas, sizes, equilibration, collisions = [0.68, 0.72], (100,), 50, 200
+else:
+    etas = [0.68, 0.69, 0.695, 0.70, 0.704, 0.708, 0.712, 0.716, 0.72, 0.73, 0.74]
+    sizes, equilibration, collisions = (32**2, 64**2), 30_000, 100_000
+
+# %% Every run starts as a crystal: below melting it must find its way to the liquid, which takes a large part
+# of 10^5 collisions of each disk near the transition. What has not got there is flagged by the drift of the
+# pressure or of psi_6, or by particles that are where they began.
+study = carom.studies.equation_of_state(
+    etas, dimension=2, n=sizes, initial="triangular", replicas=2, equilibration=equilibration,
+    collisions_per_particle=collisions, frames=64, out=args.out,
+)  # fmt: skip
+for row in study.table:
+    pressure = f"P* = {row.pressure:.4f} +- {row.pressure_error:.4f}"
+    order = f"|psi_6| = {row.order:.3f}, susceptibility {row.susceptibility:.1f}"
+    print(f"eta = {row.packing_fraction:.3f}, N = {row.n}: {pressure}, {order}  {'; '.join(row.remarks)}")
+
+# %% Published pressures of the same sizes, and of a large system.
+with (Path(__file__).parent / "data" / "hard_disks_pressure.csv").open(encoding="utf-8") as file:
+    published = list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+# %% The loop: in a finite system the interface between the two phases costs free energy, and the pressure
+# falls where they coexist; the larger the system, the flatter.
+figure = Figure(figsize=(7.0, 4.6), dpi=160, layout="constrained")
+axes = figure.add_subplot()
+for number, n in enumerate(sorted({row.n for row in study.table})):
+    rows = [row for row in study.table if row.n == n]
+    axes.errorbar(
+        [row.packing_fraction for row in rows], [row.pressure for row in rows],
+        [row.pressure_error for row in rows], fmt="os"[number % 2] + "-", color=("#1f4e79", "#c0392b")[number % 2],
+        markersize=4, capsize=2, linewidth=1.0, label=f"Carom, $N$ = {n}", zorder=4,
+    )  # fmt: skip
+shown = {
+    ("Jaster 1999", 1024): "^",
+    ("Jaster 1999", 4096): "v",
+    ("Li 2022", 16384): "D",
+    ("Engel 2013", 65536): "x",
+}
+for (source, n), marker in shown.items():
+    rows = [row for row in published if (row["source"], int(row["n"])) == (source, n)]
+    axes.errorbar(
+        [float(row["packing_fraction"]) for row in rows], [float(row["pressure"]) for row in rows],
+        [float(row["error"]) for row in rows], fmt=marker, color="#777777", markerfacecolor="white",
+        markersize=4.5, capsize=2, linewidth=0.8, label=f"{source}, $N$ = {n}", zorder=3,
+    )  # fmt: skip
+axes.set_xlim(min(etas) - 0.005, max(etas) + 0.005)
+axes.set_xlabel(r"packing fraction $\eta$")
+axes.set_ylabel(r"pressure $P\sigma^2/kT$")
+axes.spines[["top", "right"]].set_visible(False)
+axes.legend(fontsize=8, frameon=False)
+figure.savefig(args.out / "pressure.png")
+
+# %% Order and its fluctuations, which are largest at the transition.
+if pictures.order(study, path=args.out / "order.png") is None:
+    print("psi_6 was not measured: freud is not installed.")
+print(f"Pictures are in {args.out}.")
