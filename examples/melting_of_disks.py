@@ -49,10 +49,17 @@ axes = figure.add_subplot()
 for number, n in enumerate(sorted({row.n for row in study.table})):
     rows = [row for row in study.table if row.n == n]
     axes.errorbar(
-        [row.packing_fraction for row in rows], [row.pressure for row in rows],
-        [row.pressure_error for row in rows], fmt="os"[number % 2] + "-", color=("#1f4e79", "#c0392b")[number % 2],
-        markersize=4, capsize=2, linewidth=1.0, label=f"Carom, $N$ = {n}", zorder=4,
-    )  # fmt: skip
+        [row.packing_fraction for row in rows],
+        [row.pressure for row in rows],
+        [row.pressure_error for row in rows],
+        fmt="os"[number % 2] + "-",
+        color=("#1f4e79", "#c0392b")[number % 2],
+        markersize=4,
+        capsize=2,
+        linewidth=1.0,
+        label=f"Carom, $N$ = {n}",
+        zorder=4,
+    )
 shown = {
     ("Jaster 1999", 1024): "^",
     ("Jaster 1999", 4096): "v",

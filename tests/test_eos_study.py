@@ -583,3 +583,29 @@ def test_studies_of_other_dimensions_agree_with_theory(dimension, eta):
     assert row.equilibrated, row.remarks
     assert row.error < 1.1e-2 * row.compressibility_factor
     assert abs(row.deviation) < 4.0
+
+
+MIXTURE = {"species": [{"diameter": 1.0, "fraction": 0.5}, {"diameter": 0.5, "fraction": 0.5, "mass": 0.125}]}
+
+
+def test_mixtures_are_compared_with_the_theory_of_mixtures():
+    study = studies.equation_of_state(
+        [0.1, 0.3], n=256, relative_error=4e-3, scene=MIXTURE, executor="serial", seed=2
+    )
+    dilute, dense = study.table
+    assert dilute.theory == pytest.approx(theory.bmcsl(0.1, [0.5, 0.5], [1.0, 0.5]), rel=1e-12)
+    # An independent simulation, N = 864: tests/data/mixtures.json.
+    found = dense.infinite + theory.finite_size_shift(0.3, 864, theory.pieprzyk)
+    assert abs(found - 3.5124) < 4.0 * math.hypot(dense.error, 0.0018)
+    assert toml.parse(toml.text(study.spec)) == study.spec
+    with pytest.raises(InputError, match="need at least 3"):
+        study.virials()
+
+
+def test_walls_are_simulated_and_compared_with_nothing():
+    study = studies.equation_of_state([0.2], replicas=1, scene={"periodic": [True, True, False]}, **SMALL)
+    (row,) = study.table
+    assert math.isnan(row.theory)
+    assert math.isnan(row.infinite)
+    assert row.compressibility_factor > 1.0
+    assert "nan" in str(study)

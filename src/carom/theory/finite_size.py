@@ -63,8 +63,10 @@ def crystal_finite_size_shift(packing_fraction: Any, n: int, equation: Equation)
 
     Notes
     -----
-    ``-(Z - 1) / N``: of N particles N - 1 vibrate, each mode adding as much to the pressure. Exact near close
-    packing, where the configurations of the whole scale as ``(V - V_0)^(d (N - 1))``, and in 1D. A crystal
-    lacks more than density fluctuations: :func:`finite_size_shift` is too small there, by a factor of d.
+    ``-(Z - 1) / N``: of N particles N - 1 vibrate, and each mode adds as much to the pressure as the others.
+    Exact in 1D, and to leading order near close packing, where the configurations scale as ``(V - V_0)^(d (N
+    - 1))``. Long waves feel the volume more than others, so that the true shift is somewhat larger: for
+    fcc by 2.3 / N at eta = 0.56 (of 13.4 / N), and by 1.1 / N at 0.65 (of 24.3 / N), as extrapolation shows
+    (``carom eos --eta 0.56,0.65 --n 108,256,500,1372 --relative-error 2e-4``).
     """
     return -(equation(checked(packing_fraction)) - 1.0) / n

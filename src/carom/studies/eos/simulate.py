@@ -10,7 +10,6 @@ import threading
 import time as clock
 import warnings
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 from numpy.random import default_rng
@@ -19,10 +18,10 @@ import carom
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables import Estimate, Pressure
-from carom.plan import SceneSpec
 from carom.simulation import Simulation
 from carom.studies.engines import Stopped
 from carom.studies.eos.order import OrderParameter
+from carom.studies.eos.spec import scene_spec
 from carom.studies.tasks import Record, Task, stream
 from carom.tally import Block
 
@@ -71,9 +70,9 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     with _quiet():
         # The lengths of a run are not part of its identity: a longer one begins like a shorter one.
         places, speeds = stream(task["seed"], [task["scene"], task["replica"]]).spawn(2)
-        words: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in task["scene"].items()}
-        scene = SceneSpec(**words).build(default_rng(places))
-        kT = words.get("kT", 1.0) if scene.velocities is None else None
+        asked = scene_spec(task["scene"])
+        scene = asked.build(default_rng(places))
+        kT = asked.kT if scene.velocities is None else None
         sim = Simulation(
             scene, kT=kT, seed=int(speeds.generate_state(1, np.uint64)[0]), neighbors=task["neighbors"]
         )
@@ -105,7 +104,6 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "dimension": scene.dimension,
         "packing_fraction": scene.packing_fraction,
         "compressibility_factor": _plain(estimate.compressibility_factor),
-        "compressibility_factor_from_rate": _plain(estimate.compressibility_factor_from_rate),
         "reduced_pressure": _plain(estimate.reduced_pressure),
         "collision_rate": _plain(estimate.collision_rate),
         "block_values": [float(value) for value in estimate.block_values],

@@ -75,7 +75,7 @@ def equation_of_state(
     dimension : int
         3 if left out.
     relative_error : float
-        Of Z at each point; 6e-5 if no length is given.
+        Of Z at each point; 7e-5 if no length is given.
     collisions_per_particle : float
         Or: length of each run.
     equilibration : float
