@@ -14,7 +14,7 @@ parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and collisions")
 parser.add_argument("--out", type=Path, default=Path("finite-size"), help="folder of the study")
 args = parser.parse_args()
-sizes, error = ((108, 256), 2e-2) if args.smoke else ((108, 256, 500, 1372, 4000), 2e-4)
+sizes, error = ((108, 256), 2e-2) if args.smoke else ((108, 256, 500, 1372, 4000), 3e-4)
 
 # %% Two densities of the fluid, and one of the crystal, at five sizes.
 study = carom.studies.equation_of_state([0.20, 0.45, 0.60], n=sizes, relative_error=error, out=args.out)

@@ -17,7 +17,7 @@ parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and collisions")
 parser.add_argument("--out", type=Path, default=Path("freezing-of-spheres"), help="folder of the studies")
 args = parser.parse_args()
-n, error = (108, 1e-2) if args.smoke else (4000, 1e-4)
+n, error = (108, 1e-2) if args.smoke else (4000, 2e-4)
 
 # %% The two branches: a fluid that starts at random, and a crystal that starts as fcc and goes on a little
 # below melting, as a metastable state that lives longer than these runs.

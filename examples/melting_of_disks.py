@@ -23,8 +23,8 @@ args.out.mkdir(parents=True, exist_ok=True)
 if args.smoke:
     etas, sizes, equilibration, collisions = [0.68, 0.72], (100,), 50, 200
 else:
-    etas = [0.68, 0.69, 0.695, 0.70, 0.704, 0.708, 0.712, 0.716, 0.72, 0.73, 0.74]
-    sizes, equilibration, collisions = (32**2, 64**2), 30_000, 100_000
+    etas = [0.68, 0.69, 0.695, 0.70, 0.704, 0.708, 0.712, 0.716, 0.72, 0.74]
+    sizes, equilibration, collisions = (32**2, 64**2), 20_000, 60_000
 
 # %% Every run starts as a crystal: below melting it must find its way to the liquid, which takes a large part
 # of 10^5 collisions of each disk near the transition. What has not got there is flagged by the drift of the

@@ -233,13 +233,38 @@ def engine(choice: Any = None, workers: int | None = None) -> Iterator[Engine]:
     chosen.close(now=False)
 
 
-def _choose(choice: Any, workers: int | None) -> Engine:
+def check(choice: Any = None, workers: int | None = None) -> None:
+    """Refuse what :func:`engine` could not open because it is no engine; opens nothing.
+
+    Raises
+    ------
+    InputError
+        As :func:`engine`.
+    """
     if workers is not None:
         checks.integer(workers, "workers", low=1)
     if isinstance(choice, int) and not isinstance(choice, bool):
-        return Processes(checks.integer(choice, "executor", low=1))
+        checks.integer(choice, "executor", low=1)
+    elif isinstance(choice, str):
+        known = choice in ENGINES or "://" in choice
+        if not known:
+            raise InputError(f"{_EXPECTED}; found {checks.describe(choice)}.")
+    elif choice is not None and not hasattr(choice, "get_executor") and not hasattr(choice, "submit"):
+        raise InputError(f"{_EXPECTED}; found {checks.describe(choice)}.")
+
+
+_EXPECTED = (
+    f"executor must be one of {', '.join(ENGINES)}, the address of a Dask scheduler (tcp://host:port), a "
+    "number of processes or an Executor"
+)
+
+
+def _choose(choice: Any, workers: int | None) -> Engine:
+    check(choice, workers)
     if choice is None:
         choice = "mpi" if "mpi4py.futures" in sys.modules and _mpi_size() > 1 else "processes"
+    if isinstance(choice, int):
+        return Processes(choice)
     if isinstance(choice, str):
         count = cores() if workers is None else workers
         if choice == "processes":
@@ -248,19 +273,11 @@ def _choose(choice: Any, workers: int | None) -> Engine:
             return OwnPool(ThreadPoolExecutor(count), f"{count} threads")
         if choice == "serial":
             return Serial()
-        if choice == "mpi":
-            return _mpi()
-        if "://" in choice:
-            return _dask(choice)
-    elif hasattr(choice, "get_executor"):
+        return _mpi() if choice == "mpi" else _dask(choice)
+    if hasattr(choice, "get_executor"):
         # Dask takes calls for pure functions unless told otherwise, and would merge equal ones.
         return Pool(choice.get_executor(pure=False), "Dask")
-    elif hasattr(choice, "submit"):
-        return Pool(choice)
-    raise InputError(
-        f"executor must be one of {', '.join(ENGINES)}, the address of a Dask scheduler (tcp://host:port), "
-        f"a number of processes or an Executor; found {checks.describe(choice)}."
-    )
+    return Pool(choice)
 
 
 def _mpi_size() -> int:

@@ -166,7 +166,8 @@ def run(
         session = _Session(spec, tasks, None, equation, progress)
         return session.run(executor, workers, began)
     folder = TaskFolder(Path(out))
-    # Before anything is made: what stands there may be another study's.
+    # Before anything is made: the engine may be none, and what stands there another study's.
+    engines.check(executor, workers)
     folder.check(spec.settings())
     folder.make()
     with owned(folder.path):
