@@ -67,7 +67,9 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
     return 0.5 * rates if rates.any() else None
 
 
-def contents_of(scene: Scene, rates: np.ndarray | None, thermal_speed: float, images: bool) -> Contents:
+def contents_of(
+    scene: Scene, rates: np.ndarray | None, thermal_speed: float, images: bool, single: bool
+) -> Contents:
     """Return what the kernel has to know of a scene.
 
     Parameters
@@ -80,6 +82,8 @@ def contents_of(scene: Scene, rates: np.ndarray | None, thermal_speed: float, im
         sqrt(kT / m) [length / time].
     images : bool
         Whether to count crossings of the box.
+    single : bool
+        Whether to keep the state in single precision.
     """
     from carom.kernel.scheme import Contents
 
@@ -103,4 +107,5 @@ def contents_of(scene: Scene, rates: np.ndarray | None, thermal_speed: float, im
         restitution=scene.restitution,
         threshold=threshold,
         images=images,
+        single=single,
     )

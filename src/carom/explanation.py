@@ -129,7 +129,7 @@ def explain(
     from carom.contents import contents_of, growth_rates
     from carom.kernel import scheme
 
-    contents = contents_of(scene, growth_rates(growth, scene), 0.0, images)
+    contents = contents_of(scene, growth_rates(growth, scene), 0.0, images, False)
     try:
         chosen = scheme.choose(contents, 1.0, neighbors, shell)
     except ValueError as error:

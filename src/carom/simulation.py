@@ -118,6 +118,9 @@ class Simulation:
         Reach of the neighbour lists in diameters.
     images : bool
         Count the boxes that each component crosses, for unwrapped positions.
+    precision : {"double", "single"}
+        What positions, velocities and times are kept in; what is computed with them is in double precision
+        either way. Single precision halves the rows of the state, and its overlaps are of 1e-7 of the box.
     growth : float or (n,) array_like, optional
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
@@ -147,11 +150,14 @@ class Simulation:
         neighbors: str = "auto",
         shell: float | None = None,
         images: bool = True,
+        precision: str = "double",
         growth: float | ArrayLike | None = None,
         event_log: str | PathLike[str] | None = None,
     ):
         if neighbors not in ("auto", "lists", "sectors"):
             raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists' or 'sectors'.")
+        if precision not in ("double", "single"):
+            raise InputError(f"precision is {precision!r}; expected 'double' or 'single'.")
         if shell is not None:
             shell = checks.number(shell, "shell", low=1.0, open_low=True)
         if scene.velocities is None:
@@ -176,7 +182,9 @@ class Simulation:
             )
         self.scene = scene
         self._wish = (neighbors, shell)
-        self._contents = contents_of(scene, rates, self._thermal_speed(velocities), images)
+        self._contents = contents_of(
+            scene, rates, self._thermal_speed(velocities), images, precision == "single"
+        )
         self._setup(velocities, self._choose(velocities))
         self._schedule()
         if event_log is not None:
@@ -853,6 +861,7 @@ class Simulation:
             "wish": json.dumps(self._wish),
             "scheme": json.dumps(dataclasses.asdict(self._scheme)),
             "images": self._engine.state.images is not None,
+            "single": self._contents.single,
             "epoch": self._epoch,
             "offset": self._offset,
             "seconds": self._seconds,
@@ -897,7 +906,9 @@ class Simulation:
                 json.loads(str(attributes["scene"])),
             )
             rates = arrays.get("contents.rates")
-            contents = contents_of(sim.scene, rates, 0.0, bool(attributes["images"]))
+            contents = contents_of(
+                sim.scene, rates, 0.0, bool(attributes["images"]), bool(attributes["single"])
+            )
             contents = dataclasses.replace(contents, threshold=float(attributes["threshold"]))
             if rates is not None:
                 radii = arrays["contents.radii"]

@@ -124,8 +124,9 @@ def relative(model, state, i, word, now):
         x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
         y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
         r = separation(model.boundary, i, word, axis, y - x)
-        v = velocity(model.motion, axis, other.v[axis], now - other.t) - velocity(
-            model.motion, axis, me.v[axis], now - me.t
+        # As the search does, whatever the rows hold: in double precision.
+        v = np.float64(velocity(model.motion, axis, other.v[axis], now - other.t)) - np.float64(
+            velocity(model.motion, axis, me.v[axis], now - me.t)
         )
         rr += r * r
         rv += r * v
@@ -189,7 +190,7 @@ def _(obstacles: Obstacles, model, state, calendar, i, now, due, every):
         return False
     state.rows[i].due = now + t
     state.partner[i] = OBSTACLE - number
-    insert(calendar, np.int64(2 * i), now + t)
+    insert(calendar, np.int64(2 * i), state.rows[i].due)
     return True
 
 
@@ -234,7 +235,7 @@ def pair_up(model, state, calendar, i, word, due):
     rows[j].due = due
     state.partner[i] = word
     state.partner[j] = mirror(model.boundary, np.int64(i), word)
-    insert(calendar, np.int64(2 * i), due)
+    insert(calendar, np.int64(2 * i), rows[i].due)  # as the row holds it, which may be less precise
 
 
 @inner
@@ -312,16 +313,16 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     rr = 0.0
     rv = 0.0
     for axis in range(len(model.boundary.edges)):
-        r = separation(model.boundary, i, word, axis, other.x[axis] - me.x[axis])
+        r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         rr += r * r
-        rv += r * (other.v[axis] - me.v[axis])
+        rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
     a, b, virial = jump(model.pair, np.int64(i), np.int64(j), rr, rv, now)
     part = transfer(model.impact, rr, rv)
     a *= part
     b *= part
     virial *= part
     for axis in range(len(model.boundary.edges)):
-        r = separation(model.boundary, i, word, axis, other.x[axis] - me.x[axis])
+        r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         me.v[axis] += a * r
         other.v[axis] -= b * r
     tally.collisions += 1

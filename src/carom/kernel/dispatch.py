@@ -20,8 +20,8 @@ from numba.extending import overload
 
 # Division must not test for zero, or no loop that divides can be vectorised.
 STRICT: Any = {"error_model": "numpy", "nogil": True}
-# Nobody but compiled code calls what is inlined: the two wrappers that Numba makes for every function would be a
-# third of the time of compilation.
+# Nobody but compiled code calls what is inlined: the two wrappers that Numba makes for every function would
+# be a third of the time of compilation.
 INLINE: Any = {**STRICT, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 # No contraction, though it would gain some 2 %: what a search finds is computed again, alone, and must come
 # out the same to the bit, or ties and grazing contacts are decided in two ways. A run has the same bits then
@@ -33,7 +33,7 @@ def inlined(**options):
     """Make a function one that compiled code inlines; called from Python it stays as it is."""
 
     def decorate(function):
-        overload(function, strict=False, jit_options=options)(lambda *args: function)
+        overload(function, strict=False, jit_options=options)(lambda *args: function)  # type: ignore[arg-type]
         return function
 
     return decorate

@@ -423,7 +423,7 @@ def _(neighbors: Lists, motion, boundary, state, i, now):
     b = room * rate
     a = -rate * rate
     for axis in range(len(neighbors.grain)):
-        v = row.v[axis]
+        v = np.float64(row.v[axis])
         r = (
             position(motion, axis, row.x[axis], v, now - row.t)
             - neighbors.reference[i, axis] * neighbors.grain[axis]

@@ -68,6 +68,8 @@ class Contents:
         Normal speed after over before a contact, and the speed below which a contact is elastic.
     images : bool
         Whether to count the boxes that each component crosses.
+    single : bool
+        Whether positions, velocities and times are kept in single precision.
     """
 
     n: int
@@ -84,6 +86,7 @@ class Contents:
     restitution: float = 1.0
     threshold: float = 0.0
     images: bool = True
+    single: bool = False
 
     @property
     def dimension(self) -> int:
@@ -344,7 +347,8 @@ def _default_reach(contents: Contents) -> float:
 def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     """Return the arrays of a run at time zero, nothing scheduled yet."""
     n = contents.n
-    state = make_state(positions, velocities, scheme.epoch, contents.images)
+    number = np.float32 if contents.single else np.float64
+    state = make_state(positions, velocities, scheme.epoch, contents.images, number)
     pair = _cores(contents)
     neighbors, boundary = build_neighbors(scheme, contents, pair)
     inelastic = contents.restitution < 1.0

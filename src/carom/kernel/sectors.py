@@ -117,11 +117,11 @@ def look_about(sectors, i, face):
                 near[k] = near[k] * size + beyond
         else:
             for back in range(count):
-                k = np.uint64(count - 1 - back)
-                first = near[k] * size
-                near[3 * k] = first + below
-                near[3 * k + np.uint64(1)] = first + place
-                near[3 * k + np.uint64(2)] = first + above
+                old = np.uint64(count - 1 - back)
+                first = near[old] * size
+                near[3 * old] = first + below
+                near[3 * old + np.uint64(1)] = first + place
+                near[3 * old + np.uint64(2)] = first + above
             count *= 3
     return count
 
@@ -160,7 +160,7 @@ def next_face(sectors, motion, state, i, now):
     best = NEVER
     face = np.int64(0)
     for axis in range(len(sectors.sides)):
-        v = row.v[axis]
+        v = np.float64(row.v[axis])
         x = position(motion, axis, row.x[axis], v, now - row.t)
         up = np.int64(v > 0.0)
         place = np.int64(sectors.place[i, axis]) + sectors.shape[axis] * np.int64(sectors.turn[i, axis])

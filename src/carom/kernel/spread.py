@@ -37,7 +37,9 @@ def _transpose(builder, rows):
 
 @intrinsic
 def _spread(typingctx, rows, words, begin, bits, block, half, lane):
-    columns = rows.dtype.size // 8
+    number = rows.dtype.fields["t"].type
+    width = number.bitwidth // 8
+    columns = rows.dtype.size // width
 
     def codegen(context, builder, signature, args):
         def data(kind, value):
@@ -48,6 +50,7 @@ def _spread(typingctx, rows, words, begin, bits, block, half, lane):
         target = builder.bitcast(data(block, args[4]), ir.DoubleType().as_pointer())
         word = ir.IntType(64)
         four = ir.VectorType(ir.DoubleType(), 4)
+        stored_four = ir.VectorType(context.get_value_type(number), 4)
         eight = ir.VectorType(ir.DoubleType(), LANES)
         row_size = ir.Constant(word, rows.dtype.size)
         offset = builder.add(args[6], builder.mul(args[5], ir.Constant(word, columns * WIDTH)))
@@ -59,10 +62,10 @@ def _spread(typingctx, rows, words, begin, bits, block, half, lane):
         for group in range(0, columns, 4):
             parts = []
             for start in starts:
-                part = builder.gep(start, [ir.Constant(word, 8 * group)])
-                loaded = builder.load(builder.bitcast(part, four.as_pointer()))
-                loaded.align = 8
-                parts.append(loaded)
+                part = builder.gep(start, [ir.Constant(word, width * group)])
+                loaded = builder.load(builder.bitcast(part, stored_four.as_pointer()))
+                loaded.align = width
+                parts.append(loaded if width == 8 else builder.fpext(loaded, four))
             for column, vector in enumerate(_transpose(builder, parts), start=group):
                 place = builder.gep(target, [builder.add(offset, ir.Constant(word, column * WIDTH))])
                 stored = builder.store(vector, builder.bitcast(place, eight.as_pointer()))
@@ -77,7 +80,8 @@ WIDTH = 32
 
 
 def spread(rows, words, begin, bits, block, half, lane):
-    """Copy the rows of eight candidates into the columns ``lane`` to ``lane + 7`` of one half of a block.
+    """Copy the rows of eight candidates, widened to double precision, into the columns ``lane`` to ``lane +
+    7`` of one half of a block.
 
     Parameters
     ----------

@@ -37,16 +37,18 @@ class State(NamedTuple):
     """Room for the rows of some candidates side by side, for two searches, (2, fields, 32) float64."""
 
 
-def row_type(dimension: int) -> np.dtype:
-    """Return the type of a row: 64 bytes, one cache line, in three dimensions."""
-    doubles = 2 * dimension + 2
-    size = 8 * doubles if doubles <= 4 else -(-8 * doubles // 32) * 32
+def row_type(dimension: int, number: type = np.float64) -> np.dtype:
+    """Return the type of a row of numbers in double or single precision: 64 bytes, one cache line, or 32, in
+    three dimensions.
+    """
+    width = np.dtype(number).itemsize
+    columns = -(-(2 * dimension + 2) // 4) * 4
     return np.dtype(
         {
             "names": ["x", "t", "v", "due"],
-            "formats": [("f8", (dimension,)), "f8", ("f8", (dimension,)), "f8"],
-            "offsets": [0, 8 * dimension, 8 * dimension + 8, 16 * dimension + 8],
-            "itemsize": size,
+            "formats": [(number, (dimension,)), number, (number, (dimension,)), number],
+            "offsets": [0, width * dimension, width * (dimension + 1), width * (2 * dimension + 1)],
+            "itemsize": width * columns,
         }
     )
 
@@ -59,10 +61,11 @@ def aligned(count: int, dtype) -> np.ndarray:
     return raw[start : start + count * dtype.itemsize].view(dtype)
 
 
-def make_state(positions, velocities, epoch_length: float, count_images: bool) -> State:
-    """Return the state at time zero, nothing scheduled yet."""
+def make_state(positions, velocities, epoch_length: float, count_images: bool, number: type) -> State:
+    """Return the state at time zero, nothing scheduled yet; rows hold numbers of the type given."""
     n, dimension = positions.shape
-    rows = aligned(n + 1, row_type(dimension))
+    kind = row_type(dimension, number)
+    rows = aligned(n + 1, kind)
     rows["x"][:n] = positions
     rows["v"][:n] = velocities
     rows["due"][:n] = NEVER
@@ -75,5 +78,5 @@ def make_state(positions, velocities, epoch_length: float, count_images: bool) -
         leave=np.full(n, NEVER),
         images=np.zeros((n, dimension), np.int32) if count_images else None,
         clock=clock.view(np.recarray),
-        block=aligned(64 * rows.dtype.itemsize // 8, np.float64).reshape(2, -1, 32),
+        block=aligned(64 * kind.itemsize // np.dtype(number).itemsize, np.float64).reshape(2, -1, 32),
     )
