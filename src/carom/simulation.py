@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from carom.kernel.scheme import Engine, Scheme
     from carom.observables.precision import Prediction
+    from carom.obstacles import Obstacle
 
 CYCLES = 20_000
 """Cycles between two looks at the clock and at Ctrl-C: some 10 ms."""
@@ -871,7 +872,13 @@ class Simulation:
         checkpoint.save(path, arrays, attributes)
 
     @classmethod
-    def load(cls, path: str | PathLike[str], *, event_log: str | PathLike[str] | None = None) -> Simulation:
+    def load(
+        cls,
+        path: str | PathLike[str],
+        *,
+        event_log: str | PathLike[str] | None = None,
+        obstacles: Sequence[Obstacle] | None = None,
+    ) -> Simulation:
         """Return the simulation that a checkpoint holds.
 
         Parameters
@@ -880,11 +887,14 @@ class Simulation:
             A file that :meth:`save` wrote.
         event_log : path, optional
             Where the event log is now, if it was moved; what it holds beyond the checkpoint is dropped.
+        obstacles : sequence of obstacles, optional
+            All of the scene's, where some are of a class of one's own, which no file holds.
 
         Raises
         ------
         FileError
-            If the file is missing, truncated, foreign, or of another version of Carom.
+            If the file is missing, truncated, foreign, or of another version of Carom, or an obstacle of
+            one's own is not given.
         """
         import carom
         from carom.io import checkpoint
@@ -904,6 +914,7 @@ class Simulation:
             sim.scene = Scene.from_arrays(
                 {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
                 json.loads(str(attributes["scene"])),
+                obstacles=obstacles,
             )
             rates = arrays.get("contents.rates")
             contents = contents_of(
