@@ -112,3 +112,33 @@ def test_the_search_for_a_partner_is_vectorised(kind):
     for instruction in ("sqrtpd", "divpd"):  # packed doubles: a scalar one ends in sd
         lines = [line for line in listing.splitlines() if instruction in line]
         assert lines, f"no {instruction}: the loop over candidates is not vectorised"
+
+
+def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):
+    # The models of a script are those of __main__: another script has none of that name.
+    (tmp_path / "doubling.py").write_text(
+        "from carom.kernel.dispatch import entry\n"
+        "def _double(digest):\n"
+        "    def double(model):\n"
+        "        digest\n"
+        "        return 2.0 * model[0]\n"
+        "    return double\n"
+        "double = entry(_double)\n"
+    )
+    scripts = {
+        "own": "class Own(NamedTuple):\n    x: float\nprint(double(Own(1.0)))",
+        "plain": "print(double((1.5,)))",
+    }
+    for name, expected in (("own", "2.0"), ("plain", "3.0"), ("own", "2.0")):
+        (tmp_path / "script.py").write_text(
+            f"from typing import NamedTuple\nfrom doubling import double\n{scripts[name]}\n"
+        )
+        done = subprocess.run(
+            [sys.executable, tmp_path / "script.py"],
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.stdout.strip() == expected, done.stderr
+    assert list((tmp_path / "cache").rglob("*.nbi"))

@@ -94,6 +94,25 @@ def entry(function):
     if getattr(config, "DISABLE_JIT", 0):
         return body
     try:
-        return njit(**STRICT, cache=True)(body)
+        return forgiving(njit(**STRICT, cache=True)(body))
     except RuntimeError:  # Numba found no folder that can be written: compile in every process
         return njit(**STRICT)(body)
+
+
+def forgiving(compiled):
+    """Return a cached function that compiles anew where the cache names a model that cannot be found.
+
+    The index of Numba's cache holds the types of all arguments seen, and the first of them that is gone (with
+    an upgrade, or as it was defined in somebody else's script) would end every program that comes after.
+    """
+    file = compiled._cache._cache_file
+    load = file._load_index
+
+    def load_index():
+        try:
+            return load()
+        except (AttributeError, ImportError):
+            return {}
+
+    file._load_index = load_index
+    return compiled
