@@ -115,7 +115,7 @@ def test_the_search_for_a_partner_is_vectorised(kind):
 
 
 def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):
-    # The models of a script are those of __main__: another script has none of that name.
+    # As after an upgrade that renamed a model, or without the module of somebody's own obstacle.
     (tmp_path / "doubling.py").write_text(
         "from carom.kernel.dispatch import entry\n"
         "def _double(digest):\n"
@@ -125,16 +125,21 @@ def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):
         "    return double\n"
         "double = entry(_double)\n"
     )
-    scripts = {
-        "own": "class Own(NamedTuple):\n    x: float\nprint(double(Own(1.0)))",
-        "plain": "print(double((1.5,)))",
-    }
-    for name, expected in (("own", "2.0"), ("plain", "3.0"), ("own", "2.0")):
-        (tmp_path / "script.py").write_text(
-            f"from typing import NamedTuple\nfrom doubling import double\n{scripts[name]}\n"
-        )
+    models = tmp_path / "models.py"
+    own = "from typing import NamedTuple\nclass Own(NamedTuple):\n    x: float\n"
+    plain = "from doubling import double; print(double((1.5,)))"
+    for content, program, expected in (
+        (own, "from doubling import double; from models import Own; print(double(Own(1.0)))", "2.0"),
+        ("", plain, "3.0"),
+        (own, "from doubling import double; from models import Own; print(double(Own(2.0)))", "4.0"),
+        (None, plain, "3.0"),
+    ):
+        models.unlink(missing_ok=True)
+        if content is not None:
+            models.write_text(content)
         done = subprocess.run(
-            [sys.executable, tmp_path / "script.py"],
+            [sys.executable, "-B", "-c", program],
+            cwd=tmp_path,
             env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
             capture_output=True,
             text=True,

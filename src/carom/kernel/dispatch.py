@@ -103,7 +103,7 @@ def forgiving(compiled):
     """Return a cached function that compiles anew where the cache names a model that cannot be found.
 
     The index of Numba's cache holds the types of all arguments seen, and the first of them that is gone (with
-    an upgrade, or as it was defined in somebody else's script) would end every program that comes after.
+    an upgrade, or with the module of an obstacle of one's own) would end every program that comes after.
     """
     file = compiled._cache._cache_file
     load = file._load_index
