@@ -256,6 +256,14 @@ def growing_apart(d):
     return case(scene.with_(restitution=0.8, elastic_below=0.1), growth=rates)
 
 
+def meeting_by_growth(d):
+    """Centres approach each other more slowly than the threshold, surfaces do not: energy is lost."""
+    places, velocities = np.zeros((2, d)), np.zeros((2, d))
+    places[:, 0], velocities[:, 0] = (1.0, 3.0), (0.02, -0.02)
+    scene = carom.Scene(places, (9.0,) * d, velocities=velocities, restitution=0.5, elastic_below=0.1)
+    return case(scene, growth=0.1, count=2, at_least=1)
+
+
 def growing_in_a_flask(d):
     box = (4.6,) * d
     obstacles = (SphericalContainer((2.3,) * d, 2.25), Ball((2.3,) * d, 0.3))
@@ -278,6 +286,7 @@ KINDS = {
     growing: (1, 2, 3, 4),
     points: (1, 2, 3, 4),
     growing_apart: (1, 2, 3, 4),
+    meeting_by_growth: (1,),
     growing_in_a_flask: (1, 2, 3, 4),
 }
 

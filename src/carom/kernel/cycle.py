@@ -31,7 +31,7 @@ from carom.kernel.dispatch import entry, fast, generic, inner
 from carom.kernel.motion import position, velocity
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.obstacle import Obstacles, bounce, soonest
-from carom.kernel.pair import age, contact_time, depth, interaction_time, jump, transfer
+from carom.kernel.pair import age, contact_time, depth, growth, interaction_time, jump, transfer
 from carom.kernel.spread import LANES, WIDTH, spread
 from carom.kernel.tally import count_pair, log_full, record
 
@@ -317,7 +317,9 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
     a, b, virial = jump(model.pair, np.int64(i), np.int64(j), rr, rv, now)
-    part = transfer(model.impact, rr, rv)
+    # By surfaces that grow towards each other a contact is faster than by the centres.
+    rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
+    part = transfer(model.impact, rr, rv - np.sqrt(rr) * rate)
     a *= part
     b *= part
     virial *= part

@@ -374,7 +374,10 @@ class Inelastic(NamedTuple):
 
 @generic
 def transfer(impact, rr, rv):
-    """Return the part of an elastic contact's momentum that is exchanged: ``(1 + e) / 2``."""
+    """Return the part of an elastic contact's momentum that is exchanged: ``(1 + e) / 2``.
+
+    ``rv`` is r.v of the surfaces.
+    """
     raise NotImplementedError(type(impact))
 
 
