@@ -948,7 +948,13 @@ class Simulation:
         from carom.io.events import EventLog
         from carom.kernel.tally import make_log
 
+        scene, attributes = self.scene.to_arrays()
         header: dict[str, Any] = {
+            **{name: values for name, values in scene.items() if name not in ("diameter", "mass")},
+            "diameters": self.scene.diameters,
+            "masses": self.scene.masses,
+            "scene": np.frombuffer(json.dumps(attributes).encode(), np.uint8),
+            "threshold": np.float64(self._contents.threshold),
             "positions": self.scene.positions,
             "velocities": self._initial_velocities,
             "box": np.asarray(self.scene.box),

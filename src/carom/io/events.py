@@ -44,7 +44,7 @@ class Events(NamedTuple):
     time : (k,) float64 array
         Time [time] since the start of that epoch.
     i, j : (k,) int32 arrays
-        The two components.
+        The two components; or a component and, as n + k, wall or obstacle k.
     image : (k,) int32 array
         Which periodic image of j it was.
     impulse : (k,) float64 array
