@@ -40,6 +40,9 @@ runs need not be made longer afterwards."""
 FEWEST = 200.0
 """Collisions per particle that are measured at least, however modest the error asked for."""
 
+FRAMES = 8
+"""Frames for the order parameter near freezing where no number is given: some 0.1 s each."""
+
 START = ("auto", "random", "fcc", "cubic", "triangular", "dn")
 
 _SET_BY_GRID = ("packing_fraction", "n", "density", "cells", "box", "file", "frame", "initial", "dimension")
@@ -72,8 +75,8 @@ class StudySpec:
     blocks : int
         Blocks of a run, from which error bars and drift come.
     frames : int
-        Frames of a run from which the order parameter comes; by default 32 from just below freezing on, and
-        none elsewhere.
+        Frames of a run from which the order parameter comes; by default 8 from just below freezing on, to see
+        whether it drifts, and none elsewhere.
     neighbors : str
         As of a simulation.
     scene : mapping
@@ -94,7 +97,7 @@ class StudySpec:
     equilibration: float = 1000.0
     seed: int = 1
     initial: str = "auto"
-    blocks: int = 512
+    blocks: int = 256
     frames: int | None = None
     neighbors: str = "auto"
     scene: Mapping[str, Any] = field(default_factory=dict)
@@ -221,7 +224,7 @@ class StudySpec:
     def _frames(self, eta: float) -> int:
         if self.frames is not None:
             return self.frames
-        return min(32, self.blocks) if eta > 0.93 * theory.FREEZING.get(self.dimension, 1.0) else 0
+        return min(FRAMES, self.blocks) if eta > 0.93 * theory.FREEZING.get(self.dimension, 1.0) else 0
 
     def settings(self) -> dict[str, Any]:
         """Return what all tasks share: it decides whether two studies may stand in one folder."""

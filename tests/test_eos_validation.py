@@ -1,0 +1,71 @@
+"""Studies against published equations of state, and their speed: `pytest -m slow -s` with this file.
+
+The default study, `carom eos`, is the same with relative errors of 7e-5.
+"""
+
+import math
+import os
+
+import pytest
+
+from carom import studies, theory
+from carom.studies import StudySpec
+
+pytestmark = pytest.mark.slow
+
+ERROR = 3e-4
+
+
+def uncertainty(dimension, eta):
+    """How well the reference is known: its authors' 1e-5 in 3D, the difference of two approximants in 2D."""
+    if dimension == 3:
+        return 1e-5 * theory.pieprzyk(eta)
+    return abs(theory.virial_pade(eta, dimension, (5, 4)) - theory.virial_pade(eta, dimension, (4, 5)))
+
+
+@pytest.mark.parametrize(("dimension", "highest"), [(3, 0.49), (2, 0.45)])
+def test_the_default_study_with_larger_errors(dimension, highest):
+    etas = [eta for eta in StudySpec(dimension=dimension).packing_fractions if eta <= highest]
+    study = studies.equation_of_state(etas, dimension=dimension, relative_error=ERROR)
+    print(study)
+    print(study.virials())
+    squares = []
+    for row in study.table:
+        assert row.equilibrated, row.remarks
+        assert row.error < 1.1 * ERROR * row.compressibility_factor
+        error = math.hypot(row.error, uncertainty(dimension, row.packing_fraction))
+        assert abs(row.infinite - row.theory) < 4.0 * error
+        squares.append(((row.infinite - row.theory) / error) ** 2)
+    print(f"chi squared per point {sum(squares) / len(squares):.2f}, {study.seconds:.0f} s")
+    # A perfect study of twelve points is outside with a probability of 15 %; this one has a fixed seed.
+    assert 0.5 < sum(squares) / len(squares) < 1.6
+    virials = study.virials()
+    for value, error, known in zip(virials.values, virials.errors, virials.known, strict=True):
+        assert abs(value - known) < 3.0 * error
+
+
+def test_crystals_extrapolate_to_the_infinite_crystal():
+    study = studies.equation_of_state([0.60], n=(108, 256, 500, 1372), relative_error=ERROR)
+    (fit,) = study.extrapolate()
+    print(fit)
+    # The published equations differ by 3e-4 there.
+    assert fit.compressibility_factor == pytest.approx(theory.almarza(0.60), rel=3e-4)
+    assert fit.chi2 < 14.0  # two degrees of freedom: probability 1e-3
+    assert fit.theory_slope > fit.slope > 1.3 * fit.theory_slope
+
+
+def test_two_processes_do_nearly_twice_the_work_of_one():
+    if studies.engines.cores() < 2 or os.getloadavg()[0] > 0.5:
+        pytest.skip("needs two idle cores")
+    rates = []
+    for workers in (1, 2):
+        study = studies.equation_of_state(
+            [0.45], n=4000, replicas=2 * workers, collisions_per_particle=20_000, workers=workers
+        )
+        # Without the second or two in which the workers start.
+        began = min(record["provenance"]["began"] for record in study.records)
+        ended = max(r["provenance"]["began"] + r["provenance"]["seconds"] for r in study.records)
+        rates.append(sum(row.collisions for row in study.table) / (ended - began))
+    print(f"{rates[0]:.3g} collisions per second in one process, {rates[1]:.3g} in two")
+    # From the issue.
+    assert rates[1] > 1.9 * rates[0]
