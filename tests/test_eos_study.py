@@ -609,3 +609,25 @@ def test_walls_are_simulated_and_compared_with_nothing():
     assert math.isnan(row.infinite)
     assert row.compressibility_factor > 1.0
     assert "nan" in str(study)
+
+
+def test_a_run_goes_on_until_its_error_is_small_enough():
+    """A third of the length that the plan has: the error asked for is reached all the same."""
+    spec = StudySpec(packing_fractions=(0.3,), n=(108,), replicas=1, relative_error=5e-3)
+    (task,) = spec.tasks()
+    short = {**task, "collisions_per_particle": task["collisions_per_particle"] / 3}
+    result = simulate(short)["result"]
+    z = result["compressibility_factor"]
+    assert len(result["block_values"]) > task["blocks"]
+    assert z["error"] <= 5e-3 * z["mean"]
+    # Not much more was run than had to be.
+    assert z["error"] > 0.5 * 5e-3 * z["mean"]
+    limited = simulate({**short, "relative_error": 1e-6, "blocks": 32, "collisions_per_particle": 10.0})[
+        "result"
+    ]
+    assert len(limited["block_values"]) == 16 * 32
+    (row,) = table.table(
+        [{"task": {**short, "relative_error": 1e-6}, "result": limited, "provenance": {"seconds": 1.0}}]
+    )
+    assert "the error asked for was not reached" in row.remarks
+    assert row.equilibrated

@@ -262,7 +262,7 @@ def _table(result: EquationOfState) -> Any:
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name in ("η", "N", "runs", "Z", "infinite", "theory", "dev.", "P*"):
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", no_wrap=True)
     table.add_column("")
     for row in result.table:
         decimals = max(1 - math.floor(math.log10(row.error)), 0) if 0.0 < row.error < math.inf else 6

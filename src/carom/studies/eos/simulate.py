@@ -28,6 +28,9 @@ from carom.tally import Block
 MOST = 16
 """Times the planned length that a run may reach on its way to the error asked for."""
 
+GROWTH = 2.0
+"""Times its length that a run becomes before its error bar is looked at again."""
+
 ROOM = 1.05
 """Part by which a run is made longer than its error bar asks for, because that is known to some 5 % only."""
 
@@ -142,9 +145,9 @@ def _longer(z: Estimate, task: Task, blocks: int) -> int:
     goal, most = task["relative_error"], MOST * task["blocks"]
     if goal is None or z.error <= goal * z.mean:
         return blocks
-    if not math.isfinite(z.error):
-        return min(2 * blocks, most)
-    return min(math.ceil(ROOM * blocks * (z.error / (goal * z.mean)) ** 2), most)
+    factor = ROOM * (z.error / (goal * z.mean)) ** 2
+    # The error bar of a short run with long correlations is a guess, and most often too large a one here.
+    return min(math.ceil(min(factor, GROWTH) * blocks), most)
 
 
 def _moved(start: np.ndarray, frame: Frame) -> float:
