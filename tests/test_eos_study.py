@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import json
 import math
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -399,7 +400,7 @@ def test_drift_sees_a_relaxation_and_ignores_constants():
 
 def test_tables_are_written_and_read(tmp_path):
     study = studies.equation_of_state([0.1, 0.2], replicas=1, **SMALL)
-    study.to_csv(tmp_path / "eos.csv")
+    study.save(tmp_path / "eos.csv")
     with (tmp_path / "eos.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [float(row["compressibility_factor"]) for row in rows] == [
@@ -408,6 +409,8 @@ def test_tables_are_written_and_read(tmp_path):
     assert rows[0]["chi2"] == ""
     assert str(study).count("\n") == 2
     assert "2 of 2 runs done" in repr(study)
+    with pytest.raises(InputError, match=r"expected one of \.csv"):
+        study.save(tmp_path / "eos.xls")
 
 
 def test_tables_become_data_frames():
@@ -516,6 +519,25 @@ def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time():
     assert nothing.values() is None
 
 
+def balanced(page):
+    """Whether every element of a page that is opened is closed, in order."""
+    from html.parser import HTMLParser
+
+    class Nesting(HTMLParser):
+        stack: ClassVar[list[str]] = []
+
+        def handle_starttag(self, tag, attrs):
+            if tag not in ("meta", "img"):
+                self.stack.append(tag)
+
+        def handle_endtag(self, tag):
+            assert self.stack.pop() == tag
+
+    parser = Nesting()
+    parser.feed(page)
+    return not parser.stack
+
+
 def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
     rng = np.random.default_rng(5)
     order = {"name": "Q_6", "values": [0.1] * 32}
@@ -534,11 +556,12 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
     study.plot(tmp_path / "eos.png", equations={"CS": theory.carnahan_starling})
     study.with_theory(theory.carnahan_starling).plot(tmp_path / "own.svg")
     assert (tmp_path / "eos.png").stat().st_size > 10_000
-    study.report(tmp_path / "report.html")
+    study.save(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     # Self-contained: nothing is fetched, and what others wrote is text.
     assert "http:" not in page.replace("http://www.w3.org", "")
     assert "<script" not in page
+    assert balanced(page)
     assert page.count("data:image/svg+xml;base64,") == 3
     assert "it &lt;failed&gt;" in page
     assert "&lt;here&gt;" in page

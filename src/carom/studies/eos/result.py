@@ -6,7 +6,7 @@ import csv
 import dataclasses
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,8 @@ from carom.theory import Equation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+PICTURES = (".png", ".pdf", ".svg")
 
 COLUMNS = tuple(f.name for f in dataclasses.fields(Row))
 
@@ -120,6 +122,24 @@ class EquationOfState:
     def extrapolate(self) -> list[fits.Extrapolation]:
         """Extrapolate to infinite size; see :func:`carom.studies.eos.fits.extrapolate`."""
         return fits.extrapolate(self.table)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the table (.csv), the picture (.png, .pdf, .svg) or the report (.html).
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one; FileError if the file cannot be written.
+        """
+        suffix = Path(path).suffix.lower()
+        writers: dict[str, Callable[..., object]] = {
+            ".csv": self.to_csv,
+            ".html": self.report,
+            **dict.fromkeys(PICTURES, self.plot),
+        }
+        if suffix not in writers:
+            raise InputError(f"{path} has the suffix '{suffix}'; expected one of {', '.join(writers)}.")
+        writers[suffix](path)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the table, one line a point; unknown numbers are empty.
