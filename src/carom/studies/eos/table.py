@@ -38,7 +38,7 @@ class Row:
         Z of infinitely many particles, by theory's correction of order 1 / n; nan where there is none. It has
         the same error.
     pressure, pressure_error : float
-        P sigma^d / kT, of n particles.
+        P sigma^d / kT, of n particles, with the largest diameter of a mixture for sigma.
     theory, deviation : float
         Z by the chosen equation of state, and ``infinite - theory`` in units of the error.
     chi2 : float
