@@ -17,13 +17,14 @@ from carom.studies.tasks import Task
 
 DENSITIES: dict[int, tuple[float, ...]] = {
     1: tuple(round(0.075 * k, 3) for k in range(1, 13)),
-    2: tuple(round(0.05 * k, 2) for k in range(1, 13)),
+    2: (0.025, *(round(0.05 * k, 2) for k in range(1, 10)), 0.475, 0.50),
     3: (0.025, *(round(0.05 * k, 2) for k in range(1, 10)), 0.475, 0.49),
     4: tuple(round(0.02 * k, 2) for k in range(1, 13)),
     5: tuple(round(0.012 * k, 3) for k in range(1, 13)),
     6: tuple(round(0.0075 * k, 4) for k in range(1, 13)),
 }
-"""Packing fractions where none are given: twelve of the fluid, by dimension."""
+"""Packing fractions where none are given, by dimension: twelve of the fluid, as far as theory is known better
+than 1e-4."""
 
 N = 4000
 """Particles where no number is given: the finite-size correction is then below 2e-4, and its own error far
