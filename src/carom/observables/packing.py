@@ -141,6 +141,10 @@ def packing_network(
     A rattler has fewer than d + 1 contacts, or contacts on one side only: no combination of their directions
     with positive coefficients is zero, so that it can be moved away from all of them. What only rattlers
     hold is a rattler, too; so they are taken away until none is left.
+
+    Spheres that were compressed too fast for their forces to come into balance have fewer contacts than that
+    takes, whatever their pressure, and unravel to the last one. Compress more slowly, from a reduced pressure of
+    some hundreds on.
     """
     pairs, vectors, gaps = _near(frame, contact)
     if not len(gaps):
