@@ -143,8 +143,8 @@ def packing_network(
     hold is a rattler, too; so they are taken away until none is left.
 
     Spheres that were compressed too fast for their forces to come into balance have fewer contacts than that
-    takes, whatever their pressure, and unravel to the last one. Compress more slowly, from a reduced pressure of
-    some hundreds on.
+    takes, whatever their pressure, and unravel to the last one. Compress more slowly, from a reduced pressure
+    of some hundreds on.
     """
     pairs, vectors, gaps = _near(frame, contact)
     if not len(gaps):
