@@ -274,6 +274,49 @@ def gaps(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None)
     return saved(figure, path)
 
 
+def compression(
+    history: np.ndarray,
+    jamming_fraction: float,
+    dimension: int,
+    *,
+    path: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """Reduced pressure against the density left to the jammed one, with the free-volume law.
+
+    Parameters
+    ----------
+    history : structured array
+        ``packing_fraction`` and ``pressure``, as a :class:`carom.studies.Packing` has it.
+    jamming_fraction : float
+        NaN where it is not known: then the density itself is the abscissa.
+    dimension : int
+        d.
+    path : path, optional
+        Where to save the picture.
+    """
+    figure, axes = _figure(7.0, 4.2)
+    fraction, pressure = history["packing_fraction"], history["pressure"]
+    if np.isfinite(jamming_fraction):
+        left = 1.0 - fraction / jamming_fraction
+        # The last differences are rounding, and the law is what the jamming density comes from.
+        shown = left > 64 * np.finfo(float).eps
+        axes.plot(left[shown], pressure[shown], ".", color=PALE, markersize=4, label="compression")
+        if shown.any():
+            ends = np.array([left[shown].min(), min(left[shown].max(), 0.1)])
+            axes.plot(ends, dimension / ends, color=WARM, linewidth=1.1, label=r"$d\,/\,(1 - \eta/\eta_J)$")
+        axes.set_xscale("log")
+        axes.invert_xaxis()
+        axes.set_xlabel(r"$1 - \eta/\eta_J$")
+        axes.set_title(rf"$\eta_J = {jamming_fraction:.6f}$", fontsize=TITLE)
+    else:
+        axes.plot(fraction, pressure, ".", color=PALE, markersize=4, label="compression")
+        axes.set_xlabel(r"packing fraction $\eta$")
+    axes.set_yscale("log")
+    axes.set_ylabel(r"reduced pressure $PV/NkT$")
+    axes.legend(loc="upper left", fontsize=8.5, framealpha=0.92, edgecolor="none")
+    return saved(figure, path)
+
+
 def _figure(width: float, height: float) -> tuple[Figure, Axes]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -503,18 +503,31 @@ class Simulation:
         epoch, offset = self._split(end)
         return (np.int64(epoch), float(offset)), True
 
-    def rescale(self, kT: float = 1.0) -> None:
+    def rescale(self, kT: float = 1.0, *, growth: float | ArrayLike | None = None) -> None:
         """Scale all velocities, so that the temperature is ``kT``; momentum that is conserved is made zero.
 
         For diameters that grow: every contact adds energy, and what counts is their rate of growth in units
         of the thermal speed. Everything is then scheduled anew.
 
+        Parameters
+        ----------
+        kT : float
+            The new temperature [energy].
+        growth : float or (n,) array_like, optional
+            Rate at which the diameters grow from now on, where they grew before [length / time].
+
         Raises
         ------
         InputError
-            If nothing moves.
+            If nothing moves, or a growth that is not positive takes the place of another, or of none.
         """
         kT = checks.number(kT, "kT", low=0.0, open_low=True)
+        if growth is not None:
+            rates = growth_rates(growth, self.scene)
+            if rates is None or self._contents.rates is None:
+                raise InputError(
+                    "rescale() changes one growth into another: give Simulation() a positive growth, too."
+                )
         velocities = self._engine.state.rows["v"][: self.scene.n].copy()
         masses = self.scene.masses[:, None]
         momentum = np.where(conserved(self.scene), np.sum(masses * velocities, axis=0), 0.0)
@@ -522,9 +535,11 @@ class Simulation:
         twice = float(np.sum(masses * velocities * velocities))
         if twice == 0.0:
             raise InputError("Nothing moves, so there is no temperature to scale; give the scene velocities.")
-        self._refit(math.sqrt(kT * self.degrees_of_freedom / twice) * velocities)
+        self._refit(
+            math.sqrt(kT * self.degrees_of_freedom / twice) * velocities, None if growth is None else rates
+        )
 
-    def _refit(self, velocities: np.ndarray | None = None) -> None:
+    def _refit(self, velocities: np.ndarray | None = None, rates: np.ndarray | None = None) -> None:
         """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything."""
         from carom.kernel import scheme
 
@@ -534,7 +549,10 @@ class Simulation:
         if self._contents.rates is not None:
             radii = 0.5 * frame.diameters
             self._contents = dataclasses.replace(
-                self._contents, radii=radii, diameter=2.0 * float(radii.max())
+                self._contents,
+                radii=radii,
+                diameter=2.0 * float(radii.max()),
+                rates=self._contents.rates if rates is None else rates,
             )
         passed, seen = float(instant - self._base), self.collisions - self._counted
         rate = 2.0 * seen / (self.scene.n * passed) if seen >= self.scene.n and passed > 0.0 else None

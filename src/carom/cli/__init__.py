@@ -43,6 +43,7 @@ def _carom(
 
 
 app.command("run")(commands.run)
+app.command("pack")(commands.pack)
 app.command("resume")(commands.resume)
 app.command("export")(commands.export)
 app.command("rdf")(commands.rdf)

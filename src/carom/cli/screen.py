@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from carom.observables import Prediction
     from carom.studies import RunResult
 
@@ -124,6 +126,38 @@ def _physics(summary: dict[str, Any]) -> Any:
         table.caption = "In brackets: by how many errors the measurement lies above."
         table.caption_justify = "left"
     return table
+
+
+def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
+    """Print the summary of a packing: as JSON, or as a table."""
+    if as_json:
+        print(json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=True))
+        return
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    title = f"{summary['n']} spheres in {summary['dimension']}D: {summary['note']}"
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE, show_header=False)
+    rows = [
+        ("packing fraction", f"{summary['packing_fraction']:.8g}"),
+        ("reduced pressure", "-" if summary["pressure"] is None else f"{summary['pressure']:.4g}"),
+        ("collisions", f"{summary['collisions']:,}".replace(",", " ")),
+    ]
+    if summary["gap"] is not None:
+        jammed, isostatic = summary["jamming_fraction"], summary["isostatic"]
+        rows += [
+            ("jams at", "-" if jammed is None else f"{jammed:.8g}"),
+            ("rattlers", f"{summary['rattlers']} ({100.0 * summary['rattler_fraction']:.2f} %)"),
+            ("contacts", f"{summary['contacts']} (isostatic: {isostatic}, {summary['excess']:+d})"),
+            ("gap", "{:.2g}, in a void from {:.2g} to {:.2g}".format(summary["gap"], *summary["void"])),
+        ]
+    for name, text in rows:
+        table.add_row(name, text)
+    console = Console(highlight=False, soft_wrap=False)
+    console.print(table)
+    console.print(Text(f"Results in {folder}"))
 
 
 def _mechanics(summary: dict[str, Any]) -> Any:

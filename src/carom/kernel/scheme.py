@@ -203,6 +203,13 @@ NEIGHBORS = (5, 10, 15, 26, 40, 60)
 DILUTE = (0.4, 0.3, 0.23, 0.12, 0.06, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
+SMALLEST_MARGIN = 0.05
+"""Twice the margin of lists of components that grow, at least, in median diameters; else sectors are better.
+"""
+
+SMALLEST_GROWTH = 2.0**-30
+"""Part of their diameter by which components must be able to grow before they are as wide as the box."""
+
 SHORTEST = 1.2
 """Reach in diameters below which lists are renewed so often that sectors are better."""
 
@@ -256,7 +263,11 @@ def choose(
         reach = max(reach, shortest, diameter)
     else:
         reach = diameter * shell
-    if neighbors == "lists" and (reach > widest or reach <= diameter):
+    # A margin that shrinks to nothing in a box too narrow would be used up ever more often.
+    least = diameter
+    if contents.rates is not None and contents.radii is not None:
+        least += SMALLEST_MARGIN * 2.0 * float(np.median(contents.radii))
+    if neighbors == "lists" and (reach > widest or reach <= least):
         raise ValueError(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least "
             f"{4.0 * reach - 2.0 * diameter:g}, the shortest is {contents.narrowest:g}; "
@@ -265,7 +276,7 @@ def choose(
     density = contents.n / math.prod(box)
     spacing = density ** (-1.0 / dimension)
     if neighbors == "auto":
-        fits = diameter < reach <= widest
+        fits = least < reach <= widest
         dense = packing_fraction > _of(DILUTE, dimension) or diameter > 1.2 * spacing
         neighbors = "lists" if fits and (dense or shell is not None) else "sectors"
     sizes = contents.reaches
@@ -284,6 +295,12 @@ def choose(
     if neighbors == "sectors" and contents.rates is not None:
         narrow = min(edge / size for edge, size in zip(box, shape, strict=True))
         horizon = (1.0 - 2.0**-20) * (narrow - diameter) / (2.0 * float(contents.rates.max()))
+        if horizon * 2.0 * float(contents.rates.max()) < SMALLEST_GROWTH * diameter:
+            raise ValueError(
+                f"The components have grown to a diameter of {diameter:g} in a box of edges "
+                f"{', '.join(f'{edge:g}' for edge in box)}: one as wide as the box would meet itself. Use more "
+                "of them, or a box more nearly cubic."
+            )
     members = contents.n / math.prod(shape)
     if sizes is not None and neighbors == "lists":
         members = _levels(contents, reach).members

@@ -1,17 +1,25 @@
-"""Whole studies: from a plan to a folder of results."""
+"""Whole studies: from a plan to a folder of results, from points to a jammed packing, equations of state."""
 
 from carom.studies.eos.result import EquationOfState
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import equation_of_state
+from carom.studies.packing import Packing
+from carom.studies.packs import PackingInterrupted, holds_packing, pack, points, resume_packing
 from carom.studies.runs import RunResult, resume, run
 from carom.studies.signals import Interrupted
 
 __all__ = [
     "EquationOfState",
     "Interrupted",
+    "Packing",
+    "PackingInterrupted",
     "RunResult",
     "StudySpec",
     "equation_of_state",
+    "holds_packing",
+    "pack",
+    "points",
     "resume",
+    "resume_packing",
     "run",
 ]
