@@ -298,8 +298,8 @@ def choose(
         if horizon * 2.0 * float(contents.rates.max()) < SMALLEST_GROWTH * diameter:
             raise ValueError(
                 f"The components have grown to a diameter of {diameter:g} in a box of edges "
-                f"{', '.join(f'{edge:g}' for edge in box)}: one as wide as the box would meet itself. Use more "
-                "of them, or a box more nearly cubic."
+                f"{', '.join(f'{edge:g}' for edge in box)}: one as wide as the box would meet itself. Use "
+                "more of them, or a box more nearly cubic."
             )
     members = contents.n / math.prod(shape)
     if sizes is not None and neighbors == "lists":
