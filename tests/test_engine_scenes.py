@@ -305,3 +305,32 @@ print(sim.statistics.momentum_drift)
 
 def test_one_ball_in_a_box():
     assert plain_python("-c", ONE_BALL).strip() == "nan"
+
+
+GROWING_SECTORS = """
+import sys
+import numpy as np
+np.seterr(all="ignore")
+import carom
+from test_engine_scenes import same
+from scene_cases import placed
+# One component outgrows sectors that fitted all of them, and those after.
+scene = placed(12, (6.0, 5.2), 1, diameters=(0.2, 0.3), periodic=[True, False])
+growth = np.zeros(12)
+growth[3] = 0.3
+whole, parts = (carom.Simulation(scene, neighbors="sectors", growth=growth) for _ in range(2))
+whole.run(time=9.0)
+for k in range(6):
+    next(parts.sample(times=[1.5 * k + 0.7]))
+    parts.run(collisions=1, time=0.5)
+    parts.save(sys.argv[1])
+    parts = carom.Simulation.load(sys.argv[1])
+    next(parts.sample(times=[1.5 * (k + 1)]))
+assert same(whole, parts) and whole.obstacles == parts.obstacles
+assert whole._base > 0, "sectors were renewed"
+print(whole.collisions)
+"""
+
+
+def test_sectors_that_are_renewed_leave_no_trace_of_samples_and_checkpoints(tmp_path):
+    assert int(plain_python("-c", GROWING_SECTORS, str(tmp_path / "parts.h5"))) > 10
