@@ -334,3 +334,23 @@ print(whole.collisions)
 
 def test_sectors_that_are_renewed_leave_no_trace_of_samples_and_checkpoints(tmp_path):
     assert int(plain_python("-c", GROWING_SECTORS, str(tmp_path / "parts.h5"))) > 10
+
+
+LORENTZ = """
+import numpy as np
+np.seterr(all="ignore")
+import carom
+from scene_cases import assert_no_overlap
+from carom.obstacles import Ball
+obstacles = [Ball((0.1, 0.1, 0.1), 0.3), Ball((0.6, 0.6, 0.6), 0.3)]
+scene = carom.Scene.random(1, 3, box=1.0, diameter=0.06, obstacles=obstacles, seed=0)
+sim = carom.Simulation(scene, seed=0, neighbors="sectors")
+for frame in sim.sample(every=0.05, count=2000):
+    assert_no_overlap(scene, frame)
+print(sum(impact.hits for impact in sim.obstacles))
+"""
+
+
+def test_fixed_balls_are_seen_from_a_face_of_the_box():
+    # One that rounding leaves a hair before the face that it passes flies through all of the next box.
+    assert int(plain_python("-c", LORENTZ)) > 100

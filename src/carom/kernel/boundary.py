@@ -150,6 +150,26 @@ def _(boundary: SectorImage, i, word, axis, dx):
 
 
 @generic
+def in_box(boundary, i, axis, x):
+    """Return a coordinate of component i as one in the box in which it flies.
+
+    At a face of the box rounding decides in which one a position lies; where the component may fly through all
+    of a box before it is looked at again, that is the box of its sector.
+    """
+    raise NotImplementedError(type(boundary))
+
+
+@in_box.register
+def _(boundary: NearestImage, i, axis, x):
+    return x - np.floor(x * boundary.inverse[axis]) * boundary.edges[axis]
+
+
+@in_box.register
+def _(boundary: SectorImage, i, axis, x):
+    return x - boundary.turn[i, axis] * boundary.edges[axis] if boundary.inverse[axis] > 0.0 else x
+
+
+@generic
 def count_images(images, i, axis, crossings):
     """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
     raise NotImplementedError(type(images))

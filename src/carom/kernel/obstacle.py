@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.kernel.boundary import in_box
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import generic, inner
 from carom.kernel.motion import position, velocity
@@ -316,8 +317,7 @@ def face_images(model, state, i, now):
     t = now - row.t
     for axis in range(len(model.boundary.edges)):
         x = position(model.motion, axis, row.x[axis], row.v[axis], t)
-        x -= np.floor(x * model.boundary.inverse[axis]) * model.boundary.edges[axis]
-        obstacles.x[axis] = x
+        obstacles.x[axis] = in_box(model.boundary, i, axis, x)
         obstacles.v[axis] = velocity(model.motion, axis, row.v[axis], t)
 
 
