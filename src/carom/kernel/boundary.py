@@ -153,8 +153,8 @@ def _(boundary: SectorImage, i, word, axis, dx):
 def in_box(boundary, i, axis, x):
     """Return a coordinate of component i as one in the box in which it flies.
 
-    At a face of the box rounding decides in which one a position lies; where the component may fly through all
-    of a box before it is looked at again, that is the box of its sector.
+    At a face of the box rounding decides in which one a position lies; where the component may fly through
+    all of a box before it is looked at again, that is the box of its sector.
     """
     raise NotImplementedError(type(boundary))
 
