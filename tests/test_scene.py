@@ -326,3 +326,33 @@ def test_a_frame_of_single_precision_is_moved_apart_with_a_warning():
     assert bound < 1e-4
     with pytest.raises(OverlapError):
         Scene.from_frame(frame_of(exact, positions=start * (1 - 1e-4)))
+
+
+@pytest.mark.parametrize(("n", "dimension", "fraction"), [(300, 2, 0.79), (300, 3, 0.6), (100, 4, 0.43)])
+def test_dense_random_scenes_are_grown(n, dimension, fraction):
+    scene = Scene.random(n, dimension, packing_fraction=fraction, seed=1)
+    assert scene.packing_fraction == pytest.approx(fraction, rel=1e-12)
+    again = Scene.random(n, dimension, packing_fraction=fraction, seed=1)
+    assert (again.positions == scene.positions).all()
+    other = Scene.random(n, dimension, packing_fraction=fraction, seed=2)
+    assert (other.positions != scene.positions).any()
+    assert scene.velocities is None
+
+
+def test_dense_random_mixtures_between_walls_are_grown():
+    scene = Scene.mixture(
+        [150, 150], diameters=[1.0, 0.5], packing_fraction=0.56, periodic=False, masses=[1.0, 0.1], seed=1
+    )
+    assert scene.packing_fraction == pytest.approx(0.56, rel=1e-12)
+    assert sorted(set(scene.diameters.tolist())) == [0.5, 1.0]
+    assert sorted(set(scene.masses.tolist())) == [0.1, 1.0]
+
+
+def test_beyond_what_growth_reaches_the_limit_is_named():
+    with pytest.raises(InputError, match=r"up to packing fraction 0\.608"):
+        Scene.random(100, 3, packing_fraction=0.63)
+
+
+def test_spheres_that_jam_on_the_way_are_refused():
+    with pytest.raises(InputError, match="jam at packing fraction"):
+        Scene.random(100, 3, packing_fraction=0.605, periodic=False, seed=1)

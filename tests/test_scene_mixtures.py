@@ -258,7 +258,7 @@ MIX = {"counts": [5, 5], "diameters": [1, 0.5]}
         ({"masses": 1.0}, "masses must be a list"),
         ({"names": ["a"]}, "names must have one value"),
         ({"diameters": [1, -1]}, "positive"),
-        ({"packing_fraction": 0.7}, "up to packing fraction 0.544"),
+        ({"packing_fraction": 0.7}, "up to packing fraction 0.608"),
         ({"packing_fraction": 0.3, "box": 5.0}, "found both"),
         ({"lattice": "bcc"}, "lattice must be"),
         ({"lattice": "fcc", "packing_fraction": 0.3}, "does not fill"),

@@ -20,6 +20,9 @@ RANDOM_CLOSE_PACKING = {2: 0.84, 3: 0.64, 4: 0.46, 5: 0.31, 6: 0.20}
 #: suffice.
 REACH = 0.85
 
+#: Growth (:mod:`carom.dense`) goes on to this part.
+GROWTH_REACH = 0.95
+
 #: Pairs are moved to this many contact distances, so that the last of them clear contact after few steps.
 CLEARANCE = 1 + 1e-3
 
@@ -44,6 +47,11 @@ def random_limit(dimension: int) -> float:
         return 1.0
     known = min(dimension, 6)
     return REACH * RANDOM_CLOSE_PACKING[known] / 2 ** (dimension - known)
+
+
+def growth_limit(dimension: int) -> float:
+    """Return the highest packing fraction that is reached by growth from a random placement."""
+    return GROWTH_REACH / REACH * random_limit(dimension)
 
 
 def default_fraction(dimension: int) -> float:
@@ -81,6 +89,8 @@ def random_positions(room: Room, contacts: Contacts, rng: np.random.Generator) -
     fraction = sphere_volume(dimension) * float(np.sum(np.prod(contacts.diameters[:, None] / box, axis=1)))
     limit = random_limit(dimension)
     if fraction > limit or (dimension == 1 and fraction >= 1):
+        if dimension > 1 and contacts.additive:
+            limit = growth_limit(dimension)
         raise InputError(
             f"Spheres are placed at random up to packing fraction {limit:.3g} in {dimension} "
             f"dimension{'s' * (dimension > 1)}, found {fraction:.6g}. Start from a lattice and equilibrate."

@@ -491,7 +491,7 @@ class Scene:
         obstacles: Sequence[Obstacle] = (),
         seed: int | np.random.Generator = 0,
     ) -> Self:
-        """Place equal spheres at random, without overlap, up to densities above freezing.
+        """Place equal spheres at random, without overlap, up to 0.95 of random close packing.
 
         Parameters
         ----------
@@ -514,7 +514,9 @@ class Scene:
 
         Notes
         -----
-        The exact equilibrium for d = 1; for d >= 2 a start that must still be equilibrated.
+        The exact equilibrium for d = 1; for d >= 2 a start that must still be equilibrated. Beyond 0.85 of
+        random close packing, and for many spheres, they are placed smaller and then grow while they move
+        (:mod:`carom.dense`).
         """
         n = checks.integer(n, "n", low=1, high=initial.MOST)
         sigma = checks.positive(diameter, "diameter")
@@ -660,7 +662,7 @@ class Scene:
         contact: ArrayLike | None = None,
     ) -> Self:
         """Return a scene of spheres placed at random."""
-        from carom import placement
+        from carom import dense, placement
 
         if box is not None:
             if packing_fraction is not None or density is not None:
@@ -676,21 +678,24 @@ class Scene:
         repeats = _box.periodicity(periodic, d)
         standing = _obstacles.checked(obstacles, edges, repeats)
         matrix = _species.contact_matrix(contact, species, diameters)
-        positions = placement.random_positions(
-            Room(np.asarray(edges), np.asarray(repeats), standing),
-            Contacts(diameters, species, matrix),
-            checks.generator(seed),
-        )
+        room = Room(np.asarray(edges), np.asarray(repeats), standing)
+        rng = checks.generator(seed)
+        final: dict[str, Any] = {"mass": masses, "periodic": repeats, "obstacles": standing}
+        fraction = _box.packing_fraction(diameters, edges)
+        if matrix is None and dense.wanted(len(diameters), fraction, d):
+            smaller = diameters * (dense.start_fraction(d) / fraction) ** (1.0 / d)
+            loose = placement.random_positions(room, Contacts(smaller), rng)
+            positions = dense.grown(cls(loose, edges, diameter=smaller, **final), diameters, rng)
+        else:
+            positions = placement.random_positions(room, Contacts(diameters, species, matrix), rng)
         return cls(
             positions,
             edges,
             diameter=diameters,
-            mass=masses,
             species=species,
             species_names=species_names,
             contact=contact,
-            periodic=repeats,
-            obstacles=standing,
+            **final,
         )
 
     @classmethod
