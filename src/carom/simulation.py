@@ -576,7 +576,13 @@ class Simulation:
 
         if self._contents.rates is not None:
             return math.inf
-        speed = math.sqrt(2.0 * self._mechanics()[0] / (self.scene.mass * self.scene.n))
+        v, masses = self._engine.state.rows["v"][: self.scene.n], self.scene.masses
+        fastest = float(np.abs(v).max())
+        if self._engine.model.obstacles is None:
+            v = v - np.average(v, axis=0, weights=masses)  # a common drift meets nobody
+        speed = math.sqrt(float(np.sum(masses[:, None] * v * v)) / (self.scene.mass * self.scene.n))
+        if speed <= 8.0 * np.finfo(float).eps * fastest:
+            return self._scheme.epoch
         if self._contents.restitution < 1.0:  # they cool until contacts are slower than this, hence elastic
             speed = min(speed, self._contents.threshold)
         rate = scheme.collision_rate(

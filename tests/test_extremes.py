@@ -1,0 +1,412 @@
+"""The extremes: no stall, no lost particle, no silent overlap; right physics or a clear refusal.
+
+One test or more for each row of the table in docs/extremes.md; ``pytest -m slow -s`` adds the long ones. More
+extremes stand in test_engine_limits.py.
+"""
+
+import itertools
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from engine_cases import EPS, moving
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import carom
+from carom.errors import CaromError, CaromWarning, OverlapError
+from carom.reference import NaiveSystem
+
+WALL = 20.0
+"""Seconds after which a run that should have ended stalls."""
+
+
+def run(sim, **limits):
+    """Run, and fail if the run stalls."""
+    block = sim.run(walltime=WALL, **limits)
+    collisions = limits.get("collisions", 0)
+    assert block.collisions >= collisions, f"stalled after {block.collisions} collisions"
+    return block
+
+
+def assert_sound(sim, overlap=None):
+    """Nobody is lost, nobody overlaps, energy is kept."""
+    frame, found = sim.frame(), sim.statistics
+    box = np.asarray(sim.scene.box)
+    assert np.isfinite(frame.positions).all()
+    assert np.isfinite(frame.velocities).all()
+    assert ((frame.positions >= 0) & (frame.positions < box)).all()
+    # A coordinate is as coarse as its box; a flight is four boxes long at most before its clock is set back.
+    bound = 16 * EPS * 4 * max(sim.scene.box) / sim.scene.diameter if overlap is None else overlap
+    assert found.worst_overlap <= bound
+    # Each collision rounds the energy of two, and their errors add up like a random walk.
+    assert found.energy_drift <= 8 * EPS * (1 + math.sqrt(found.collisions)) * math.sqrt(sim.scene.n)
+    # The input's own check finds no overlap at the end.
+    sim.scene.with_(positions=frame.positions, velocities=None)
+
+
+# Dilute: flights through many boxes.
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_packing_fraction_of_1e_6_has_flights_through_many_boxes(dimension):
+    scene = carom.Scene.random(20, dimension, packing_fraction=1e-6, seed=1)
+    sim = carom.Simulation(scene, seed=1)
+    run(sim, collisions=400)
+    assert np.abs(sim.frame().images).max() > 100
+    sim.run(time=10.0)  # away from the last contact
+    # Seen from a sector away, r.r - sigma^2 has lost the digits of (L / sigma)^2.
+    assert_sound(sim, overlap=EPS * max(scene.box) ** 2)
+    rate = carom.theory.collision_rate(1 + 2 ** (dimension - 1) * 1e-6, dimension, n=20)
+    expected = 0.5 * 20 * rate * sim.time
+    assert abs(sim.collisions - expected) < 5 * math.sqrt(expected)
+
+
+def test_the_first_collisions_of_a_dilute_gas_are_the_oracles():
+    scene = moving(carom.Scene.random(8, 2, packing_fraction=1e-6, seed=3), 3)
+    oracle = NaiveSystem(scene.positions, scene.velocities, scene.box)
+    first = oracle.step()
+    sim = carom.Simulation(scene)
+    run(sim, collisions=1)
+    # The rounding of a box, over the sine of the angle at which the two meet, at the speed of some tenth.
+    assert sim.time == pytest.approx(float(first.time), rel=1e-9)
+
+
+# Close packing.
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_one_part_in_1e9_below_close_packing_has_the_free_volume_pressure(dimension):
+    densest = {2: math.pi / (2 * math.sqrt(3)), 3: math.pi / (3 * math.sqrt(2))}[dimension]
+    scene = carom.Scene.lattice(6 if dimension == 2 else 3, dimension, packing_fraction=densest * (1 - 1e-9))
+    sim = carom.Simulation(scene, seed=1)
+    run(sim, collisions=50 * scene.n)
+    assert_sound(sim, overlap=64 * EPS * max(scene.box))
+    z = sim.measure(carom.Pressure(), collisions=200 * scene.n).compressibility_factor
+    # Free volume: Z -> d / (1 - eta / eta_cp), times (n - 1) / n, up to a constant of order 1 beside 10^9.
+    # Gaps of 10^-9 / d are known to 10^-16 times the box.
+    limit = dimension / 1e-9 * (scene.n - 1) / scene.n
+    assert abs(z.mean - limit) < 5 * z.error + 1e-6 * limit
+
+
+# Few spheres in the smallest boxes.
+
+
+@pytest.mark.parametrize("edge", [math.nextafter(1.0, 2.0), 1.0 + 1e-9, 1.5])
+def test_one_sphere_in_the_smallest_box_flies_through_itself(edge):
+    scene = carom.Scene([[0.25, 0.5]], edge, velocities=[[1.0, -0.5]])
+    sim = carom.Simulation(scene)
+    sim.run(time=1000.0)
+    assert sim.collisions == 0
+    frame = sim.frame()
+    np.testing.assert_allclose(frame.unwrapped, [[1000.25, -499.5]], rtol=1000 * 8 * EPS)
+
+
+@pytest.mark.parametrize("gap", [4 * EPS, 1e-12, 1e-6, 0.1])
+@pytest.mark.parametrize("count", [2, 3])
+def test_two_and_three_spheres_in_the_smallest_boxes(count, gap):
+    # A row of spheres that just fits, in a tube that is one sphere wide.
+    box = [count * (1 + gap), 1 + gap]
+    positions = [[k * (1 + gap), 0.1 * gap * k] for k in range(count)]
+    scene = moving(carom.Scene(positions, box), 1)
+    sim = carom.Simulation(scene)
+    run(sim, collisions=2000)
+    assert_sound(sim, overlap=16 * EPS * 4 * count)
+
+
+# A million.
+
+
+@pytest.mark.slow
+def test_a_million_spheres():
+    scene = carom.Scene.fcc(cells=63, packing_fraction=0.4)
+    assert scene.n == 1_000_188
+    sim = carom.Simulation(scene, seed=1, images=False)
+    sim.run(collisions_per_particle=4)
+    bytes_ = carom.explain(sim).bytes_per_particle
+    print(f"{sim.statistics.collisions_per_second:.3g} collisions per second, {bytes_:.0f} bytes a particle")
+    assert_sound(sim)
+
+
+# Times and clocks.
+
+
+def test_a_run_of_1e12_time_units_of_slow_spheres_keeps_its_bits():
+    scene = moving(carom.Scene.random(20, 2, packing_fraction=0.4, seed=1), 2)
+    slow = scene.with_(velocities=scene.velocities * 2.0**-40)
+    fast_sim, slow_sim = carom.Simulation(scene), carom.Simulation(slow)
+    fast_sim.run(time=2.0)
+    slow_sim.run(time=2.0 * 2.0**40)
+    assert slow_sim.time > 2e12
+    assert slow_sim.collisions == fast_sim.collisions > 0
+    np.testing.assert_array_equal(slow_sim.frame().positions, fast_sim.frame().positions)
+
+
+# Long boxes.
+
+
+@pytest.mark.parametrize("box", [(15000.0, 1.5), (1.5, 15000.0)])
+def test_boxes_of_one_to_ten_thousand(box):
+    scene = carom.Scene.random(100, box=box, seed=1)
+    sim = carom.Simulation(scene, seed=1)
+    run(sim, collisions=3000)
+    assert_sound(sim)
+
+
+# Grazing.
+
+
+def ulps(value, count):
+    """Return the number so many representable ones away."""
+    for _ in range(abs(count)):
+        value = math.nextafter(value, math.copysign(math.inf, count))
+    return value
+
+
+@pytest.mark.parametrize("count", [*range(-8, 9), -1000, 1000])
+def test_a_graze_within_ulps_is_a_touch_or_a_miss_and_changes_nothing_else(count):
+    # Offset so many roundings of the coordinates from contact; where exactly they are, the Fraction knows.
+    scene = carom.Scene([[2.0, 2.0], [6.0, ulps(3.0, count)]], 10.0, velocities=[[1.0, 0.0], [-1.0, 0.0]])
+    sim = carom.Simulation(scene)
+    sim.run(time=4.0)
+    offset = Fraction(scene.positions[1, 1]) - Fraction(scene.positions[0, 1]) - 1
+    # Whether they meet follows from r.r - (r.v)^2 / v.v - 1, whose rounding is that of r.r = 17.
+    known = abs(offset) > Fraction(17 * EPS)
+    if known:
+        assert sim.collisions == (1 if offset < 0 else 0)
+    found = sim.statistics
+    assert found.worst_overlap <= max(float(-offset), 0.0) + 2 * EPS if not known else 17 * EPS
+    assert found.energy_drift <= 2 * EPS
+    assert found.momentum_drift <= 2 * EPS
+    # A graze turns the velocities by sqrt(2 |offset|) per unit speed at most.
+    turned = np.abs(sim.frame().velocities - scene.velocities).max()
+    assert turned <= 2 * math.sqrt(2 * abs(float(offset)) + 34 * EPS)
+
+
+# Several at once.
+
+
+def figure_six():
+    """The paper's Figure 6: two balls meet a third at the same time, mirror symmetrically."""
+    aside, above = 0.75, 0.6614378277661477 + 1.5
+    positions = [[5.0 - aside, 5.0 + above], [5.0, 5.0], [5.0 + aside, 5.0 + above]]
+    velocities = [[0.0, -1.0], [0.0, 0.25], [0.0, -1.0]]
+    return carom.Scene(positions, 10.0, velocities=velocities)
+
+
+def test_the_papers_figure_6_has_a_defined_outcome_that_keeps_energy_and_momentum():
+    sims = [carom.Simulation(figure_six(), neighbors=kind) for kind in ("sectors", "lists")]
+    for sim in sims:
+        sim.run(time=2.0)
+    frames = [sim.frame() for sim in sims]
+    np.testing.assert_array_equal(frames[0].velocities, frames[1].velocities)
+    # The pair of the smaller index goes first, as in the oracle; the outcome is not mirror symmetrical.
+    before = figure_six().velocities
+    oracle = NaiveSystem(figure_six().positions, before, [10.0, 10.0])
+    realised = oracle.advance_to(2.0)
+    assert [(c.i, c.j) for c in realised[:2]] == [(0, 1), (1, 2)]
+    assert float(realised[1].time - realised[0].time) < 1e-15
+    np.testing.assert_allclose(frames[0].velocities, oracle.velocities.astype(float), atol=64 * EPS)
+    assert abs(frames[0].velocities[0, 0] + frames[0].velocities[2, 0]) > 0.05
+    np.testing.assert_allclose(frames[0].velocities.sum(axis=0), before.sum(axis=0), atol=8 * EPS)
+    assert sims[0].statistics.energy_drift <= 8 * EPS
+    assert sims[0].collisions == len(realised)
+
+
+@pytest.mark.parametrize("gap", [0.0, EPS, 1e-9])
+@pytest.mark.parametrize("dimension", [1, 2, 3])
+def test_newtons_cradle_passes_the_momentum_on(dimension, gap):
+    """Five touching spheres are hit by a sixth: the last one leaves, the others rest."""
+    count = 6
+    x = np.zeros((count, dimension))
+    x[:, 0] = np.concatenate([[0.0], 3.0 + np.arange(count - 1) * (1.0 + gap)])
+    x[:, 1:] = 2.0
+    v = np.zeros_like(x)
+    v[0, 0] = 1.0
+    sim = carom.Simulation(carom.Scene(x, [20.0] + [4.0] * (dimension - 1), velocities=v))
+    sim.run(time=4.0, walltime=WALL)
+    expected = np.zeros_like(v)
+    expected[-1, 0] = 1.0
+    np.testing.assert_allclose(sim.frame().velocities, expected, atol=8 * EPS)
+    assert sim.time == 4.0
+    assert sim.collisions == count - 1
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_whole_lattice_that_collides_at_once(dimension):
+    scene = carom.Scene.cubic(4, dimension, packing_fraction=0.3)
+    signs = (-1.0) ** np.indices((4,) * dimension).sum(axis=0).ravel()
+    v = np.zeros_like(scene.positions)
+    v[:, 0] = signs
+    sims = [carom.Simulation(scene.with_(velocities=v), neighbors="sectors") for _ in range(2)]
+    for sim in sims:
+        run(sim, collisions=40 * scene.n)
+        assert_sound(sim)
+    np.testing.assert_array_equal(sims[0].frame().positions, sims[1].frame().positions)
+
+
+# Overlaps.
+
+
+def test_an_overlap_of_1e_15_is_healed_and_reported():
+    scene = carom.Scene([[2.0, 2.0], [3.0 - 1e-15, 2.0]], 10.0, velocities=[[1.0, 0.0], [-1.0, 0.0]])
+    sim = carom.Simulation(scene)
+    sim.run(time=1.0)
+    assert 0.5e-15 < sim.statistics.worst_overlap < 2e-15
+    assert sim.statistics.clamped_roots >= 1
+    np.testing.assert_array_equal(sim.frame().velocities, [[-1.0, 0.0], [1.0, 0.0]])
+    assert np.diff(sim.frame().positions[:, 0])[0] > 2.5
+
+
+def test_an_overlap_of_1e_6_is_refused_and_named():
+    with pytest.raises(OverlapError, match=r"0 and 1 overlap"):
+        carom.Scene([[2.0, 2.0], [3.0 - 1e-6, 2.0]], 10.0)
+
+
+# Units.
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    length=st.integers(-90, 90),
+    mass=st.integers(-90, 90),
+    speed=st.integers(-60, 60),
+)
+def test_a_scene_scaled_by_powers_of_two_has_the_same_bits(length, mass, speed):
+    scene = moving(carom.Scene.random(12, 2, packing_fraction=0.3, seed=1), 2)
+    other = carom.Scene(
+        np.ldexp(scene.positions, length),
+        np.ldexp(scene.box, length),
+        diameter=2.0**length,
+        mass=2.0**mass,
+        velocities=np.ldexp(scene.velocities, speed),
+    )
+    one, two = carom.Simulation(scene), carom.Simulation(other)
+    one.run(collisions=200)
+    two.run(collisions=200)
+    assert two.time == math.ldexp(one.time, length - speed)
+    np.testing.assert_array_equal(two.frame().positions, np.ldexp(one.frame().positions, length))
+    np.testing.assert_array_equal(two.frame().velocities, np.ldexp(one.frame().velocities, speed))
+    assert two.tally.virial == math.ldexp(one.tally.virial, mass + length + speed)
+
+
+# Frames of reference and names.
+
+
+def followed(scene, other, collisions, tmp_path, label=None):
+    """Return how many collisions the two have in the same order, up to names."""
+    from carom.io.events import read_events
+
+    orders = []
+    for k, each in enumerate((scene, other)):
+        path = tmp_path / f"{k}.h5"
+        with carom.Simulation(each, event_log=path) as sim:
+            sim.run(collisions=collisions)
+        events = read_events(path)
+        orders.append([frozenset(pair) for pair in zip(events.i.tolist(), events.j.tolist(), strict=True)])
+    if label is not None:
+        orders[0] = [frozenset(int(label[k]) for k in pair) for pair in orders[0]]
+    return next((k for k, (a, b) in enumerate(zip(*orders, strict=True)) if a != b), collisions)
+
+
+@pytest.mark.parametrize(
+    ("speed", "collisions"),
+    [(1.0, 1500), (1e3, 1500), pytest.param(1e6, 100, marks=pytest.mark.slow)],
+)
+def test_a_moving_frame_loses_the_digits_of_its_speed_and_no_more(speed, collisions, tmp_path):
+    # All cross sectors all the time: a collision costs as many crossings as the frame is faster.
+    scene = moving(carom.Scene.fcc(cells=2, packing_fraction=0.3), 3)
+    drift = scene.with_(velocities=scene.velocities + speed)
+    same = followed(scene, drift, collisions, tmp_path)
+    # A collision multiplies an error by about e: each factor of 1000 in the speed costs ln(1000) = 7 of some
+    # 30 collisions a particle, and then some.
+    per_particle = 2 * same / scene.n
+    print(f"a frame at {speed:g} thermal speeds: same order for {per_particle:.1f} collisions a particle")
+    assert per_particle > min(24 - 1.3 * math.log(speed), 2 * collisions / scene.n - 1)
+    sim = carom.Simulation(drift)
+    sim.run(collisions=collisions)
+    print(f"worst overlap {sim.statistics.worst_overlap:.1e}, {sim.statistics.transits} crossings")
+    assert_sound(sim, overlap=64 * EPS * max(scene.box) * max(1.0, speed))
+
+
+def test_relabelled_particles_make_the_same_run_up_to_the_horizon(tmp_path):
+    scene = moving(carom.Scene.fcc(cells=3, packing_fraction=0.3), 3)
+    names = np.random.default_rng(1).permutation(scene.n)
+    other = scene.with_(
+        positions=scene.positions[np.argsort(names)], velocities=scene.velocities[np.argsort(names)]
+    )
+    same = followed(scene, other, 40 * scene.n, tmp_path, label=names)
+    assert 2 * same / scene.n > 20
+
+
+# Adversarial input.
+
+ANY = st.floats(allow_nan=True, allow_infinity=True, allow_subnormal=True)
+EXTREME = st.sampled_from(
+    [0.0, -0.0, 5e-324, 2.2e-308, 1e-300, 1e-160, 1e-30, EPS, 1.0, 1.0 + EPS, 1e15, 1e30, 1e160, 1.7e308]
+)
+NUMBER = st.one_of(ANY, EXTREME, st.floats(-10.0, 10.0))
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    positions=st.lists(st.tuples(NUMBER, NUMBER), min_size=1, max_size=4),
+    velocities=st.lists(st.tuples(NUMBER, NUMBER), min_size=4, max_size=4),
+    box=st.tuples(NUMBER, NUMBER),
+    diameter=NUMBER,
+    mass=NUMBER,
+)
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+def test_any_numbers_make_a_run_or_one_sentence(positions, velocities, box, diameter, mass):
+    try:
+        scene = carom.Scene(
+            positions, box, diameter=diameter, mass=mass, velocities=velocities[: len(positions)]
+        )
+        sim = carom.Simulation(scene)
+    except CaromError as error:
+        message = str(error)
+    else:
+        sim.run(collisions=50, walltime=2.0)
+        assert_sound(sim)
+        return
+    assert len(message.splitlines()) == 1
+
+
+@settings(max_examples=100, deadline=None)
+@given(data=st.data())
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+def test_legal_scenes_of_extreme_numbers_run(data):
+    """Spheres on a grid with little room, with velocities of any size."""
+    scale = 2.0 ** data.draw(st.integers(-90, 90))
+    gap = data.draw(st.sampled_from([0.0, EPS, 1e-12, 1e-6, 0.1, 3.0]))
+    side = data.draw(st.integers(1, 3))
+    edge = (1.0 + gap) * side + data.draw(st.sampled_from([EPS * 8, 0.01, 1.0]))
+    count = data.draw(st.integers(1, side * side))
+    places = [[k % side * (1.0 + gap), k // side * (1.0 + gap)] for k in range(count)]
+    sizes = st.sampled_from([0.0, 5e-324, 1e-200, 1e-90, 1e-12, 1.0, -1.0, 1e6, 1e29])
+    v = [[data.draw(sizes), data.draw(sizes)] for _ in range(count)]
+    try:
+        scene = carom.Scene(np.multiply(places, scale), edge * scale, diameter=scale, velocities=v)
+        sim = carom.Simulation(scene)
+    except CaromError as error:
+        message = str(error)
+    else:
+        sim.run(collisions=50, walltime=2.0)
+        assert_sound(sim)
+        return
+    assert len(message.splitlines()) == 1
+
+
+def test_pairs_of_bad_numbers_are_named():
+    for bad, name in itertools.product([math.nan, math.inf, -math.inf], ["positions", "velocities", "box"]):
+        arguments = {"positions": [[1.0, 1.0]], "velocities": [[0.0, 1.0]], "box": [5.0, 5.0]}
+        arguments[name] = [[bad, 1.0]] if name != "box" else [bad, 5.0]
+        with pytest.raises(CaromError, match=name):
+            carom.Scene(arguments["positions"], arguments["box"], velocities=arguments["velocities"])
+
+
+def test_nobody_moving_is_said_once():
+    sim = carom.Simulation(carom.Scene([[1.0, 1.0], [3.0, 3.0]], 5.0, velocities=[[0.0, 0.0]] * 2))
+    with pytest.warns(CaromWarning, match="Nothing moves"):
+        sim.run(collisions=1)
