@@ -24,6 +24,7 @@ WALL = 20.0
 
 def run(sim, **limits):
     """Run, and fail if the run stalls."""
+    sim.run(collisions=0)  # compiles, which is no stall
     block = sim.run(walltime=WALL, **limits)
     collisions = limits.get("collisions", 0)
     assert block.collisions >= collisions, f"stalled after {block.collisions} collisions"
@@ -141,6 +142,47 @@ def test_a_run_of_1e12_time_units_of_slow_spheres_keeps_its_bits():
     assert slow_sim.time > 2e12
     assert slow_sim.collisions == fast_sim.collisions > 0
     np.testing.assert_array_equal(slow_sim.frame().positions, fast_sim.frame().positions)
+
+
+# Velocities.
+
+
+@pytest.mark.parametrize("exponent", [-150, -120, -101, -99, -60, -20, 20, 29, 31, 60, 100, 150])
+def test_velocities_from_1e_150_to_1e150_run_or_are_refused_with_what_to_do(exponent):
+    scene = moving(carom.Scene.random(20, 2, packing_fraction=0.4, seed=1), 2)
+    scale = 2.0 ** round(exponent * math.log2(10.0))
+    if not -100 < exponent < 30:
+        with pytest.raises(CaromError, match=r"scale the velocities up|velocities must be at most 1e\+30"):
+            carom.Simulation(scene.with_(velocities=scene.velocities * scale))
+        return
+    sims = [carom.Simulation(scene.with_(velocities=scene.velocities * s)) for s in (1.0, scale)]
+    for sim in sims:
+        run(sim, collisions=200)
+        assert_sound(sim)
+    np.testing.assert_array_equal(sims[0].frame().positions, sims[1].frame().positions)
+
+
+def test_one_mover_among_resting_ones_wakes_them_all():
+    still = carom.Scene.random(30, 2, packing_fraction=0.4, seed=1)
+    velocities = np.zeros((30, 2))
+    velocities[3] = [1e-20, 2e-20]
+    sim = carom.Simulation(still.with_(velocities=velocities))
+    run(sim, collisions=3000)
+    assert (np.abs(sim.frame().velocities).max(axis=1) > 0).all()
+    assert_sound(sim)
+
+
+# Single precision.
+
+
+@pytest.mark.parametrize("box", [None, (1500.0, 1.5)], ids=["cube", "tube"])
+def test_single_precision_overlaps_by_its_own_rounding_of_the_box(box):
+    scene = carom.Scene.random(50, 2, box=box, seed=1) if box else carom.Scene.random(50, 2, seed=1)
+    sim = carom.Simulation(scene, seed=1, precision="single")
+    run(sim, collisions=3000)
+    rounding = np.finfo(np.float32).eps * 4 * max(scene.box)
+    assert EPS < sim.statistics.worst_overlap < 16 * rounding
+    assert sim.statistics.energy_drift < 3000 * np.finfo(np.float32).eps
 
 
 # Long boxes.

@@ -163,8 +163,8 @@ def test_a_small_scene_has_the_same_density_and_room_for_stepping():
 
 def test_every_method_is_one_line():
     names = [method.name for method in methods(1.0)]
-    assert names[:3] == ["float64", "50 digits", "float64 naive"]
-    assert names[3:] == ["step 0.1", "step 0.01", "step 0.001", "step 0.0001"]
+    assert names[:4] == ["float64", "float32", "50 digits", "float64 naive"]
+    assert names[4:] == ["step 0.1", "step 0.01", "step 0.001", "step 0.0001"]
 
 
 # The whole.
@@ -210,6 +210,8 @@ def test_the_comparison_shows_what_the_paper_says(finished):
     assert event_driven.error_1 < 1e-12 < step.error_1
     assert event_driven.collisions_per_second > step.collisions_per_second
     assert event_driven.energy_drift < 1e-10
+    assert event_driven.error_1 < rows["float32"].error_1 < step.error_1
+    assert rows["float32"].bytes_per_particle < event_driven.bytes_per_particle
     assert rows["50 digits"].energy_drift < 1e-40
 
 

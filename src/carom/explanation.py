@@ -93,6 +93,7 @@ def explain(
     shell: float | None = None,
     images: bool = True,
     growth: float | ArrayLike | None = None,
+    precision: str = "double",
 ) -> Explanation:
     """Tell what a simulation of a scene compiles, which arrays it has, and which neighbours it looks at.
 
@@ -102,7 +103,7 @@ def explain(
     ----------
     scene : Scene or Simulation
         A simulation is told about as it is now; it takes no other argument.
-    neighbors, shell, images, growth
+    neighbors, shell, images, growth, precision
         As in :class:`carom.Simulation`.
 
     Returns

@@ -156,6 +156,7 @@ def methods(mean_free_time: float) -> list[Method]:
     """Return what is compared: one line a row of the table."""
     return [
         engine("float64"),
+        engine("float32", precision="single"),
         oracle(50),
         naive(),
         *(stepping(fraction, mean_free_time) for fraction in STEPS),

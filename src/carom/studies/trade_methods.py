@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, cast
 
 import numpy as np
 
+from carom.errors import CaromWarning
 from carom.reference import NaiveSystem
 from carom.reference.arithmetic import ArithmeticName
 from carom.reference.stepping import SteppedSystem
@@ -147,7 +149,9 @@ class _Engine:
 
     def reversed(self) -> Motion:
         frame = self.sim.frame()
-        back = self.scene.with_(positions=frame.positions, velocities=-frame.velocities)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # single precision leaves overlaps of its own
+            back = Scene.from_frame(replace(frame, velocities=-frame.velocities))
         return _Engine(back, self.settings, logged=False)
 
     def tally(self) -> tuple[float, int, float]:
