@@ -15,9 +15,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba.extending import overload
 
 from carom.kernel.constants import NEVER
-from carom.kernel.dispatch import generic, inner
+from carom.kernel.dispatch import INLINE, generic, inner
 from carom.kernel.lookahead import ask_candidates, ask_rows, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
@@ -47,14 +48,16 @@ class UnequalBounds(NamedTuple):
 
     bounds: np.ndarray
     """Radius of each bound, (n + 1,) float64 [length]."""
-    margin: float
-    """Distance from its reference point that a component may reach [length]."""
+    margins: np.ndarray
+    """Distance from its reference point that a component may reach, (n + 1,) float64 [length]."""
     starts: np.ndarray
     """Where each list begins, and where the last one ends, (n + 1,) int64."""
     levels: np.ndarray
     """Level of each component, (n + 1,) uint8."""
     grids: int
     """How many levels there are."""
+    largest: np.ndarray
+    """The largest bound in each, (grids,) float64."""
 
 
 class GrowingBounds(NamedTuple):
@@ -72,6 +75,8 @@ class GrowingBounds(NamedTuple):
     """Level of each component, (n + 1,) uint8."""
     grids: int
     """How many levels there are."""
+    largest: np.ndarray
+    """The largest bound in each, (grids,) float64."""
     slack: float
     """Part of the margin that is used."""
 
@@ -117,7 +122,7 @@ def _(bounds: EqualBounds, i, now):
 
 @margin.register
 def _(bounds: UnequalBounds, i, now):
-    return bounds.margin, 0.0
+    return bounds.margins[i], 0.0
 
 
 @margin.register
@@ -169,6 +174,34 @@ def _(bounds: GrowingBounds, i):
 
 
 @generic
+def widest(bounds, i, level):
+    """Return the largest of the distances of ``touching`` between i and those of a level, squared."""
+    raise NotImplementedError(type(bounds))
+
+
+@widest.register
+def _(bounds: EqualBounds, i, level):
+    return bounds.square
+
+
+@inner
+def widest_sum(bounds, i, level):
+    """Return the square of the sum of the bound of i and the largest in a level."""
+    both = bounds.bounds[i] + bounds.largest[level]
+    return both * both
+
+
+@widest.register
+def _(bounds: UnequalBounds, i, level):
+    return widest_sum(bounds, i, level)
+
+
+@widest.register
+def _(bounds: GrowingBounds, i, level):
+    return widest_sum(bounds, i, level)
+
+
+@generic
 def levels(bounds):
     """Return how many levels there are."""
     raise NotImplementedError(type(bounds))
@@ -196,12 +229,16 @@ class Grid(NamedTuple):
     """Cells along each axis, (levels, d) int64."""
     base: np.ndarray
     """First cell of each level, (levels,) int64."""
-    offsets: np.ndarray
-    """Offsets of the cells to look into, (levels, levels, most, d) int64: for a component of the first level,
-    in the grid of the second.
+    spans: np.ndarray
+    """How many cells to look to either side along each axis, (levels, levels, d) int64: for a component of
+    the first level, in the grid of the second.
     """
-    many: np.ndarray
-    """How many they are, (levels, levels) int64."""
+    near: np.ndarray
+    """Room for the numbers of cells, twice, (2, most) int64."""
+    gaps: np.ndarray
+    """Room for the squared distances to them, (2, most) float64."""
+    ahead: np.ndarray
+    """Room for how far they reach in the direction of a move, (2, most) float64."""
 
 
 class Lists(NamedTuple):
@@ -256,7 +293,7 @@ def make_lists(n: int, grain, bounds, grid: Grid, cell_capacity: int, words: int
     """
     dimension = len(grain)
     cells = int(grid.shape.prod(axis=1).sum())
-    room = min(int(grid.many.sum(axis=1).max()) * cell_capacity, n) + 2 * STEP
+    room = min(cells * cell_capacity, n) + 2 * STEP
     return Lists(
         bounds=bounds,
         grid=grid,
@@ -287,30 +324,29 @@ def make_grid(shapes, spans) -> Grid:
         How many cells to look to either side along each axis: for a component of the first level, in the grid
         of the second.
     """
-    size = len(shapes)
-    tables = [[_block(shapes[b], spans[a][b]) for b in range(size)] for a in range(size)]
-    many = np.array([[len(table) for table in row] for row in tables], np.int64)
-    offsets = np.zeros((size, size, int(many.max()), len(shapes[0])), np.int64)
-    for a in range(size):
-        for b in range(size):
-            offsets[a, b, : many[a, b]] = tables[a][b]
-    cells = [int(np.prod(shape)) for shape in shapes]
-    return Grid(np.array(shapes, np.int64), np.cumsum([0, *cells[:-1]]).astype(np.int64), offsets, many)
+    shape = np.array(shapes, np.int64)
+    table = np.array(spans, np.int64).reshape(len(shape), len(shape), -1)
+    most = int(np.minimum(2 * table + 1, shape).prod(axis=2).max())
+    cells = shape.prod(axis=1)
+    return Grid(
+        shape,
+        (np.cumsum(cells) - cells).astype(np.int64),
+        table,
+        np.zeros((2, most), np.int64),
+        np.zeros((2, most)),
+        np.zeros((2, most)),
+    )
 
 
-def _block(shape, span) -> np.ndarray:
-    """Return the offsets of a block of cells, none of them twice where it goes all around the box."""
-    axes = [
-        np.arange(-reach, reach + 1) if 2 * reach + 1 <= size else np.arange(size) - size // 2
-        for size, reach in zip(shape, span, strict=True)
-    ]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-
-
-@inner
 def wrap32(difference):
     """Return an integer difference of two 32-bit fractions as the nearest image's, in [-2^31, 2^31)."""
-    return ((np.int64(difference) + 2147483648) & 4294967295) - 2147483648
+    return ((int(difference) + 2147483648) & 4294967295) - 2147483648
+
+
+@overload(wrap32, jit_options=INLINE)
+def _wrap32_compiled(difference):
+    # Integers of 32 bits wrap by themselves.
+    return lambda difference: np.int32(np.uint32(difference))
 
 
 @inner
@@ -323,18 +359,66 @@ def cell_of(lists, own, point):
     return np.uint64(lists.grid.base[own] + cell)
 
 
+HAIR = 1e-9
+"""Cells are looked into that are this fraction too far away, so that rounding loses nobody."""
+
+
 @inner
-def cell_near(lists, own, other, point, k):
-    """Return the k-th cell around a reference point of a component of level ``own`` in the grid of another
-    level.
+def cells_near(lists, own, other, point, reach, moved):
+    """Find the cells of a level that can hold anybody whom a component of level ``own`` has to look at.
+
+    Those are no further from the reference point than the square root of ``reach``; and if the component has
+    ``moved`` from ``stale`` to this point, who is new to it is nearer to the new point than to the old one.
+
+    Returns
+    -------
+    half, count : int
+        ``grid.near[half, :count]`` holds the cells.
     """
-    cell = np.int64(0)
+    grid = lists.grid
+    half = np.uint64(0)
+    count = np.uint64(1)
+    start = HAIR * reach
     for axis in range(len(lists.grain)):
-        size = lists.grid.shape[other, axis]
-        place = ((np.int64(point[axis]) * size) >> 32) + lists.grid.offsets[own, other, k, axis]
-        place = place + size if place < 0 else (place - size if place >= size else place)
-        cell = cell * size + place
-    return np.uint64(lists.grid.base[other] + cell)
+        step = wrap32(np.int64(point[axis]) - np.int64(lists.stale[axis])) * lists.grain[axis]
+        start += 0.5 * step * step if moved else 0.0
+    grid.near[0, 0] = 0
+    grid.gaps[0, 0] = 0.0
+    grid.ahead[0, 0] = start
+    for axis in range(len(lists.grain)):
+        size = grid.shape[other, axis]
+        span = grid.spans[own, other, axis]
+        scaled = np.int64(point[axis]) * size
+        home = scaled >> 32
+        side = lists.grain[axis] * 4294967296.0 / size
+        inside = (scaled & 4294967295) * GRAIN * side
+        step = wrap32(np.int64(point[axis]) - np.int64(lists.stale[axis])) * lists.grain[axis]
+        step = step if moved else 0.0
+        around = 2 * span + 1 > size  # all of them, each once
+        first = -(size // 2) if around else -span
+        last = first + size if around else span + 1
+        fresh = np.uint64(1) - half
+        total = np.uint64(0)
+        for k in range(count):
+            for offset in range(first, last):
+                low = offset * side - inside
+                high = low + side
+                gap = 0.0 if around else max(low, -high, 0.0)
+                square = grid.gaps[half, k] + gap * gap
+                place = home + offset
+                place = place + size if place < 0 else (place - size if place >= size else place)
+                grid.near[fresh, total] = grid.near[half, k] * size + place
+                grid.gaps[fresh, total] = square
+                reached = abs(step) * size * side if around else max(low * step, high * step)
+                grid.ahead[fresh, total] = grid.ahead[half, k] + reached
+                total += np.uint64(square <= reach * (1.0 + HAIR))
+        half = fresh
+        count = total
+    kept = np.uint64(0)
+    for k in range(count):
+        grid.near[half, kept] = grid.base[other] + grid.near[half, k]
+        kept += np.uint64(grid.ahead[half, k] >= 0.0)
+    return half, kept
 
 
 @inner
@@ -476,7 +560,7 @@ def renew(lists, motion, state, i, now):
     for k in range(kept, end):
         lists.words[k] = nobody
     lists.counts[i] = kept - first
-    total = look_around(lists, own, fresh)
+    total = look_around(lists, i, fresh, True)
     for k in range(total):
         limit = touching(lists.bounds, i, np.uint64(lists.found[0, k]))
         lists.hits[k] = np.int64((beside(lists, fresh, k) <= limit) & (beside(lists, old, k) > limit))
@@ -488,23 +572,25 @@ def renew(lists, motion, state, i, now):
 
 
 @inner
-def look_around(lists, own, point):
-    """Put all in the cells around a reference point of a component of level ``own`` into ``found`` and return
-    how many they are.
+def look_around(lists, i, point, moved):
+    """Put all in the cells around a reference point of component i into ``found`` and return how many they
+    are; if it has ``moved`` there, those at least who are new to it.
 
     Members are copied eight at a time, whether so many are there or not: cells hold a few each, and a loop
     over the right number would be mispredicted at every one.
     """
     total = np.uint64(0)
+    own = level(lists.bounds, i)
     for other in range(np.uint64(levels(lists.bounds))):
-        for near in range(np.uint64(lists.grid.many[own, other])):
-            cell = cell_near(lists, own, other, point, near)
-            count = np.uint64(lists.members[cell])
-            for begin in range(np.uint64(0), count, np.uint64(STEP)):
+        half, count = cells_near(lists, own, other, point, widest(lists.bounds, i, other), moved)
+        for k in range(count):
+            cell = np.uint64(lists.grid.near[half, k])
+            members = np.uint64(lists.members[cell])
+            for begin in range(np.uint64(0), members, np.uint64(STEP)):
                 for row in range(len(lists.grain) + 1):
-                    for k in range(np.uint64(STEP)):
-                        lists.found[row, total + begin + k] = lists.cells[cell, row, begin + k]
-            total += count
+                    for lane in range(np.uint64(STEP)):
+                        lists.found[row, total + begin + lane] = lists.cells[cell, row, begin + lane]
+            total += members
     return total
 
 
@@ -564,7 +650,7 @@ def _(neighbors: Lists, motion, boundary, state):
     for i in range(np.uint64(len(state.partner))):
         own = level(neighbors.bounds, i)
         refer(neighbors, motion, state, i, now)
-        total = look_around(neighbors, own, fresh)
+        total = look_around(neighbors, i, fresh, False)
         for k in range(total):
             limit = touching(neighbors.bounds, i, np.uint64(neighbors.found[0, k]))
             neighbors.hits[k] = np.int64(beside(neighbors, fresh, k) <= limit)

@@ -462,10 +462,12 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
         words = int(starts[-1])
         ghostly = _with_ghost(bound)
         marks = _with_ghost(levels.levels, np.uint8)
+        largest = np.array(levels.reaches)
         if contents.rates is not None:
-            bounds = GrowingBounds(ghostly, pair.radii, pair.rates, starts, marks, len(shapes), SLACK)
+            bounds = GrowingBounds(ghostly, pair.radii, pair.rates, starts, marks, len(shapes), largest, SLACK)
         else:
-            bounds = UnequalBounds(ghostly, margin * SLACK, starts, marks, len(shapes))
+            margins = _with_ghost(bound - sizes) * SLACK
+            bounds = UnequalBounds(ghostly, margins, starts, marks, len(shapes), largest)
     return make_lists(n, grain, bounds, make_grid(shapes, around), scheme.cell_capacity, words)
 
 
