@@ -113,6 +113,17 @@ class Contents:
         return self.radii * max(1.0, float((self.contact / sums).max()))
 
     @property
+    def paces(self) -> np.ndarray:
+        """Thermal speeds in units of their mean, (n,): how the margins of the lists are shared out.
+
+        A heavy component needs little room in the time in which a light one uses up much.
+        """
+        if self.masses is None:
+            return np.ones(self.n)
+        paces = (self.masses / self.masses.mean()) ** -0.5
+        return np.clip(paces / paces.mean(), 1.0 / 8.0, 8.0)
+
+    @property
     def narrowest(self) -> float:
         """The shortest edge along which images are met [length]; infinite if there is none."""
         edges = [edge for edge, wraps in zip(self.box, self.periodic, strict=True) if wraps]
@@ -256,7 +267,8 @@ def choose(
     box, diameter, dimension = contents.box, contents.diameter, contents.dimension
     packing_fraction = contents.packing_fraction
     # Neighbours must stay the nearest image while both move by the margin.
-    widest = (contents.narrowest + 2.0 * diameter) / 4.0
+    pace = 1.0 if contents.radii is None else float(contents.paces.max())
+    widest = diameter + (0.5 * contents.narrowest - diameter) / (2.0 * pace)
     if shell is None:
         reach = min(_default_reach(contents), widest)
         shortest = SHORTEST * diameter if contents.radii is None else 0.0
@@ -270,7 +282,7 @@ def choose(
     if neighbors == "lists" and (reach > widest or reach <= least):
         raise ValueError(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least "
-            f"{4.0 * reach - 2.0 * diameter:g}, the shortest is {contents.narrowest:g}; "
+            f"{2.0 * (diameter + 2.0 * pace * (reach - diameter)):g}, the shortest is {contents.narrowest:g}; "
             "use neighbors='sectors', or a smaller shell."
         )
     density = contents.n / math.prod(box)
@@ -285,7 +297,8 @@ def choose(
     if neighbors == "lists":
         side = reach
         if contents.rates is not None:
-            horizon = 0.5 * margin / float(contents.rates.max())
+            # Until somebody has grown over half of its margin.
+            horizon = 0.5 * margin / float((contents.rates / contents.paces).max())
     else:
         # A sector must be no smaller than a diameter; a relative hair more absorbs the rounding of its walls.
         side = max(diameter * (1.0 + 2.0**-40), min(1.2 * spacing, max(box)))
@@ -343,14 +356,15 @@ def _default_reach(contents: Contents) -> float:
     dimension = contents.dimension
     wanted = _of(NEIGHBORS, dimension) + 1
     density = _ball(dimension) / math.prod(contents.box)
-    radii, numbers = np.unique(sizes, return_counts=True)
-    if len(radii) > 64:  # many sizes: their quantiles stand for them
-        radii, numbers = np.quantile(sizes, (np.arange(64) + 0.5) / 64.0), np.full(64, len(sizes) / 64.0)
-    pairs = radii[:, None] + radii[None, :]
+    kinds, numbers = np.unique(np.column_stack([sizes, contents.paces]), axis=0, return_counts=True)
+    if len(kinds) > 64:  # many sizes: some of them stand for all
+        order = np.argsort(sizes)[((np.arange(64) + 0.5) / 64.0 * len(sizes)).astype(int)]
+        kinds, numbers = np.column_stack([sizes, contents.paces])[order], np.full(64, len(sizes) / 64.0)
     weights = numbers[:, None] * numbers[None, :] / len(sizes)
 
     def listed(margin: float) -> float:
-        return density * float(np.sum(weights * (pairs + 2.0 * margin) ** dimension))
+        bounds = kinds[:, 0] + margin * kinds[:, 1]
+        return density * float(np.sum(weights * (bounds[:, None] + bounds[None, :]) ** dimension))
 
     low, high = 0.0, math.prod(contents.box) ** (1.0 / dimension) + contents.diameter
     for _ in range(60):
@@ -444,17 +458,17 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
     """Return empty lists."""
     n, dimension = contents.n, contents.dimension
     sizes = contents.reaches
-    margin = 0.5 * (scheme.reach - contents.diameter)
     # Reference points beyond a wall are no neighbours: a stretched axis keeps its two ends apart.
     spans = _spans(contents, scheme.reach)
     grain = [span * GRAIN for span in spans]
     if sizes is None:
+        margin = 0.5 * (scheme.reach - contents.diameter)
         bounds: Any = EqualBounds(scheme.reach**2, margin * SLACK, scheme.capacity)
         words = n * scheme.capacity
         shapes = [_shape(spans, scheme.reach)]
         around = [[[1] * dimension]]
     else:
-        bound = sizes + margin
+        bound = _bounds(contents, scheme.reach)
         levels = _levels(contents, scheme.reach)
         shapes = levels.shapes
         around = _around(levels, spans)
@@ -464,7 +478,9 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
         marks = _with_ghost(levels.levels, np.uint8)
         largest = np.array(levels.reaches)
         if contents.rates is not None:
-            bounds = GrowingBounds(ghostly, pair.radii, pair.rates, starts, marks, len(shapes), largest, SLACK)
+            bounds = GrowingBounds(
+                ghostly, pair.radii, pair.rates, starts, marks, len(shapes), largest, SLACK
+            )
         else:
             margins = _with_ghost(bound - sizes) * SLACK
             bounds = UnequalBounds(ghostly, margins, starts, marks, len(shapes), largest)
@@ -496,11 +512,15 @@ def _shape(spans, side: float) -> tuple[int, ...]:
     return tuple(max(int(span / side), 1) for span in spans)
 
 
+def _bounds(contents: Contents, reach: float) -> np.ndarray:
+    """Return the radii of the bounds, (n,): sizes and margins."""
+    assert contents.reaches is not None
+    return contents.reaches + 0.5 * (reach - contents.diameter) * contents.paces
+
+
 def _levels(contents: Contents, reach: float) -> Levels:
     """Sort components of several sizes into levels."""
-    sizes = contents.reaches
-    assert sizes is not None
-    bound = sizes + 0.5 * (reach - contents.diameter)
+    bound = _bounds(contents, reach)
     octaves, levels = np.unique(np.floor(np.log2(bound.max() / bound)), return_inverse=True)
     reaches = [float(bound[levels == k].max()) for k in range(len(octaves))]
     shapes = [_shape(_spans(contents, reach), 2.0 * each) for each in reaches]
