@@ -293,7 +293,8 @@ def make_lists(n: int, grain, bounds, grid: Grid, cell_capacity: int, words: int
     """
     dimension = len(grain)
     cells = int(grid.shape.prod(axis=1).sum())
-    room = min(cells * cell_capacity, n) + 2 * STEP
+    blocks = np.minimum(2 * grid.spans + 1, grid.shape).prod(axis=2).sum(axis=1)
+    room = min(int(blocks.max()) * cell_capacity, n) + 2 * STEP
     return Lists(
         bounds=bounds,
         grid=grid,

@@ -211,7 +211,7 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
 NEIGHBORS = (5, 10, 15, 26, 40, 60)
 """Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %)."""
 
-DILUTE = (0.4, 0.3, 0.23, 0.12, 0.06, 0.03)
+DILUTE = (0.4, 0.36, 0.18, 0.1, 0.05, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
 SMALLEST_MARGIN = 0.05
@@ -280,10 +280,10 @@ def choose(
     if contents.rates is not None and contents.radii is not None:
         least += SMALLEST_MARGIN * 2.0 * float(np.median(contents.radii))
     if neighbors == "lists" and (reach > widest or reach <= least):
+        needed = 2.0 * (diameter + 2.0 * pace * (reach - diameter))
         raise ValueError(
-            f"Neighbour lists with a reach of {reach:g} need box edges of at least "
-            f"{2.0 * (diameter + 2.0 * pace * (reach - diameter)):g}, the shortest is {contents.narrowest:g}; "
-            "use neighbors='sectors', or a smaller shell."
+            f"Neighbour lists with a reach of {reach:g} need box edges of at least {needed:g}, "
+            f"the shortest is {contents.narrowest:g}; use neighbors='sectors', or a smaller shell."
         )
     density = contents.n / math.prod(box)
     spacing = density ** (-1.0 / dimension)
@@ -332,7 +332,7 @@ def choose(
         reach = 0.0
     elif sizes is None:
         listed = density * _ball(dimension) * reach**dimension
-        capacity = -(-int(listed + 2.0 * math.sqrt(listed) + 1.0) // 8) * 8
+        capacity = int(listed + 1.5 * math.sqrt(listed) + 1.0)
     else:
         capacity = 8
     return Scheme(
