@@ -196,6 +196,16 @@ def _power_of_two(x: float) -> float:
     return 2.0 ** math.floor(math.log2(x))
 
 
+def _short(x: float) -> float:
+    """Return a number of twenty binary digits just below: sums of a few are exact, and so are times since
+    one.
+    """
+    if not math.isfinite(x):
+        return x
+    grain = _power_of_two(x) * 2.0**-20
+    return math.floor(x / grain) * grain
+
+
 def collision_rate(packing_fraction: float, dimension: int, diameter: float, speed: float) -> float:
     """Return a rough collision rate of one component [1 / time]: the exact law for it, with a pressure that
     is right at both ends.
@@ -344,7 +354,7 @@ def choose(
         epoch=epoch,
         width=width,
         heap=max(256, contents.n // 16),
-        horizon=horizon,
+        horizon=_short(horizon),
     )
 
 
