@@ -10,6 +10,7 @@ from engine_cases import moving
 import carom
 from carom.kernel import cycle, scheme
 from carom.kernel.boundary import SectorImage
+from carom.kernel.constants import NEEDS_NEIGHBORS
 from carom.kernel.lists import level, margin, start, touching
 
 STEPS = np.int64(1)
@@ -32,8 +33,12 @@ def present(sim):
 
 
 def go(sim, cycles):
-    """Process so many cycles of the kernel, whatever they are."""
-    return cycle.run(*sim._engine, sim._log, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
+    """Process so many cycles of the kernel, whatever they are; a list that is full is no news."""
+    code = cycle.run(*sim._engine, sim._log, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
+    if code == NEEDS_NEIGHBORS:
+        sim._enlarge_neighbors()
+        sim._schedule()
+    return code
 
 
 def lists_of(sim):
