@@ -2,6 +2,7 @@
 
 import time
 
+import numpy as np
 import pytest
 
 import carom
@@ -9,17 +10,46 @@ from carom.reference import NaiveSystem
 
 COLLISIONS = 200_000
 
+# Cells of the densest lattice along an edge, and packing fractions: some 4000 and 32 000 components.
+GRID = {
+    1: ((4000, 32_000), (0.3, 0.7)),
+    2: ((45, 126), (0.3, 0.69)),
+    3: ((10, 20), (0.05, 0.30, 0.49, 0.60)),
+    4: ((5, 8), (0.05, 0.20)),
+}
+CASES = [(d, cells, eta) for d, (sizes, etas) in GRID.items() for cells in sizes for eta in etas]
 
-@pytest.mark.parametrize("packing_fraction", [0.05, 0.30, 0.49])
-def test_rate_at_4000_spheres(benchmark, packing_fraction):
-    scene = carom.Scene.fcc(cells=10, packing_fraction=packing_fraction)
-    sim = carom.Simulation(scene, seed=1)
-    sim.run(collisions_per_particle=60)  # compiled, and no longer a lattice
+
+def measure(benchmark, sim):
+    sim.run(collisions_per_particle=40)  # compiled, and no longer a lattice
     began, before = time.process_time(), sim.collisions
     benchmark.pedantic(lambda: sim.run(collisions=COLLISIONS), rounds=3)
     rate = (sim.collisions - before) / (time.process_time() - began)
     benchmark.extra_info["million collisions per CPU second"] = round(rate / 1e6, 3)
     assert sim.collisions - before == 3 * COLLISIONS
+
+
+@pytest.mark.parametrize(("dimension", "cells", "packing_fraction"), CASES)
+def test_rate_of_equal_spheres(benchmark, dimension, cells, packing_fraction):
+    scene = carom.Scene.lattice(cells, dimension=dimension, packing_fraction=packing_fraction)
+    measure(benchmark, carom.Simulation(scene, seed=1))
+
+
+@pytest.mark.parametrize(
+    ("dimension", "packing_fraction"), [(2, 0.3), (2, 0.6), (3, 0.05), (3, 0.3), (3, 0.49)]
+)
+@pytest.mark.parametrize("ratio", [1.4, 5.0])
+def test_rate_of_unequal_spheres(benchmark, dimension, packing_fraction, ratio):
+    big = round(4000 / (1 + ratio**dimension)) if ratio > 2 else 2000
+    scene = carom.Scene.mixture(
+        [big, 4000 - big],
+        diameters=[1.0, 1.0 / ratio],
+        masses=[1.0, ratio**-dimension],
+        dimension=dimension,
+        packing_fraction=packing_fraction,
+        seed=1,
+    )
+    measure(benchmark, carom.Simulation(scene, seed=1))
 
 
 def test_rate_of_the_naive_algorithm(benchmark):
@@ -33,3 +63,4 @@ def test_rate_of_the_naive_algorithm(benchmark):
 
     benchmark.pedantic(run, rounds=3)
     assert system.collisions == 60
+    assert np.isfinite(system.positions.astype(float)).all()

@@ -1,0 +1,199 @@
+"""What things cost: tables of rate, memory and compilation.
+
+    python tests/benchmarks/costs.py size       rate and bytes a particle against N
+    python tests/benchmarks/costs.py features   rate, bytes a particle and compilation of each feature
+    python tests/benchmarks/costs.py start      from nothing to the first event, compiled and from the cache
+    python tests/benchmarks/costs.py sampling   rate against the interval between frames
+    python tests/benchmarks/costs.py threads    two simulations on two cores against one
+
+Rates are million pair collisions per second of CPU time; only ratios within one table mean anything.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+import carom
+from carom.kernel.scheme import arrays
+
+
+def rate(sim: carom.Simulation, collisions: int, repeats: int = 3) -> float:
+    """Return the best of some rates [10^6 / s]."""
+    best = 0.0
+    for _ in range(repeats):
+        began = time.process_time()
+        block = sim.run(collisions=collisions)
+        best = max(best, block.collisions / (time.process_time() - began))
+    return best / 1e6
+
+
+def size_of(sim: carom.Simulation) -> float:
+    """Return bytes a particle, of all arrays."""
+    return sum(array.nbytes for array in arrays(sim._engine).values()) / sim.scene.n
+
+
+def size(given: argparse.Namespace) -> None:
+    """Print the table against N."""
+    print("| packing fraction | N | M/s | bytes a particle | set up [s] |\n|---|---|---|---|---|")
+    for eta in (0.05, 0.30, 0.49):
+        for cells in (3, 6, 14, 30, 63):
+            began = time.perf_counter()
+            sim = carom.Simulation(carom.Scene.fcc(cells=cells, packing_fraction=eta), seed=1)
+            seconds = time.perf_counter() - began
+            n = sim.scene.n
+            sim.run(collisions_per_particle=min(40.0, 4e6 / n))
+            speed = rate(sim, max(200_000, n // 4), repeats=2)
+            print(f"| {eta} | {n} | {speed:.2f} | {size_of(sim):.0f} | {seconds:.1f} |", flush=True)
+
+
+def scenes() -> dict[str, tuple[carom.Scene, dict]]:
+    """Return the same fluid, and with one feature more each: a scene and the simulation's settings."""
+    plain = carom.Scene.fcc(cells=10, packing_fraction=0.45)
+    n = plain.n
+    hair = np.full(n, 1.0)
+    hair[0] -= 1e-9
+    shrunk = plain.positions * 0.98 + 0.01 * plain.box[0]
+    species = np.arange(n) % 2
+    ball = carom.obstacles.Ball((0.0, 0.0, 0.0), 1e-3)
+    return {
+        "plain": (plain, {"images": False}),
+        "images": (plain, {}),
+        "single precision": (plain, {"images": False, "precision": "single"}),
+        "diameters and masses of their own": (plain.with_(diameter=hair), {"images": False}),
+        "species, contact matrix": (
+            plain.with_(species=species, contact=np.full((2, 2), 1.0)),
+            {"images": False},
+        ),
+        "restitution": (plain.with_(restitution=1.0 - 1e-9, elastic_below=1e-3), {"images": False}),
+        "walls": (carom.Scene(shrunk, plain.box, diameter=0.98, periodic=False), {"images": False}),
+        "a fixed ball": (
+            carom.Scene(plain.positions + 0.25, plain.box, diameter=0.98, obstacles=(ball,)),
+            {"images": False},
+        ),
+        "growth": (plain.with_(diameter=0.99), {"images": False, "growth": 1e-9}),
+        "event log": (plain, {"images": False, "event_log": True}),
+    }
+
+
+def features(given: argparse.Namespace) -> None:
+    """Print the table of features; each is compiled in a process of its own."""
+    if given.one is None:
+        print("| scene | M/s | of plain | bytes a particle | compiled in [CPU s] |\n|---|---|---|---|---|")
+        plain = 0.0
+        for name in scenes():
+            with tempfile.TemporaryDirectory() as cache:
+                done = subprocess.run(
+                    [sys.executable, __file__, "features", "--one", name],
+                    env={**os.environ, "NUMBA_CACHE_DIR": cache},
+                    capture_output=True,
+                    text=True,
+                    check=True,
+                )
+            speed, memory, compiled = map(float, done.stdout.split())
+            plain = plain or speed
+            print(
+                f"| {name} | {speed:.2f} | {speed / plain:.2f} | {memory:.0f} | {compiled:.1f} |", flush=True
+            )
+        return
+    scene, settings = scenes()[given.one]
+    with tempfile.TemporaryDirectory() as folder:
+        if settings.pop("event_log", False):
+            settings["event_log"] = os.path.join(folder, "events.h5")
+        began = time.process_time()
+        sim = carom.Simulation(scene, seed=1, **settings)
+        sim.run(collisions=10)
+        compiled = time.process_time() - began
+        sim.run(collisions_per_particle=40)
+        print(rate(sim, 400_000), size_of(sim), compiled)
+        sim.close()
+
+
+START = """
+import time
+began = time.perf_counter()
+import carom
+imported = time.perf_counter()
+import carom.kernel.cycle
+loaded = time.perf_counter()
+sim = carom.Simulation(carom.Scene.fcc(cells=4, packing_fraction=0.3), seed=1)
+sim.run(collisions=1)
+print(imported - began, loaded - imported, time.perf_counter() - loaded)
+"""
+
+
+def start(given: argparse.Namespace) -> None:
+    """Print the time to the first event."""
+    print("| | import carom | numba and the kernel | first event | in all [s] |\n|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as cache:
+        for name in ("nothing compiled", "from the cache"):
+            done = subprocess.run(
+                [sys.executable, "-c", START],
+                env={**os.environ, "NUMBA_CACHE_DIR": cache},
+                capture_output=True,
+                text=True,
+                check=True,
+            )
+            parts = [float(x) for x in done.stdout.split()]
+            print(f"| {name} | {parts[0]:.2f} | {parts[1]:.2f} | {parts[2]:.2f} | {sum(parts):.2f} |")
+
+
+def sampling(given: argparse.Namespace) -> None:
+    """Print what frames cost."""
+    print("| collisions a particle between frames | CPU time, of a run without frames |\n|---|---|")
+    sim = carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=0.49), seed=1)
+    sim.run(collisions_per_particle=40)
+    span = sim.time_for(100 * sim.scene.n)
+
+    def seconds(frames: int) -> float:
+        began = time.process_time()
+        if frames:
+            for _ in sim.sample(every=span / frames, count=frames):
+                pass
+        else:
+            sim.run(time=span)
+        return time.process_time() - began
+
+    for frames in (2, 20, 200, 2000):
+        ratio = seconds(frames) / seconds(0)
+        print(f"| {200 / frames:g} | {ratio:.3f} |", flush=True)
+
+
+def threads(given: argparse.Namespace) -> None:
+    """Print the throughput of two simulations in two threads."""
+    sims = [carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=0.49), seed=k) for k in (1, 2)]
+    for sim in sims:
+        sim.run(collisions_per_particle=40)
+    ratios = []
+    for _ in range(5):
+        began = time.perf_counter()
+        sims[0].run(collisions=2_000_000)
+        one = time.perf_counter() - began
+        with ThreadPoolExecutor(2) as pool:
+            began = time.perf_counter()
+            list(pool.map(lambda sim: sim.run(collisions=2_000_000), sims))
+            two = time.perf_counter() - began
+        ratios.append(2.0 * one / two)
+    middle = np.median(ratios)
+    print(f"two threads do {middle:.2f} times the work of one ({min(ratios):.2f} to {max(ratios):.2f})")
+
+
+def main() -> None:
+    """Print a table."""
+    tables = {"size": size, "features": features, "start": start, "sampling": sampling, "threads": threads}
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("table", choices=tables)
+    parser.add_argument("--one", help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    tables[given.table](given)
+
+
+if __name__ == "__main__":
+    main()
