@@ -39,6 +39,10 @@ class Sectors(NamedTuple):
     """Boxes from the component's position, which is not wrapped in flight, to that sector, (n + 1, d)
     int32.
     """
+    face: np.ndarray
+    """Face through which each component leaves its sector: twice the axis, plus one for the upper, (n,)
+    uint8.
+    """
     faces: np.ndarray
     """Neighbouring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d
     - 1)) int64.
@@ -60,6 +64,7 @@ def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
         near=np.zeros(3**dimension, np.int64),
         place=np.zeros((n + 1, dimension), np.int32),
         turn=np.zeros((n + 1, dimension), np.int32),
+        face=np.zeros(n, np.uint8),
         faces=np.array([np.flatnonzero(digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
         words=np.zeros(2 * (3**dimension * room + STEP), np.uint32),
     )
@@ -99,10 +104,8 @@ def leave(sectors, cell, i):
 
 
 @inner
-def look_about(sectors, i, face):
-    """Put the numbers of the sectors around that of component i into ``near``, or of those beyond a face of
-    it, and return how many they are; ``face`` is -1 for all.
-    """
+def look_about(sectors, i):
+    """Put the numbers of the sectors around that of component i into ``near``."""
     near = sectors.near
     near[0] = 0
     count = 1
@@ -111,29 +114,23 @@ def look_about(sectors, i, face):
         place = np.int64(sectors.place[i, axis])
         below = place - 1 if place > 0 else size - 1
         above = place + 1 if place + 1 < size else np.int64(0)
-        if face >> 1 == axis:
-            beyond = above if face & 1 else below
-            for k in range(np.uint64(count)):
-                near[k] = near[k] * size + beyond
-        else:
-            for back in range(count):
-                old = np.uint64(count - 1 - back)
-                first = near[old] * size
-                near[3 * old] = first + below
-                near[3 * old + np.uint64(1)] = first + place
-                near[3 * old + np.uint64(2)] = first + above
-            count *= 3
-    return count
+        for back in range(count):
+            old = np.uint64(count - 1 - back)
+            first = near[old] * size
+            near[3 * old] = first + below
+            near[3 * old + np.uint64(1)] = first + place
+            near[3 * old + np.uint64(2)] = first + above
+        count *= 3
 
 
 @inner
-def look_into(sectors, boundary, k, code, total):
-    """Append the words of all in the k-th sector of ``near`` at ``total``; return where the next go.
+def look_into(sectors, boundary, code, total):
+    """Append the words of all in a sector of ``near`` at ``total``; return where the next go.
 
     Eight are copied at a time, whether so many are there or not: sectors hold a few each, and a loop over the
     right number would be mispredicted at every one.
     """
-    members = sectors.members[np.uint64(sectors.near[k])]
+    members = sectors.members[np.uint64(sectors.near[np.uint64(code)])]
     count = np.uint64(members[np.uint64(len(members) - 1)])
     for start in range(np.uint64(0), count, np.uint64(STEP)):
         for lane in range(np.uint64(STEP)):
@@ -145,40 +142,32 @@ def look_into(sectors, boundary, k, code, total):
 def _(neighbors: Sectors, boundary, i, half):
     begin = np.uint64(half * (len(neighbors.words) // 2))
     total = begin
-    look_about(neighbors, i, np.int64(-1))
+    look_about(neighbors, i)
     for code in range(np.uint64(len(neighbors.digits))):
-        total = look_into(neighbors, boundary, code, np.int64(code), total)
+        total = look_into(neighbors, boundary, np.int64(code), total)
     return neighbors.words, begin, np.int64(total - begin)
-
-
-@inner
-def next_face(sectors, motion, state, i, now):
-    """Return the time until component i reaches a face of its sector, and the face: twice the axis, plus
-    one for the upper.
-    """
-    row = state.rows[i]
-    best = NEVER
-    face = np.int64(0)
-    for axis in range(len(sectors.sides)):
-        v = np.float64(row.v[axis])
-        x = position(motion, axis, row.x[axis], v, now - row.t)
-        up = np.int64(v > 0.0)
-        place = np.int64(sectors.place[i, axis]) + sectors.shape[axis] * np.int64(sectors.turn[i, axis])
-        t = max((sectors.sides[axis] * (place + up) - x) / v, 0.0) if v != 0.0 else NEVER
-        if t < best:
-            best = t
-            face = 2 * axis + up
-    return best, face
 
 
 @transit_time.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
-    return now + next_face(neighbors, motion, state, i, now)[0]
+    row = state.rows[i]
+    best = NEVER
+    face = np.int64(0)
+    for axis in range(len(neighbors.sides)):
+        v = np.float64(row.v[axis])
+        x = position(motion, axis, row.x[axis], v, now - row.t)
+        up = np.int64(v > 0.0)
+        place = np.int64(neighbors.place[i, axis]) + neighbors.shape[axis] * np.int64(neighbors.turn[i, axis])
+        t = max((neighbors.sides[axis] * (place + up) - x) / v, 0.0) if v != 0.0 else NEVER
+        face = 2 * axis + up if t < best else face
+        best = min(t, best)
+    neighbors.face[i] = face
+    return now + best
 
 
 @transit.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
-    face = next_face(neighbors, motion, state, i, now)[1]
+    face = np.int64(neighbors.face[i])
     axis = face >> 1
     old = sector_of(neighbors, i)
     place = np.int64(neighbors.place[i, axis]) + (1 if face & 1 else -1)
@@ -196,9 +185,9 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
         done = enter(neighbors, new, np.uint32(i))
         if done:
             leave(neighbors, old, np.uint32(i))
-    look_about(neighbors, i, face)
+    look_about(neighbors, i)
     for k in range(np.uint64(neighbors.faces.shape[1])):
-        total = look_into(neighbors, boundary, k, neighbors.faces[face, k], total)
+        total = look_into(neighbors, boundary, neighbors.faces[face, k], total)
     return done, neighbors.words, np.uint64(0), np.int64(total)
 
 
