@@ -161,7 +161,7 @@ CLAY = """
 from typing import NamedTuple
 import carom
 from carom.kernel import cycle
-from carom.kernel.pair import EqualCores, age, contact_time, depth, interaction_time, jump
+from carom.kernel.pair import EqualCores, age, contact_time, depth, growth, interaction_time, jump
 
 class Clay(NamedTuple):
     square: float
@@ -188,6 +188,10 @@ def _(pair: Clay, i, j, rr, now):
 @age.register
 def _(pair: Clay, duration):
     return None
+
+@growth.register
+def _(pair: Clay, i):
+    return 0.0
 
 scene = carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]])
 sim = carom.Simulation(scene, neighbors="sectors")

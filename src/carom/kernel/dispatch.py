@@ -33,6 +33,7 @@ def inlined(**options):
     """Make a function one that compiled code inlines; called from Python it stays as it is."""
 
     def decorate(function):
+        """Register the function as the compiled code of itself."""
         overload(function, strict=False, jit_options=options)(lambda *args: function)  # type: ignore[arg-type]
         return function
 
