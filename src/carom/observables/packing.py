@@ -51,6 +51,8 @@ class PackingNetwork:
         From i to the image of j that it touches, or to the wall [length].
     backbone : (n,) bool array
         Who is no rattler.
+    sided : bool
+        Whether contacts on one side alone make a rattler.
     """
 
     frame: Frame
@@ -60,6 +62,7 @@ class PackingNetwork:
     bonds: np.ndarray = field(repr=False)
     vectors: np.ndarray = field(repr=False)
     backbone: np.ndarray = field(repr=False)
+    sided: bool = True
 
     @property
     def rattlers(self) -> np.ndarray:
@@ -116,7 +119,7 @@ class PackingNetwork:
 
 
 def packing_network(
-    frame: Frame, *, gap: float | None = None, contact: ArrayLike | None = None
+    frame: Frame, *, gap: float | None = None, contact: ArrayLike | None = None, sided: bool = True
 ) -> PackingNetwork:
     """Return the contacts, rattlers and backbone of a packing.
 
@@ -130,6 +133,8 @@ def packing_network(
         below it as there are components.
     contact : (K, K) array_like, optional
         Contact distances between species [length], where they are not the means of the diameters.
+    sided : bool
+        Whether contacts on one side alone make a rattler; else it is their number alone.
 
     Raises
     ------
@@ -144,7 +149,8 @@ def packing_network(
 
     Spheres that were compressed too fast for their forces to come into balance have fewer contacts than that
     takes, whatever their pressure, and unravel to the last one. Compress more slowly, from a reduced pressure
-    of some hundreds on.
+    of some hundreds on; or, with ``sided=False``, count contacts alone. Grains of a crystal unravel as well:
+    a disk at a straight edge of one has its neighbours on one side.
     """
     pairs, vectors, gaps = _near(frame, contact)
     if not len(gaps):
@@ -164,7 +170,8 @@ def packing_network(
         float(gaps[count]) if count < len(gaps) else REACH,
     )
     bonds, vectors = pairs[:count], vectors[:count]
-    return PackingNetwork(frame, float(gap), void, gaps, bonds, vectors, _backbone(frame, bonds, vectors))
+    backbone = _backbone(frame, bonds, vectors, sided)
+    return PackingNetwork(frame, float(gap), void, gaps, bonds, vectors, backbone, sided)
 
 
 def _near(frame: Frame, contact: ArrayLike | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -225,7 +232,7 @@ def _widest_void(gaps: np.ndarray, smallest: float, n: int) -> float:
     return math.exp(0.5 * (logarithms[k] + logarithms[k + 1]))
 
 
-def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray, sided: bool) -> np.ndarray:
     """Return who remains (n,) when rattlers are taken away until there is none."""
     n = frame.n
     touching: list[list[tuple[int, np.ndarray]]] = [[] for _ in range(n)]
@@ -239,7 +246,8 @@ def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray) -> np.ndarra
     while waiting:
         i = waiting.pop()
         held = [direction for j, direction in touching[i] if j >= n or solid[j]]
-        if solid[i] and not is_held(np.array(held).reshape(-1, frame.dimension)):
+        few = len(held) < frame.dimension + 1
+        if solid[i] and (few or (sided and not is_held(np.array(held)))):
             solid[i] = False
             waiting.update(j for j, _ in touching[i] if j < n and solid[j])
     return solid

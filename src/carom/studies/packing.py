@@ -34,7 +34,7 @@ HISTORY = np.dtype(
 
 NETWORK = (
     "jamming_fraction", "rattlers", "rattler_fraction", "contacts", "isostatic", "excess", "coordination",
-    "gap", "void",
+    "gap", "void", "sided",
 )  # fmt: skip
 """What a summary says of the network of contacts."""
 
@@ -100,8 +100,13 @@ class Packing:
 
     @functools.cached_property
     def network(self) -> PackingNetwork:
-        """Contacts, rattlers and backbone; see :func:`carom.observables.packing_network` for another gap."""
-        return packing_network(self.frame)
+        """Contacts, rattlers and backbone; :func:`carom.observables.packing_network` has more ways.
+
+        Where contacts on one side alone make so many rattlers that nobody is left, because the compression
+        was fast or crystalline grains have straight edges, rattlers are those with fewer than d + 1 contacts.
+        """
+        network = packing_network(self.frame)
+        return network if network.backbone.any() else packing_network(self.frame, sided=False)
 
     @property
     def rattlers(self) -> np.ndarray:
@@ -180,6 +185,7 @@ class Packing:
             _finite(network.coordination),
             network.gap,
             list(network.void),
+            network.sided,
         )
         return summary | dict(zip(NETWORK, values, strict=True))
 
