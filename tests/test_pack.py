@@ -268,13 +268,14 @@ def test_equal_spheres_jam_at_random_close_packing_when_fast(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_backbone_of_spheres_is_isostatic_and_a_few_rattle(seed):
-    packing = judged(studies.points(1000, 3, seed=seed), until_pressure=1e12, seed=seed)
+    packing = judged(studies.points(500, 3, seed=seed), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=seed)
     network = packing.network
     assert 0.635 <= packing.packing_fraction <= 0.648
-    assert 0.015 <= network.rattler_fraction <= 0.035
-    # A few contacts of 2900 have not closed at this rate: half a percent.
-    assert abs(network.contacts - network.isostatic) <= 15
-    assert network.void[1] > 30 * network.void[0]
+    # 1.5 to 3.5 % of many spheres; of 500, give or take two.
+    assert 0.015 - 2 / 500 <= network.rattler_fraction <= 0.035 + 2 / 500
+    # A few of some 1450 contacts have not closed.
+    assert abs(network.contacts - network.isostatic) <= 5
+    assert network.void[1] > 10 * network.void[0]
 
 
 @pytest.mark.slow
@@ -301,7 +302,5 @@ def test_hyperspheres_jam_where_skoge_and_others_found(dimension, fraction):
 
 @pytest.mark.slow
 def test_slow_compression_crystallises():
-    packing = judged(
-        studies.points(500, 3, seed=1), stages=[(0.02, 10.0), (5e-5, 60.0), (1e-3, 1e6)], seed=1
-    )
+    packing = judged(studies.points(500, 3, seed=1), stages=[(0.02, 10.0), (5e-5, 60.0), (1e-3, 1e6)], seed=1)
     assert 0.68 < packing.packing_fraction <= DENSEST[3]
