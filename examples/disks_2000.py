@@ -28,7 +28,7 @@ packing = studies.pack(
 print(packing)
 
 # %% Within a grain gaps are of every size, so no void among them tells contacts from near contacts.
-# Significant rattlers are those that a thousandth of a diameter does not bring into contact with three others.
+# Significant rattlers are those that have fewer than three others within a thousandth of a diameter.
 network = packing_network(packing.frame, gap=1e-3, sided=False)
 print(network)
 
