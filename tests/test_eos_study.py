@@ -288,7 +288,18 @@ def test_progress_counts_work_and_shows_the_table_so_far():
 
 
 def made(
-    values, *, eta=0.2, n=108, d=3, order=None, moved=5.0, initial="random", z=2.0, error=0.01, replica=0
+    values,
+    *,
+    eta=0.2,
+    n=108,
+    d=3,
+    order=None,
+    moved=5.0,
+    initial="random",
+    z=2.0,
+    error=0.01,
+    replica=0,
+    time=100.0,
 ):
     """A record as a worker would send it."""
     estimate = {"mean": z, "error": error, "n_eff": 500.0, "tau": 1.0, "blocks": 512}
@@ -297,7 +308,7 @@ def made(
         "result": {
             "n": n, "dimension": d, "packing_fraction": eta, "compressibility_factor": estimate,
             "reduced_pressure": estimate, "block_values": list(values), "moved": moved, "moved_at_end": moved,
-            "order": order, "collisions": 1000, "species": [[1.0, n]], "confined": False,
+            "order": order, "time": time, "collisions": 1000, "species": [[1.0, n]], "confined": False,
         },
         "provenance": {"seconds": 1.0},
     }  # fmt: skip
@@ -306,8 +317,8 @@ def made(
 def test_replicas_are_weighted_and_their_chi_squared_told():
     rng = np.random.default_rng(1)
     records = [
-        made(rng.normal(size=64), z=2.0, error=0.1, replica=0),
-        made(rng.normal(size=64), z=2.3, error=0.2, replica=1),
+        made(rng.normal(size=64), z=2.0, error=0.1, replica=0, time=4.0),
+        made(rng.normal(size=64), z=2.3, error=0.2, replica=1, time=1.0),
     ]
     for several in (records, records[::-1]):
         (row,) = table.table(several)
@@ -475,11 +486,33 @@ def test_extrapolation_finds_the_infinite_system_and_the_slope():
     assert fits.extrapolate(rows_of(3, [0.2], 1e-4, rng)) == []
 
 
+def test_extrapolation_leaves_out_sizes_at_which_the_next_order_shows():
+    rng = np.random.default_rng(8)
+    rows = rows_of(3, [0.4], 1e-5, rng, sizes=(100, 250, 1000, 2000, 4000))
+    # Far off the line, by a term of 1 / N^2.
+    bent = [
+        dataclasses.replace(r, compressibility_factor=r.compressibility_factor - 40.0 / r.n**2) for r in rows
+    ]
+    (fit,) = fits.extrapolate([*reversed(bent)])
+    assert fit.sizes in [(250, 1000, 2000, 4000), (1000, 2000, 4000)]
+    assert abs(fit.compressibility_factor - theory.pieprzyk(0.4)) < 4 * fit.error
+    # Two points are all there is: nothing is left to judge them by.
+    (fit,) = fits.extrapolate(bent[:2])
+    assert fit.sizes == (100, 250)
+
+
 def test_combining_leaves_out_what_has_no_error():
-    assert table.combined([1.0, 5.0], [0.1, math.inf])[:2] == (1.0, pytest.approx(0.1))
-    mean, error, chi2 = table.combined([1.0, 3.0], [math.inf, math.inf])
+    assert table.combined([1.0, 5.0], [0.1, math.inf], [1.0, 1.0])[:2] == (1.0, pytest.approx(0.1))
+    mean, error, chi2 = table.combined([1.0, 3.0], [math.inf, math.inf], [1.0, 1.0])
     assert (mean, error) == (2.0, math.inf)
     assert math.isnan(chi2)
+
+
+def test_an_error_that_came_out_too_small_does_not_decide_the_mean():
+    mean, error, chi2 = table.combined([1.0, 2.0], [0.3, 1.0], [5.0, 5.0])
+    assert mean == 1.5
+    assert error == pytest.approx(math.sqrt(0.09 + 1.0) / 2)
+    assert chi2 == pytest.approx(2 * 0.25 / (0.5 * 1.09))
 
 
 def test_engines_that_do_not_exist_are_refused():

@@ -65,6 +65,15 @@ def test_weak_correlation_below_the_noise_is_found_by_later_levels():
     assert np.sqrt(np.mean(errors**2)) == pytest.approx(exact, rel=0.1)
 
 
+def test_errors_of_independent_samples_are_never_far_too_small():
+    rng = np.random.default_rng(11)
+    errors = 16 * np.array([blocking(x).error for x in rng.standard_normal((1000, 256))])
+    # Of 256 samples the first level knows the error to a tenth, its correlation factor included; where chance
+    # makes that level look correlated, coarser ones follow, and those err to the other side.
+    assert errors.min() > 1 - 3.5 * 0.1
+    assert np.mean(errors > 1.5) < 0.05
+
+
 def test_anticorrelated_samples_count_for_more_than_their_number():
     a = -0.5
     estimate = blocking(autoregressive(np.random.default_rng(3), a, 4096, 1)[0])

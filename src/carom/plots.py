@@ -160,6 +160,56 @@ def rdf(
     return saved(figure, path)
 
 
+def partial_rdf(
+    distributions: Mapping[str, RadialDistribution], *, path: str | os.PathLike[str] | None = None
+) -> Figure:
+    """g(r) of every pair of species of a mixture, each from its own contact on.
+
+    Parameters
+    ----------
+    distributions : mapping of str to RadialDistribution
+        By the names of the two species, as :func:`carom.observables.partial_rdf.partial_rdf` returns them.
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    FileError
+        If the picture cannot be saved.
+    """
+    if not distributions:
+        raise InputError("There is no g(r), so there is nothing to draw.")
+    from matplotlib import colormaps
+
+    figure, axes = _figure(7.0, 4.2)
+    unit = max(found.diameter for found in distributions.values())
+    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    for k, (name, found) in enumerate(distributions.items()):
+        r, g = found.r / unit, found.g
+        colour = colormaps["viridis"](k / len(distributions))
+        axes.fill_between(
+            r, g - found.error, g + found.error, color=colour, alpha=0.25, linewidth=0, zorder=2
+        )
+        # Below contact g is zero, and it jumps there.
+        contact = found.edges[0] / unit
+        axes.plot([contact, contact, *r], [0.0, g[0], *g], color=colour, linewidth=1.3, label=name, zorder=3)
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel(r"distance $r\,/\,\sigma_\mathrm{max}$")
+    axes.set_ylabel(r"partial distribution function $g_{ij}(r)$")
+    some = next(iter(distributions.values()))
+    axes.set_title(
+        f"{_state(some.n, some.dimension, some.packing_fraction)}, {some.frames} frames", fontsize=TITLE
+    )
+    axes.legend(fontsize=8.5, framealpha=0.92, edgecolor="none")
+    return saved(figure, path)
+
+
 def snapshot(
     frame: Frame,
     *,

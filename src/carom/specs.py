@@ -170,12 +170,12 @@ class SceneSpec:
         where = f'with initial = "{self.initial}"'
         if extra := self._given(*unused):
             raise InputError(f"[scene] {extra[0]} has no meaning {where}; remove it.")
+        counted = bool(self.species) and self.species[0].count is not None
         for name in needed:
-            if getattr(self, name) is None:
+            if getattr(self, name) is None and not (name == "n" and counted):
                 raise InputError(f"[scene] {name} is needed {where}, found none.")
         if self.initial == "file":
             return
-        counted = bool(self.species) and self.species[0].count is not None
         for group in (("cells", "n"), ("packing_fraction", "density", "box")):
             if len(both := self._given(*group)) > 1:
                 raise InputError(f"[scene] {both[0]} and {both[1]} contradict each other; remove one.")

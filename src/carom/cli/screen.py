@@ -81,6 +81,8 @@ def results(result: RunResult, as_json: bool) -> None:
             console.print(
                 Text(f"Packing fraction {eta:.4g} is beyond freezing: the equations are those of the fluid.")
             )
+        if reason := result.summary["without_rdf"]:
+            console.print(Text(reason))
         console.print(Text(f"Results in {result.folder}"))
     except (KeyError, TypeError) as error:
         from carom.errors import FileError
@@ -118,6 +120,9 @@ def _physics(summary: dict[str, Any]) -> Any:
         for row in summary["theory"]:
             cells.append(_beside(row[theoretical], measured, decimals))
         table.add_row(name, *cells)
+    for name, measured in summary["contact_values_from_rdf"].items():
+        if measured["mean"] is not None:
+            table.add_row(f"g(σ+) {name}", _with_error(measured))
     if (pressure := summary["reduced_pressure"])["mean"] is not None:
         table.add_row(f"P σ{_superscript(dimension)}/kT", _with_error(pressure))
     if (rate := summary["collision_rate"])["mean"] is not None:

@@ -150,7 +150,7 @@ def blocking(samples: ArrayLike) -> Estimate:
     Neighbours are averaged in pairs, again and again (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461 (1989)).
     The level is the first at which this one and all later ones look uncorrelated by the chi-squared statistic
     ``M_j = sum_{k >= j} n_k r_k^2`` of their lag-one correlations r_k (Jonsson, Phys. Rev. E 98, 043304
-    (2018)). Levels end at 16 blocks.
+    (2018)), of which only positive ones count here. Levels end at 16 blocks.
 
     Short series fail that plain recipe: r is biased low by (1 + 4 r) / n (Marriott and Pope, Biometrika 41,
     390 (1954)), and correlation that is too weak to be detected, or left at the last level, makes the error
@@ -228,7 +228,11 @@ def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:
         y = 0.5 * (y[0 : 2 * pairs : 2] + y[1 : 2 * pairs : 2])
     from scipy.stats import chi2
 
-    statistics = np.array([level.size * r * r for level, r in zip(levels, correlations, strict=True)])
+    # Only what makes errors too small is looked for: were a negative r by chance at the coarsest level taken
+    # for correlation, no level would pass, and its factor (1 + r) / (1 - r) would make a third of the error.
+    statistics = np.array(
+        [level.size * max(r, 0.0) ** 2 for level, r in zip(levels, correlations, strict=True)]
+    )
     tails = np.cumsum(statistics[::-1])[::-1]
     uncorrelated = np.flatnonzero(tails < chi2.ppf(QUANTILE, np.arange(len(levels), 0, -1)))
     chosen = int(uncorrelated[0]) if uncorrelated.size else len(levels) - 1

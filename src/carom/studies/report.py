@@ -17,6 +17,7 @@ from carom import io, theory
 from carom.errors import CaromError, InputError
 from carom.io.paths import replacing, writing
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution
+from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
 from carom.observables.rdf import rdf
 from carom.plan import Plan
 from carom.scene import Scene
@@ -60,14 +61,18 @@ def write(
 ) -> dict[str, Any]:
     """Write g(r), the pictures and the summary, in this order, and return the summary."""
     pressure = pressure_of(facts.sim, facts.blocks)
-    distribution = _distribution(facts, trajectories, report)
-    if distribution is not None:
+    reason = without_rdf(facts.sim.scene, trajectories)
+    distributions = {} if reason else _distributions(facts, trajectories, report)
+    if distributions:
         with replacing(folder.rdf) as temporary:
-            distribution.to_csv(temporary)
+            if facts.sim.scene.equal:
+                distributions[""].to_csv(temporary)
+            else:
+                write_partial(distributions, temporary)
     if facts.plan.output.pictures:
         report("Drawing", 0.0)
-        _draw(folder, facts, pressure, distribution)
-    summary = _summary(facts, pressure, distribution)
+        _draw(folder, facts, pressure, distributions)
+    summary = _summary(facts, pressure, distributions, reason)
     text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     with replacing(folder.summary) as temporary, writing(folder.summary):
         temporary.write_text(text, encoding="utf-8")
@@ -80,15 +85,26 @@ def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureEstimate | None
     return None if sim.kT == 0.0 else sim.estimate(Pressure(), blocks)
 
 
-def _distribution(
+def without_rdf(scene: Scene, trajectories: list[Path]) -> str | None:
+    """Return why a run has no g(r), a sentence; None if it has one."""
+    if scene.walls or scene.obstacles:
+        what = "walls" if scene.walls else "obstacles"
+        return f"No g(r): with {what} the fluid is not the same everywhere, and g depends on more than r."
+    if not trajectories:
+        return "No g(r): it comes from the frames of a trajectory, and none was asked for."
+    species = np.zeros(scene.n, dtype=np.int64) if scene.equal else species_of(scene)
+    if species is None:
+        return f"No g(r): there are more than {MOST_SPECIES} sizes, too many for a g(r) of every pair."
+    narrowest = float(scene.diameters.min())
+    if scene.n < 2 or min(scene.box) <= 2.0 * narrowest:
+        return "No g(r): it needs two particles, and a box with edges of more than two diameters."
+    return None
+
+
+def _distributions(
     facts: Facts, trajectories: list[Path], report: Callable[[str, float], None]
-) -> RadialDistribution | None:
-    """Return g(r), or None without a trajectory or in a box that has no room for it."""
-    scene = facts.sim.scene
-    # What is not alike everywhere has no g(r); a mixture has one a pair of species: `carom rdf --pair`.
-    alike = scene.equal and not scene.walls and not scene.obstacles
-    if not trajectories or scene.n < 2 or min(scene.box) <= 2.0 * scene.diameter or not alike:
-        return None
+) -> dict[str, RadialDistribution]:
+    """Return g(r), named "", or that of each pair of species of a mixture."""
     # From the file rather than on the way: a resumed run then sees every frame as well.
     with io.open(trajectories[0]) as reader:
         assert isinstance(reader, io.Reader)
@@ -98,14 +114,15 @@ def _distribution(
                 report("Computing g(r)", k / len(reader))
                 yield frame
 
-        return rdf(frames())
+        scene = facts.sim.scene
+        return {"": rdf(frames())} if scene.equal else partial_rdf(scene, frames)
 
 
 def _draw(
     folder: RunFolder,
     facts: Facts,
     pressure: PressureEstimate | None,
-    distribution: RadialDistribution | None,
+    distributions: dict[str, RadialDistribution],
 ) -> None:
     from carom import plots
 
@@ -113,19 +130,26 @@ def _draw(
     if pressure is not None:
         with replacing(folder.path / "pressure.png") as temporary:
             plots.pressure(pressure, path=temporary)
-    if distribution is not None:
+    if distributions:
         with replacing(folder.path / "rdf.png") as temporary:
-            plots.rdf(distribution, contact_value=implied, path=temporary)
+            if facts.sim.scene.equal:
+                plots.rdf(distributions[""], contact_value=implied, path=temporary)
+            else:
+                plots.partial_rdf(distributions, path=temporary)
     with replacing(folder.path / "snapshot.png") as temporary:
         plots.snapshot(facts.sim.frame(), obstacles=facts.sim.scene.obstacles, path=temporary)
 
 
 def _summary(
-    facts: Facts, pressure: PressureEstimate | None, distribution: RadialDistribution | None
+    facts: Facts,
+    pressure: PressureEstimate | None,
+    distributions: dict[str, RadialDistribution],
+    reason: str | None,
 ) -> dict[str, Any]:
     sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
     statistics = sim.statistics
-    contact = None if distribution is None else distribution.contact_value
+    contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
+    whole = contacts.pop("", _number(None))
 
     def measured(name: str) -> dict[str, float | None]:
         return _number(None if pressure is None else getattr(pressure, name))
@@ -151,7 +175,9 @@ def _summary(
         "reduced_pressure": measured("reduced_pressure"),
         "collision_rate": measured("collision_rate"),
         "contact_value": measured("contact_value"),
-        "contact_value_from_rdf": _number(contact),
+        "contact_value_from_rdf": whole,
+        "contact_values_from_rdf": contacts,
+        "without_rdf": reason,
         "theory": _theory(scene),
         "energy_drift": statistics.energy_drift,
         "momentum_drift": _finite(statistics.momentum_drift),

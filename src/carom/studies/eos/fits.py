@@ -10,6 +10,7 @@ import numpy as np
 
 from carom import checks, theory
 from carom.errors import InputError
+from carom.studies.eos.drift import LEVEL
 from carom.studies.eos.table import Row, finite_size_shift, usual_equation
 
 TERMS = 10
@@ -132,6 +133,7 @@ class Extrapolation:
     ----------
     packing_fraction : float
     sizes : tuple of int
+        Those that the line is fitted to.
     compressibility_factor, error : float
         At 1 / N = 0.
     slope, slope_error : float
@@ -156,7 +158,14 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
     """Extrapolate Z to 1 / N = 0 at every packing fraction with two sizes or more.
 
     Points that have not equilibrated are left out, and those without an error bar.
+
+    Notes
+    -----
+    The next order, ``1 / N^2``, shows in small and dense systems. While chi squared of the line is one that
+    less than one of a thousand straight lines has, the smallest size is left out.
     """
+    from scipy.stats import chi2 as chi_squared
+
     groups: dict[tuple[float, str], list[Row]] = {}
     for row in rows:
         if row.equilibrated and 0.0 < row.error < math.inf:
@@ -166,11 +175,11 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
     for (eta, state), group in sorted(groups.items()):
         if len({row.n for row in group}) < 2:
             continue
-        inverse = np.array([1.0 / row.n for row in group])
-        z = np.array([row.compressibility_factor for row in group])
-        error = np.array([row.error for row in group])
-        design = np.stack([np.ones_like(inverse), inverse], axis=1)
-        c, covariance, chi2 = _solve(design, z, error)
+        group.sort(key=lambda row: row.n)
+        c, covariance, chi2 = _line(group)
+        while len(group) > 2 and chi_squared.sf(chi2, len(group) - 2) < LEVEL:
+            group = group[1:]
+            c, covariance, chi2 = _line(group)
         equation = usual_equation(group[0].dimension, state)
         found.append(
             Extrapolation(
@@ -185,6 +194,14 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
             )
         )
     return found
+
+
+def _line(group: Sequence[Row]) -> tuple[np.ndarray, np.ndarray, float]:
+    """Fit Z against 1 / N."""
+    inverse = np.array([1.0 / row.n for row in group])
+    z = np.array([row.compressibility_factor for row in group])
+    error = np.array([row.error for row in group])
+    return _solve(np.stack([np.ones_like(inverse), inverse], axis=1), z, error)
 
 
 def _solve(

@@ -1,0 +1,117 @@
+"""The partial g_ij(r) of a mixture, one for each pair of its species, and the table that holds them all."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import itertools
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import FileError
+from carom.frame import Frame
+from carom.observables.rdf import RadialDistribution, rdf
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
+
+MOST_SPECIES = 4
+"""Species of which every pair gets its own g(r): ten pairs."""
+
+
+def species_of(scene: Scene) -> np.ndarray | None:
+    """Return the species (n,) of a mixture: those it names, or its diameters, the largest first.
+
+    Returns
+    -------
+    (n,) int64 array or None
+        None where there are more than four, as in a polydisperse fluid: no pair of sizes occurs often enough.
+    """
+    given = scene.species
+    if given is not None and all(np.ptp(scene.diameters[given == k]) == 0.0 for k in np.unique(given)):
+        return given if np.unique(given).size <= MOST_SPECIES else None
+    sizes, which = np.unique(-scene.diameters, return_inverse=True)
+    return which.astype(np.int64) if sizes.size <= MOST_SPECIES and scene.contact is None else None
+
+
+def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str, RadialDistribution]:
+    """g_ij(r) of every pair of species, in the bins that :func:`carom.observables.rdf.rdf` takes by itself.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of the frames; says which species there are and at which distances they touch.
+    frames : callable
+        Returns the frames; called once a pair.
+
+    Returns
+    -------
+    dict of str to RadialDistribution
+        By the names of the two species, "large-small", or their numbers, "0-1". Left out are pairs that do
+        not occur, and those with no room for g(r) in half of the box; all where :func:`species_of` is None.
+    """
+    species = species_of(scene)
+    if species is None:
+        return {}
+    kinds, counts = np.unique(species, return_counts=True)
+    named = scene.species_names if species is scene.species else ()
+
+    def alike() -> Iterator[Frame]:
+        return (dataclasses.replace(frame, species=species, species_names=named) for frame in frames())
+
+    found = {}
+    for a, b in itertools.combinations_with_replacement(range(kinds.size), 2):
+        i, j = int(kinds[a]), int(kinds[b])
+        if scene.contact is not None:
+            contact = float(scene.contact[i, j])
+        else:
+            contact = 0.5 * sum(float(scene.diameters[species == k][0]) for k in (i, j))
+        if (a == b and counts[a] < 2) or 2.0 * contact >= min(scene.box):
+            continue
+        name = "-".join(named[k] if named else str(k) for k in (i, j))
+        found[name] = rdf(alike(), pair=(i, j), contact=contact)
+    return found
+
+
+def write_partial(distributions: Mapping[str, RadialDistribution], path: str | os.PathLike[str]) -> None:
+    """Write a table with the columns ``r_lo, r_hi, g, error, counts`` of each pair, named "g large-small".
+
+    The bins of every pair begin where it touches; a pair with fewer bins than another leaves its cells empty.
+    Lines that begin with # before the table say what was measured.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written.
+    """
+    some = next(iter(distributions.values()))
+    text = io.StringIO()
+    for key in ("n", "dimension", "frames", "packing_fraction"):
+        text.write(f"# {key}: {getattr(some, key)}\n")
+    for name, found in distributions.items():
+        text.write(f"# contact {name}: {found.diameter}\n")
+        if (value := found.contact_value) is not None:
+            text.write(f"# contact_value {name}: {value.mean} +- {value.error}\n")
+    table = csv.writer(text, lineterminator="\n")
+    names = ("r_lo", "r_hi", "g", "error", "counts")
+    table.writerow(f"{column} {name}" for name in distributions for column in names)
+    columns = [_columns(found) for found in distributions.values()]
+    for rows in itertools.zip_longest(*columns, fillvalue=("",) * len(names)):
+        table.writerow(itertools.chain(*rows))
+    try:
+        Path(path).write_text(text.getvalue(), encoding="utf-8")
+    except OSError as error:
+        raise FileError(f"{path} cannot be written ({error.strerror}); choose another place.") from error
+
+
+def _columns(found: RadialDistribution) -> list[tuple[str, ...]]:
+    floats = (found.edges[:-1], found.edges[1:], found.g, found.error)
+    return [
+        (*(f"{value:.17g}" for value in row), f"{count:d}")
+        for *row, count in zip(*floats, found.counts, strict=True)
+    ]
