@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import itertools
 import json
 import math
 from typing import ClassVar
@@ -12,9 +13,11 @@ import pytest
 import carom
 from carom import studies, theory
 from carom.errors import CaromWarning, FileError, InputError
+from carom.specs import SceneSpec
 from carom.studies import StudySpec, engines, tasks
 from carom.studies.eos import drift, fits, table, toml
 from carom.studies.eos.simulate import simulate
+from carom.studies.eos.start import start as start_of
 from carom.studies.eos.study import load
 
 SMALL = {"n": 108, "collisions_per_particle": 100, "equilibration": 20, "blocks": 64, "executor": "serial"}
@@ -430,6 +433,49 @@ def test_tables_become_data_frames():
     frame = study.to_pandas()
     assert list(frame.columns) == [f.name for f in dataclasses.fields(table.Row)]
     assert list(frame["n"]) == [108, 108]
+
+
+# Starts.
+
+
+@pytest.mark.parametrize(("n", "eta", "dimension"), [(500, 0.45, 3), (300, 0.3, 3), (600, 0.2, 4)])
+def test_a_random_start_well_below_freezing_is_a_crystal_that_melts(n, eta, dimension):
+    asked = SceneSpec(initial="random", n=n, packing_fraction=eta, dimension=dimension, mass=2.0)
+    scene = start_of(asked, np.random.default_rng(1))
+    assert (scene.n, scene.dimension, scene.mass) == (n, dimension, 2.0)
+    assert scene.packing_fraction == pytest.approx(eta, rel=1e-12)
+    planes = np.unique(scene.positions[:, 0].round(9)).size
+    assert planes < 20
+    again = start_of(asked, np.random.default_rng(1))
+    assert np.array_equal(scene.positions, again.positions)
+    sim = carom.Simulation(scene, kT=1.0, seed=1)
+    sim.run(collisions_per_particle=100)
+    # The structure factor at reciprocal vectors of the lattice: n in a crystal, of the order of 1 in a fluid.
+    signs = np.array([*itertools.product((-1.0, 1.0), repeat=dimension)])
+    vectors = np.pi * planes / scene.box[0] * signs
+    before, after = (
+        np.mean(np.abs(np.exp(1j * where @ vectors.T).sum(axis=0)) ** 2) / n
+        for where in (scene.positions, sim.frame().positions)
+    )
+    assert before == pytest.approx(n, rel=1e-6)
+    assert after < 10.0
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"packing_fraction": 0.48},
+        {"dimension": 2},
+        {"n": 33},  # 108 sites of a lattice would have to fit
+        {"periodic": (True, True, False)},
+        {"restitution": 0.9},
+    ],
+)
+def test_other_random_starts_are_placed_at_random(more):
+    words = {"initial": "random", "n": 256, "packing_fraction": 0.4, "dimension": 3, **more}
+    asked = SceneSpec(**words)
+    scene = start_of(asked, np.random.default_rng(1))
+    assert np.array_equal(scene.positions, asked.build(np.random.default_rng(1)).positions)
 
 
 # Fits.

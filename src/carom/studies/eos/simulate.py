@@ -22,6 +22,7 @@ from carom.simulation import Simulation
 from carom.studies.engines import Stopped
 from carom.studies.eos.order import OrderParameter
 from carom.studies.eos.spec import scene_spec
+from carom.studies.eos.start import start
 from carom.studies.tasks import Record, Task, stream
 from carom.tally import Block
 
@@ -74,15 +75,15 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         # The lengths of a run are not part of its identity: a longer one begins like a shorter one.
         places, speeds = stream(task["seed"], [task["scene"], task["replica"]]).spawn(2)
         asked = scene_spec(task["scene"])
-        scene = asked.build(default_rng(places))
+        scene = start(asked, default_rng(places))
         kT = asked.kT if scene.velocities is None else None
         sim = Simulation(
             scene, kT=kT, seed=int(speeds.generate_state(1, np.uint64)[0]), neighbors=task["neighbors"]
         )
-        start = sim.frame().unwrapped
+        began_at = sim.frame().unwrapped
         sim.run(collisions_per_particle=task["equilibration"], progress=look)
         equilibration = sim.time
-        moved = _moved(start, sim.frame())
+        moved = _moved(began_at, sim.frame())
         sampler = OrderParameter(scene.dimension) if task["frames"] else None
         every = task["blocks"] // task["frames"] if task["frames"] else 0
         request = Pressure(blocks=task["blocks"])
@@ -114,7 +115,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "equilibration_time": equilibration,
         "collisions": statistics.collisions,
         "moved": moved,
-        "moved_at_end": _moved(start, sim.frame()),
+        "moved_at_end": _moved(began_at, sim.frame()),
         "order": None if sampler is None else sampler.values(),
         "species": [[float(s), int(c)] for s, c in zip(diameters[:MOST_SPECIES], counts, strict=False)],
         "confined": bool(scene.walls or scene.obstacles),

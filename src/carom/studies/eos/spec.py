@@ -13,6 +13,7 @@ import carom
 from carom import checks, initial, obstacles, theory
 from carom.errors import InputError
 from carom.specs import SceneSpec, SpeciesSpec
+from carom.studies.eos.start import NEAR_FREEZING
 from carom.studies.tasks import Task
 
 DENSITIES: dict[int, tuple[float, ...]] = {
@@ -225,7 +226,9 @@ class StudySpec:
     def _frames(self, eta: float) -> int:
         if self.frames is not None:
             return self.frames
-        return min(FRAMES, self.blocks) if eta > 0.93 * theory.FREEZING.get(self.dimension, 1.0) else 0
+        return (
+            min(FRAMES, self.blocks) if eta > NEAR_FREEZING * theory.FREEZING.get(self.dimension, 1.0) else 0
+        )
 
     def settings(self) -> dict[str, Any]:
         """Return what all tasks share: it decides whether two studies may stand in one folder."""
