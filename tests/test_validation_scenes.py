@@ -127,6 +127,36 @@ def test_binary_spheres():
         assert abs(rates[i, j] - expected) < CONTACT_ACCURACY * expected
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(10))
+def test_mixtures_drawn_at_random(number):
+    rng = np.random.default_rng([2026, number])
+    dimension = 2 if number % 2 else 3
+    ratio, part = math.exp(rng.uniform(math.log(1.2), math.log(5.0))), rng.uniform(0.1, 0.9)
+    eta, n = rng.uniform(0.1, 0.6 if dimension == 2 else 0.45), int(rng.integers(500, 2001))
+    masses = np.exp(rng.uniform(-2.0, 2.0, 2))
+    scene = carom.Scene.mixture(
+        n=n, fractions=[part, 1.0 - part], diameters=[ratio, 1.0], masses=masses, dimension=dimension,
+        packing_fraction=eta, seed=rng,
+    )  # fmt: skip
+    eta, x = scene.packing_fraction, np.bincount(scene.species) / n
+    theories = {"SYH": theory.santos_yuste_lopez_de_haro(eta, x, [ratio, 1.0], dimension)}
+    if dimension == 3:
+        theories["BMCSL"] = theory.bmcsl(eta, x, [ratio, 1.0])
+    sim = carom.Simulation(scene, kT=1.0, seed=rng)
+    sim.run(collisions_per_particle=500)
+    z = sim.measure(carom.Pressure(), collisions=1_500_000).compressibility_factor
+    # What N costs a mixture is not known here; it is what it costs a fluid of equal spheres, twice at most.
+    shift = 2.0 * abs(theory.finite_size_shift(eta, n, theory.best(dimension)))
+    beside = ", ".join(f"{name} {value:.4f} ({value / z.mean - 1:+.2%})" for name, value in theories.items())
+    print(
+        f"d={dimension} N={n} ratio {ratio:.2f} large {x[0]:.3f} eta {eta:.4f}: "
+        f"Z = {z.mean:.4f} +- {z.error:.4f}, {beside}, 1/N at most {shift / z.mean:.2%}"
+    )
+    best = theories.get("BMCSL", theories["SYH"])
+    assert abs(z.mean - best) < FOUR_ERRORS * z.error + shift + BMCSL_ACCURACY * best
+
+
 def test_equipartition_of_few_unequal_disks():
     # <m_i v_i^2> = d kT (1 - m_i / M) where the momentum is zero: 13 % less for these heavy ones than d kT.
     scene = carom.Scene.mixture(
