@@ -22,11 +22,12 @@ print(study)
 
 # %% A line through each: where it meets 1/N = 0 is Z of infinitely many, and its slope is what a size costs.
 # The fluid's slope comes from the fluctuations of density that a closed box forbids, the crystal's from the
-# one vibration that N particles have less than N: -(Z - 1).
+# one vibration that N particles have less than N: -(Z - 1). Sizes too small for a line are left out.
 for fit in study.extrapolate():
     print(
         f"eta = {fit.packing_fraction:.2f}: Z = {fit.compressibility_factor:.5f} +- {fit.error:.5f}, "
-        f"slope {fit.slope:.2f} +- {fit.slope_error:.2f}, by theory {fit.theory_slope:.2f}"
+        f"slope {fit.slope:.2f} +- {fit.slope_error:.2f}, by theory {fit.theory_slope:.2f}, "
+        f"from N = {fit.sizes[0]} on"
     )
 
 # %% One panel a density.

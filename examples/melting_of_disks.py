@@ -22,19 +22,24 @@ parser.add_argument("--sides", type=int, nargs="+", default=[32], help="disks al
 args = parser.parse_args()
 args.out.mkdir(parents=True, exist_ok=True)
 if args.smoke:
-    etas, sizes, equilibration, collisions = [0.68, 0.72], (100,), 50, 200
+    etas, crystals, sizes = [0.68, 0.72], [0.74], [100]
+    length = {"equilibration": 50, "collisions_per_particle": 200, "replicas": 2, "frames": 64}
 else:
-    etas = [0.68, 0.69, 0.695, 0.70, 0.704, 0.708, 0.712, 0.716, 0.72, 0.74]
-    sizes, equilibration, collisions = [side**2 for side in args.sides], 10_000, 40_000
+    etas, crystals = [0.68, 0.69, 0.695, 0.70, 0.704, 0.708, 0.712, 0.716, 0.72], [0.73, 0.74]
+    sizes = [side**2 for side in args.sides]
+    length = {"equilibration": 10_000, "collisions_per_particle": 40_000, "replicas": 2, "frames": 64}
 
-# %% Every run starts at random in a square box, into which no perfect crystal fits, like the published ones.
-# In a box made for a crystal of a thousand disks it would be more stable than in a large system, and the loop
-# many times deeper. What is not in equilibrium is flagged by the drift of the pressure or of psi_6.
+# %% Runs start at random in a square box, into which no perfect crystal fits, like the published ones. In a
+# box made for a crystal of a thousand disks it would be more stable than in a large system, and the loop many
+# times deeper. Beyond melting a random start freezes into grains, so these points start as a crystal. What is
+# not in equilibrium is flagged by the drift of the pressure or of psi_6, or because replicas disagree.
 study = carom.studies.equation_of_state(
-    etas, dimension=2, n=sizes, initial="random", replicas=2, equilibration=equilibration,
-    collisions_per_particle=collisions, frames=64, out=args.out,
-)  # fmt: skip
-for row in study.table:
+    etas, dimension=2, n=sizes, initial="random", out=args.out / "melting", **length
+)
+crystal = carom.studies.equation_of_state(
+    crystals, dimension=2, n=sizes, initial="triangular", out=args.out / "crystal", **length
+)
+for row in [*study.table, *crystal.table]:
     pressure = f"P* = {row.pressure:.4f} +- {row.pressure_error:.4f}"
     order = f"|psi_6| = {row.order:.3f}, susceptibility {row.susceptibility:.1f}"
     print(f"eta = {row.packing_fraction:.3f}, N = {row.n}: {pressure}, {order}  {'; '.join(row.remarks)}")
@@ -61,6 +66,11 @@ for number, n in enumerate(sorted({row.n for row in study.table})):
         label=f"Carom, $N$ = {n}",
         zorder=4,
     )
+rows = crystal.table
+axes.errorbar(
+    [row.packing_fraction for row in rows], [row.pressure for row in rows],
+    [row.pressure_error for row in rows], fmt="h", color="#2e7d32", markersize=5, label="Carom, crystals",
+)  # fmt: skip
 shown = {
     ("Jaster 1999", 1024): "^",
     ("Jaster 1999", 4096): "v",
@@ -74,7 +84,7 @@ for (source, n), marker in shown.items():
         [float(row["error"]) for row in rows], fmt=marker, color="#777777", markerfacecolor="white",
         markersize=4.5, capsize=2, linewidth=0.8, label=f"{source}, $N$ = {n}", zorder=3,
     )  # fmt: skip
-axes.set_xlim(min(etas) - 0.005, max(etas) + 0.005)
+axes.set_xlim(min(etas) - 0.005, max(crystals) + 0.005)
 axes.set_xlabel(r"packing fraction $\eta$")
 axes.set_ylabel(r"pressure $P\sigma^2/kT$")
 axes.spines[["top", "right"]].set_visible(False)
