@@ -66,11 +66,6 @@ for number, n in enumerate(sorted({row.n for row in study.table})):
         label=f"Carom, $N$ = {n}",
         zorder=4,
     )
-rows = crystal.table
-axes.errorbar(
-    [row.packing_fraction for row in rows], [row.pressure for row in rows],
-    [row.pressure_error for row in rows], fmt="h", color="#2e7d32", markersize=5, label="Carom, crystals",
-)  # fmt: skip
 shown = {
     ("Jaster 1999", 1024): "^",
     ("Jaster 1999", 4096): "v",
@@ -84,7 +79,7 @@ for (source, n), marker in shown.items():
         [float(row["error"]) for row in rows], fmt=marker, color="#777777", markerfacecolor="white",
         markersize=4.5, capsize=2, linewidth=0.8, label=f"{source}, $N$ = {n}", zorder=3,
     )  # fmt: skip
-axes.set_xlim(min(etas) - 0.005, max(crystals) + 0.005)
+axes.set_xlim(min(etas) - 0.005, max(etas) + 0.005)
 axes.set_xlabel(r"packing fraction $\eta$")
 axes.set_ylabel(r"pressure $P\sigma^2/kT$")
 axes.spines[["top", "right"]].set_visible(False)
