@@ -1,10 +1,11 @@
 """The event queue: buckets of time that are only ever appended to, and a small heap for the bucket at hand.
 
-An entry names a component and one of its two times: ``2 i`` its new event, with or without a partner; ``2 i +
-1`` its leaving the sector. Nothing is removed. An entry is good if the time it names falls into its bucket,
-and stale otherwise; stale entries are dropped when their bucket comes up. A pair event needs one entry, for
-either of the two. The buckets cover a *window* of time; what is due later waits in the rows and is found by
-one pass over them when the window is used up. Order is by (time, entry), whatever the width of the buckets.
+An entry names a component, whose time is that of its new event or of its leaving the sector, whichever comes
+first. Nothing is removed. An entry is good if the time of its component falls into its bucket, and stale
+otherwise; stale entries are dropped when their bucket comes up. A pair event needs one entry: of a component
+that has it before leaving its sector. The buckets cover a *window* of time; what is due later waits in the
+rows and is found by one pass over them when the window is used up. Order is by (time, component), whatever
+the width of the buckets.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ class Calendar(NamedTuple):
 def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
     buckets = 1 << max(4, (n // 8).bit_length())
-    lines = 5 * n // (2 * ENTRIES) + 64  # 2 n entries at most, and some room to go on
+    lines = 3 * n // (2 * ENTRIES) + 64  # n entries at most, and some room to go on
     heap = max(heap, 256)
     control = np.zeros(1, CONTROL)
     control["width"] = width
@@ -74,10 +75,9 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
 
 
 @inner
-def time_of(state, entry):
-    """Return the time that an entry names."""
-    i = np.uint64(entry) >> np.uint64(1)
-    return state.leave[i] if np.uint64(entry) & np.uint64(1) else state.rows[i].due
+def time_of(state, i):
+    """Return the time of the first that is to happen to component i."""
+    return min(np.float64(state.rows[i].due), state.leave[i])
 
 
 @inner
@@ -126,16 +126,16 @@ def pop(calendar):
 
 
 @inner
-def insert(calendar, entry, time):
-    """Enter what is due at ``time``; nothing to do beyond the window."""
+def insert(calendar, i, time):
+    """Enter component i at ``time``; nothing to do beyond the window."""
     control = calendar.control[0]
     if time >= control.end:
         return
     bucket = min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
     if bucket <= control.cursor:
-        push(calendar, time, np.int32(entry))
+        push(calendar, time, np.int32(i))
     else:
-        append(calendar, np.uint64(bucket), np.uint32(entry))
+        append(calendar, np.uint64(bucket), np.uint32(i))
 
 
 @inner
@@ -184,14 +184,14 @@ def drain(calendar, state, bucket):
 
 
 @inner
-def offer(calendar, state, bucket, entry):
-    """Push an entry if it is due in this bucket."""
+def offer(calendar, state, bucket, i):
+    """Push component i if it is due in this bucket."""
     control = calendar.control[0]
-    time = time_of(state, entry)
+    time = time_of(state, np.uint64(i))
     if time < control.end:
         k = min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
         if k <= np.int64(bucket):
-            push(calendar, time, np.int32(entry))
+            push(calendar, time, np.int32(i))
 
 
 @inner
@@ -219,16 +219,14 @@ def lay_out(calendar, state, boundary, start, end):
         calendar.buckets[np.uint64(b), 1] = 0
     earliest = NEVER
     for i in range(np.uint64(len(state.partner))):
-        time = rows[i].due
+        time = time_of(state, i)
         earliest = min(earliest, time)
         if time < control.end:
-            word = state.partner[i]
-            if word < 0 or np.int64(index(boundary, word)) > np.int64(i):
-                insert(calendar, np.int64(2 * i), time)
-        time = state.leave[i]
-        earliest = min(earliest, time)
-        if time < control.end:
-            insert(calendar, np.int64(2 * i) + 1, time)
+            word = np.int64(state.partner[i])
+            j = index(boundary, word) if word >= 0 else i
+            # The other of a pair enters, if it is there to collide.
+            if np.uint64(j) >= i or time == state.leave[i] or state.leave[np.uint64(j)] < time:
+                insert(calendar, i, time)
     return earliest
 
 
@@ -245,13 +243,13 @@ def adapt(calendar, longest):
 
 @inner
 def first(calendar, state, neighbors, boundary):
-    """Return the first entry, left on the heap, or -1 at the end of the window, or -2 for want of room."""
+    """Return the component that is first, left on the heap, or -1 at the end of the window, or -2 for want of room."""
     control = calendar.control[0]
     while True:
         while control.waiting > 0:
-            entry = calendar.who[0]
-            if time_of(state, entry) == calendar.due[0]:
-                return np.int64(entry)
+            i = np.uint64(calendar.who[0])
+            if time_of(state, i) == calendar.due[0]:
+                return np.int64(i)
             pop(calendar)
         if control.cursor + 1 >= len(calendar.buckets):
             return np.int64(-1)

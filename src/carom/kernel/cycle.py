@@ -14,7 +14,7 @@ import numpy as np
 
 from carom.kernel.borrow import borrowed
 from carom.kernel.boundary import count_images, index, index_bits, lasting, mirror, separation
-from carom.kernel.calendar import ROOM, adapt, first, insert, lay_out, pop
+from carom.kernel.calendar import ROOM, adapt, first, insert, lay_out, pop, time_of
 from carom.kernel.constants import (
     IDLE,
     LAMBDA,
@@ -144,7 +144,6 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     """
     rows = state.rows
     held = np.int64(state.partner[i])
-    held_due = rows[i].due
     rows[i].due = NEVER
     state.partner[i] = LAMBDA
     due = NEVER
@@ -163,34 +162,33 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
         searched = True
         due = NEVER
         word = search(model, state, neighbors, i, now, 0, met if again else NOBODY_MET)
-    blocked = head_for(model.obstacles, model, state, calendar, i, now, due, True)
+    blocked = head_for(model.obstacles, model, state, i, now, due, True)
     if due < NEVER and not blocked:
         pair_up(model, state, calendar, i, word, due)
         tally.clamped += np.int64(clamped)
         tally.returns += np.int64(met >= 0 and j == np.int64(index(model.boundary, met)))
     if held >= 0:
-        release(model, state, calendar, i, held, held_due)
+        release(model, state, calendar, i, held)
 
 
 @generic
-def head_for(obstacles, model, state, calendar, i, now, due, every):
+def head_for(obstacles, model, state, i, now, due, every):
     """Give i an event with the obstacle that it touches before the time ``due``; False if there is none."""
     raise NotImplementedError(type(obstacles))
 
 
 @head_for.register
-def _(obstacles: None, model, state, calendar, i, now, due, every):
+def _(obstacles: None, model, state, i, now, due, every):
     return False
 
 
 @head_for.register
-def _(obstacles: Obstacles, model, state, calendar, i, now, due, every):
+def _(obstacles: Obstacles, model, state, i, now, due, every):
     t, number = soonest(obstacles, model, state, i, now, every)
     if now + t >= due:
         return False
     state.rows[i].due = now + t
     state.partner[i] = OBSTACLE - number
-    insert(calendar, np.int64(2 * i), state.rows[i].due)
     return True
 
 
@@ -198,13 +196,12 @@ def _(obstacles: Obstacles, model, state, calendar, i, now, due, every):
 def look_on(model, state, calendar, i, now):
     """Look for obstacles in the images of the box that have come into view with the last change of sector."""
     held = np.int64(state.partner[i])
-    held_due = state.rows[i].due
-    if head_for(model.obstacles, model, state, calendar, i, now, held_due, False) and held >= 0:
-        release(model, state, calendar, i, held, held_due)
+    if head_for(model.obstacles, model, state, i, now, state.rows[i].due, False) and held >= 0:
+        release(model, state, calendar, i, held)
 
 
 @inner
-def release(model, state, calendar, i, held, due):
+def release(model, state, calendar, i, held):
     """Leave the partner that i was given before it chose for itself with an advancement, unless i chose the
     same.
     """
@@ -215,7 +212,7 @@ def release(model, state, calendar, i, held, due):
     chosen = np.int64(state.partner[i])
     if chosen < 0 or np.uint64(index(model.boundary, chosen)) != j:
         state.partner[j] = LAMBDA
-        insert(calendar, np.int64(2 * j), due)
+        note(state, calendar, j)
 
 
 @inner
@@ -230,12 +227,21 @@ def pair_up(model, state, calendar, i, word, due):
         m = np.uint64(index(model.boundary, third))
         if m != np.uint64(i):
             state.partner[m] = LAMBDA
-            insert(calendar, np.int64(2 * m), rows[m].due)
+            note(state, calendar, m)
     rows[i].due = due
     rows[j].due = due
     state.partner[i] = word
     state.partner[j] = mirror(model.boundary, np.int64(i), word)
-    insert(calendar, np.int64(2 * i), rows[i].due)  # as the row holds it, which may be less precise
+
+
+@inner
+def note(state, calendar, i):
+    """Enter component i into the calendar: at its new event, or where it leaves its sector before that.
+
+    The partner of i needs no entry. If it leaves its sector first, it is in the calendar with that; if i
+    does, i is noted again then.
+    """
+    insert(calendar, i, time_of(state, i))
 
 
 @inner
@@ -243,7 +249,7 @@ def watch(model, state, neighbors, calendar, i, now):
     """Note when component i leaves its sector (the paper's line 5)."""
     leave = transit_time(neighbors, model.motion, model.boundary, state, i, now)
     state.leave[i] = leave
-    insert(calendar, np.int64(2 * i) + 1, leave)
+    note(state, calendar, i)
 
 
 @inner
@@ -258,11 +264,10 @@ def welcome(model, state, calendar, tally, i, now, word):
     due = now + t
     if due < rows[i].due and due <= rows[np.uint64(j)].due:
         held = np.int64(state.partner[i])
-        held_due = rows[i].due
         pair_up(model, state, calendar, i, word, due)
         tally.clamped += np.int64(clamped)
         if held >= 0:
-            release(model, state, calendar, i, held, held_due)
+            release(model, state, calendar, i, held)
 
 
 @inner
@@ -281,7 +286,8 @@ def start_over(model, state, neighbors, calendar, tally, i, now):
     predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
     if held >= 0 and state.partner[j] == LAMBDA and rows[j].due == NEVER:
         rows[j].due = held_due
-        insert(calendar, np.int64(2 * j), held_due)
+    if held >= 0:
+        note(state, calendar, j)
 
 
 @inner
@@ -445,8 +451,8 @@ def _run(digest):
                 if lay_out(calendar, state, model.boundary, start, clock.length) == NEVER:
                     return IDLE
                 continue
-            i = np.uint64(chosen >> 1)
-            leaves = chosen & 1 == 1
+            i = np.uint64(chosen)
+            leaves = state.leave[i] < state.rows[i].due
             now = calendar.due[0]
             if (last and now > end_time) or clock.epoch > end_epoch:
                 return REACHED_TIME
@@ -482,6 +488,8 @@ def _run(digest):
                 predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
                 if thrown:
                     watch(model, state, neighbors, calendar, i, now)
+                else:
+                    note(state, calendar, i)
                 continue
             j = np.uint64(index(model.boundary, word))
             if j < i:  # the same bits, whichever of the two was found first

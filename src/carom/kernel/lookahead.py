@@ -75,14 +75,14 @@ def look_ahead(calendar, state, neighbors, boundary):
     if first + 2 < last:
         bucket = np.uint64(first + 2)
         for k in range(np.uint64(buckets[bucket, 0])):
-            i = np.int64(buckets[bucket, k + np.uint64(2)]) >> 1
+            i = np.int64(buckets[bucket, k + np.uint64(2)])
             prefetch(state.rows, i)
             prefetch(state.partner, i)
             ask_candidates(neighbors, np.uint64(i))
     if first + 1 < last:
         bucket = np.uint64(first + 1)
         for k in range(np.uint64(buckets[bucket, 0])):
-            who = np.uint64(buckets[bucket, k + np.uint64(2)] >> 1)
+            who = np.uint64(buckets[bucket, k + np.uint64(2)])
             word = np.int64(state.partner[who])
             if word >= 0:
                 j = np.int64(index(boundary, word))
@@ -92,6 +92,6 @@ def look_ahead(calendar, state, neighbors, boundary):
     if first < last:
         bucket = np.uint64(first)
         for k in range(np.uint64(buckets[bucket, 0])):
-            word = np.int64(state.partner[np.uint64(buckets[bucket, k + np.uint64(2)] >> 1)])
+            word = np.int64(state.partner[np.uint64(buckets[bucket, k + np.uint64(2)])])
             if word >= 0:
                 ask_rows(neighbors, state.rows, np.uint64(index(boundary, word)))
