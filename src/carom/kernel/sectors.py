@@ -8,17 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.kernel.boundary import word_of
+from carom.kernel.boundary import index_bits
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
 from carom.kernel.lookahead import ask_candidates, ask_rows, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
-
-STEP = 8
-"""Words of a sector copied in one go."""
-
+from carom.kernel.words import STEP, copy_words
 
 class Sectors(NamedTuple):
     """Components by sector."""
@@ -31,8 +28,14 @@ class Sectors(NamedTuple):
     """Who is in each sector, and in the last column how many, (sectors, room) uint32."""
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of the 3^d sectors around one, (3^d, d) int64."""
-    near: np.ndarray
-    """Room for the numbers of the sectors around one, (3^d,) int64."""
+    around: np.ndarray
+    """Number of the sector at each place of the grid with one more layer on every side, int32: across a face
+    of the box it is the one on the other side.
+    """
+    strides: tuple
+    """Distance of neighbours along each axis in ``around``."""
+    offsets: np.ndarray
+    """Distance in ``around`` of the 3^d sectors around one, (3^d,) int64."""
     place: np.ndarray
     """Sector of each component along each axis, (n + 1, d) int32; the ghost has one, too."""
     turn: np.ndarray
@@ -56,12 +59,18 @@ def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
     dimension = len(shape)
     room = -(-(capacity + 1) // STEP) * STEP
     digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
+    wide = tuple(int(size) + 2 for size in shape)
+    strides = tuple(int(np.prod(wide[axis + 1 :])) for axis in range(dimension))
+    wrapped_places = np.ix_(*(np.arange(-1, size + 1) % size for size in shape))
+    around = np.ravel_multi_index(np.broadcast_arrays(*wrapped_places), tuple(shape)).astype(np.int32)
     return Sectors(
         shape=tuple(int(size) for size in shape),
         sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
         members=aligned(int(np.prod(shape)) * room, np.uint32).reshape(-1, room),
         digits=np.ascontiguousarray(digits, dtype=np.int64),
-        near=np.zeros(3**dimension, np.int64),
+        around=np.ascontiguousarray(around.ravel()),
+        strides=strides,
+        offsets=np.ascontiguousarray(digits @ np.array(strides), dtype=np.int64),
         place=np.zeros((n + 1, dimension), np.int32),
         turn=np.zeros((n + 1, dimension), np.int32),
         face=np.zeros(n, np.uint8),
@@ -71,12 +80,18 @@ def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
 
 
 @inner
+def home_of(sectors, i):
+    """Return where the sector that holds component i is in ``around``."""
+    home = np.int64(0)
+    for axis in range(len(sectors.sides)):
+        home += sectors.strides[axis] * (np.int64(sectors.place[i, axis]) + 1)
+    return home
+
+
+@inner
 def sector_of(sectors, i):
     """Return the sector that holds component i."""
-    cell = np.int64(0)
-    for axis in range(len(sectors.sides)):
-        cell = cell * sectors.shape[axis] + np.int64(sectors.place[i, axis])
-    return np.uint64(cell)
+    return np.uint64(sectors.around[np.uint64(home_of(sectors, i))])
 
 
 @inner
@@ -104,37 +119,22 @@ def leave(sectors, cell, i):
 
 
 @inner
-def look_about(sectors, i):
-    """Put the numbers of the sectors around that of component i into ``near``."""
-    near = sectors.near
-    near[0] = 0
-    count = 1
-    for axis in range(len(sectors.sides)):
-        size = sectors.shape[axis]
-        place = np.int64(sectors.place[i, axis])
-        below = place - 1 if place > 0 else size - 1
-        above = place + 1 if place + 1 < size else np.int64(0)
-        for back in range(count):
-            old = np.uint64(count - 1 - back)
-            first = near[old] * size
-            near[3 * old] = first + below
-            near[3 * old + np.uint64(1)] = first + place
-            near[3 * old + np.uint64(2)] = first + above
-        count *= 3
-
-
-@inner
-def look_into(sectors, boundary, code, total):
-    """Append the words of all in a sector of ``near`` at ``total``; return where the next go.
+def look_into(sectors, boundary, home, code, total):
+    """Append the words of all in a sector around ``home`` at ``total``; return where the next go.
 
     Eight are copied at a time, whether so many are there or not: sectors hold a few each, and a loop over the
     right number would be mispredicted at every one.
     """
-    members = sectors.members[np.uint64(sectors.near[np.uint64(code)])]
-    count = np.uint64(members[np.uint64(len(members) - 1)])
-    for start in range(np.uint64(0), count, np.uint64(STEP)):
-        for lane in range(np.uint64(STEP)):
-            sectors.words[total + start + lane] = word_of(boundary, np.int64(members[start + lane]), code)
+    members = sectors.members
+    cell = np.uint64(sectors.around[np.uint64(home + sectors.offsets[np.uint64(code)])])
+    count = np.uint64(members[cell, np.uint64(members.shape[1] - 1)])
+    bits = np.int64(index_bits(boundary))
+    code = np.int64(code) if bits > 0 else np.int64(0)
+    copy_words(members, np.int64(cell), np.int64(0), sectors.words, np.int64(total), bits, code)
+    for start in range(np.uint64(STEP), count, np.uint64(STEP)):
+        copy_words(
+            members, np.int64(cell), np.int64(start), sectors.words, np.int64(total + start), bits, code
+        )
     return total + count
 
 
@@ -142,9 +142,9 @@ def look_into(sectors, boundary, code, total):
 def _(neighbors: Sectors, boundary, i, half):
     begin = np.uint64(half * (len(neighbors.words) // 2))
     total = begin
-    look_about(neighbors, i)
+    home = home_of(neighbors, i)
     for code in range(np.uint64(len(neighbors.digits))):
-        total = look_into(neighbors, boundary, np.int64(code), total)
+        total = look_into(neighbors, boundary, home, np.int64(code), total)
     return neighbors.words, begin, np.int64(total - begin)
 
 
@@ -185,9 +185,9 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
         done = enter(neighbors, new, np.uint32(i))
         if done:
             leave(neighbors, old, np.uint32(i))
-    look_about(neighbors, i)
+    home = home_of(neighbors, i)
     for k in range(np.uint64(neighbors.faces.shape[1])):
-        total = look_into(neighbors, boundary, neighbors.faces[face, k], total)
+        total = look_into(neighbors, boundary, home, neighbors.faces[face, k], total)
     return done, neighbors.words, np.uint64(0), np.int64(total)
 
 
