@@ -224,6 +224,9 @@ NEIGHBORS = (5, 10, 15, 26, 40, 60)
 DILUTE = (0.4, 0.36, 0.18, 0.1, 0.05, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
+SECTOR = 0.88
+"""Side of a sector in spacings ``(V / n)^(1/d)`` where a diameter is less (docs/performance shows the scan)."""
+
 SMALLEST_MARGIN = 0.05
 """Twice the margin of lists of components that grow, at least, in median diameters; else sectors are better.
 """
@@ -311,7 +314,7 @@ def choose(
             horizon = 0.5 * margin / float((contents.rates / contents.paces).max())
     else:
         # A sector must be no smaller than a diameter; a relative hair more absorbs the rounding of its walls.
-        side = max(diameter * (1.0 + 2.0**-40), min(1.2 * spacing, max(box)))
+        side = max(diameter * (1.0 + 2.0**-40), min(SECTOR * spacing, max(box)))
         if contents.rates is not None:
             side = max(side, 1.05 * diameter)
     shape = tuple(max(int(edge / side), 1) for edge in box)
@@ -327,6 +330,9 @@ def choose(
     members = contents.n / math.prod(shape)
     if sizes is not None and neighbors == "lists":
         members = _levels(contents, reach).members
+    # Rows of whole registers. Sectors keep their count there, too, and one that overflows has all built anew.
+    count = int(neighbors == "sectors")
+    most = members + (4.0 if count else 2.0) * math.sqrt(members) + count
     typical = diameter if contents.radii is None else 2.0 * float(contents.radii.mean())
     if rate is None:
         rate = collision_rate(packing_fraction, dimension, typical, speed) if typical > 0.0 else 0.0
@@ -348,7 +354,7 @@ def choose(
     return Scheme(
         kind=neighbors,
         shape=shape,
-        cell_capacity=-(-int(members + 2.0 * math.sqrt(members) + 1.0) // 8) * 8,
+        cell_capacity=-(-int(most + 1.0) // 8) * 8 - count,
         reach=reach,
         capacity=capacity,
         epoch=epoch,
