@@ -15,7 +15,7 @@ from carom.kernel.lookahead import ask_candidates, ask_rows, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
-from carom.kernel.words import STEP, copy_words
+from carom.kernel.words import STEP, copy_words, replace_words
 
 class Sectors(NamedTuple):
     """Components by sector."""
@@ -111,10 +111,9 @@ def leave(sectors, cell, i):
     """Remove i from a sector."""
     last = np.uint64(sectors.members.shape[1] - 1)
     count = np.uint64(sectors.members[cell, last]) - np.uint64(1)
-    for k in range(count):
-        if sectors.members[cell, k] == i:
-            sectors.members[cell, k] = sectors.members[cell, count]
-            break
+    moved = np.int64(sectors.members[cell, count])
+    for start in range(np.uint64(0), last, np.uint64(STEP)):
+        replace_words(sectors.members, np.int64(cell), np.int64(start), np.int64(i), moved)
     sectors.members[cell, last] = count
 
 
