@@ -196,8 +196,10 @@ def _(obstacles: Obstacles, model, state, i, now, due, every):
 def look_on(model, state, calendar, i, now):
     """Look for obstacles in the images of the box that have come into view with the last change of sector."""
     held = np.int64(state.partner[i])
-    if head_for(model.obstacles, model, state, i, now, state.rows[i].due, False) and held >= 0:
-        release(model, state, calendar, i, held)
+    if head_for(model.obstacles, model, state, i, now, state.rows[i].due, False):
+        note(state, calendar, i)
+        if held >= 0:
+            release(model, state, calendar, i, held)
 
 
 @inner
@@ -245,11 +247,9 @@ def note(state, calendar, i):
 
 
 @inner
-def watch(model, state, neighbors, calendar, i, now):
-    """Note when component i leaves its sector (the paper's line 5)."""
-    leave = transit_time(neighbors, model.motion, model.boundary, state, i, now)
-    state.leave[i] = leave
-    note(state, calendar, i)
+def watch(model, state, neighbors, i, now):
+    """Find when component i leaves its sector (the paper's line 5)."""
+    state.leave[i] = transit_time(neighbors, model.motion, model.boundary, state, i, now)
 
 
 @inner
@@ -266,6 +266,7 @@ def welcome(model, state, calendar, tally, i, now, word):
         held = np.int64(state.partner[i])
         pair_up(model, state, calendar, i, word, due)
         tally.clamped += np.int64(clamped)
+        note(state, calendar, i)
         if held >= 0:
             release(model, state, calendar, i, held)
 
@@ -288,6 +289,7 @@ def start_over(model, state, neighbors, calendar, tally, i, now):
         rows[j].due = held_due
     if held >= 0:
         note(state, calendar, j)
+    note(state, calendar, i)
 
 
 @inner
@@ -402,7 +404,7 @@ def _schedule(digest):
         for i in range(n):
             found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
             predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
-            watch(model, state, neighbors, calendar, i, now)
+            watch(model, state, neighbors, i, now)
         lay_out(calendar, state, model.boundary, now, state.clock[0].length)
         return True
 
@@ -471,13 +473,14 @@ def _run(digest):
                     return NEEDS_NEIGHBORS
                 pop(calendar)
                 tally.transits += 1
+                watch(model, state, neighbors, i, now)  # first, so that it does not wait for the search
+                note(state, calendar, i)
                 if lasting(model.boundary):
                     found = nearest(model, state, i, now, words, begin, count, 0, NOBODY_MET)
                     welcome(model, state, calendar, tally, i, now, found)
                     look_on(model, state, calendar, i, now)
                 else:
                     start_over(model, state, neighbors, calendar, tally, i, now)
-                watch(model, state, neighbors, calendar, i, now)
                 continue
             pop(calendar)
             word = np.int64(state.partner[i])
@@ -487,21 +490,22 @@ def _run(digest):
                 found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
                 predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
                 if thrown:
-                    watch(model, state, neighbors, calendar, i, now)
-                else:
-                    note(state, calendar, i)
+                    watch(model, state, neighbors, i, now)
+                note(state, calendar, i)
                 continue
             j = np.uint64(index(model.boundary, word))
             if j < i:  # the same bits, whichever of the two was found first
                 word = np.int64(mirror(model.boundary, np.int64(i), word))
                 i, j = j, i
             collide(model, state, neighbors, tally, by_species, log, i, word, now)
+            watch(model, state, neighbors, i, now)
+            watch(model, state, neighbors, j, now)
             # Two searches that do not wait for each other.
             found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
             other = search(model, state, neighbors, j, now, 1, NOBODY_MET)
             for _ in range(2):
                 predict(model, state, neighbors, calendar, tally, i, now, word, found)
-                watch(model, state, neighbors, calendar, i, now)
+                note(state, calendar, i)
                 word = np.int64(mirror(model.boundary, np.int64(i), word))
                 i, j, found = j, i, other
 
