@@ -94,22 +94,6 @@ def _(boundary: SectorImage):
 
 
 @generic
-def word_of(boundary, j, code):
-    """Return the word for component ``j`` found in the neighbouring sector ``code``."""
-    raise NotImplementedError(type(boundary))
-
-
-@word_of.register
-def _(boundary: NearestImage, j, code):
-    return j
-
-
-@word_of.register
-def _(boundary: SectorImage, j, code):
-    return (j << boundary.bits) | code
-
-
-@generic
 def mirror(boundary, i, word):
     """Return the word under which the component named by ``word`` sees component ``i``."""
     raise NotImplementedError(type(boundary))

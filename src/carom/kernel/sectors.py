@@ -17,6 +17,7 @@ from carom.kernel.neighbors import candidates, settle, transit, transit_time, wr
 from carom.kernel.state import aligned
 from carom.kernel.words import STEP, copy_words, replace_words
 
+
 class Sectors(NamedTuple):
     """Components by sector."""
 
