@@ -204,7 +204,6 @@ def lay_out(calendar, state, boundary, start, end):
         The earliest time due, in the window or beyond it.
     """
     control = calendar.control[0]
-    rows = state.rows
     size = np.int64(len(calendar.buckets))
     control.start = start
     control.end = min(start + size * control.width, end)
@@ -243,7 +242,9 @@ def adapt(calendar, longest):
 
 @inner
 def first(calendar, state, neighbors, boundary):
-    """Return the component that is first, left on the heap, or -1 at the end of the window, or -2 for want of room."""
+    """Return the component that is first, left on the heap, or -1 at the end of the window, or -2 for want of
+    room.
+    """
     control = calendar.control[0]
     while True:
         while control.waiting > 0:

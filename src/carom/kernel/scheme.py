@@ -225,7 +225,7 @@ DILUTE = (0.4, 0.36, 0.18, 0.1, 0.05, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
 SECTOR = 0.88
-"""Side of a sector in spacings ``(V / n)^(1/d)`` where a diameter is less (docs/performance shows the scan)."""
+"""Side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/performance)."""
 
 SMALLEST_MARGIN = 0.05
 """Twice the margin of lists of components that grow, at least, in median diameters; else sectors are better.
