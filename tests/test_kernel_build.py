@@ -7,7 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import pytest
+from numba.core import event
 
 import carom
 from carom.kernel import dispatch
@@ -91,6 +93,33 @@ def test_the_digest_covers_every_module_of_the_kernel(tmp_path, monkeypatch):
         assert dispatch.source_digest.__wrapped__() != before
 
 
+def test_an_inlined_function_is_compiled_once_for_all_its_callers():
+    @dispatch.inner
+    def half(x):
+        return 0.5 * x
+
+    @dispatch.inner
+    def quarter(x):
+        return half(half(x))
+
+    @numba.njit(**dispatch.ENTRY)
+    def both(x):
+        return half(x) + quarter(x)
+
+    compiled = []
+
+    class Listener(event.Listener):
+        def on_start(self, begun):
+            compiled.append(begun.data["dispatcher"].py_func.__name__)
+
+        def on_end(self, ended):
+            pass
+
+    with event.install_listener("numba:compile", Listener()):
+        assert both(4.0) == 3.0
+    assert sorted(compiled) == ["both", "half", "quarter"]
+
+
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86-64 instructions")
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_the_search_for_a_partner_is_vectorised(kind):
@@ -146,4 +175,6 @@ def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):
             check=False,
         )
         assert done.stdout.strip() == expected, done.stderr
+    # Files are named after what is in them: processes that save at the same time do not mix them up.
+    assert len(list((tmp_path / "cache").rglob("*.nbc"))) == 2
     assert list((tmp_path / "cache").rglob("*.nbi"))

@@ -20,6 +20,9 @@ from carom.species import Contacts
 #: Overlap, relative to the contact distance, that the engine's own rounding may leave in a frame it writes.
 ENGINE_OVERLAP = 1e-12
 
+FEW = 400
+"""Components up to which looking at every pair is quicker than loading SciPy."""
+
 
 class Overlap(NamedTuple):
     """Two spheres that overlap.
@@ -191,7 +194,10 @@ def deepest(positions: np.ndarray, room: Room, contacts: Contacts) -> Overlap | 
     ]
     pairs = np.concatenate(crowds)
     if not len(pairs):
-        pairs = room.pairs(positions, contacts)
+        few = len(positions) <= FEW
+        pairs = (
+            np.stack(np.triu_indices(len(positions), 1), axis=1) if few else room.pairs(positions, contacts)
+        )
     distances, contact = room.distances(positions, pairs), contacts.of(pairs)
     over = distances < contact - (ENGINE_OVERLAP * contact + rounding(room.box))
     if not over.any():

@@ -14,6 +14,8 @@ from numba.core import cgutils, types
 from numba.core.datamodel import models, register_default
 from numba.extending import intrinsic, overload
 
+from carom.kernel.dispatch import INLINE
+
 
 class BorrowedArray(types.Array):
     """An array that somebody else keeps alive."""
@@ -34,8 +36,48 @@ class BorrowedArray(types.Array):
         return BorrowedArray(self.owned.copy(*args, **changes))
 
 
+class BorrowedTuple(types.NamedTuple):
+    """A model with nothing inside that is counted."""
+
+
+class BorrowedUniTuple(types.NamedUniTuple):
+    """The same, of parts of one type."""
+
+
+class _Whole:
+    """The layout of something that Numba need not take apart: neither to look for reference counts, nor to
+    hand it to a function, which is inlined.
+    """
+
+    def traverse(self, builder):
+        """Return the members in which there may be something to count: none."""
+        return []
+
+    def get_argument_type(self):
+        """Return the type of a value as it is handed over."""
+        return self.get_value_type()  # type: ignore[attr-defined]  # of the model that this is mixed into
+
+    def as_argument(self, builder, value):
+        """Return what is handed over."""
+        return value
+
+    def from_argument(self, builder, value):
+        """Return the value handed over."""
+        return value
+
+
+@register_default(BorrowedTuple)
+class _TupleModel(_Whole, models.TupleModel):
+    """The layout of a tuple."""
+
+
+@register_default(BorrowedUniTuple)
+class _UniTupleModel(_Whole, models.UniTupleModel):
+    """The layout of a tuple of parts of one type."""
+
+
 @register_default(BorrowedArray)
-class _BorrowedModel(models.StructModel):
+class _ArrayModel(_Whole, models.StructModel):
     """The layout of an array, with a plain pointer where the reference count was."""
 
     def __init__(self, manager, kind):
@@ -55,10 +97,10 @@ def _borrowed_type(kind):
     if isinstance(kind, types.Array):
         return BorrowedArray(kind)
     if isinstance(kind, types.NamedTuple):
-        return types.NamedTuple([_borrowed_type(part) for part in kind.types], kind.instance_class)
+        return BorrowedTuple([_borrowed_type(part) for part in kind.types], kind.instance_class)
     if isinstance(kind, types.NamedUniTuple):
         part = _borrowed_type(kind.dtype)
-        return types.NamedUniTuple(part, kind.count, kind.instance_class)
+        return BorrowedUniTuple(part, kind.count, kind.instance_class)
     return kind
 
 
@@ -98,6 +140,6 @@ def borrowed(value):
     return value
 
 
-@overload(borrowed)
+@overload(borrowed, jit_options=INLINE)
 def _borrowed(value):
     return lambda value: _borrow(value)  # type: ignore[call-arg]  # Numba supplies the context

@@ -16,13 +16,22 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 from numba.core import config
-from numba.extending import overload
+
+from carom.kernel.inlining import InlinedCompiler, compile_once
 
 # Division must not test for zero, or no loop that divides can be vectorised.
 STRICT: Any = {"error_model": "numpy", "nogil": True}
+# What is called from Python alone.
+ENTRY: Any = {**STRICT, "no_cfunc_wrapper": True}
 # Nobody but compiled code calls what is inlined: the two wrappers that Numba makes for every function would
 # be a third of the time of compilation.
-INLINE: Any = {**STRICT, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INLINE: Any = {
+    **STRICT,
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "pipeline_class": InlinedCompiler,
+}
 # No contraction, though it would gain some 2 %: what a search finds is computed again, alone, and must come
 # out the same to the bit, or ties and grazing contacts are decided in two ways. A run has the same bits then
 # on every machine that rounds as IEEE 754 says, too.
@@ -34,7 +43,7 @@ def inlined(**options):
 
     def decorate(function):
         """Register the function as the compiled code of itself."""
-        overload(function, strict=False, jit_options=options)(lambda *args: function)  # type: ignore[arg-type]
+        compile_once(function, lambda *args: function, options)
         return function
 
     return decorate
@@ -62,11 +71,11 @@ def generic(function):
     """
     face = singledispatch(function)
 
-    @overload(face, strict=False, jit_options=INLINE)
     def choose(model, *args):
         cls = _class_of(model)
         return face.dispatch(cls) if cls in face.registry else None
 
+    compile_once(face, choose, INLINE)
     return face
 
 
@@ -95,16 +104,18 @@ def entry(function):
     if getattr(config, "DISABLE_JIT", 0):
         return body
     try:
-        return forgiving(njit(**STRICT, cache=True)(body))
+        return forgiving(njit(**ENTRY, cache=True)(body))
     except RuntimeError:  # Numba found no folder that can be written: compile in every process
-        return njit(**STRICT)(body)
+        return njit(**ENTRY)(body)
 
 
 def forgiving(compiled):
-    """Return a cached function that compiles anew where the cache names a model that cannot be found.
+    """Return a cached function whose cache outlives a vanished model, and processes that save at one time.
 
     The index of Numba's cache holds the types of all arguments seen, and the first of them that is gone (with
     an upgrade, or with the module of an obstacle of one's own) would end every program that comes after.
+    Numba numbers the files it saves: two processes that compile for different scenes could take the same
+    number, and one would load the other's code. Here a file is named after what is in it.
     """
     file = compiled._cache._cache_file
     load = file._load_index
@@ -115,5 +126,11 @@ def forgiving(compiled):
         except (AttributeError, ImportError):
             return {}
 
+    def save(key, data):
+        name = file._data_name_pattern.replace("{number:d}", hashlib.sha256(file._dump(key)).hexdigest()[:32])
+        file._save_data(name, data)
+        file._save_index({**file._load_index(), key: name})
+
     file._load_index = load_index
+    file.save = save
     return compiled
