@@ -356,3 +356,16 @@ def test_beyond_what_growth_reaches_the_limit_is_named():
 def test_spheres_that_jam_on_the_way_are_refused():
     with pytest.raises(InputError, match="jam at packing fraction"):
         Scene.random(100, 3, packing_fraction=0.605, periodic=False, seed=1)
+
+
+def test_positions_put_in_order_are_the_same_of_each_kind():
+    from carom import dense
+
+    rng = np.random.default_rng(1)
+    positions, kinds = rng.random((500, 3)), rng.integers(0, 3, 500)
+    ordered = dense.ordered(positions, np.ones(3), kinds)
+    for kind in range(3):
+        before, after = positions[kinds == kind], ordered[kinds == kind]
+        assert (np.unique(before, axis=0) == np.unique(after, axis=0)).all()
+    apart = np.linalg.norm(np.diff(ordered[kinds == 0], axis=0), axis=1).mean()
+    assert apart < 0.7 * np.linalg.norm(np.diff(positions[kinds == 0], axis=0), axis=1).mean()

@@ -685,6 +685,10 @@ class Scene:
         if matrix is None and dense.wanted(len(diameters), fraction, d):
             smaller = diameters * (dense.start_fraction(d) / fraction) ** (1.0 / d)
             loose = placement.random_positions(room, Contacts(smaller), rng)
+            # Places are alike for components of one diameter, mass and species.
+            alike = [diameters, masses, np.zeros(len(masses)) if species is None else species]
+            kinds = np.unique(np.stack(alike), axis=1, return_inverse=True)[1].ravel()
+            loose = dense.ordered(loose, room.box, kinds)
             positions = dense.grown(cls(loose, edges, diameter=smaller, **final), diameters, rng)
         else:
             positions = placement.random_positions(room, Contacts(diameters, species, matrix), rng)
