@@ -359,13 +359,28 @@ def test_spheres_that_jam_on_the_way_are_refused():
 
 
 def test_positions_put_in_order_are_the_same_of_each_kind():
-    from carom import dense
+    from carom import placement
 
     rng = np.random.default_rng(1)
     positions, kinds = rng.random((500, 3)), rng.integers(0, 3, 500)
-    ordered = dense.ordered(positions, np.ones(3), kinds)
+    ordered = placement.ordered(positions, np.ones(3), kinds)
     for kind in range(3):
         before, after = positions[kinds == kind], ordered[kinds == kind]
         assert (np.unique(before, axis=0) == np.unique(after, axis=0)).all()
     apart = np.linalg.norm(np.diff(ordered[kinds == 0], axis=0), axis=1).mean()
     assert apart < 0.7 * np.linalg.norm(np.diff(positions[kinds == 0], axis=0), axis=1).mean()
+
+
+def test_neighbours_in_a_large_random_scene_are_neighbours_in_memory():
+    from carom import placement
+
+    counts = [placement.MANY // 2] * 2
+    scene = Scene.mixture(counts, diameters=[1.0, 1.0], masses=[1.0, 2.0], packing_fraction=0.1, seed=1)
+    edge = scene.box[0]
+    for kind in range(2):
+        places = scene.positions[scene.species == kind]
+        steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        # Most steps are of the size of a cell of eight, far below a random one (0.66 edges).
+        assert np.median(steps) < 2.0 * edge * (8.0 / scene.n) ** (1.0 / 3.0)
+        # Each kind is everywhere: its mean place is the middle, to 5 standard errors.
+        assert np.abs(places.mean(axis=0) / edge - 0.5).max() < 5.0 * (12.0 * len(places)) ** -0.5

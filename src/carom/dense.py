@@ -51,19 +51,6 @@ def start_fraction(dimension: int) -> float:
     return START * placement.random_limit(dimension)
 
 
-def ordered(positions: np.ndarray, box: np.ndarray, kinds: np.ndarray) -> np.ndarray:
-    """Return the same positions (n, d), those of each kind (n,) in an order in which neighbours in space are
-    neighbours in memory: a million spheres then run twice as fast.
-    """
-    n, dimension = positions.shape
-    # Cells of some eight positions, taken in blocks of four by four by four.
-    cells = np.floor(positions / box * max((n / 8.0) ** (1.0 / dimension), 1.0)).astype(np.int64)
-    order = np.lexsort((*cells.T, *(cells // 4).T, kinds))
-    result = np.empty_like(positions)
-    result[np.argsort(kinds, kind="stable")] = positions[order]
-    return result
-
-
 def grown(start: Scene, diameters: np.ndarray, seed: int | np.random.Generator) -> np.ndarray:
     """Return positions (n, d) after the diameters of a scene have grown to those given.
 
@@ -87,7 +74,7 @@ def grown(start: Scene, diameters: np.ndarray, seed: int | np.random.Generator) 
     velocities = checks.generator(seed).standard_normal(start.positions.shape)
     size, dimension = float(diameters.mean()), start.dimension
     unit = diameters / (size * np.sqrt(start.mass))
-    sim = Simulation(start.with_(velocities=velocities), growth=FAST * unit, images=False)
+    sim = Simulation(start.with_(velocities=velocities), growth=FAST * unit)
     fraction = start.packing_fraction * (size / float(start.diameters.mean())) ** dimension
     dense = min((placement.random_limit(dimension) / fraction) ** (1.0 / dimension), CLEAR)
     steps = math.ceil((CLEAR - dense) / STRETCH)

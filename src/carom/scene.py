@@ -682,16 +682,19 @@ class Scene:
         rng = checks.generator(seed)
         final: dict[str, Any] = {"mass": masses, "periodic": repeats, "obstacles": standing}
         fraction = _box.packing_fraction(diameters, edges)
+        kinds = None
+        if len(diameters) >= placement.MANY:
+            kinds = np.zeros(len(diameters), dtype=np.int64)
+            for given in (diameters, masses, kinds if species is None else species):
+                values, which = np.unique(given, return_inverse=True)
+                kinds = kinds * len(values) + which
         if matrix is None and dense.wanted(len(diameters), fraction, d):
             smaller = diameters * (dense.start_fraction(d) / fraction) ** (1.0 / d)
-            loose = placement.random_positions(room, Contacts(smaller), rng)
-            # Places are alike for components of one diameter, mass and species.
-            alike = [diameters, masses, np.zeros(len(masses)) if species is None else species]
-            kinds = np.unique(np.stack(alike), axis=1, return_inverse=True)[1].ravel()
-            loose = dense.ordered(loose, room.box, kinds)
+            loose = placement.random_positions(room, Contacts(smaller), rng, kinds)
             positions = dense.grown(cls(loose, edges, diameter=smaller, **final), diameters, rng)
         else:
-            positions = placement.random_positions(room, Contacts(diameters, species, matrix), rng)
+            contacts = Contacts(diameters, species, matrix)
+            positions = placement.random_positions(room, contacts, rng, kinds)
         return cls(
             positions,
             edges,
