@@ -73,15 +73,23 @@ def test_impossible_shells(scene, shell):
         carom.Simulation(scene, shell=shell)
 
 
-def test_velocities_too_small_for_their_squares_are_an_error(scene):
-    slow = carom.Scene(scene.positions, scene.box, velocities=scene.velocities * 2.0**-400)
-    with pytest.raises(InputError, match="scale the velocities up"):
-        carom.Simulation(slow)
+@pytest.mark.parametrize("scale", [5e-324, 1e-300, 1e-153])
+def test_velocities_too_small_for_their_squares_are_an_error(scene, scale):
+    with pytest.raises(InputError, match="kinetic energy .* another unit of time"):
+        carom.Simulation(scene.with_(velocities=np.sign(scene.velocities) * scale))
 
 
-@pytest.mark.parametrize("power", [-300, 90])
+def test_velocities_too_large_for_their_squares_are_an_error(scene):
+    with pytest.raises(InputError, match=r"velocities must be at most 1e\+152"):
+        scene.with_(velocities=scene.velocities * 1e153)
+    heavy = scene.with_(velocities=scene.velocities * 1e140, mass=1e30)
+    with pytest.raises(InputError, match="kinetic energy .* another unit of time or of mass"):
+        carom.Simulation(heavy)
+
+
+@pytest.mark.parametrize("power", [-502, -300, -21, -20, -19, 19, 20, 21, 90, 501])
 def test_slow_and_fast_runs_have_the_same_bits(scene, sim, power):
-    # 2^-300 is 5e-91, 2^90 is 1e27: near the ends of what is allowed.
+    # 2^-502 is 8e-152 and 2^501 is 6.5e150, near the ends; at 2^20 the kernel's unit of time changes.
     scaled = carom.Scene(scene.positions, scene.box, velocities=scene.velocities * 2.0**power)
     other = carom.Simulation(scaled)
     sim.run(collisions=300)

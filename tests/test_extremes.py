@@ -16,7 +16,9 @@ from hypothesis import strategies as st
 
 import carom
 from carom.errors import CaromError, CaromWarning, OverlapError
+from carom.io.events import read_events, read_initial
 from carom.reference import NaiveSystem
+from carom.replay import replay
 
 WALL = 20.0
 """Seconds after which a run that should have ended stalls."""
@@ -147,19 +149,116 @@ def test_a_run_of_1e12_time_units_of_slow_spheres_keeps_its_bits():
 # Velocities.
 
 
-@pytest.mark.parametrize("exponent", [-150, -120, -101, -99, -60, -20, 20, 29, 31, 60, 100, 150])
-def test_velocities_from_1e_150_to_1e150_run_or_are_refused_with_what_to_do(exponent):
-    scene = moving(carom.Scene.random(20, 2, packing_fraction=0.4, seed=1), 2)
-    scale = 2.0 ** round(exponent * math.log2(10.0))
-    if not -100 < exponent < 30:
-        with pytest.raises(CaromError, match=r"scale the velocities up|velocities must be at most 1e\+30"):
-            carom.Simulation(scene.with_(velocities=scene.velocities * scale))
-        return
-    sims = [carom.Simulation(scene.with_(velocities=scene.velocities * s)) for s in (1.0, scale)]
-    for sim in sims:
+def power(exponent):
+    """Return the power of two nearest to a power of ten, as its exponent."""
+    return round(exponent * math.log2(10.0))
+
+
+DISKS = moving(carom.Scene.random(20, 2, packing_fraction=0.4, seed=1), 2)
+RANGE = [-150, -100, -20, -7, 7, 20, 100, 150]
+
+
+@pytest.mark.parametrize("exponent", RANGE)
+def test_velocities_from_1e_150_to_1e150_have_the_same_bits(exponent):
+    k = power(exponent)
+    one, two = (carom.Simulation(DISKS.with_(velocities=np.ldexp(DISKS.velocities, e))) for e in (0, k))
+    for sim in (one, two):
+        run(sim, collisions=2000)
+        assert_sound(sim)
+    assert two.time == math.ldexp(one.time, -k)
+    assert two.kT == math.ldexp(one.kT, 2 * k)
+    assert two.tally.virial == math.ldexp(one.tally.virial, k)
+    assert two.statistics.energy_drift == one.statistics.energy_drift
+    assert two.statistics.worst_overlap == one.statistics.worst_overlap
+    np.testing.assert_array_equal(one.frame().positions, two.frame().positions)
+    np.testing.assert_array_equal(np.ldexp(one.frame().velocities, k), two.frame().velocities)
+    z = [sim.measure(carom.Pressure(), collisions=2000).compressibility_factor for sim in (one, two)]
+    assert z[0] == z[1]
+
+
+@pytest.mark.parametrize("exponent", [-150, 150])
+def test_logs_checkpoints_and_samples_of_any_velocities_are_in_the_scenes_units(exponent, tmp_path):
+    k = power(exponent)
+    walls = DISKS.with_(
+        positions=carom.Scene.random(20, 2, packing_fraction=0.3, periodic=False, seed=1).positions,
+        box=carom.Scene.random(20, 2, packing_fraction=0.3, periodic=False, seed=1).box,
+        periodic=False,
+        restitution=0.9,
+        elastic_below=0.25,
+    )
+    found = []
+    for e in (0, k):
+        scene = walls.with_(velocities=np.ldexp(walls.velocities, e), elastic_below=math.ldexp(0.25, e))
+        path = tmp_path / f"{e}.h5"
+        with carom.Simulation(scene, event_log=path) as sim:
+            sim.run(time=math.ldexp(8.0, -e))
+            sim.save(tmp_path / f"{e}.checkpoint")
+            frame = list(sim.sample(every=math.ldexp(1.5, -e), count=2))[-1]
+        again = carom.Simulation.load(tmp_path / f"{e}.checkpoint", event_log=tmp_path / f"{e}.h5")
+        with again:
+            resumed = list(again.sample(every=math.ldexp(1.5, -e), count=2))[-1]
+        np.testing.assert_array_equal(resumed.velocities, frame.velocities)
+        replayed = replay(path, time=math.ldexp(11.0, -e))
+        np.testing.assert_array_equal(replayed.positions, frame.positions)
+        np.testing.assert_array_equal(replayed.velocities, frame.velocities)
+        assert sim.spared_contacts > 0
+        found.append((sim, frame, path))
+    (one, frame, path), (two, other, scaled) = found
+    assert other.time == math.ldexp(frame.time, -k)
+    np.testing.assert_array_equal(other.positions, frame.positions)
+    np.testing.assert_array_equal(other.velocities, np.ldexp(frame.velocities, k))
+    for a, b in zip(one.obstacles, two.obstacles, strict=True):
+        assert (b.hits, b.impulse) == (a.hits, math.ldexp(a.impulse, k))
+    assert float(read_initial(scaled)["epoch_length"]) == math.ldexp(one.epoch_length, -k)
+    a, b = read_events(path), read_events(scaled)
+    np.testing.assert_array_equal(b.time, np.ldexp(a.time, -k))
+    np.testing.assert_array_equal(b.impulse, np.ldexp(a.impulse, k))
+    np.testing.assert_array_equal(b.epoch, a.epoch)
+
+
+@pytest.mark.parametrize("exponent", [-150, 150])
+def test_growth_and_a_new_temperature_of_any_size(exponent):
+    k = power(exponent)
+    loose = moving(carom.Scene.random(30, 2, packing_fraction=0.2, seed=1), 2)
+    one, two = (
+        carom.Simulation(loose.with_(velocities=np.ldexp(loose.velocities, e)), growth=math.ldexp(0.1, e))
+        for e in (0, k)
+    )
+    for sim, e in ((one, 0), (two, k)):
+        sim.run(time=math.ldexp(2.0, -e))
+    np.testing.assert_array_equal(two.diameters, one.diameters)
+    np.testing.assert_array_equal(two.frame().positions, one.frame().positions)
+    # From one end of the range to the other, in the middle of a run: what was counted stays.
+    before = two.tally
+    two.rescale(math.ldexp(1.0, -2 * k), growth=math.ldexp(0.1, -k))
+    assert two.tally == before
+    assert two.kT == pytest.approx(math.ldexp(1.0, -2 * k), rel=1e-12)
+    speed = float(two.diameters.mean())
+    two.run(time=math.ldexp(0.5, k))
+    assert float(two.diameters.mean()) - speed == pytest.approx(0.05, rel=1e-12)
+    assert two.statistics.worst_overlap < 64 * EPS * max(loose.box)
+
+
+def test_temperatures_of_any_size_are_drawn():
+    still = carom.Scene.random(20, 2, packing_fraction=0.4, seed=1)
+    for kT in (1e-300, 1e300):
+        sim = carom.Simulation(still, kT=kT, seed=1)
+        assert sim.kT == pytest.approx(kT, rel=64 * EPS)
         run(sim, collisions=200)
         assert_sound(sim)
-    np.testing.assert_array_equal(sims[0].frame().positions, sims[1].frame().positions)
+
+
+@pytest.mark.parametrize("slow", [1e-150, 1e-8, 0.0])
+def test_one_fast_mover_among_slow_ones_meets_them_all(slow):
+    # The squares of the slow ones are nothing beside those of the fast one, or underflow altogether. They count
+    # between two slow ones only, which would meet after more time than a clock can hold.
+    velocities = slow * DISKS.velocities
+    velocities[7] = [1e150, 3e149]
+    sim = carom.Simulation(DISKS.with_(velocities=velocities))
+    np.testing.assert_array_equal(sim.frame().velocities[7], velocities[7])
+    run(sim, collisions=2000)
+    assert (np.abs(sim.frame().velocities).max(axis=1) > 1e147).all()
+    assert_sound(sim)
 
 
 def test_one_mover_among_resting_ones_wakes_them_all():
@@ -338,8 +437,6 @@ def test_a_scene_scaled_by_powers_of_two_has_the_same_bits(length, mass, speed):
 
 def followed(scene, other, collisions, tmp_path, label=None):
     """Return how many collisions the two have in the same order, up to names."""
-    from carom.io.events import read_events
-
     orders = []
     for k, each in enumerate((scene, other)):
         path = tmp_path / f"{k}.h5"

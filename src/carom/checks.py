@@ -11,9 +11,15 @@ import numpy as np
 
 from carom.errors import InputError
 
-#: Lengths, masses and speeds beyond this, or (where zero has no meaning) below its inverse, are refused:
-#: products of six edges and squares of kinetic energies would leave the range of doubles.
+#: Lengths and masses beyond this, or (where zero has no meaning) below its inverse, are refused: products of
+#: six edges and of energies would leave the range of doubles.
 MAGNITUDE = 1e30
+
+#: Speeds beyond this are refused: the sums of their squares would leave that range.
+FASTEST = 1e152
+
+#: Temperatures beyond this are, too.
+HOTTEST = 1e304
 
 
 def describe(value: Any) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.obstacles import CylindricalContainer, Plane
+from carom.units import TimeUnit
 
 if TYPE_CHECKING:
     from carom.kernel.scheme import Contents
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
 
 CAUTIOUS = 1e-3
 """Normal speed, in thermal speeds, below which contacts are elastic in a scene with restitution below one."""
+
+
+SAME = TimeUnit()
+"""The kernel's unit of time is the scene's."""
 
 
 def conserved(scene: Scene) -> tuple[bool, ...]:
@@ -59,16 +64,24 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         return None
     rates = np.asarray(growth, dtype=float) if np.ndim(growth) else None
     if rates is None:
-        rates = np.full(scene.n, checks.number(growth, "growth", low=0.0))
-    if rates.shape != (scene.n,) or not np.isfinite(rates).all() or (rates < 0.0).any():
-        raise InputError(f"growth must be one rate, at least zero, or {scene.n} of them.")
+        rates = np.full(scene.n, checks.number(growth, "growth", low=0.0, high=checks.FASTEST))
+    if rates.shape != (scene.n,) or not ((rates >= 0.0) & (rates <= checks.FASTEST)).all():
+        raise InputError(
+            f"growth must be one rate, at least zero and at most {checks.FASTEST:g}, or {scene.n} of them."
+        )
     if scene.contact is not None:
         raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
-    return 0.5 * rates if rates.any() else None
+    rates = 0.5 * rates
+    return rates if rates.any() else None
 
 
 def contents_of(
-    scene: Scene, rates: np.ndarray | None, thermal_speed: float, images: bool, single: bool
+    scene: Scene,
+    rates: np.ndarray | None,
+    thermal_speed: float,
+    images: bool,
+    single: bool,
+    unit: TimeUnit = SAME,
 ) -> Contents:
     """Return what the kernel has to know of a scene.
 
@@ -79,18 +92,19 @@ def contents_of(
     rates : (n,) array or None
         Radius that each component gains a time.
     thermal_speed : float
-        sqrt(kT / m) [length / time].
+        sqrt(kT / m) [length / kernel's time].
     images : bool
         Whether to count crossings of the box.
     single : bool
         Whether to keep the state in single precision.
+    unit : TimeUnit
+        The kernel's unit of time.
     """
     from carom.kernel.scheme import Contents
 
     equal = scene.equal and rates is None
     threshold = scene.elastic_below
-    if threshold is None:
-        threshold = CAUTIOUS * thermal_speed
+    threshold = CAUTIOUS * thermal_speed if threshold is None else unit.to_kernel(threshold, -1)
     largest = scene.diameter if scene.contact is None else float(scene.contact.max())
     return Contents(
         n=scene.n,
@@ -102,7 +116,7 @@ def contents_of(
         masses=None if equal else scene.masses,
         kinds=scene.species,
         contact=scene.contact,
-        rates=rates,
+        rates=None if rates is None else unit.to_kernel(rates, -1),
         obstacles=tuple(obstacle.model() for obstacle in scene.obstacles),
         restitution=scene.restitution,
         threshold=threshold,

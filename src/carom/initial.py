@@ -350,7 +350,7 @@ def maxwell_velocities(
     """
     n = checks.integer(n, "n", low=1, high=MOST)
     dimension = checks.integer(dimension, "dimension", low=1)
-    kT = checks.number(kT, "kT", low=0, high=checks.MAGNITUDE)
+    kT = checks.number(kT, "kT", low=0, high=checks.HOTTEST)
     rng = checks.generator(seed)
     if np.ndim(masses) == 0:
         mass = np.full(n, checks.positive(masses, "masses"))

@@ -209,7 +209,10 @@ class Replay:
             factor = 2.0 * rv / (rr * total)
             ours, theirs = factor * other, factor * mine
             virial = -2.0 * rv * (mine * other / total)
-        if scene.restitution < 1.0 and rv * rv >= self._threshold * self._threshold * rr:
+        # In a unit of time in which the squares are doubles, whatever the speeds.
+        power = -math.frexp(self._threshold)[1]
+        least, approach = math.ldexp(self._threshold, power), math.ldexp(rv, power)
+        if scene.restitution < 1.0 and approach * approach >= least * least * rr:
             part = 0.5 * (1.0 + scene.restitution)
             ours, theirs, virial = ours * part, theirs * part, virial * part
         self._compare(virial / math.sqrt(rr), impulse, f"{i} and {j}")

@@ -804,7 +804,7 @@ def _restitution(restitution: Any, elastic_below: Any) -> tuple[float, float | N
     part = checks.number(restitution, "restitution", low=0, high=1, open_low=True)
     if elastic_below is None:
         return part, 0.0 if part == 1 else None
-    speed = checks.number(elastic_below, "elastic_below", low=0, high=checks.MAGNITUDE)
+    speed = checks.number(elastic_below, "elastic_below", low=0, high=checks.FASTEST)
     if part == 1 and speed > 0:
         raise InputError("elastic_below has no meaning where restitution is 1; remove it.")
     if part < 1 and speed == 0:
@@ -820,8 +820,8 @@ def _speeds(velocities: Any, shape: tuple[int, ...]) -> np.ndarray:
     if result.shape != shape:
         raise InputError(f"velocities must have the shape of positions, {shape}, found {result.shape}.")
     fastest = float(np.abs(result).max())
-    if fastest > checks.MAGNITUDE:
-        raise InputError(f"velocities must be at most {checks.MAGNITUDE:g}, found {fastest:g}.")
+    if fastest > checks.FASTEST:
+        raise InputError(f"velocities must be at most {checks.FASTEST:g}, found {fastest:g}.")
     result.setflags(write=False)
     return result
 

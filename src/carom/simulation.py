@@ -21,6 +21,7 @@ from carom.errors import CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.scene import Scene
 from carom.tally import Block
+from carom.units import TimeUnit
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -35,8 +36,10 @@ CYCLES = 20_000
 PATIENCE = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
 
-SLOWEST = 1e-100
-"""Velocities must not all be below this: products of four of them and a length must stay normal numbers."""
+LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
+"""Temperatures must not be below the one, nor kinetic energies above the other: as doubles they have, with some
+room for their products with small numbers, all their digits.
+"""
 
 LAST_EPOCH = 2**61
 """Epochs that a clock can count, with room to spare."""
@@ -170,12 +173,6 @@ class Simulation:
         else:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
 
-        fastest = float(np.abs(velocities).max())
-        if 0.0 < fastest < SLOWEST:
-            raise InputError(
-                f"The fastest velocity is {fastest:g}, whose square is lost in double precision; "
-                f"expected at least {SLOWEST:g}, or rest: scale the velocities up."
-            )
         rates = growth_rates(growth, scene)
         if rates is not None and event_log is not None:
             raise InputError(
@@ -183,23 +180,43 @@ class Simulation:
             )
         self.scene = scene
         self._wish = (neighbors, shell)
+        self._unit = self._unit_for(velocities, rates)
         self._contents = contents_of(
-            scene, rates, self._thermal_speed(velocities), images, precision == "single"
+            scene, rates, self._thermal_speed(velocities), images, precision == "single", self._unit
         )
         self._setup(velocities, self._choose(velocities))
         self._schedule()
         if event_log is not None:
             self._open_log(event_log, keep=None)
 
+    def _unit_for(self, velocities: np.ndarray, rates: np.ndarray | None) -> TimeUnit:
+        """Return the kernel's unit of time for velocities and rates of growth; refuse energies out of range."""
+        fastest = float(np.abs(velocities).max())
+        unit = TimeUnit.of(
+            max(fastest, 0.0 if rates is None else 2.0 * float(rates.max())), self.scene.diameter
+        )
+        v = unit.to_kernel(velocities, -1)
+        twice = unit.to_scene(float(np.sum(self.scene.masses[:, None] * v * v)), -2)
+        if fastest > 0.0 and not (LEAST_ENERGY * self.degrees_of_freedom <= twice <= MOST_ENERGY):
+            raise InputError(
+                f"Velocities of up to {fastest:g} make a kinetic energy of {0.5 * twice:g}; expected between "
+                f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all digits: "
+                "choose another unit of time or of mass."
+            )
+        return unit
+
     def _thermal_speed(self, velocities: np.ndarray) -> float:
-        """Return ``sqrt(kT / m)`` with the mean mass."""
-        twice = float(np.sum(self.scene.masses[:, None] * velocities * velocities))
+        """Return ``sqrt(kT / m)`` with the mean mass [length / kernel's time]."""
+        v = self._unit.to_kernel(velocities, -1)
+        twice = float(np.sum(self.scene.masses[:, None] * v * v))
         return math.sqrt(twice / (self.degrees_of_freedom * self.scene.mass))
 
     def _choose(self, velocities: np.ndarray, rate: float | None = None) -> Scheme:
+        """Return the scheme for velocities [length / time]; ``rate`` is in the kernel's unit."""
         from carom.kernel import scheme
 
-        speed = math.sqrt(float(np.mean(np.sum(velocities * velocities, axis=1))))
+        v = self._unit.to_kernel(velocities, -1)
+        speed = math.sqrt(float(np.mean(np.sum(v * v, axis=1))))
         if self._contents.rates is not None:
             speed += 2.0 * float(self._contents.rates.max())
         try:
@@ -213,7 +230,9 @@ class Simulation:
 
         self._scheme = chosen
         self._initial_velocities = np.array(velocities)
-        self._engine: Engine = scheme.build(chosen, self._contents, self.scene.positions, velocities)
+        self._engine: Engine = scheme.build(
+            chosen, self._contents, self.scene.positions, self._unit.to_kernel(velocities, -1)
+        )
         self._energy0, self._momentum0, self._momentum_scale = self._mechanics()
         self._base = Fraction(0)  # when the counting of epochs began
         self._counted = 0  # the collisions until then
@@ -223,7 +242,7 @@ class Simulation:
         self._log_file: Any = None
         self.notes: dict[str, Any] = {}  # what the caller kept with the checkpoint this was loaded from
 
-    # Time: an epoch and an offset within it, both exact.
+    # Time: an epoch and an offset within it, both exact, in the kernel's unit; instants are in the scene's.
 
     @property
     def time(self) -> float:
@@ -233,22 +252,23 @@ class Simulation:
     @property
     def epoch_length(self) -> float:
         """Length of an epoch [time]: a power of two."""
-        return self._scheme.epoch
+        return self._unit.to_scene(self._scheme.epoch, 1)
 
     def _instant(self) -> Fraction:
-        return self._base + self._epoch * Fraction(self._scheme.epoch) + Fraction(self._offset)
+        passed = self._epoch * Fraction(self._scheme.epoch) + Fraction(self._offset)
+        return self._base + self._unit.to_scene(passed, 1)
 
     def _split(self, instant: Fraction) -> tuple[int, float]:
         """Return the epoch and the offset of an exact time."""
         length = Fraction(self._scheme.epoch)
-        instant -= self._base
-        epoch = int(instant // length)
+        passed = self._unit.to_kernel(instant - self._base, 1)
+        epoch = int(passed // length)
         if epoch >= LAST_EPOCH:
             raise InputError(
-                f"A time of {float(instant):g} is {float(epoch):g} epochs of {self._scheme.epoch:g}; "
+                f"A time of {float(instant):g} is {float(epoch):g} epochs of {self.epoch_length:g}; "
                 f"expected fewer than {LAST_EPOCH:g}, so ask for less time."
             )
-        offset = float(instant - epoch * length)
+        offset = float(passed - epoch * length)
         return (epoch, offset) if offset < self._scheme.epoch else (epoch + 1, 0.0)
 
     @property
@@ -260,7 +280,7 @@ class Simulation:
     def tally(self) -> Block:
         """Duration, collisions and virial since the start."""
         record = self._engine.tallies[0]
-        return Block(self.time, int(record.collisions), float(record.virial))
+        return Block(self.time, int(record.collisions), self._unit.to_scene(float(record.virial), -1))
 
     @property
     def seconds(self) -> float:
@@ -271,7 +291,8 @@ class Simulation:
     def kT(self) -> float:
         """Temperature [energy]: twice the kinetic energy over the :attr:`degrees_of_freedom`."""
         v = self._engine.state.rows["v"][: self.scene.n]
-        return float(np.sum(self.scene.masses[:, None] * v * v) / self.degrees_of_freedom)
+        kT = float(np.sum(self.scene.masses[:, None] * v * v) / self.degrees_of_freedom)
+        return self._unit.to_scene(kT, -2)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -290,7 +311,7 @@ class Simulation:
         return 2.0 * (pair.radii + pair.rates * self._in_epoch())[: self.scene.n]
 
     def _in_epoch(self) -> float:
-        """Return the present time relative to the epoch that the kernel is in."""
+        """Return the present time relative to the epoch that the kernel is in, in the kernel's unit."""
         ahead = self._epoch - int(self._engine.state.clock[0].epoch)
         return self._offset + float(ahead) * self._scheme.epoch
 
@@ -315,8 +336,10 @@ class Simulation:
 
     @property
     def virial_by_species(self) -> np.ndarray:
-        """Sum of ``r_ij . dp_ij`` since the start of every pair of species, (K, K), symmetric [energy]."""
-        sums = self._species_tally().virial
+        """Sum of ``r_ij . dp_ij`` since the start of every pair of species, (K, K), symmetric
+        [mass length^2 / time].
+        """
+        sums = self._unit.to_scene(self._species_tally().virial, -1)
         return sums + np.triu(sums, 1).T
 
     def _species_tally(self):
@@ -333,7 +356,7 @@ class Simulation:
 
         tally = self._engine.model.obstacles
         return tuple(
-            Impacts(name, int(tally.hits[k]), float(tally.impulse[k]))
+            Impacts(name, int(tally.hits[k]), self._unit.to_scene(float(tally.impulse[k]), -1))
             for name, k in zip(obstacle_names(self.scene), self._obstacle_numbers(), strict=True)
         )
 
@@ -481,7 +504,7 @@ class Simulation:
         return Block(
             float(self._instant() - start),
             int(after.collisions - before.collisions),
-            float(after.virial - before.virial),
+            self._unit.to_scene(float(after.virial - before.virial), -1),
             tuple(b - a for a, b in zip(impulses, self._impulses(), strict=True)),
         )
 
@@ -494,7 +517,7 @@ class Simulation:
     def _stop(self, end: Fraction | None) -> tuple[tuple[np.int64, float], bool]:
         """Return where the kernel has to return, as an epoch and an offset, and whether the run ends so."""
         if self._contents.rates is not None:
-            refit = self._base + Fraction(self._scheme.horizon)
+            refit = self._base + self._unit.to_scene(Fraction(self._scheme.horizon), 1)
             if end is None or refit < end:
                 epoch, offset = self._split(refit)
                 return (np.int64(epoch), float(offset)), False
@@ -528,16 +551,16 @@ class Simulation:
                 raise InputError(
                     "rescale() changes one growth into another: give Simulation() a positive growth, too."
                 )
-        velocities = self._engine.state.rows["v"][: self.scene.n].copy()
+        velocities = self.frame().velocities
         masses = self.scene.masses[:, None]
         momentum = np.where(conserved(self.scene), np.sum(masses * velocities, axis=0), 0.0)
         velocities -= momentum / masses.sum()
         twice = float(np.sum(masses * velocities * velocities))
         if twice == 0.0:
             raise InputError("Nothing moves, so there is no temperature to scale; give the scene velocities.")
-        self._refit(
-            math.sqrt(kT * self.degrees_of_freedom / twice) * velocities, None if growth is None else rates
-        )
+        half = math.frexp(twice)[1] // 2  # a temperature over another may be no double; their roots are
+        factor = math.sqrt(kT * self.degrees_of_freedom / math.ldexp(twice, -2 * half))
+        self._refit(np.ldexp(factor * velocities, -half), None if growth is None else rates)
 
     def _refit(self, velocities: np.ndarray | None = None, rates: np.ndarray | None = None) -> None:
         """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything."""
@@ -545,20 +568,31 @@ class Simulation:
 
         frame = self.frame()
         velocities = frame.velocities if velocities is None else velocities
-        instant, old = self._instant(), self._engine
-        if self._contents.rates is not None:
+        instant, old, before = self._instant(), self._engine, self._unit
+        if self._contents.rates is not None and rates is None:
+            rates = before.to_scene(self._contents.rates, -1)
+        self._unit = unit = self._unit_for(velocities, rates)
+        threshold = before.to_scene(self._contents.threshold, -1)
+        self._contents = dataclasses.replace(self._contents, threshold=unit.to_kernel(threshold, -1))
+        if rates is not None:
             radii = 0.5 * frame.diameters
             self._contents = dataclasses.replace(
                 self._contents,
                 radii=radii,
                 diameter=2.0 * float(radii.max()),
-                rates=self._contents.rates if rates is None else rates,
+                rates=unit.to_kernel(rates, -1),
             )
-        passed, seen = float(instant - self._base), self.collisions - self._counted
-        rate = 2.0 * seen / (self.scene.n * passed) if seen >= self.scene.n and passed > 0.0 else None
+        passed, seen = float(before.to_kernel(instant - self._base, 1)), self.collisions - self._counted
+        rate = None
+        if seen >= self.scene.n and passed > 0.0:
+            rate = before.to_scene(2.0 * seen / (self.scene.n * passed), -1)
+            quicker = float(np.abs(velocities).max()) / float(np.abs(frame.velocities).max())
+            rate = unit.to_kernel(math.ldexp(rate, round(math.log2(quicker))), -1)
         self._scheme = self._choose(velocities, rate)
-        self._engine = scheme.build(self._scheme, self._contents, frame.positions, velocities)
-        scheme.keep_tallies(old, self._engine)
+        self._engine = scheme.build(
+            self._scheme, self._contents, frame.positions, unit.to_kernel(velocities, -1)
+        )
+        scheme.keep_tallies(old, self._engine, unit.exponent - before.exponent)
         images = self._engine.state.images
         if frame.images is not None and images is not None:
             images[:] = frame.images
@@ -571,11 +605,13 @@ class Simulation:
         warnings.warn(text, CaromWarning, stacklevel=4)
 
     def _patience(self) -> float:
-        """Return the time without a collision after which none is to be expected."""
+        """Return the time without a collision after which none is to be expected [time]."""
+        return math.inf if self._contents.rates is not None else self._unit.to_scene(self._lonely(), 1)
+
+    def _lonely(self) -> float:
+        """Return the same in the kernel's unit, for diameters that do not grow."""
         from carom.kernel import scheme
 
-        if self._contents.rates is not None:
-            return math.inf
         v, masses = self._engine.state.rows["v"][: self.scene.n], self.scene.masses
         fastest = float(np.abs(v).max())
         if self._engine.model.obstacles is None:
@@ -629,6 +665,7 @@ class Simulation:
         positions, velocities = np.empty((n, dimension)), np.empty((n, dimension))
         images = None if state.images is None else state.images.copy()
         project(self._engine.model, state, self._in_epoch(), positions, velocities, images)
+        velocities = self._unit.to_scene(velocities, -1)
         return Frame(
             time=self.time,
             step=self.collisions,
@@ -819,7 +856,9 @@ class Simulation:
         masses = self.scene.masses[:, None]
         energy = 0.5 * math.fsum((masses * v * v).ravel())
         momentum = np.array([math.fsum(column) for column in (masses * v).T])
-        return energy, momentum, float(np.sum(masses[:, 0] * np.sqrt(np.sum(v * v, axis=1))))
+        scale = float(np.sum(masses[:, 0] * np.sqrt(np.sum(v * v, axis=1))))
+        unit = self._unit
+        return unit.to_scene(energy, -2), unit.to_scene(momentum, -1), unit.to_scene(scale, -1)
 
     @property
     def statistics(self) -> Statistics:
@@ -880,6 +919,7 @@ class Simulation:
         attributes = {
             "carom": carom.__version__,
             "scene": json.dumps(scene_attributes),
+            "time_unit": self._unit.exponent,
             "threshold": self._contents.threshold,
             "base": f"{self._base.numerator}/{self._base.denominator}",
             "counted": self._counted,
@@ -940,11 +980,12 @@ class Simulation:
                 json.loads(str(attributes["scene"])),
                 obstacles=obstacles,
             )
+            sim._unit = TimeUnit(int(attributes["time_unit"]))
             rates = arrays.get("contents.rates")
             contents = contents_of(
-                sim.scene, rates, 0.0, bool(attributes["images"]), bool(attributes["single"])
+                sim.scene, rates, 0.0, bool(attributes["images"]), bool(attributes["single"]), sim._unit
             )
-            contents = dataclasses.replace(contents, threshold=float(attributes["threshold"]))
+            contents = dataclasses.replace(contents, threshold=float(attributes["threshold"]), rates=rates)
             if rates is not None:
                 radii = arrays["contents.radii"]
                 contents = dataclasses.replace(contents, radii=radii, diameter=2.0 * float(radii.max()))
@@ -978,13 +1019,13 @@ class Simulation:
             "diameters": self.scene.diameters,
             "masses": self.scene.masses,
             "scene": np.frombuffer(json.dumps(attributes).encode(), np.uint8),
-            "threshold": np.float64(self._contents.threshold),
+            "threshold": np.float64(self._unit.to_scene(self._contents.threshold, -1)),
             "positions": self.scene.positions,
             "velocities": self._initial_velocities,
             "box": np.asarray(self.scene.box),
             "diameter": np.float64(self.scene.diameter),
             "mass": np.float64(self.scene.mass),
-            "epoch_length": np.float64(self._scheme.epoch),
+            "epoch_length": np.float64(self.epoch_length),
             "shape": np.asarray(self._scheme.shape, np.int64),
             "bits": np.int64(self._bits()),
         }
@@ -1020,11 +1061,11 @@ class Simulation:
             other[fixed], image[fixed] = self.scene.n + k, 0
         self._log_file.append(
             self._log.epoch[:used],
-            self._log.time[:used],
+            self._unit.to_scene(self._log.time[:used], 1),
             self._log.i[:used],
             other,
             image,
-            self._log.impulse[:used],
+            self._unit.to_scene(self._log.impulse[:used], -1),
         )
         self._log.used[0] = 0
 

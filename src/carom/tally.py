@@ -15,7 +15,8 @@ class Block(NamedTuple):
     collisions : int
         Pair collisions in it.
     virial : float
-        Sum of ``r_ij . dp_ij`` over them [energy]; ``m sigma |u_n|`` for equal masses.
+        Sum of ``r_ij . dp_ij`` over them [mass length^2 / time]; ``m sigma |u_n|`` for equal masses. Over a
+        time it is an energy.
     impulses : tuple of float
         Momentum that each wall and obstacle took up [mass length / time], in the order of their numbers.
     """

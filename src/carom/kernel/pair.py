@@ -291,7 +291,7 @@ def jump(pair, i, j, rr, rv, now):
     a, b : float
         The factors of r [1 / time].
     virial : float
-        ``r . dp`` of the contact [energy].
+        ``r . dp`` of the contact [mass length^2 / time].
     """
     raise NotImplementedError(type(pair))
 

@@ -40,7 +40,7 @@ list.
 
 @dataclass(frozen=True)
 class Contents:
-    """What the kernel has to know of a scene.
+    """What the kernel has to know of a scene, in its own unit of time (:mod:`carom.units`).
 
     Attributes
     ----------
@@ -580,17 +580,20 @@ def enlarge_neighbors(engine: Engine, scheme: Scheme, contents: Contents) -> Eng
     return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
 
 
-def keep_tallies(old: Engine, new: Engine) -> None:
-    """Copy what has been counted so far into an engine that takes the place of another."""
+def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
+    """Copy what has been counted so far into an engine that takes the place of another, and whose unit of time
+    is longer by ``2**slower``.
+    """
     new.tallies[:] = old.tallies
+    new.tallies["virial"] = np.ldexp(old.tallies["virial"], slower)
     if old.by_species is not None and new.by_species is not None:
         new.by_species.collisions[:] = old.by_species.collisions
-        new.by_species.virial[:] = old.by_species.virial
+        new.by_species.virial[:] = np.ldexp(old.by_species.virial, slower)
     if old.model.impact is not None:
         new.model.impact.spared[:] = old.model.impact.spared
     if old.model.obstacles is not None:
         new.model.obstacles.hits[:] = old.model.obstacles.hits
-        new.model.obstacles.impulse[:] = old.model.obstacles.impulse
+        new.model.obstacles.impulse[:] = np.ldexp(old.model.obstacles.impulse, slower)
 
 
 def enlarge_heap(engine: Engine, scheme: Scheme) -> Engine:

@@ -145,9 +145,9 @@ class Pressure:
             # One series, one warning: the counts fail where the virial does.
             warnings.simplefilter("ignore", CaromWarning)
             count = _ratio_of_events(collisions, durations, collisions)
-        excess = _ratio_of_events(virials, durations, collisions)
+        excess = _ratio_of_events(virials / scale, durations, collisions)
         _warn_few_collisions(int(collisions.sum()))
-        z = excess.scaled(1.0 / scale, offset=1.0)
+        z = excess.scaled(1.0, offset=1.0)
         rate = count.scaled(2.0 / n)
         per_rate = 1.0 / theory.collision_rate(2.0, dimension, n=n, diameter=diameter, mass=mass, kT=kT)
         per_excess = theory.contact_value(2.0, packing_fraction, dimension, n)
@@ -155,7 +155,7 @@ class Pressure:
             compressibility_factor=z,
             collision_rate=rate,
             reduced_pressure=z.scaled(number_density),
-            contact_value=excess.scaled(per_excess / scale) if simple else UNKNOWN,
+            contact_value=excess.scaled(per_excess) if simple else UNKNOWN,
             compressibility_factor_from_rate=(
                 rate.scaled(per_rate, offset=1.0) if simple and dimension > 1 else UNKNOWN
             ),

@@ -169,6 +169,13 @@ def blocking(samples: ArrayLike) -> Estimate:
         index = int(np.flatnonzero(~np.isfinite(x))[0])
         raise InputError(f"sample {index} is {x[index]}; a mean needs finite samples.")
     n = x.size
+    # Squares of numbers of any size are doubles in a unit like theirs; a power of two, so that no bit changes.
+    unit = _unit_of(x)
+    return _blocked(x / unit, n).scaled(unit)
+
+
+def _blocked(x: np.ndarray, n: int) -> Estimate:
+    """Return :func:`blocking` of n numbers of the order of one."""
     mean = float(x.mean())
     if n == 1:
         _warn_few(1.0)
@@ -211,9 +218,17 @@ def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
         )
     if not (b > 0.0).all():
         raise InputError("A block has a denominator that is not positive; leave blocks of zero length out.")
+    units = _unit_of(a), _unit_of(b)
+    a, b = a / units[0], b / units[1]
     quotient = float(a.sum() / b.sum())
     linear = blocking(quotient + (a - quotient * b) / b.mean())
-    return Estimate(quotient, linear.error, linear.n_eff, linear.tau, linear.blocks)
+    found = Estimate(quotient, linear.error, linear.n_eff, linear.tau, linear.blocks)
+    return found.scaled(units[0] / units[1])
+
+
+def _unit_of(x: np.ndarray) -> float:
+    """Return the power of two just below the largest absolute value."""
+    return float(np.ldexp(0.5, np.frexp(np.abs(x).max(initial=0.0))[1]))
 
 
 def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:

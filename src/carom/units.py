@@ -1,0 +1,60 @@
+"""The scene's unit of time and the kernel's: a power of two apart, so that no bit of a run depends on either.
+
+The kernel multiplies velocities, up to four of them. With speeds of 1e-150 or 1e150 the products leave the
+range of doubles; in a unit of time in which the fastest component passes about a diameter they do not. Lengths
+and masses are the same on both sides.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+USUAL = 20
+"""Where the fastest component passes between 2^-20 and 2^20 diameters a time, the two units are the same."""
+
+
+class TimeUnit(NamedTuple):
+    """The kernel's unit of time: ``2**exponent`` of the scene's."""
+
+    exponent: int = 0
+
+    @classmethod
+    def of(cls, fastest: float, diameter: float) -> TimeUnit:
+        """Return the unit for a scene.
+
+        Parameters
+        ----------
+        fastest : float
+            Largest speed, of a component along an axis or of a surface that grows [length / time].
+        diameter : float
+            The largest [length].
+        """
+        if fastest == 0.0:
+            return cls()
+        pace = math.frexp(fastest)[1] - math.frexp(diameter)[1]
+        return cls(0 if abs(pace) <= USUAL else -pace)
+
+    def to_kernel(self, value: Any, power: int) -> Any:
+        """Return a number, an array or a Fraction of the dimension ``time**power`` in the kernel's units.
+
+        Lengths and masses do not count: power is 1 for times, -1 for velocities, impulses and virials, -2 for
+        energies. What is smaller than the smallest double becomes zero: a speed of 1e-308 of the fastest.
+        """
+        return _shifted(value, -power * self.exponent)
+
+    def to_scene(self, value: Any, power: int) -> Any:
+        """Return in the scene's units what is given in the kernel's; as :meth:`to_kernel`."""
+        return _shifted(value, power * self.exponent)
+
+
+def _shifted(value: Any, exponent: int) -> Any:
+    """Return ``value * 2**exponent``; without rounding, where doubles reach so far."""
+    if isinstance(value, Fraction):
+        return value * Fraction(2) ** exponent
+    with np.errstate(over="ignore"):
+        result = np.ldexp(value, exponent)
+    return float(result) if isinstance(value, float) else result
