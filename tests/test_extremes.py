@@ -40,7 +40,7 @@ def assert_sound(sim, overlap=None):
     assert np.isfinite(frame.positions).all()
     assert np.isfinite(frame.velocities).all()
     assert ((frame.positions >= 0) & (frame.positions < box)).all()
-    # A coordinate is as coarse as its box; a flight is four boxes long at most before its clock is set back.
+    # A coordinate is as coarse as its box; a flight is four boxes long before its clock is set back.
     bound = 16 * EPS * 4 * max(sim.scene.box) / sim.scene.diameter if overlap is None else overlap
     assert found.worst_overlap <= bound
     # Each collision rounds the energy of two, and their errors add up like a random walk.
@@ -58,12 +58,50 @@ def test_a_packing_fraction_of_1e_6_has_flights_through_many_boxes(dimension):
     sim = carom.Simulation(scene, seed=1)
     run(sim, collisions=400)
     assert np.abs(sim.frame().images).max() > 100
-    sim.run(time=10.0)  # away from the last contact
-    # Seen from a sector away, r.r - sigma^2 has lost the digits of (L / sigma)^2.
-    assert_sound(sim, overlap=EPS * max(scene.box) ** 2)
+    assert_sound(sim)
     rate = carom.theory.collision_rate(1 + 2 ** (dimension - 1) * 1e-6, dimension, n=20)
     expected = 0.5 * 20 * rate * sim.time
     assert abs(sim.collisions - expected) < 5 * math.sqrt(expected)
+
+
+@pytest.mark.parametrize(
+    ("box", "count", "growth"),
+    [
+        ((4e3,) * 2, 20, None),
+        ((4e3,) * 2, 20, 1e-6),
+        ((4e5,) * 2, 10, None),
+        ((400.0,) * 3, 40, None),
+        ((1e9,), 8, None),
+    ],
+    ids=["4e3, d = 2", "growth", "4e5, d = 2", "400, d = 3", "1e9, d = 1"],
+)
+def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
+    """Not (L / sigma)^2 roundings deep, as they are where they are computed from a sector away."""
+    scene = carom.Scene.random(count, len(box), box=box, seed=1)
+    sim = carom.Simulation(scene, seed=1, growth=growth)
+    run(sim, collisions=200)
+    assert "FarSight" in carom.explain(sim).models.values()
+    assert sim.statistics.worst_overlap < 16 * EPS * max(box)
+    for _ in range(100):  # at a collision, where two touch
+        sim.run(collisions=1)
+        frame = sim.frame()
+        scene.with_(positions=frame.positions, diameter=frame.diameters)
+
+
+def test_balls_in_wide_boxes_are_met_as_sharply():
+    edge = 2.0**19
+    scene = carom.Scene.random(
+        10, 2, box=edge, seed=1, obstacles=[carom.obstacles.Ball((edge / 2,) * 2, 0.5)]
+    )
+    towards = edge / 2 - scene.positions
+    towards /= np.linalg.norm(towards, axis=1)[:, None]
+    sim = carom.Simulation(scene.with_(velocities=towards))
+    for distance in np.sort(np.linalg.norm(edge / 2 - scene.positions, axis=1)):
+        frame = next(sim.sample(times=[distance - 1.0]))
+        scene.with_(positions=frame.positions)
+        gap = np.abs(np.linalg.norm(frame.positions - edge / 2, axis=1) - 1.0).min()
+        assert gap < 16 * EPS * edge
+    assert sim.obstacles[0].hits == 10
 
 
 def test_the_first_collisions_of_a_dilute_gas_are_the_oracles():

@@ -162,7 +162,7 @@ def test_the_error_names_a_pair_of_unequal_spheres():
 
 @pytest.mark.parametrize("unit", [2.0**-70, 1.0, 2.0**70])
 def test_contact_of_unequal_spheres_is_legal_in_any_unit(unit):
-    """The bound is ENGINE_OVERLAP contact + 4 eps |L|: half of it passes, twice of it does not."""
+    """The bound is ENGINE_OVERLAP contact + 64 eps |L|: half of it passes, twice of it does not."""
     bound = overlaps.tolerance(np.array([5.0, 5.0]), 0.75)
     for part, legal in ((0.0, True), (0.5, True), (2.0, False)):
         positions = np.array([[1.0, 1.0], [1.75 - part * bound, 1.0]]) * unit

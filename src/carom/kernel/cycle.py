@@ -31,7 +31,8 @@ from carom.kernel.dispatch import entry, fast, generic, inner
 from carom.kernel.motion import position, velocity
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.obstacle import Obstacles, bounce, soonest
-from carom.kernel.pair import age, contact_time, depth, growth, interaction_time, jump, transfer
+from carom.kernel.pair import age, depth, growth, interaction_time, jump, transfer
+from carom.kernel.sight import meet
 from carom.kernel.spread import LANES, WIDTH, spread
 from carom.kernel.tally import count_pair, log_full, record
 
@@ -52,6 +53,8 @@ class Model(NamedTuple):
     """What a contact of two components loses, or None where it is elastic."""
     obstacles: Any
     """Everything fixed that components can meet, or None."""
+    sight: Any
+    """Whether contacts are found from so far away that they are computed again from nearby, or None."""
 
 
 @fast
@@ -112,29 +115,6 @@ def search(model, state, neighbors, i, now, half, avoided):
 
 
 @inner
-def relative(model, state, i, word, now):
-    """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
-    rows = state.rows
-    me = rows[i]
-    other = rows[np.uint64(index(model.boundary, word))]
-    rr = 0.0
-    rv = 0.0
-    vv = 0.0
-    for axis in range(len(model.boundary.edges)):
-        x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
-        y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
-        r = separation(model.boundary, i, word, axis, y - x)
-        # As the search does, whatever the rows hold: in double precision.
-        v = np.float64(velocity(model.motion, axis, other.v[axis], now - other.t)) - np.float64(
-            velocity(model.motion, axis, me.v[axis], now - me.t)
-        )
-        rr += r * r
-        rv += r * v
-        vv += v * v
-    return rr, rv, vv
-
-
-@inner
 def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     """Schedule the next event of component i (lines 14 to 23 of Figure 2).
 
@@ -152,9 +132,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     searched = False
     while word >= 0:
         j = np.int64(index(model.boundary, word))
-        rr, rv, vv = relative(model, state, i, word, now)
-        t, clamped = contact_time(model.pair, np.int64(i), j, rr, rv, vv, now)
-        due = now + t
+        due, clamped = meet(model.sight, model, state, i, word, now)
         again = word == met and due == now
         if not again and (searched or due <= rows[np.uint64(j)].due):
             break
@@ -259,9 +237,7 @@ def welcome(model, state, calendar, tally, i, now, word):
         return
     rows = state.rows
     j = np.int64(index(model.boundary, word))
-    rr, rv, vv = relative(model, state, i, word, now)
-    t, clamped = contact_time(model.pair, np.int64(i), j, rr, rv, vv, now)
-    due = now + t
+    due, clamped = meet(model.sight, model, state, i, word, now)
     if due < rows[i].due and due <= rows[np.uint64(j)].due:
         held = np.int64(state.partner[i])
         pair_up(model, state, calendar, i, word, due)

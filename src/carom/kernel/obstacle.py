@@ -17,6 +17,7 @@ from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import generic, inner
 from carom.kernel.motion import position, velocity
 from carom.kernel.pair import growth, mass, radius
+from carom.kernel.sight import FAR
 
 
 class Cushions(NamedTuple):
@@ -127,19 +128,25 @@ def _(obstacle: Plane, axis):
 
 @encounter.register
 def _(obstacle: Ball, x, v, radius, growth):
-    contact = obstacle.radius + radius
-    c = -contact * contact
-    b = -contact * growth
-    a = -growth * growth
-    for axis in range(len(obstacle.center)):
-        r = x[axis] - obstacle.center[axis]
-        c += r * r
-        b += r * v[axis]
-        a += v[axis] * v[axis]
-    discriminant = b * b - a * c
-    if discriminant < 0.0 or (b >= 0.0 and a >= 0.0):
-        return NEVER
-    return max(c / (np.sqrt(discriminant) - b), 0.0)
+    start = 0.0
+    for _ in range(2):
+        contact = obstacle.radius + radius + growth * start
+        c = -contact * contact
+        b = -contact * growth
+        a = -growth * growth
+        for axis in range(len(obstacle.center)):
+            r = x[axis] + v[axis] * start - obstacle.center[axis]
+            c += r * r
+            b += r * v[axis]
+            a += v[axis] * v[axis]
+        discriminant = b * b - a * c
+        if discriminant < 0.0 or (b >= 0.0 and a >= 0.0):
+            return NEVER
+        t = start + c / (np.sqrt(discriminant) - b)
+        if start > 0.0 or c < (FAR * contact) ** 2 or a <= 0.0:
+            break
+        start = max(t - 2.0 * contact / np.sqrt(a), 0.0)  # with the digits that are lost from so far away
+    return max(t, 0.0)
 
 
 @outward.register

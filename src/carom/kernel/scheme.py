@@ -26,6 +26,7 @@ from carom.kernel.motion import FreeFlight
 from carom.kernel.obstacle import make_obstacles
 from carom.kernel.pair import EqualCores, GrowingCores, Inelastic, SpeciesCores, UnequalCores
 from carom.kernel.sectors import Sectors, make_sectors
+from carom.kernel.sight import FAR, FarSight
 from carom.kernel.state import State, make_state
 from carom.kernel.tally import TALLY, BySpecies
 
@@ -234,6 +235,11 @@ SMALLEST_MARGIN = 0.05
 SMALLEST_GROWTH = 2.0**-30
 """Part of their diameter by which components must be able to grow before they are as wide as the box."""
 
+WIDEST, MOST_SECTORS = 2.0**17, 2.0**20
+"""Diameters that a sector is wide, at most: from two of them away a graze of 1e-5 diameters can be told from a
+miss. More than so many sectors are not worth it.
+"""
+
 SHORTEST = 1.2
 """Reach in diameters below which lists are renewed so often that sectors are better."""
 
@@ -314,7 +320,8 @@ def choose(
             horizon = 0.5 * margin / float((contents.rates / contents.paces).max())
     else:
         # A sector must be no smaller than a diameter; a relative hair more absorbs the rounding of its walls.
-        side = max(diameter * (1.0 + 2.0**-40), min(SECTOR * spacing, max(box)))
+        sight = max(WIDEST * _smallest(contents), max(box) / MOST_SECTORS ** (1.0 / dimension))
+        side = max(diameter * (1.0 + 2.0**-40), min(SECTOR * spacing, max(box), sight))
         if contents.rates is not None:
             side = max(side, 1.05 * diameter)
     shape = tuple(max(int(edge / side), 1) for edge in box)
@@ -416,6 +423,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             if inelastic
             else None,
             make_obstacles(contents.box, [not wraps for wraps in contents.periodic], contents.obstacles),
+            FarSight() if _farthest(scheme, contents) > FAR else None,
         ),
         state,
         neighbors,
@@ -423,6 +431,19 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
         np.zeros(1, TALLY).view(np.recarray),
         by_species,
     )
+
+
+def _farthest(scheme: Scheme, contents: Contents) -> float:
+    """Return from how many contact distances a contact may be found."""
+    if scheme.kind == "lists":
+        return scheme.reach / _smallest(contents)
+    sides = [edge / cells for edge, cells in zip(contents.box, scheme.shape, strict=True)]
+    return 2.0 * math.hypot(*sides) / _smallest(contents)
+
+
+def _smallest(contents: Contents) -> float:
+    """Return the smallest diameter."""
+    return contents.diameter if contents.radii is None else 2.0 * float(contents.radii.min())
 
 
 def _with_ghost(values, dtype=np.float64) -> np.ndarray:
