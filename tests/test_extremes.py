@@ -288,8 +288,8 @@ def test_temperatures_of_any_size_are_drawn():
 
 @pytest.mark.parametrize("slow", [1e-150, 1e-8, 0.0])
 def test_one_fast_mover_among_slow_ones_meets_them_all(slow):
-    # The squares of the slow ones are nothing beside those of the fast one, or underflow altogether. They count
-    # between two slow ones only, which would meet after more time than a clock can hold.
+    # The squares of the slow ones are nothing beside those of the fast one, or underflow altogether. They
+    # count between two slow ones only, which would meet after more time than a clock can hold.
     velocities = slow * DISKS.velocities
     velocities[7] = [1e150, 3e149]
     sim = carom.Simulation(DISKS.with_(velocities=velocities))

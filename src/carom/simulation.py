@@ -37,8 +37,8 @@ PATIENCE = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
 
 LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
-"""Temperatures must not be below the one, nor kinetic energies above the other: as doubles they have, with some
-room for their products with small numbers, all their digits.
+"""Temperatures must not be below the one, nor kinetic energies above the other: as doubles they have all
+their digits, with some room for their products.
 """
 
 LAST_EPOCH = 2**61
@@ -190,7 +190,13 @@ class Simulation:
             self._open_log(event_log, keep=None)
 
     def _unit_for(self, velocities: np.ndarray, rates: np.ndarray | None) -> TimeUnit:
-        """Return the kernel's unit of time for velocities and rates of growth; refuse energies out of range."""
+        """Return the kernel's unit of time for velocities and rates of growth.
+
+        Raises
+        ------
+        InputError
+            If the energy is out of range.
+        """
         fastest = float(np.abs(velocities).max())
         unit = TimeUnit.of(
             max(fastest, 0.0 if rates is None else 2.0 * float(rates.max())), self.scene.diameter
@@ -200,8 +206,8 @@ class Simulation:
         if fastest > 0.0 and not (LEAST_ENERGY * self.degrees_of_freedom <= twice <= MOST_ENERGY):
             raise InputError(
                 f"Velocities of up to {fastest:g} make a kinetic energy of {0.5 * twice:g}; expected between "
-                f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all digits: "
-                "choose another unit of time or of mass."
+                f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all "
+                "digits: choose another unit of time or of mass."
             )
         return unit
 

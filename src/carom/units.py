@@ -1,8 +1,8 @@
 """The scene's unit of time and the kernel's: a power of two apart, so that no bit of a run depends on either.
 
 The kernel multiplies velocities, up to four of them. With speeds of 1e-150 or 1e150 the products leave the
-range of doubles; in a unit of time in which the fastest component passes about a diameter they do not. Lengths
-and masses are the same on both sides.
+range of doubles; in a unit of time in which the fastest component passes about a diameter they do not.
+Lengths and masses are the same on both sides.
 """
 
 from __future__ import annotations

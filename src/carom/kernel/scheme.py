@@ -236,8 +236,8 @@ SMALLEST_GROWTH = 2.0**-30
 """Part of their diameter by which components must be able to grow before they are as wide as the box."""
 
 WIDEST, MOST_SECTORS = 2.0**17, 2.0**20
-"""Diameters that a sector is wide, at most: from two of them away a graze of 1e-5 diameters can be told from a
-miss. More than so many sectors are not worth it.
+"""Diameters that a sector is wide, at most: from two of them away a graze of 1e-5 diameters can be told from
+a miss. More than so many sectors are not worth it.
 """
 
 SHORTEST = 1.2
@@ -602,8 +602,8 @@ def enlarge_neighbors(engine: Engine, scheme: Scheme, contents: Contents) -> Eng
 
 
 def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
-    """Copy what has been counted so far into an engine that takes the place of another, and whose unit of time
-    is longer by ``2**slower``.
+    """Copy what has been counted so far into an engine that takes the place of another, and whose unit of
+    time is longer by ``2**slower``.
     """
     new.tallies[:] = old.tallies
     new.tallies["virial"] = np.ldexp(old.tallies["virial"], slower)

@@ -14,8 +14,8 @@ from carom.kernel.pair import contact_time, depth
 FAR = 32.0
 """Contact distances from which a contact is computed again from nearby.
 
-A distance r squared is rounded by ``eps r^2``, hence that of contact by ``eps (r / sigma)^2 / 2``: by 1e-13 from
-32 diameters, which is less than a scene tolerates.
+A distance r squared is rounded by ``eps r^2``, hence that of contact by ``eps (r / sigma)^2 / 2``: by 1e-13
+from 32 diameters, which is less than a scene tolerates.
 """
 
 

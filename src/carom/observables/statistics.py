@@ -169,7 +169,7 @@ def blocking(samples: ArrayLike) -> Estimate:
         index = int(np.flatnonzero(~np.isfinite(x))[0])
         raise InputError(f"sample {index} is {x[index]}; a mean needs finite samples.")
     n = x.size
-    # Squares of numbers of any size are doubles in a unit like theirs; a power of two, so that no bit changes.
+    # In a unit like the numbers their squares are doubles; it is a power of two, so that no bit changes.
     unit = _unit_of(x)
     return _blocked(x / unit, n).scaled(unit)
 
