@@ -166,9 +166,9 @@ def tolerance(box: np.ndarray, contact: float = 1.0) -> float:
 
     Notes
     -----
-    A flight is as long as four boxes, at twice the usual speed as eight, before its clock is set back, and so
-    is what is rounded in the product of speed and time, in its sum with the place it began at, and in the time
-    of the contact itself. Of two spheres this is 16 times what a change of unit does.
+    A flight is as long as four boxes, at twice the usual speed as eight, before its clock is set back, and
+    so is what is rounded in the product of speed and time, in its sum with the place it began at, and in the
+    time of the contact itself. Of two spheres this is 16 times what a change of unit does.
     """
     return ENGINE_OVERLAP * contact + FLIGHTS * rounding(box)
 
