@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,15 @@ if TYPE_CHECKING:
 CAUTIOUS = 1e-3
 """Normal speed, in thermal speeds, below which contacts are elastic in a scene with restitution below one."""
 
+
+SINGLE = 2.0**-23
+"""Spacing of single precision at 1."""
+
+COARSEST = 2.0**-6
+"""Part of a diameter, or of the speeds, that single precision may round off."""
+
+CLOSEST = (1.0, math.pi / math.sqrt(12.0), math.pi / math.sqrt(18.0), math.pi**2 / 16.0)
+"""Packing fractions of the densest lattices in d = 1 to 4."""
 
 SAME = TimeUnit()
 """The kernel's unit of time is the scene's."""
@@ -73,6 +83,43 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
     rates = 0.5 * rates
     return rates if rates.any() else None
+
+
+def refuse_single(scene: Scene, velocities: np.ndarray) -> None:
+    """Raise InputError where single precision cannot tell contact from overlap, gap or rest.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    velocities : (n, d) array
+        Of its components [length / time].
+    """
+    otherwise = "leave out precision='single'."
+    rounding = 16.0 * SINGLE * max(scene.box)  # what flights through the box leave, as measured
+    smallest = float(scene.diameters.min())
+    if rounding > COARSEST * smallest:
+        raise InputError(
+            f"Single precision leaves overlaps of {rounding / smallest:.2g} diameters in a box of "
+            f"{max(scene.box) / smallest:.6g}; expected an edge of at most {COARSEST / (16.0 * SINGLE):.6g} "
+            f"diameters, or {otherwise}"
+        )
+    d = scene.dimension
+    if scene.simple and d <= len(CLOSEST):
+        room = 1.0 - min(scene.packing_fraction / CLOSEST[d - 1], 1.0) ** (1.0 / d)
+        if room * scene.diameter < rounding:
+            raise InputError(
+                f"This near to close packing gaps are {room:.2g} diameters wide, and single precision rounds "
+                f"positions by {rounding / scene.diameter:.2g}; lower packing_fraction (now "
+                f"{scene.packing_fraction:.9g}), or {otherwise}"
+            )
+    mean = velocities.mean(axis=0)
+    drift, fastest = float(np.abs(mean).max()), float(np.abs(velocities - mean).max())
+    if scene.n > 1 and SINGLE * drift > COARSEST * fastest:
+        raise InputError(
+            f"Everybody drifts at {drift:.3g}, and at most at {fastest:.3g} relative to that, which single "
+            f"precision loses: take the drift out of the velocities, or {otherwise}"
+        )
 
 
 def contents_of(

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from carom import checks, initial
-from carom.contents import conserved, contents_of, growth_rates
+from carom.contents import conserved, contents_of, growth_rates, refuse_single
 from carom.errors import CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.scene import Scene
@@ -179,6 +179,8 @@ class Simulation:
                 "An event log holds one diameter a component, but growth is given: leave out one."
             )
         self.scene = scene
+        if precision == "single":
+            refuse_single(scene, velocities)
         self._wish = (neighbors, shell)
         self._unit = self._unit_for(velocities, rates)
         self._contents = contents_of(
@@ -296,9 +298,13 @@ class Simulation:
     @property
     def kT(self) -> float:
         """Temperature [energy]: twice the kinetic energy over the :attr:`degrees_of_freedom`."""
-        v = self._engine.state.rows["v"][: self.scene.n]
+        v = self._speeds()
         kT = float(np.sum(self.scene.masses[:, None] * v * v) / self.degrees_of_freedom)
         return self._unit.to_scene(kT, -2)
+
+    def _speeds(self) -> np.ndarray:
+        """Return velocities in the kernel's unit, (n, d) float64: in single precision squares overflow."""
+        return np.asarray(self._engine.state.rows["v"][: self.scene.n], np.float64)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -618,7 +624,7 @@ class Simulation:
         """Return the same in the kernel's unit, for diameters that do not grow."""
         from carom.kernel import scheme
 
-        v, masses = self._engine.state.rows["v"][: self.scene.n], self.scene.masses
+        v, masses = self._speeds(), self.scene.masses
         fastest = float(np.abs(v).max())
         if self._engine.model.obstacles is None:
             v = v - np.average(v, axis=0, weights=masses)  # a common drift meets nobody
@@ -858,7 +864,7 @@ class Simulation:
 
     def _mechanics(self) -> tuple[float, np.ndarray, float]:
         """Return energy, momentum (d,), and the momentum that the same speeds would have in one direction."""
-        v = self._engine.state.rows["v"][: self.scene.n]
+        v = self._speeds()
         masses = self.scene.masses[:, None]
         energy = 0.5 * math.fsum((masses * v * v).ravel())
         momentum = np.array([math.fsum(column) for column in (masses * v).T])
