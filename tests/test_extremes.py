@@ -368,6 +368,8 @@ SINGLE = {
     "a graze": (lambda: two_disks(1.0 - 1e-9), None),
     "an overlap of 1e-15": (lambda: two_disks(0.0, apart=1.0 - 1e-15), None),
     "several at once": (lambda: figure_six(), None),
+    "a whole lattice at once": (lambda: opposed_lattice(2), None),
+    "a cradle": (lambda: cradle(2, 0.0), None),
     "units x 2^90": (lambda: scaled_disks(90), None),
     "units x 2^-90": (lambda: scaled_disks(-90), None),
     "a drift of 1e3": (lambda: DISKS.with_(velocities=DISKS.velocities + 1e3), None),
@@ -479,19 +481,34 @@ def test_the_papers_figure_6_has_a_defined_outcome_that_keeps_energy_and_momentu
     assert sims[0].collisions == len(realised)
 
 
+def cradle(dimension, gap):
+    """Return five spheres in a row, and a sixth that is going to hit them."""
+    x = np.zeros((6, dimension))
+    x[:, 0] = np.concatenate([[0.0], 3.0 + np.arange(5) * (1.0 + gap)])
+    x[:, 1:] = 2.0
+    v = np.zeros_like(x)
+    v[0, 0] = 1.0
+    return carom.Scene(x, [20.0] + [4.0] * (dimension - 1), velocities=v)
+
+
+def opposed_lattice(dimension):
+    """Return a lattice in which neighbours move towards each other."""
+    scene = carom.Scene.cubic(4, dimension, packing_fraction=0.3)
+    signs = (-1.0) ** np.indices((4,) * dimension).sum(axis=0).ravel()
+    v = np.zeros_like(scene.positions)
+    v[:, 0] = signs
+    return scene.with_(velocities=v)
+
+
 @pytest.mark.parametrize("gap", [0.0, EPS, 1e-9])
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_newtons_cradle_passes_the_momentum_on(dimension, gap):
     """Five touching spheres are hit by a sixth: the last one leaves, the others rest."""
-    count = 6
-    x = np.zeros((count, dimension))
-    x[:, 0] = np.concatenate([[0.0], 3.0 + np.arange(count - 1) * (1.0 + gap)])
-    x[:, 1:] = 2.0
-    v = np.zeros_like(x)
-    v[0, 0] = 1.0
-    sim = carom.Simulation(carom.Scene(x, [20.0] + [4.0] * (dimension - 1), velocities=v))
+    scene = cradle(dimension, gap)
+    count = scene.n
+    sim = carom.Simulation(scene)
     sim.run(time=4.0, walltime=WALL)
-    expected = np.zeros_like(v)
+    expected = np.zeros_like(scene.positions)
     expected[-1, 0] = 1.0
     np.testing.assert_allclose(sim.frame().velocities, expected, atol=8 * EPS)
     assert sim.time == 4.0
@@ -500,11 +517,8 @@ def test_newtons_cradle_passes_the_momentum_on(dimension, gap):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_whole_lattice_that_collides_at_once(dimension):
-    scene = carom.Scene.cubic(4, dimension, packing_fraction=0.3)
-    signs = (-1.0) ** np.indices((4,) * dimension).sum(axis=0).ravel()
-    v = np.zeros_like(scene.positions)
-    v[:, 0] = signs
-    sims = [carom.Simulation(scene.with_(velocities=v), neighbors="sectors") for _ in range(2)]
+    scene = opposed_lattice(dimension)
+    sims = [carom.Simulation(scene, neighbors="sectors") for _ in range(2)]
     for sim in sims:
         run(sim, collisions=40 * scene.n)
         assert_sound(sim)
