@@ -7,7 +7,7 @@ from command import carom as command
 import carom
 from carom.errors import InputError
 
-PLAIN = carom.Scene.fcc(cells=5, packing_fraction=0.3)
+PLAIN = carom.Scene.fcc(cells=5, packing_fraction=0.4)
 
 
 def names(explanation):
@@ -88,8 +88,8 @@ def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
 @pytest.mark.parametrize(
     ("scene", "says"),
     [
-        (carom.Scene.fcc(cells=5, packing_fraction=0.4), "lists.*faster above a packing fraction of 0.18"),
-        (carom.Scene.fcc(cells=5, packing_fraction=0.1), "sectors: faster below a packing fraction of 0.18"),
+        (carom.Scene.fcc(cells=5, packing_fraction=0.4), "lists.*faster above a packing fraction of 0.35"),
+        (carom.Scene.fcc(cells=5, packing_fraction=0.1), "sectors: faster below a packing fraction of 0.35"),
         (carom.Scene.fcc(cells=1, packing_fraction=0.5), "box is too small for lists.*told apart"),
     ],
 )

@@ -220,8 +220,10 @@ class Simulation:
         twice = float(np.sum(self.scene.masses[:, None] * v * v))
         return math.sqrt(twice / (self.degrees_of_freedom * self.scene.mass))
 
-    def _choose(self, velocities: np.ndarray, rate: float | None = None) -> Scheme:
-        """Return the scheme for velocities [length / time]; ``rate`` is in the kernel's unit."""
+    def _choose(self, velocities: np.ndarray, rate: float | None = None, wish: tuple = ()) -> Scheme:
+        """Return the scheme for velocities [length / time]; ``rate`` is in the kernel's unit, ``wish`` stands
+        for the user's.
+        """
         from carom.kernel import scheme
 
         v = self._unit.to_kernel(velocities, -1)
@@ -229,7 +231,7 @@ class Simulation:
         if self._contents.rates is not None:
             speed += 2.0 * float(self._contents.rates.max())
         try:
-            return scheme.choose(self._contents, speed, *self._wish, rate)
+            return scheme.choose(self._contents, speed, *(wish or self._wish), rate)
         except ValueError as error:
             raise InputError(str(error)) from None
 
@@ -601,7 +603,10 @@ class Simulation:
             rate = before.to_scene(2.0 * seen / (self.scene.n * passed), -1)
             quicker = float(np.abs(velocities).max()) / float(np.abs(frame.velocities).max())
             rate = unit.to_kernel(math.ldexp(rate, round(math.log2(quicker))), -1)
-        self._scheme = self._choose(velocities, rate)
+        try:
+            self._scheme = self._choose(velocities, rate)
+        except InputError:  # components have outgrown the lists that were asked for
+            self._scheme = self._choose(velocities, rate, ("sectors", None))
         self._engine = scheme.build(
             self._scheme, self._contents, frame.positions, unit.to_kernel(velocities, -1)
         )

@@ -222,7 +222,7 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
 NEIGHBORS = (5, 10, 15, 26, 40, 60)
 """Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %)."""
 
-DILUTE = (0.4, 0.36, 0.18, 0.1, 0.05, 0.03)
+DILUTE = (0.01, 0.57, 0.35, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
 SECTOR = 0.88
