@@ -23,7 +23,7 @@ OVERLAP = 1e-12
 def assert_without_overlap(packing):
     packing.scene()  # which refuses overlaps
     assert packing.shrunk <= OVERLAP
-    assert packing.network.gaps[0] >= 0.0
+    assert packing.network.gaps[0] >= -(2.0**-51)  # a distance and its ratio to the diameter are rounded
 
 
 @pytest.mark.parametrize(("dimension", "n"), [(1, 20), (2, 40), (3, 60), (4, 60)])
