@@ -231,7 +231,8 @@ class Simulation:
         if self._contents.rates is not None:
             speed += 2.0 * float(self._contents.rates.max())
         try:
-            return scheme.choose(self._contents, speed, *(wish or self._wish), rate)
+            neighbors, shell = wish or self._wish
+            return scheme.choose(self._contents, speed, neighbors, shell, rate)
         except ValueError as error:
             raise InputError(str(error)) from None
 
