@@ -80,13 +80,13 @@ def check(case, neighbors):
     """Run engine and oracle side by side; return how many events could be compared."""
     scene, growth = case.scene, case.settings.get("growth", 0.0)
     sim = carom.Simulation(scene, neighbors=neighbors, **case.settings)
-    assert sim._scheme.kind == neighbors
-    start = (scene, growth, 0.0, sim._contents.threshold)
+    assert sim.machine.scheme.kind == neighbors
+    start = (scene, growth, 0.0, sim.machine.contents.threshold)
     events = list(islice(oracle_of(*start), case.count + 1))
     instants = np.array([float(event.time) for event in events])
     times = 0.5 * (instants[1:] + instants[:-1])
     right, speeds = states(oracle_of(*start), times)
-    nudged, speeds_nudged = states(oracle_of(scene, growth, NUDGE, sim._contents.threshold), times)
+    nudged, speeds_nudged = states(oracle_of(scene, growth, NUDGE, sim.machine.contents.threshold), times)
     length, speed = max(scene.box), np.abs(scene.velocities).max()
     # What may be off, in boxes: the oracle's own divergence, and as much for flights of some boxes.
     parted = np.abs(nudged - right).astype(float).max(axis=(1, 2)) / (NUDGE * length)

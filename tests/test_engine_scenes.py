@@ -127,7 +127,7 @@ def test_growth_goes_on_through_refits_without_overlap():
         np.testing.assert_allclose(frame.diameters, scene.diameters + growth * frame.time, rtol=1e-13)
         assert_no_overlap(scene, frame)
         check_lists(sim)
-        bases.add(sim._base)
+        bases.add(sim.machine.clock.base)
     assert len(bases) > 3, "the neighbour scheme was renewed on the way"
     assert sim.packing_fraction == pytest.approx(before * 2.5**2, rel=1e-12)  # 1 + 0.05 * 30
     assert sim.collisions > 10 * scene.n
@@ -176,7 +176,7 @@ def test_rescaling_leaves_momentum_of_free_axes_alone_and_gives_the_temperature(
 def test_lists_of_several_levels_are_complete(ratio):
     scene = binary(160 if ratio == 2 else 604, ratio, 0.4)
     sim = carom.Simulation(scene, neighbors="lists")
-    levels = sim._engine.neighbors.bounds.grids
+    levels = sim.machine.engine.neighbors.bounds.grids
     assert levels > 1 if ratio == 20 else levels >= 1
     steps = 6 if ratio == 2 else 2
     for _ in range(steps):
@@ -274,7 +274,7 @@ scene = moving(carom.Scene.random(12, 1, packing_fraction=0.5, seed=1), 2).with_
 sim = carom.Simulation(scene, neighbors="sectors")
 before = sim.kT
 block = sim.run(time=200.0 / before**0.5, collisions=20_000)
-print(sim.spared_contacts, block.collisions, sim.kT / before, sim._contents.threshold / before**0.5)
+print(sim.spared_contacts, block.collisions, sim.kT / before, sim.machine.contents.threshold / before**0.5)
 """
 
 

@@ -129,7 +129,7 @@ def test_the_search_for_a_partner_is_vectorised(kind):
     from carom.kernel.borrow import borrowed
 
     sim = carom.Simulation(carom.Scene.fcc(cells=5, packing_fraction=0.3), seed=1, neighbors=kind)
-    engine = sim._engine
+    engine = sim.machine.engine
 
     @njit(**dispatch.STRICT)
     def search(model, state, neighbors, i, now):

@@ -195,9 +195,9 @@ def _(pair: Clay, i):
 
 scene = carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]])
 sim = carom.Simulation(scene, neighbors="sectors")
-model = sim._engine.model
-sim._engine = sim._engine._replace(model=model._replace(pair=Clay(1.0, 1.0, 0.5)))
-assert cycle.schedule(*sim._engine)
+model = sim.machine.engine.model
+sim.machine.engine = sim.machine.engine._replace(model=model._replace(pair=Clay(1.0, 1.0, 0.5)))
+assert cycle.schedule(*sim.machine.engine)
 sim.run(collisions=3)
 print(sorted(sim.frame().velocities[:, 0].tolist()))
 """
@@ -224,7 +224,7 @@ def test_a_model_of_an_unknown_type_does_not_compile():
         square: float
 
     sim = carom.Simulation(carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]]))
-    engine = sim._engine._replace(model=sim._engine.model._replace(pair=Unknown(1.0)))
+    engine = sim.machine.engine._replace(model=sim.machine.engine.model._replace(pair=Unknown(1.0)))
     with pytest.raises((NumbaError, NotImplementedError)):
         cycle.schedule(*engine)
 
@@ -232,7 +232,7 @@ def test_a_model_of_an_unknown_type_does_not_compile():
 def test_what_a_scene_has_not_is_none():
     scene = moving(carom.Scene.random(5, 2, seed=1), 1)
     sim = carom.Simulation(scene, images=False)
-    assert sim._engine.state.images is None
-    assert sim._log is None
-    assert not any("images" in name for name in carom.kernel.scheme.arrays(sim._engine))
+    assert sim.machine.engine.state.images is None
+    assert sim.machine.log is None
+    assert not any("images" in name for name in carom.kernel.scheme.arrays(sim.machine.engine))
     assert sim.frame().images is None

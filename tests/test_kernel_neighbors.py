@@ -27,22 +27,24 @@ def simulation(tmp_path):
 
 def present(sim):
     """Return positions and velocities of all at the clock of the last event, not wrapped."""
-    state, n = sim._engine.state, sim.scene.n
+    state, n = sim.machine.engine.state, sim.scene.n
     rows, now = state.rows[:n], state.clock[0].now
     return rows["x"] + rows["v"] * (now - rows["t"])[:, None], rows["v"].copy(), float(now)
 
 
 def go(sim, cycles):
     """Process so many cycles of the kernel, whatever they are; a list that is full is no news."""
-    code = cycle.run(*sim._engine, sim._log, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
+    code = cycle.run(
+        *sim.machine.engine, sim.machine.log.buffer, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles)
+    )
     if code == NEEDS_NEIGHBORS:
-        sim._enlarge_neighbors()
-        sim._schedule()
+        sim.machine.enlarge_neighbors()
+        sim.machine.schedule()
     return code
 
 
 def lists_of(sim):
-    lists, n = sim._engine.neighbors, sim.scene.n
+    lists, n = sim.machine.engine.neighbors, sim.scene.n
     begins = [int(start(lists.bounds, np.uint64(i))) for i in range(n)]
     return [
         set(lists.words[begin : begin + count].tolist())
@@ -52,7 +54,7 @@ def lists_of(sim):
 
 def check_lists(sim):
     """Lists are symmetric, hold just who is within reach, and nobody is beyond the margin."""
-    lists, n = sim._engine.neighbors, sim.scene.n
+    lists, n = sim.machine.engine.neighbors, sim.scene.n
     edges = np.array(lists.grain) * 2.0**32  # those of the box; stretched between walls
     listed = lists_of(sim)
     assert all(len(row) == count for row, count in zip(listed, lists.counts, strict=True)), "no one twice"
@@ -67,7 +69,7 @@ def check_lists(sim):
         assert set(np.flatnonzero(sure[i])) - {i} <= listed[i] <= set(np.flatnonzero(maybe[i])) - {i}
     x = present(sim)[0] - reference
     x -= edges * np.rint(x / edges)
-    now = sim._engine.state.clock[0].now
+    now = sim.machine.engine.state.clock[0].now
     free = np.array([margin(lists.bounds, i, now)[0] for i in range(n)])
     assert (np.sqrt((x**2).sum(axis=1)) <= free + 1e-9 * np.sqrt(reach.max())).all()
     grid = lists.grid
@@ -83,7 +85,7 @@ def check_lists(sim):
 
 def check_sectors(sim):
     """Everyone is a member of one sector, the one in which the position lies."""
-    sectors, n, edges = sim._engine.neighbors, sim.scene.n, np.array(sim.scene.box)
+    sectors, n, edges = sim.machine.engine.neighbors, sim.scene.n, np.array(sim.scene.box)
     shape = np.array(sectors.shape)
     members = [(int(i), cell) for cell, row in enumerate(sectors.members) for i in row[: row[-1]]]
     assert sorted(i for i, _ in members) == list(range(n))
@@ -123,11 +125,15 @@ def all_meetings(sim):
 
 def check_invariants(sim):
     """The paper's (6) to (9) on the live arrays: past before future, mutual partners, nobody overlooked."""
-    state, n = sim._engine.state, sim.scene.n
+    state, n = sim.machine.engine.state, sim.scene.n
     rows = state.rows[:n]
     now = float(state.clock[0].now)
     due, leave, partner = rows["due"], state.leave, state.partner
-    bits = sim._engine.model.boundary.bits if isinstance(sim._engine.model.boundary, SectorImage) else 0
+    bits = (
+        sim.machine.engine.model.boundary.bits
+        if isinstance(sim.machine.engine.model.boundary, SectorImage)
+        else 0
+    )
     assert rows["t"].max() <= now  # (6)
     assert now <= min(due.min(), leave.min())
     assert state.rows[n]["due"] == -np.inf
@@ -163,7 +169,7 @@ CASES = [
 def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind, simulation):
     scene = moving(carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=n), n)
     sim = simulation(scene, neighbors=kind, shell=1.2 if kind == "lists" else None)
-    assert sim._scheme.kind == kind
+    assert sim.machine.scheme.kind == kind
     for _ in range(200):
         check_invariants(sim)
         go(sim, 1)
@@ -232,17 +238,17 @@ def test_room_changes_no_collision(kind, monkeypatch, simulation):
 def test_a_new_epoch_changes_neither_place_nor_order(simulation):
     scene = moving(carom.Scene.random(30, 2, packing_fraction=0.3, seed=1), 2)
     sim = simulation(scene)
-    start = sim._engine.state.clock[0].epoch
-    while sim._engine.state.clock[0].epoch < start + 5:
-        before, epoch = present(sim), int(sim._engine.state.clock[0].epoch)
-        due = sim._engine.state.rows["due"][: scene.n].copy()
+    start = sim.machine.engine.state.clock[0].epoch
+    while sim.machine.engine.state.clock[0].epoch < start + 5:
+        before, epoch = present(sim), int(sim.machine.engine.state.clock[0].epoch)
+        due = sim.machine.engine.state.rows["due"][: scene.n].copy()
         collisions = sim.collisions
         go(sim, 1)
-        if sim._engine.state.clock[0].epoch > epoch and sim.collisions == collisions:
+        if sim.machine.engine.state.clock[0].epoch > epoch and sim.collisions == collisions:
             x, _, now = present(sim)
             moved = x - before[0] - before[1] * (now + sim.epoch_length - before[2])
             edges = np.array(scene.box)
             assert np.abs(moved - edges * np.rint(moved / edges)).max() < 1e-13 * edges.max()
-            later = sim._engine.state.rows["due"][: scene.n]
+            later = sim.machine.engine.state.rows["due"][: scene.n]
             kept = later + sim.epoch_length == due
             assert kept.sum() >= scene.n - 3  # those of the event itself have new times

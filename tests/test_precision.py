@@ -20,7 +20,7 @@ def fluid():
 
 
 def test_single_precision_halves_the_rows(fluid):
-    double, single = (sim._engine.state.rows.dtype.itemsize for sim in fluid.values())
+    double, single = (sim.machine.engine.state.rows.dtype.itemsize for sim in fluid.values())
     assert (double, single) == (64, 32)
 
 

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 CAUTIOUS = 1e-3
 """Normal speed, in thermal speeds, below which contacts are elastic in a scene with restitution below one."""
 
+LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
+"""Temperatures must not be below the one, nor kinetic energies above the other: as doubles they have all
+their digits, with some room for their products.
+"""
 
 SINGLE = 2.0**-23
 """Spacing of single precision at 1."""
@@ -52,6 +56,48 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
         wraps and all(glides(obstacle, axis) for obstacle in scene.obstacles)
         for axis, wraps in enumerate(scene.periodic)
     )
+
+
+def degrees_of_freedom(scene: Scene) -> int:
+    """Return how many coordinates of velocity are free: :attr:`carom.Simulation.degrees_of_freedom`."""
+    return scene.dimension * scene.n - sum(conserved(scene))
+
+
+def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> TimeUnit:
+    """Return the kernel's unit of time for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    velocities : (n, d) array
+        Of its components [length / time].
+    rates : (n,) array or None
+        Radius that each component gains a time.
+
+    Raises
+    ------
+    InputError
+        If the energy is out of range.
+    """
+    fastest = float(np.abs(velocities).max())
+    unit = TimeUnit.of(max(fastest, 0.0 if rates is None else 2.0 * float(rates.max())), scene.diameter)
+    v = unit.to_kernel(velocities, -1)
+    twice = unit.to_scene(float(np.sum(scene.masses[:, None] * v * v)), -2)
+    if fastest > 0.0 and not (LEAST_ENERGY * degrees_of_freedom(scene) <= twice <= MOST_ENERGY):
+        raise InputError(
+            f"Velocities of up to {fastest:g} make a kinetic energy of {0.5 * twice:g}; expected between "
+            f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all "
+            "digits: choose another unit of time or of mass."
+        )
+    return unit
+
+
+def thermal_speed(scene: Scene, velocities: np.ndarray, unit: TimeUnit) -> float:
+    """Return ``sqrt(kT / m)`` with the mean mass [length / kernel's time]."""
+    v = unit.to_kernel(velocities, -1)
+    twice = float(np.sum(scene.masses[:, None] * v * v))
+    return math.sqrt(twice / (degrees_of_freedom(scene) * scene.mass))
 
 
 def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
@@ -125,7 +171,7 @@ def refuse_single(scene: Scene, velocities: np.ndarray) -> None:
 def contents_of(
     scene: Scene,
     rates: np.ndarray | None,
-    thermal_speed: float,
+    speed: float,
     images: bool,
     single: bool,
     unit: TimeUnit = SAME,
@@ -138,8 +184,8 @@ def contents_of(
         The scene.
     rates : (n,) array or None
         Radius that each component gains a time.
-    thermal_speed : float
-        sqrt(kT / m) [length / kernel's time].
+    speed : float
+        The thermal speed [length / kernel's time].
     images : bool
         Whether to count crossings of the box.
     single : bool
@@ -151,7 +197,7 @@ def contents_of(
 
     equal = scene.equal and rates is None
     threshold = scene.elastic_below
-    threshold = CAUTIOUS * thermal_speed if threshold is None else unit.to_kernel(threshold, -1)
+    threshold = CAUTIOUS * speed if threshold is None else unit.to_kernel(threshold, -1)
     largest = scene.diameter if scene.contact is None else float(scene.contact.max())
     return Contents(
         n=scene.n,

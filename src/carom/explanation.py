@@ -126,7 +126,15 @@ def explain(
     True
     """
     if isinstance(scene, Simulation):
-        return _explanation(scene.scene, *scene.anatomy())
+        machine = scene.machine
+        return _explanation(
+            scene.scene,
+            machine.contents,
+            machine.scheme,
+            machine.engine,
+            machine.wish,
+            machine.log is not None,
+        )
     from carom.contents import contents_of, growth_rates
     from carom.kernel import scheme
 

@@ -1,4 +1,4 @@
-"""Measure until an error bar is small enough: the loop behind ``Simulation.measure(relative_error=...)``."""
+"""Observables with their error bars: the method :meth:`carom.Simulation.measure`."""
 
 from __future__ import annotations
 
@@ -8,12 +8,99 @@ import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from carom.errors import CaromWarning
+from carom import checks
+from carom.errors import CaromWarning, InputError
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.tally import Block
 
 if TYPE_CHECKING:
     from carom.simulation import Simulation
+
+
+def measure(
+    sim: Simulation,
+    observable: Any,
+    *,
+    collisions: int | None = None,
+    collisions_per_particle: float | None = None,
+    time: float | None = None,
+    relative_error: float | None = None,
+    max_walltime: float | None = None,
+    progress: Callable[[float], object] | None = None,
+    predicted: Callable[[Prediction], object] | None = None,
+):
+    """Run on and measure an observable of the collisions, such as :class:`carom.Pressure`.
+
+    The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in:
+    blocks that end with a collision would bias the mean. A number of collisions is turned into a time by
+    the rate seen so far, or in a short pilot.
+
+    Parameters
+    ----------
+    observable : carom.Pressure, carom.WallPressure, or what has their ``blocks`` and ``of_scene``
+        What is measured.
+    collisions, collisions_per_particle, time : float, optional
+        How long, as in :meth:`carom.Simulation.run`.
+    relative_error : float, optional
+        Instead of these: until one standard error is at most this part of the mean (of Z, for the
+        pressure), and at least 64 independent blocks say so.
+    max_walltime : float, optional
+        Seconds after which that is given up.
+    progress : callable, optional
+        Called with the fraction done; with ``relative_error``, of what is expected so far.
+    predicted : callable, optional
+        Called with a :class:`carom.observables.Prediction` after a pilot of 64 collisions per particle
+        and again whenever the error bar was looked at.
+
+    Returns
+    -------
+    The observable's estimate, with its error bar.
+
+    Raises
+    ------
+    InputError
+        If not exactly one length is given, or nobody collides.
+
+    Warns
+    -----
+    CaromWarning
+        If ``max_walltime`` came first.
+    """
+    given = {
+        "collisions": collisions,
+        "collisions_per_particle": collisions_per_particle,
+        "time": time,
+        "relative_error": relative_error,
+    }
+    if sum(value is not None for value in given.values()) != 1:
+        raise InputError(f"measure() needs exactly one of {', '.join(given)}.")
+    if relative_error is not None:
+        seconds = (
+            math.inf
+            if max_walltime is None
+            else checks.number(max_walltime, "max_walltime", low=0.0, open_low=True)
+        )
+        return until(
+            sim,
+            observable,
+            Goal(relative_error),
+            max_walltime=seconds,
+            progress=progress,
+            predicted=predicted,
+        )
+    if max_walltime is not None or predicted is not None:
+        raise InputError("max_walltime and predicted go with relative_error, which is missing.")
+    if time is None:
+        if collisions_per_particle is not None:
+            collisions = round(0.5 * sim.scene.n * collisions_per_particle)
+        assert collisions is not None
+        time = sim.time_for(collisions)
+    blocks = []
+    for block in sim.blocks(time / observable.blocks, observable.blocks):
+        blocks.append(block)
+        if progress is not None:
+            progress(len(blocks) / observable.blocks)
+    return sim.estimate(observable, blocks)
 
 
 def until(

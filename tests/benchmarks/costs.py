@@ -35,7 +35,7 @@ def rate(sim: carom.Simulation, collisions: int, repeats: int = 3) -> float:
 
 def size_of(sim: carom.Simulation) -> float:
     """Return bytes a particle, of all arrays."""
-    return sum(array.nbytes for array in arrays(sim._engine).values()) / sim.scene.n
+    return sum(array.nbytes for array in arrays(sim.machine.engine).values()) / sim.scene.n
 
 
 def size(given: argparse.Namespace) -> None:

@@ -19,7 +19,7 @@ def rate(scene: carom.Scene, collisions: int, **choice) -> tuple[float, float]:
         began = time.process_time()
         block = sim.run(collisions=collisions)
         best = max(best, block.collisions / (time.process_time() - began))
-    size = sum(array.nbytes for array in arrays(sim._engine).values()) / scene.n
+    size = sum(array.nbytes for array in arrays(sim.machine.engine).values()) / scene.n
     return best / 1e6, size
 
 

@@ -1,0 +1,1 @@
+"""A scene in motion: what a :class:`carom.Simulation` is made of."""

@@ -1,0 +1,66 @@
+"""The exact time of a run: an epoch and an offset within it, in the kernel's unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from carom.errors import InputError
+from carom.units import TimeUnit
+
+LAST_EPOCH = 2**61
+"""Epochs that a clock can count, with room to spare."""
+
+
+@dataclass
+class Clock:
+    """The present, as an exact number.
+
+    Attributes
+    ----------
+    unit : TimeUnit
+        The kernel's unit of time.
+    length : float
+        Of an epoch, a power of two [kernel's time].
+    base : Fraction
+        When the counting of epochs began [time].
+    epoch : int
+        Epochs since then.
+    offset : float
+        Since the start of that epoch [kernel's time].
+    """
+
+    unit: TimeUnit
+    length: float
+    base: Fraction = Fraction(0)
+    epoch: int = 0
+    offset: float = 0.0
+
+    @property
+    def instant(self) -> Fraction:
+        """The present [time]."""
+        return self.base + self.unit.to_scene(self.epoch * Fraction(self.length) + Fraction(self.offset), 1)
+
+    def since_base(self, instant: Fraction) -> Fraction:
+        """Return the time from when the counting began to an instant [kernel's time]."""
+        return self.unit.to_kernel(instant - self.base, 1)
+
+    def split(self, instant: Fraction) -> tuple[int, float]:
+        """Return the epoch and the offset of an instant.
+
+        Raises
+        ------
+        InputError
+            If there would be too many epochs to count.
+        """
+        length = Fraction(self.length)
+        passed = self.since_base(instant)
+        epoch = int(passed // length)
+        if epoch >= LAST_EPOCH:
+            raise InputError(
+                f"A time of {float(instant):g} is {float(epoch):g} epochs of "
+                f"{self.unit.to_scene(self.length, 1):g}; expected fewer than {LAST_EPOCH:g}, so ask for "
+                "less time."
+            )
+        offset = float(passed - epoch * length)
+        return (epoch, offset) if offset < self.length else (epoch + 1, 0.0)
