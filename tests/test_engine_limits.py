@@ -111,8 +111,8 @@ def test_one_fast_sphere_among_spheres_at_rest():
 def test_time_is_as_sharp_at_1e12_as_at_0(scene, sim):
     late = carom.Simulation(scene)
     epoch = round(1e12 / late.epoch_length)
-    late._engine.state.clock[0].epoch = epoch
-    late._epoch = epoch
+    late.machine.engine.state.clock[0].epoch = epoch
+    late.machine.clock.epoch = epoch
     sim.run(collisions=1000)
     late.run(collisions=1000)
     assert late.time > 1e12

@@ -327,7 +327,7 @@ for k in range(6):
     parts = carom.Simulation.load(sys.argv[1])
     next(parts.sample(times=[1.5 * (k + 1)]))
 assert same(whole, parts) and whole.obstacles == parts.obstacles
-assert whole._base > 0, "sectors were renewed"
+assert whole.machine.clock.base > 0, "sectors were renewed"
 print(whole.collisions)
 """
 

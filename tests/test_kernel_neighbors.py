@@ -212,7 +212,7 @@ def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
         scheme, "choose", lambda *a: dataclasses.replace(choose(*a), cell_capacity=1, heap=16, **tiny)
     )
     small = simulation(scene, **settings)
-    assert small._scheme.cell_capacity > 1, "grown before the first event"
+    assert small.machine.scheme.cell_capacity > 1, "grown before the first event"
     for sim in (usual, small):
         sim.run(collisions=2000)
         (check_lists if kind == "lists" else check_sectors)(sim)

@@ -46,7 +46,7 @@ def test_a_run_in_single_precision_is_resumed_bit_for_bit(fluid, tmp_path):
     for run in (sim, again):
         run.run(collisions=1000)
     np.testing.assert_array_equal(sim.frame().positions, again.frame().positions)
-    assert again._engine.state.rows["x"].dtype == np.float32
+    assert again.machine.engine.state.rows["x"].dtype == np.float32
 
 
 def test_an_unknown_precision_is_refused():
