@@ -1,4 +1,4 @@
-"""Scenes from what others hold: the arguments of a Scene, read from a Frame or an ``ase.Atoms``."""
+"""Scenes from what others hold, a Frame or an ``ase.Atoms``: ``Scene.from_frame`` and ``Scene.from_ase``."""
 
 from __future__ import annotations
 
@@ -7,15 +7,77 @@ from warnings import warn
 
 import numpy as np
 
-from carom import checks, overlaps
+from carom import box, checks, overlaps
 from carom.errors import CaromWarning, InputError
 from carom.overlaps import Room
 from carom.species import Contacts, per_component
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import ase
+    from numpy.typing import ArrayLike
 
     from carom.frame import Frame
+    from carom.obstacles import Obstacle
+    from carom.scene import Scene
+
+
+def from_frame(
+    cls: type[Scene], frame: Frame, *, contact: ArrayLike | None = None, obstacles: Sequence[Obstacle] = ()
+) -> Scene:
+    """Take everything from a frame but its images and time.
+
+    Parameters
+    ----------
+    frame : Frame
+        Its axes that are not periodic get walls.
+    contact, obstacles
+        As in :class:`carom.Scene`; a frame does not hold them.
+
+    Raises
+    ------
+    InputError
+        As :class:`carom.Scene` does.
+
+    Warns
+    -----
+    CaromWarning
+        If spheres overlap by no more than single precision explains (a GSD file holds such numbers): they
+        are then moved apart by as little.
+    """
+    arguments = of_frame(frame) | {"contact": contact, "obstacles": obstacles}
+    if frame.positions.size:
+        sizes = per_component(arguments["diameter"], "diameter", frame.n)
+        edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
+        arguments["positions"] = parted(arguments, edges, box.periodicity(frame.periodic, frame.dimension))
+    return cls(**arguments)
+
+
+def from_ase(
+    cls: type[Scene], atoms: ase.Atoms, *, diameter: float | None = None, walls: bool = False
+) -> Scene:
+    """Take positions, cell, masses, momenta, radii and kinds from an ``ase.Atoms``.
+
+    Parameters
+    ----------
+    atoms : ase.Atoms
+        In a cell with right angles along the axes. Its periodic axes are the scene's: with ``pbc`` "T T
+        F" and all z equal it is a scene of disks, d = 2. Different chemical symbols become species of
+        these names.
+    diameter : float, optional
+        Of every sphere, where ``atoms`` has no array ``radius``; 1 by default.
+    walls : bool
+        Whether axes that are not periodic, but along which coordinates differ, become axes with walls at
+        the faces of the cell; else they are refused.
+
+    Raises
+    ------
+    InputError
+        If the cell is skew, no axis is periodic, coordinates differ along one that is not, the diameter
+        is given twice, and as :class:`carom.Scene` does.
+    """
+    return cls(**of_atoms(atoms, diameter, walls))
 
 
 def of_frame(frame: Frame) -> dict[str, Any]:
