@@ -118,8 +118,8 @@ def mixture(
     dimension : int, optional
         d; that of the box or the lattice, or 3.
     packing_fraction, density, box : optional
-        At most one of the three, as in :meth:`carom.Scene.random`; a density is the number of spheres in a volume of
-        the *largest* diameter to the power d.
+        At most one of the three, as in :meth:`carom.Scene.random`; a density is the number of spheres in a
+        volume of the *largest* diameter to the power d.
     lattice : str or carom.initial.Lattice, optional
         "cubic", "fcc", "triangular" or "dn"; needs a packing fraction or a density at which the largest
         fit side by side.
