@@ -69,6 +69,15 @@ def plan(folder: Path, *, equilibration=100, measured=20000, frames=100, log=Fal
     return path
 
 
+def whole_run(tmp_path_factory, **settings) -> tuple[Path, Path]:
+    """Run a small scene file without interruption; return it and the folder of the run."""
+    folder = tmp_path_factory.mktemp("reference")
+    scene = plan(folder, **settings)
+    done = carom("run", scene, "--out", folder / "run")
+    assert done.returncode == 0, done.stderr
+    return scene, folder / "run"
+
+
 def datasets(path: Path) -> dict[str, np.ndarray]:
     """Return all arrays and attributes of an HDF5 file."""
     found = {}

@@ -78,6 +78,35 @@ def test_nothing_is_compiled_and_the_simulation_agrees():
     assert names(now) == names(before)
 
 
+def test_single_precision_is_explained_as_it_runs():
+    found, double = carom.explain(PLAIN, precision="single"), carom.explain(PLAIN)
+    assert found.arrays == carom.explain(carom.Simulation(PLAIN, seed=1, precision="single")).arrays
+    rows, twice = (
+        next(array.nbytes for array in each.arrays if array.name == "state.rows") for each in (found, double)
+    )
+    assert 2 * rows == twice
+
+
+def test_an_event_log_is_there_where_it_is_asked_for(tmp_path):
+    assert "an event log" not in carom.explain(PLAIN, event_log=True).absent
+    with carom.Simulation(PLAIN, event_log=tmp_path / "events.h5") as sim:
+        assert carom.explain(sim) == carom.explain(PLAIN, event_log=True)
+
+
+@pytest.mark.parametrize(
+    ("wish", "says"),
+    [
+        ({"precision": "half"}, "'double' or 'single'"),
+        ({"neighbors": "trees"}, "'auto', 'lists' or 'sectors'"),
+        ({"shell": 0.5}, "shell must be"),
+    ],
+)
+def test_what_no_simulation_takes_is_not_explained(wish, says):
+    for refuse in (carom.explain, carom.Simulation):
+        with pytest.raises(InputError, match=says):
+            refuse(PLAIN, **wish)
+
+
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
     found = carom.explain(PLAIN, neighbors=kind)
@@ -111,4 +140,7 @@ def test_the_command_line_explains_and_runs_nothing(tmp_path):
     assert "EqualCores" in done.stdout
     assert "bytes a particle" in done.stdout
     assert "masses of their own" in done.stdout
+    assert "an event log" in done.stdout
+    logged = command("run", "--cells", "4", "--event-log", "--explain", cwd=tmp_path)
+    assert "an event log" not in logged.stdout
     assert not list(tmp_path.iterdir())

@@ -626,6 +626,18 @@ EXTREME = st.sampled_from(
 NUMBER = st.one_of(ANY, EXTREME, st.floats(-10.0, 10.0))
 
 
+def assert_run_or_one_sentence(positions, box, **arguments):
+    try:
+        sim = carom.Simulation(carom.Scene(positions, box, **arguments))
+    except CaromError as error:
+        message = str(error)
+    else:
+        sim.run(collisions=50, walltime=2.0)
+        assert_sound(sim)
+        return
+    assert len(message.splitlines()) == 1
+
+
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     positions=st.lists(st.tuples(NUMBER, NUMBER), min_size=1, max_size=4),
@@ -636,18 +648,9 @@ NUMBER = st.one_of(ANY, EXTREME, st.floats(-10.0, 10.0))
 )
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 def test_any_numbers_make_a_run_or_one_sentence(positions, velocities, box, diameter, mass):
-    try:
-        scene = carom.Scene(
-            positions, box, diameter=diameter, mass=mass, velocities=velocities[: len(positions)]
-        )
-        sim = carom.Simulation(scene)
-    except CaromError as error:
-        message = str(error)
-    else:
-        sim.run(collisions=50, walltime=2.0)
-        assert_sound(sim)
-        return
-    assert len(message.splitlines()) == 1
+    assert_run_or_one_sentence(
+        positions, box, diameter=diameter, mass=mass, velocities=velocities[: len(positions)]
+    )
 
 
 @settings(max_examples=100, deadline=None)
@@ -663,16 +666,7 @@ def test_legal_scenes_of_extreme_numbers_run(data):
     places = [[k % side * (1.0 + gap), k // side * (1.0 + gap)] for k in range(count)]
     sizes = st.sampled_from([0.0, 5e-324, 1e-200, 1e-90, 1e-12, 1.0, -1.0, 1e6, 1e29])
     v = [[data.draw(sizes), data.draw(sizes)] for _ in range(count)]
-    try:
-        scene = carom.Scene(np.multiply(places, scale), edge * scale, diameter=scale, velocities=v)
-        sim = carom.Simulation(scene)
-    except CaromError as error:
-        message = str(error)
-    else:
-        sim.run(collisions=50, walltime=2.0)
-        assert_sound(sim)
-        return
-    assert len(message.splitlines()) == 1
+    assert_run_or_one_sentence(np.multiply(places, scale), edge * scale, diameter=scale, velocities=v)
 
 
 def test_pairs_of_bad_numbers_are_named():

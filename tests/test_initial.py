@@ -176,7 +176,9 @@ def test_random_rods_are_the_equilibrium_gas():
     n, edge, gaps = 8, 10.0, []
     rng = np.random.default_rng(21)
     for sample in range(4000):
-        places = placement.random_positions(Room.torus(np.array([edge])), Contacts(np.ones(n)), rng)[:, 0]
+        places = placement.random_positions(
+            Room(np.array([edge]), np.array([True])), Contacts(np.ones(n)), rng
+        )[:, 0]
         # One gap a sample, after each rod in turn: those of one sample add up to F and are not independent.
         k = sample % n
         gaps.append(((places[(k + 1) % n] - places[k]) % edge - 1) / (edge - n))

@@ -8,7 +8,7 @@ import ase.io
 import h5py
 import MDAnalysis
 import pytest
-from command import assert_same_run, carom, plan, start, wait_for
+from command import assert_same_run, carom, start, wait_for, whole_run
 
 from carom import io
 from carom.errors import FileError
@@ -19,12 +19,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory):
     """Return the scene file and the folder of an uninterrupted run."""
-    folder = tmp_path_factory.mktemp("reference")
     # A frame about every 10 ms, so that kills fall into frames as well.
-    scene = plan(folder, equilibration=1000, measured=24000, frames=128, log=True)
-    done = carom("run", scene, "--out", folder / "run")
-    assert done.returncode == 0, done.stderr
-    return scene, folder / "run"
+    return whole_run(tmp_path_factory, equilibration=1000, measured=24000, frames=128, log=True)
 
 
 def whole_frames(out):

@@ -10,7 +10,7 @@ import time
 import MDAnalysis
 import numpy as np
 import pytest
-from command import assert_same_run, carom, plan, start, summary, wait_for
+from command import assert_same_run, carom, start, summary, wait_for, whole_run
 
 import carom as library
 from carom import io, studies
@@ -24,11 +24,7 @@ ONE_SECOND = 1.0
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory):
     """Return the scene file and the folder of an uninterrupted run, with its event log."""
-    folder = tmp_path_factory.mktemp("reference")
-    scene = plan(folder, equilibration=3000, measured=6000, frames=64, log=True)
-    done = carom("run", scene, "--out", folder / "run")
-    assert done.returncode == 0, done.stderr
-    return scene, folder / "run"
+    return whole_run(tmp_path_factory, equilibration=3000, measured=6000, frames=64, log=True)
 
 
 def notes(folder):

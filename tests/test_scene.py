@@ -223,7 +223,9 @@ def test_overlaps_in_small_boxes_are_those_of_a_search_over_all_images(dimension
         distances = nearest_of_all_images(positions, box)
         np.fill_diagonal(distances, np.inf)
         closest = distances.min()
-        found = overlaps.deepest(positions, Room.torus(box), Contacts(np.ones(len(positions))))
+        found = overlaps.deepest(
+            positions, Room(box, np.ones(len(box), bool)), Contacts(np.ones(len(positions)))
+        )
         if closest >= 1:
             assert found is None
             legal += 1

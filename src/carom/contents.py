@@ -131,16 +131,27 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
     return rates if rates.any() else None
 
 
-def refuse_single(scene: Scene, velocities: np.ndarray) -> None:
-    """Raise InputError where single precision cannot tell contact from overlap, gap or rest.
+def in_single(precision: str, scene: Scene, velocities: np.ndarray) -> bool:
+    """Tell whether a scene is to be kept in single precision.
 
     Parameters
     ----------
+    precision : {"double", "single"}
+        What was asked for.
     scene : Scene
         The scene.
     velocities : (n, d) array
         Of its components [length / time].
+
+    Raises
+    ------
+    InputError
+        If the precision is neither, or single precision cannot tell contact from overlap, gap or rest.
     """
+    if precision not in ("double", "single"):
+        raise InputError(f"precision is {precision!r}; expected 'double' or 'single'.")
+    if precision == "double":
+        return False
     otherwise = "leave out precision='single'."
     rounding = 16.0 * SINGLE * max(scene.box)  # what flights through the box leave, as measured
     smallest = float(scene.diameters.min())
@@ -166,6 +177,7 @@ def refuse_single(scene: Scene, velocities: np.ndarray) -> None:
             f"Everybody drifts at {drift:.3g}, and at most at {fastest:.3g} relative to that, which single "
             f"precision loses: take the drift out of the velocities, or {otherwise}"
         )
+    return True
 
 
 def contents_of(

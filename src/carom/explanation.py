@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.contents import contents_of, growth_rates, in_single
+from carom.dynamics.machine import Wish, wish_of
 from carom.errors import InputError
 from carom.scene import Scene
 from carom.simulation import Simulation
@@ -94,6 +96,7 @@ def explain(
     images: bool = True,
     growth: float | ArrayLike | None = None,
     precision: str = "double",
+    event_log: bool = False,
 ) -> Explanation:
     """Tell what a simulation of a scene compiles, which arrays it has, and which neighbours it looks at.
 
@@ -105,6 +108,9 @@ def explain(
         A simulation is told about as it is now; it takes no other argument.
     neighbors, shell, images, growth, precision
         As in :class:`carom.Simulation`.
+    event_log : bool
+        Whether collisions go to an event log. Its buffer, of one size for all scenes, is not among the
+        arrays.
 
     Returns
     -------
@@ -135,16 +141,18 @@ def explain(
             machine.wish,
             machine.log is not None,
         )
-    from carom.contents import contents_of, growth_rates
     from carom.kernel import scheme
 
-    contents = contents_of(scene, growth_rates(growth, scene), 0.0, images, False)
+    wish = wish_of(neighbors, shell)
+    at_rest = np.zeros_like(scene.positions)
+    single = in_single(precision, scene, at_rest if scene.velocities is None else scene.velocities)
+    contents = contents_of(scene, growth_rates(growth, scene), 0.0, images, single)
     try:
-        chosen = scheme.choose(contents, 1.0, neighbors, shell)
+        chosen = scheme.choose(contents, 1.0, *wish)
     except ValueError as error:
         raise InputError(str(error)) from None
-    engine = scheme.build(chosen, contents, scene.positions, np.zeros_like(scene.positions))
-    return _explanation(scene, contents, chosen, engine, (neighbors, shell), False)
+    engine = scheme.build(chosen, contents, scene.positions, at_rest)
+    return _explanation(scene, contents, chosen, engine, wish, event_log)
 
 
 def _explanation(
@@ -152,7 +160,7 @@ def _explanation(
     contents: Contents,
     chosen: Scheme,
     engine: Engine,
-    wish: tuple[str, float | None],
+    wish: Wish,
     logged: bool,
 ) -> Explanation:
     models = {kind: type(part).__name__ for kind, part in engine.model._asdict().items() if part is not None}
@@ -202,7 +210,7 @@ def _arrays(engine: Engine) -> tuple[Array, ...]:
     return tuple(sorted(found.values(), key=lambda array: -array.nbytes))
 
 
-def _reason(contents: Contents, chosen: Scheme, wish: tuple[str, float | None]) -> str:
+def _reason(contents: Contents, chosen: Scheme, wish: Wish) -> str:
     """Say which neighbour scheme there is, and why."""
     from carom.kernel import scheme
 

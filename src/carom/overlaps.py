@@ -69,11 +69,6 @@ class Room:
     periodic: np.ndarray
     obstacles: Sequence[Obstacle] = ()
 
-    @classmethod
-    def torus(cls, box: np.ndarray) -> Room:
-        """Return a room without walls."""
-        return cls(box, np.ones(len(box), dtype=bool))
-
     def wrapped(self, positions: np.ndarray) -> np.ndarray:
         """Return positions (n, d) moved by whole edges into ``0 <= x < edge`` along the periodic axes."""
         if self.periodic.all():

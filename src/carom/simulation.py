@@ -15,12 +15,12 @@ from carom.contents import (
     contents_of,
     degrees_of_freedom,
     growth_rates,
-    refuse_single,
+    in_single,
     thermal_speed,
     unit_of,
 )
 from carom.dynamics import checkpoint, loop, mechanics, sampling
-from carom.dynamics.machine import Machine
+from carom.dynamics.machine import Machine, wish_of
 from carom.dynamics.mechanics import Impacts, Statistics
 from carom.dynamics.recorder import Recorder
 from carom.errors import InputError
@@ -90,12 +90,7 @@ class Simulation:
         growth: float | ArrayLike | None = None,
         event_log: str | PathLike[str] | None = None,
     ):
-        if neighbors not in ("auto", "lists", "sectors"):
-            raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists' or 'sectors'.")
-        if precision not in ("double", "single"):
-            raise InputError(f"precision is {precision!r}; expected 'double' or 'single'.")
-        if shell is not None:
-            shell = checks.number(shell, "shell", low=1.0, open_low=True)
+        wish = wish_of(neighbors, shell)
         if scene.velocities is None:
             velocities = initial.maxwell_velocities(
                 scene.n, scene.dimension, scene.masses, 1.0 if kT is None else kT, seed, conserved(scene)
@@ -104,18 +99,16 @@ class Simulation:
             velocities = scene.velocities
         else:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
-
         rates = growth_rates(growth, scene)
         if rates is not None and event_log is not None:
             raise InputError(
                 "An event log holds one diameter a component, but growth is given: leave out one."
             )
-        if precision == "single":
-            refuse_single(scene, velocities)
+        single = in_single(precision, scene, velocities)
         unit = unit_of(scene, velocities, rates)
         speed = thermal_speed(scene, velocities, unit)
-        contents = contents_of(scene, rates, speed, images, precision == "single", unit)
-        self._face(Machine(scene, velocities, contents, unit, (neighbors, shell)), {})
+        contents = contents_of(scene, rates, speed, images, single, unit)
+        self._face(Machine(scene, velocities, contents, unit, wish), {})
         self.machine.schedule()
         if event_log is not None:
             self.machine.log = Recorder(event_log, self.machine)

@@ -124,7 +124,8 @@ def run(
     if explain:
         from carom.explanation import explain as explained
 
-        typer.echo(str(explained(plan.build_scene(), neighbors=plan.run.neighbors)))
+        found = explained(plan.build_scene(), neighbors=plan.run.neighbors, event_log=plan.output.event_log)
+        typer.echo(str(found))
         return
     with watched() as progress:
         from carom import studies

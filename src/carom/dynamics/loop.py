@@ -35,30 +35,9 @@ def advance(
     walltime: float | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Block:
-    """Run on until the first of the given limits.
+    """Run on until so many more collisions, an instant, or seconds: see :meth:`carom.Simulation.run`.
 
-    Parameters
-    ----------
-    machine : Machine
-        What runs.
-    collisions : int, optional
-        Pair collisions to add.
-    end : Fraction, optional
-        Instant at which the run ends exactly [time].
-    walltime : float, optional
-        Seconds.
-    progress : callable, optional
-        Called now and then with the fraction done; changes no bit of the run.
-
-    Returns
-    -------
-    Block
-        Duration, collisions and virial of this stretch.
-
-    Warns
-    -----
-    CaromWarning
-        If the collisions asked for cannot be had.
+    Where the collisions asked for cannot be had, a :class:`carom.CaromWarning` says so.
     """
     from carom.kernel import constants, cycle
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom import checks
 from carom.contents import unit_of
 from carom.dynamics.clock import Clock
 from carom.dynamics.mechanics import Mechanics
@@ -22,6 +23,21 @@ if TYPE_CHECKING:
 
 Wish = tuple[str, float | None]
 """The neighbour scheme that was asked for, and the reach of its lists."""
+
+
+def wish_of(neighbors: str, shell: float | None) -> Wish:
+    """Return what is asked for of the neighbour scheme, checked.
+
+    Raises
+    ------
+    InputError
+        If there is no such scheme, or lists cannot have such a reach.
+    """
+    if neighbors not in ("auto", "lists", "sectors"):
+        raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists' or 'sectors'.")
+    if shell is not None:
+        shell = checks.number(shell, "shell", low=1.0, open_low=True)
+    return neighbors, shell
 
 
 class Machine:

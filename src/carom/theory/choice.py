@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from carom.theory.arithmetic import Equation
@@ -36,12 +37,7 @@ def best(dimension: int) -> Equation:
         return tonks
     if dimension == 3:
         return pieprzyk
-
-    def equation(packing_fraction: Any) -> Any:
-        return virial_pade(packing_fraction, dimension)
-
-    equation.__name__ = "virial_pade"
-    return equation
+    return _in_dimension(virial_pade, dimension)
 
 
 def solid(dimension: int) -> Equation:
@@ -61,12 +57,17 @@ def solid(dimension: int) -> Equation:
     virial_coefficients(dimension)
     if dimension == 3:
         return almarza
+    return _in_dimension(free_volume, dimension)
 
-    def equation(packing_fraction: Any) -> Any:
-        return free_volume(packing_fraction, dimension)
 
-    equation.__name__ = "free_volume"
-    return equation
+def _in_dimension(equation: Callable[[Any, int], Any], dimension: int) -> Equation:
+    """Return an equation of state for one dimension, of the same name."""
+
+    def fixed(packing_fraction: Any) -> Any:
+        return equation(packing_fraction, dimension)
+
+    fixed.__name__ = equation.__name__
+    return fixed
 
 
 def equations(dimension: int) -> dict[str, Equation]:
