@@ -79,10 +79,16 @@ class Room:
 
     def separations(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """Return the vectors (m, d) from i to the nearest image of j, for ``pairs`` (m, 2)."""
-        separation = positions[pairs[:, 1]] - positions[pairs[:, 0]]
-        turns = np.rint(separation / self.box)
-        turns[:, ~self.periodic] = 0.0
-        return separation - self.box * turns
+        i, j = pairs.T
+        result = np.empty((len(pairs), len(self.box)))
+        # An axis at a time, which takes half as long as all axes at once: that gathers rows of few numbers.
+        for axis, (edge, periodic) in enumerate(zip(self.box, self.periodic, strict=True)):
+            place = np.ascontiguousarray(positions[:, axis])
+            separation = place[j] - place[i]
+            if periodic:
+                separation -= edge * np.rint(separation / edge)
+            result[:, axis] = separation
+        return result
 
     def distances(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """Return the distances (m,) of the nearest images of ``pairs`` (m, 2)."""
