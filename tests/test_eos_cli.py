@@ -88,6 +88,21 @@ def test_another_study_in_the_folder_is_left_alone(done):
     assert {path: path.read_bytes() for path in out.rglob("*.*")} == before
 
 
+def test_a_table_that_cannot_be_written_is_shown_all_the_same(tmp_path):
+    """With a full disk it is all that there is of a long study."""
+    short = ["--eta", "0.1", "--n", "32", "--collisions-per-particle", "50", "--engine", "serial"]
+    out = tmp_path / "out"
+    assert carom("eos", *short, "--out", out, "--no-pictures").returncode == 0
+    (out / "eos.csv").unlink()
+    (out / "eos.csv").mkdir()
+    for options in ([], ["--json"]):
+        finished = carom("eos", *short, "--out", out, "--no-pictures", *options)
+        assert finished.returncode == 2
+        assert "eos.csv" in finished.stderr
+        assert "theory" in finished.stdout
+    assert len(json.loads(finished.stdout)["table"]) == 1
+
+
 def test_flags_take_the_place_of_what_the_file_says(tmp_path):
     file = tmp_path / "study.toml"
     file.write_text(

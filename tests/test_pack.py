@@ -279,9 +279,29 @@ def test_the_backbone_of_spheres_is_isostatic_and_a_few_rattle(seed):
 
 
 @pytest.mark.slow
-def test_equal_disks_jam_in_grains():
-    packing = judged(studies.points(2000, 2, seed=1), rate=3e-3, until_pressure=1e6, seed=1)
-    assert 0.88 <= packing.packing_fraction <= 0.90
+def test_equal_disks_jam_in_grains_the_denser_the_slower():
+    """Equal disks freeze into grains on the way: 0.88 to 0.90 (Lubachevsky and Stillinger 1990).
+
+    Boundaries of grains, vacancies and rattlers keep them below the crystal's 0.9069; slower growth has the
+    time to anneal them. That is a statement about a moderate rate, not about one packing: of 2000 disks at a
+    rate of 3e-3 the density scatters by 0.009 from seed to seed, 0.876 to 0.901. So means of eight seeds are
+    tested, at a rate where grains have grown: 1000 disks at 1e-3 gave 0.8937 with a standard error of 0.0004,
+    and 0.869 with one of 0.003 at the fast rate 0.02, where they had no time to.
+    """
+
+    def mean(rate):
+        seeds = range(1, 9)
+        packings = [
+            judged(studies.points(1000, 2, seed=seed), rate=rate, until_pressure=1e6, seed=seed)
+            for seed in seeds
+        ]
+        fractions = np.array([packing.packing_fraction for packing in packings])
+        assert fractions.max() < DENSEST[2]
+        return fractions.mean(), fractions.std(ddof=1) / math.sqrt(len(fractions))
+
+    (slow, slow_error), (fast, fast_error) = mean(1e-3), mean(0.02)
+    assert 0.88 <= slow <= 0.90
+    assert fast + 3.0 * math.hypot(slow_error, fast_error) < slow
 
 
 @pytest.mark.slow

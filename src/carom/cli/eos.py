@@ -133,11 +133,15 @@ def eos(
         from carom.studies.eos.study import run
 
         result = run(spec, executor=scheduler or engine, workers=workers, out=out, progress=progress)
-        _write(result, out, report, pictures)
+    # Before anything is written, which a full disk may refuse: then this is all there is.
     if as_json:
         print(json.dumps(_plain(result), indent=2, allow_nan=False))
     else:
-        _show(result, out, report)
+        _show(result)
+    sys.stdout.flush()
+    _write(result, out, report, pictures)
+    if not as_json:
+        print(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else ""))
     if not result.complete:
         raise InputError(
             f"{len(result.records)} of {len(result.spec.tasks())} runs are done; "
@@ -239,7 +243,7 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
         yield progress
 
 
-def _show(result: EquationOfState, out: Path, report: bool) -> None:
+def _show(result: EquationOfState) -> None:
     from rich.console import Console
     from rich.text import Text
 
@@ -252,7 +256,6 @@ def _show(result: EquationOfState, out: Path, report: bool) -> None:
     flagged = sum(not row.equilibrated for row in result.table)
     if flagged:
         console.print(Text(f"{flagged} point{'s' * (flagged > 1)} flagged, and left out of fits."))
-    console.print(Text(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
 
 
 def _table(result: EquationOfState) -> Any:
@@ -260,12 +263,14 @@ def _table(result: EquationOfState) -> Any:
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    from carom.cli.screen import decimals_of
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True, caption_justify="left")
     for name in ("η", "N", "runs", "Z", "infinite", "theory", "dev.", "P*"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("")
     for row in result.table:
-        decimals = max(1 - math.floor(math.log10(row.error)), 0) if 0.0 < row.error < math.inf else 6
+        decimals = decimals_of(row.error)
         table.add_row(
             f"{row.packing_fraction:.5g}",
             str(row.n),
@@ -274,10 +279,15 @@ def _table(result: EquationOfState) -> Any:
             f"{row.infinite:.{decimals}f}" if math.isfinite(row.infinite) else "",
             f"{row.theory:.{decimals}f}" if math.isfinite(row.theory) else "",
             f"{row.deviation:+.1f}" if math.isfinite(row.deviation) else "",
-            f"{row.pressure:.{decimals}f}",
-            "; ".join(row.remarks),
+            f"{row.pressure:.{decimals_of(row.pressure_error)}f}",
+            "*" if row.remarks else "",
             style=None if row.equilibrated else "red",
         )
+    table.caption = "\n".join(
+        f"* η = {row.packing_fraction:.5g}, N = {row.n}: {'; '.join(row.remarks)}"
+        for row in result.table
+        if row.remarks
+    )
     return table
 
 

@@ -115,7 +115,7 @@ def _physics(summary: dict[str, Any]) -> Any:
         measured = summary[key]
         if measured["mean"] is None:
             continue
-        decimals = _decimals(measured)
+        decimals = decimals_of(measured["error"])
         cells = [_with_error(measured)]
         for row in summary["theory"]:
             cells.append(_beside(row[theoretical], measured, decimals))
@@ -192,17 +192,16 @@ def _reached(summary: dict[str, Any]) -> str:
     return f"{reached}, {summary['relative_error']:.2g} was asked for"
 
 
-def _decimals(value: dict[str, Any]) -> int:
-    """Return how many decimals the error leaves: one digit of it, or two where it begins with 1."""
-    error = value["error"]
-    if not error:
+def decimals_of(error: float | None) -> int:
+    """Return how many decimals an error leaves: one digit of it, or two where it begins with 1."""
+    if not error or not math.isfinite(error):
         return 6
     exponent = math.floor(math.log10(error))
     return max((1 if error / 10.0**exponent < 1.95 else 0) - exponent, 0)
 
 
 def _with_error(value: dict[str, Any]) -> str:
-    decimals = _decimals(value)
+    decimals = decimals_of(value["error"])
     if value["error"] is None:
         return f"{value['mean']:.6g} ± ?"
     return f"{value['mean']:.{decimals}f} ± {value['error']:.{decimals if value['error'] else 0}f}"
