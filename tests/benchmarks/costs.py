@@ -5,6 +5,7 @@
     python tests/benchmarks/costs.py start      from nothing to the first event, compiled and from the cache
     python tests/benchmarks/costs.py sampling   rate against the interval between frames
     python tests/benchmarks/costs.py threads    two simulations on two cores against one
+    python tests/benchmarks/costs.py tasks      what a task of a study takes beside its events
 
 Rates are million pair collisions per second of CPU time; only ratios within one table mean anything.
 """
@@ -21,6 +22,9 @@ import numpy as np
 
 import carom
 from carom.kernel.scheme import arrays
+from carom.studies.eos.simulate import simulate
+from carom.studies.eos.spec import StudySpec, scene_spec
+from carom.studies.eos.start import start as begin
 
 
 def rate(sim: carom.Simulation, collisions: int, repeats: int = 3) -> float:
@@ -183,9 +187,35 @@ def threads(given: argparse.Namespace) -> None:
     print(f"two threads do {middle:.2f} times the work of one ({min(ratios):.2f} to {max(ratios):.2f})")
 
 
+def tasks(given: argparse.Namespace) -> None:
+    """Print the processor time of tasks with hardly any events: 4000 spheres, one collision each."""
+    print("| packing fraction | s a task | of it placement | of it order parameter |\n|---|---|---|---|")
+    for eta in (0.05, 0.30, 0.45, 0.475, 0.49):
+        found = []
+        for frames in (0, None):
+            study = StudySpec((eta,), replicas=6, collisions_per_particle=1, equilibration=1, frames=frames)
+            seconds = []
+            for task in study.tasks():
+                began = time.process_time()
+                simulate(task)
+                seconds.append(time.process_time() - began)
+            found.append(np.median(seconds[1:]))  # the first one loads what is compiled
+        placing = []
+        for seed in range(5):
+            began = time.process_time()
+            begin(scene_spec(task["scene"]), np.random.default_rng(seed))
+            placing.append(time.process_time() - began)
+        print(
+            f"| {eta} | {found[1]:.3f} | {np.median(placing):.3f} | {found[1] - found[0]:.3f} |", flush=True
+        )
+
+
 def main() -> None:
     """Print a table."""
-    tables = {"size": size, "features": features, "start": start, "sampling": sampling, "threads": threads}
+    tables = {
+        "size": size, "features": features, "start": start, "sampling": sampling, "threads": threads,
+        "tasks": tasks,
+    }  # fmt: skip
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

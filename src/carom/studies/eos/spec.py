@@ -43,7 +43,7 @@ FEWEST = 200.0
 """Collisions per particle that are measured at least, however modest the error asked for."""
 
 FRAMES = 8
-"""Frames for the order parameter near freezing where no number is given: some 0.1 s each."""
+"""Frames for the order parameter near freezing where no number is given: some 0.04 s each (N = 4000)."""
 
 START = ("auto", "random", "fcc", "cubic", "triangular", "dn")
 
