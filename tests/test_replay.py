@@ -122,3 +122,13 @@ def test_a_missing_log_is_an_error(tmp_path):
 def test_impossible_times_are_errors(short_log, time):
     with pytest.raises(InputError, match="time"):
         replay(short_log, time=time)
+
+
+def test_velocities_are_not_scaled_behind_the_back_of_a_log(tmp_path):
+    with carom.Simulation(carom.Scene.fcc(3, packing_fraction=0.3), event_log=tmp_path / "events.h5") as sim:
+        sim.run(time=0.5)
+        with pytest.raises(InputError, match="close"):
+            sim.rescale(2.0)
+        sim.close()
+        sim.rescale(2.0)
+        assert sim.kT == pytest.approx(2.0, rel=1e-14)

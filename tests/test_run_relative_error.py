@@ -9,6 +9,7 @@ from command import assert_same_run, carom
 
 from carom import studies
 from carom.errors import InputError
+from carom.observables.precision import FLOOR
 from carom.plan import Plan, RunSpec
 
 PRECISE = """
@@ -44,6 +45,7 @@ def test_a_run_reaches_the_relative_error_it_was_asked_for(finished):
     summary = json.loads((folder / "summary.json").read_text())
     z = summary["compressibility_factor"]
     assert z["error"] <= 3e-3 * z["mean"]
+    assert z["n_eff"] >= FLOOR
     assert summary["relative_error"] == 3e-3
     # At least the frames asked for, more only as far as the stretch outgrew the pilot's prediction.
     assert 20 <= summary["frames"] <= 80

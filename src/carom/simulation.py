@@ -287,9 +287,14 @@ class Simulation:
         Raises
         ------
         InputError
-            If nothing moves, or a growth that is not positive takes the place of another, or of none.
+            If nothing moves, or a growth that is not positive takes the place of another, or of none; or if
+            there is an event log, which holds collisions only.
         """
         kT = checks.number(kT, "kT", low=0.0, open_low=True)
+        if self.machine.log is not None:
+            raise InputError(
+                "After rescale() no state could be rebuilt from the event log: close() the log first."
+            )
         rates = growth_rates(growth, self.scene)
         if growth is not None and (rates is None or self.machine.contents.rates is None):
             raise InputError(
