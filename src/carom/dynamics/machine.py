@@ -184,7 +184,9 @@ class Machine:
         """Make more room in sectors, cells and lists; everything has then to be scheduled anew."""
         from carom.kernel import scheme
 
-        self.scheme = self.scheme.with_larger_neighbors()
+        neighbors = self.engine.neighbors
+        full_cell = self.scheme.kind == "sectors" or neighbors.members.max() == self.scheme.cell_capacity
+        self.scheme = self.scheme.with_larger_neighbors(full_cell)
         self.engine = scheme.enlarge_neighbors(self.engine, self.scheme, self.contents)
 
     def enlarge_heap(self) -> None:

@@ -60,7 +60,9 @@ class Calendar(NamedTuple):
 def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
     buckets = 1 << max(4, (n // 8).bit_length())
-    lines = 3 * n // (2 * ENTRIES) + 64  # n entries at most, and some room to go on
+    lines = (
+        n // (2 * ENTRIES) + 64
+    )  # where buckets fill unevenly; should that not do, the window is laid out anew
     heap = max(heap, 256)
     control = np.zeros(1, CONTROL)
     control["width"] = width

@@ -3,7 +3,7 @@
 Every component has a reference point, and a sphere around it which its surface does not leave: its *bound*.
 Two components are listed with each other while their bounds touch. A component whose surface has come to its
 bound takes a new reference point and renews its list, alone. Reference points are fractions of the box in
-32-bit integers: differences then are the nearest image's by themselves, and exact.
+integers, all axes in one word of 64 bits: differences then are the nearest image's by themselves, and exact.
 
 Who is near is looked up in cells. Components of very different bounds are kept in grids of their own, each
 with cells as wide as the largest bounds in it (*levels*), so that small ones are not looked for in large
@@ -15,21 +15,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import overload
 
 from carom.kernel.constants import NEVER
-from carom.kernel.dispatch import INLINE, generic, inner
+from carom.kernel.dispatch import generic, inner
 from carom.kernel.lookahead import ask_candidates, ask_rows, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
-
-GRAIN = 2.0**-32
-"""Reference points lie on a grid of this fraction of the box."""
-
-
-STEP = 8
-"""Members of a cell copied in one go."""
+from carom.kernel.words import STEP, copy_words
 
 
 class EqualBounds(NamedTuple):
@@ -248,23 +241,19 @@ class Lists(NamedTuple):
     """EqualBounds, UnequalBounds or GrowingBounds."""
     grid: Grid
     cells: np.ndarray
-    """What each cell holds, (cells, d + 1, room) uint32: components and, beside them, their reference
-    points.
+    """Components in each cell, (cells + 1, room) uint32; the last row is there to be read beyond the one
+    before it.
     """
     members: np.ndarray
     """How many each cell holds, (cells,) int32."""
     grain: tuple
     """Length of one step of a reference point along each axis."""
     reference: np.ndarray
-    """Reference points, (n, d) uint32."""
+    """Reference points, (n,) uint64: steps along each axis, side by side."""
     words: np.ndarray
     """Neighbours, list after list, uint32."""
-    fresh: np.ndarray
-    """Room for one reference point that is not in force yet, (d,) uint32."""
     found: np.ndarray
-    """Room for those found in the cells around one, as the cells hold them, (d + 1, room) uint32."""
-    stale: np.ndarray
-    """Room for the reference point that was in force before, (d,) uint32."""
+    """Room for those found in the cells around one, (room,) uint32."""
     newcomers: np.ndarray
     """Room for those newly listed, uint32."""
     hits: np.ndarray
@@ -273,41 +262,42 @@ class Lists(NamedTuple):
     """How many neighbours, (n,) int32."""
 
 
-def make_lists(n: int, grain, bounds, grid: Grid, cell_capacity: int, words: int) -> Lists:
+def coordinate_bits(dimension: int) -> int:
+    """Return how many bits of a reference point are for one axis."""
+    return min(32, 64 // dimension)
+
+
+def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int) -> Lists:
     """Return empty lists.
 
     Parameters
     ----------
     n : int
         Components.
-    grain : d floats
-        Length of one step of a reference point [length].
+    spans : d floats
+        Lengths that reference points are fractions of [length].
     bounds : EqualBounds, UnequalBounds or GrowingBounds
         Bounds of the components.
     grid : Grid
         The cells.
     cell_capacity : int
-        Components a cell can hold, a multiple of 8.
+        Components a cell can hold, 8 at least.
     words : int
         Neighbours that all lists can hold.
     """
-    dimension = len(grain)
+    dimension = len(spans)
     cells = int(grid.shape.prod(axis=1).sum())
     blocks = np.minimum(2 * grid.spans + 1, grid.shape).prod(axis=2).sum(axis=1)
     room = min(int(blocks.max()) * cell_capacity, n) + 2 * STEP
     return Lists(
         bounds=bounds,
         grid=grid,
-        cells=aligned(cells * (dimension + 1) * cell_capacity, np.uint32).reshape(
-            cells, dimension + 1, cell_capacity
-        ),
+        cells=aligned((cells + 1) * cell_capacity, np.uint32).reshape(cells + 1, cell_capacity),
         members=np.zeros(cells, np.int32),
-        grain=tuple(grain),
-        reference=np.zeros((n, dimension), np.uint32),
+        grain=tuple(span * 2.0 ** -coordinate_bits(dimension) for span in spans),
+        reference=np.zeros(n, np.uint64),
         words=np.full(words + STEP, n, np.uint32),
-        fresh=np.zeros(dimension, np.uint32),
-        found=np.zeros((dimension + 1, room), np.uint32),
-        stale=np.zeros(dimension, np.uint32),
+        found=np.zeros(room, np.uint32),
         newcomers=np.full(room + STEP, n, np.uint32),
         hits=np.zeros(room, np.int64),
         counts=np.zeros(n, np.int32),
@@ -339,15 +329,27 @@ def make_grid(shapes, spans) -> Grid:
     )
 
 
-def wrap32(difference):
-    """Return an integer difference of two 32-bit fractions as the nearest image's, in [-2^31, 2^31)."""
-    return ((int(difference) + 2147483648) & 4294967295) - 2147483648
+@inner
+def bits(lists):
+    """Return how many bits of a reference point are for one axis."""
+    return np.int64(min(32, 64 // len(lists.grain)))
 
 
-@overload(wrap32, jit_options=INLINE)
-def _wrap32_compiled(difference):
-    # Integers of 32 bits wrap by themselves.
-    return lambda difference: np.int32(np.uint32(difference))
+@inner
+def steps(lists, point, axis):
+    """Return the coordinate of a reference point along an axis, in steps."""
+    size = bits(lists)
+    return np.int64(np.uint64(point) >> np.uint64(size * axis)) & ((np.int64(1) << size) - 1)
+
+
+@inner
+def between(lists, to, since, axis):
+    """Return the component along an axis of the way between two reference points, of the nearest image."""
+    shift = np.uint64(bits(lists) * axis)
+    half = np.int64(1) << (bits(lists) - 1)
+    # The bits of other axes, above, are cut off with those of the wrap.
+    way = np.int64(np.uint64(to) >> shift) - np.int64(np.uint64(since) >> shift)
+    return np.int32(((way + half) & (2 * half - 1)) - half) * lists.grain[axis]
 
 
 @inner
@@ -356,7 +358,7 @@ def cell_of(lists, own, point):
     cell = np.int64(0)
     for axis in range(len(lists.grain)):
         size = lists.grid.shape[own, axis]
-        cell = cell * size + ((np.int64(point[axis]) * size) >> 32)
+        cell = cell * size + ((steps(lists, point, axis) * size) >> bits(lists))
     return np.uint64(lists.grid.base[own] + cell)
 
 
@@ -365,11 +367,11 @@ HAIR = 1e-9
 
 
 @inner
-def cells_near(lists, own, other, point, reach, moved):
+def cells_near(lists, own, other, point, reach, moved, old):
     """Find the cells of a level that can hold anybody whom a component of level ``own`` has to look at.
 
     Those are no further from the reference point than the square root of ``reach``; and if the component has
-    ``moved`` from ``stale`` to this point, who is new to it is nearer to the new point than to the old one.
+    ``moved`` from ``old`` to this point, who is new to it is nearer to the new point than to the old one.
 
     Returns
     -------
@@ -381,7 +383,7 @@ def cells_near(lists, own, other, point, reach, moved):
     count = np.uint64(1)
     start = HAIR * reach
     for axis in range(len(lists.grain)):
-        step = wrap32(np.int64(point[axis]) - np.int64(lists.stale[axis])) * lists.grain[axis]
+        step = between(lists, point, old, axis)
         start += 0.5 * step * step if moved else 0.0
     grid.near[0, 0] = 0
     grid.gaps[0, 0] = 0.0
@@ -389,12 +391,11 @@ def cells_near(lists, own, other, point, reach, moved):
     for axis in range(len(lists.grain)):
         size = grid.shape[other, axis]
         span = grid.spans[own, other, axis]
-        scaled = np.int64(point[axis]) * size
-        home = scaled >> 32
-        side = lists.grain[axis] * 4294967296.0 / size
-        inside = (scaled & 4294967295) * GRAIN * side
-        step = wrap32(np.int64(point[axis]) - np.int64(lists.stale[axis])) * lists.grain[axis]
-        step = step if moved else 0.0
+        scaled = steps(lists, point, axis) * size
+        home = scaled >> bits(lists)
+        inside = (scaled - (home << bits(lists))) * lists.grain[axis] / size
+        side = lists.grain[axis] * np.float64(np.int64(1) << bits(lists)) / size
+        step = between(lists, point, old, axis) if moved else 0.0
         around = 2 * span + 1 > size  # all of them, each once
         first = -(size // 2) if around else -span
         last = first + size if around else span + 1
@@ -456,20 +457,18 @@ def apart(lists, point, j):
     """Return the squared distance of a reference point from that of j."""
     rr = 0.0
     for axis in range(len(lists.grain)):
-        r = wrap32(np.int64(point[axis]) - np.int64(lists.reference[j, axis])) * lists.grain[axis]
+        r = between(lists, point, lists.reference[j], axis)
         rr += r * r
     return rr
 
 
 @inner
-def enter_cell(lists, cell, i, point):
-    """Add i with its reference point to a cell; False, and nothing done, if the cell is full."""
+def enter_cell(lists, cell, i):
+    """Add i to a cell; False, and nothing done, if the cell is full."""
     last = np.uint64(lists.members[cell])
-    if last == np.uint64(lists.cells.shape[2]):
+    if last == np.uint64(lists.cells.shape[1]):
         return False
-    lists.cells[cell, 0, last] = i
-    for axis in range(len(lists.grain)):
-        lists.cells[cell, axis + 1, last] = point[axis]
+    lists.cells[cell, last] = i
     lists.members[cell] += 1
     return True
 
@@ -480,9 +479,8 @@ def leave_cell(lists, cell, i):
     lists.members[cell] -= 1
     last = np.uint64(lists.members[cell])
     for k in range(last):
-        if lists.cells[cell, 0, k] == i:
-            for row in range(len(lists.grain) + 1):
-                lists.cells[cell, row, k] = lists.cells[cell, row, last]
+        if lists.cells[cell, k] == i:
+            lists.cells[cell, k] = lists.cells[cell, last]
             break
 
 
@@ -493,11 +491,15 @@ def _(neighbors: Lists, boundary, i, half):
 
 @inner
 def refer(lists, motion, state, i, now):
-    """Put the present position of i, as a reference point, into ``fresh``."""
+    """Return the present position of i as a reference point."""
     row = state.rows[i]
+    size = bits(lists)
+    point = np.uint64(0)
     for axis in range(len(lists.grain)):
         x = position(motion, axis, row.x[axis], row.v[axis], now - row.t)
-        lists.fresh[axis] = np.int64(np.floor(x / lists.grain[axis])) & 4294967295
+        whole = np.int64(np.floor(x / lists.grain[axis])) & ((np.int64(1) << size) - 1)
+        point |= np.uint64(whole) << np.uint64(size * axis)
+    return point
 
 
 @transit_time.register
@@ -511,7 +513,7 @@ def _(neighbors: Lists, motion, boundary, state, i, now):
         v = np.float64(row.v[axis])
         r = (
             position(motion, axis, row.x[axis], v, now - row.t)
-            - neighbors.reference[i, axis] * neighbors.grain[axis]
+            - steps(neighbors, neighbors.reference[i], axis) * neighbors.grain[axis]
         )
         r -= boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
         rr += r * r
@@ -541,12 +543,9 @@ def renew(lists, motion, state, i, now):
     """
     me = np.uint32(i)
     nobody = np.uint32(len(lists.counts))
-    old = lists.stale
-    fresh = lists.fresh
+    old = lists.reference[i]
+    fresh = refer(lists, motion, state, i, now)
     own = level(lists.bounds, i)
-    for axis in range(len(lists.grain)):
-        old[axis] = lists.reference[i, axis]
-    refer(lists, motion, state, i, now)
     leave_cell(lists, cell_of(lists, own, old), me)
     first = start(lists.bounds, i)
     end = first + np.uint64(lists.counts[i])
@@ -561,21 +560,21 @@ def renew(lists, motion, state, i, now):
     for k in range(kept, end):
         lists.words[k] = nobody
     lists.counts[i] = kept - first
-    total = look_around(lists, i, fresh, True)
+    total = look_around(lists, i, fresh, True, old)
     for k in range(total):
-        limit = touching(lists.bounds, i, np.uint64(lists.found[0, k]))
-        lists.hits[k] = np.int64((beside(lists, fresh, k) <= limit) & (beside(lists, old, k) > limit))
-    for axis in range(len(lists.grain)):
-        lists.reference[i, axis] = fresh[axis]
-    if not enter_cell(lists, cell_of(lists, own, fresh), me, fresh):
+        j = np.uint64(lists.found[k])
+        limit = touching(lists.bounds, i, j)
+        lists.hits[k] = np.int64((apart(lists, fresh, j) <= limit) & (apart(lists, old, j) > limit))
+    lists.reference[i] = fresh
+    if not enter_cell(lists, cell_of(lists, own, fresh), me):
         return np.int64(-1)
     return enlist_hits(lists, i, total)
 
 
 @inner
-def look_around(lists, i, point, moved):
+def look_around(lists, i, point, moved, old):
     """Put all in the cells around a reference point of component i into ``found`` and return how many they
-    are; if it has ``moved`` there, those at least who are new to it.
+    are; if it has ``moved`` there from ``old``, those at least who are new to it.
 
     Members are copied eight at a time, whether so many are there or not: cells hold a few each, and a loop
     over the right number would be mispredicted at every one.
@@ -583,26 +582,22 @@ def look_around(lists, i, point, moved):
     total = np.uint64(0)
     own = level(lists.bounds, i)
     for other in range(np.uint64(levels(lists.bounds))):
-        half, count = cells_near(lists, own, other, point, widest(lists.bounds, i, other), moved)
+        half, count = cells_near(lists, own, other, point, widest(lists.bounds, i, other), moved, old)
         for k in range(count):
             cell = np.uint64(lists.grid.near[half, k])
             members = np.uint64(lists.members[cell])
             for begin in range(np.uint64(0), members, np.uint64(STEP)):
-                for row in range(len(lists.grain) + 1):
-                    for lane in range(np.uint64(STEP)):
-                        lists.found[row, total + begin + lane] = lists.cells[cell, row, begin + lane]
+                copy_words(
+                    lists.cells,
+                    np.int64(cell),
+                    np.int64(begin),
+                    lists.found,
+                    np.int64(total + begin),
+                    np.int64(0),
+                    np.int64(0),
+                )
             total += members
     return total
-
-
-@inner
-def beside(lists, point, k):
-    """Return the squared distance of a reference point from that of the k-th found."""
-    rr = 0.0
-    for axis in range(len(lists.grain)):
-        r = wrap32(np.int64(point[axis]) - np.int64(lists.found[axis + 1, k])) * lists.grain[axis]
-        rr += r * r
-    return rr
 
 
 @inner
@@ -610,7 +605,7 @@ def enlist_hits(lists, i, total):
     """List i and the hits among those found with each other; return their number, or -1 if a list is full."""
     last = np.uint64(0)
     for k in range(total):  # without a branch: who is near is a coin toss for the processor
-        lists.newcomers[last] = lists.found[0, k]
+        lists.newcomers[last] = lists.found[k]
         last += np.uint64(lists.hits[k])
     for k in range(last):
         j = np.uint64(lists.newcomers[k])
@@ -647,17 +642,15 @@ def _(neighbors: Lists, motion, boundary, state):
     neighbors.members[:] = 0
     neighbors.counts[:] = 0
     neighbors.words[:] = len(neighbors.counts)
-    fresh = neighbors.fresh
     for i in range(np.uint64(len(state.partner))):
         own = level(neighbors.bounds, i)
-        refer(neighbors, motion, state, i, now)
-        total = look_around(neighbors, i, fresh, False)
+        fresh = refer(neighbors, motion, state, i, now)
+        total = look_around(neighbors, i, fresh, False, fresh)
         for k in range(total):
-            limit = touching(neighbors.bounds, i, np.uint64(neighbors.found[0, k]))
-            neighbors.hits[k] = np.int64(beside(neighbors, fresh, k) <= limit)
-        for axis in range(len(neighbors.grain)):
-            neighbors.reference[i, axis] = fresh[axis]
-        entered = enter_cell(neighbors, cell_of(neighbors, own, fresh), np.uint32(i), fresh)
+            j = np.uint64(neighbors.found[k])
+            neighbors.hits[k] = np.int64(apart(neighbors, fresh, j) <= touching(neighbors.bounds, i, j))
+        neighbors.reference[i] = fresh
+        entered = enter_cell(neighbors, cell_of(neighbors, own, fresh), np.uint32(i))
         if not entered or enlist_hits(neighbors, i, total) < 0:
             return False
     return True

@@ -14,11 +14,11 @@ from carom.kernel.boundary import NearestImage, SectorImage
 from carom.kernel.calendar import Calendar, make_calendar
 from carom.kernel.cycle import Model
 from carom.kernel.lists import (
-    GRAIN,
     EqualBounds,
     GrowingBounds,
     Lists,
     UnequalBounds,
+    coordinate_bits,
     make_grid,
     make_lists,
 )
@@ -171,11 +171,14 @@ class Scheme:
     heap: int
     horizon: float = math.inf
     """Time after which components that grow need another scheme."""
+    step: int = 8
+    """By how much the room in lists grows when one is full; twice that the next time."""
 
-    def with_larger_neighbors(self) -> Scheme:
-        """Return the scheme with more room in cells and lists."""
-        more = self.capacity + 8 if self.capacity else 0
-        return replace(self, cell_capacity=self.cell_capacity + 8, capacity=more)
+    def with_larger_neighbors(self, full_cell: bool) -> Scheme:
+        """Return the scheme with more room in cells, or in lists."""
+        if full_cell:
+            return replace(self, cell_capacity=self.cell_capacity + (8 if self.kind == "sectors" else 4))
+        return replace(self, capacity=self.capacity + self.step, step=2 * self.step)
 
     def with_larger_heap(self) -> Scheme:
         """Return the scheme with more room in the calendar's heap."""
@@ -219,7 +222,7 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
     return 2.0 * math.sqrt(dimension / math.pi) * excess * speed / diameter
 
 
-NEIGHBORS = (5, 10, 15, 26, 40, 60)
+NEIGHBORS = (5, 10, 13, 26, 40, 60)
 """Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %)."""
 
 DILUTE = (0.01, 0.57, 0.35, 0.18, 0.07, 0.03)
@@ -239,6 +242,9 @@ WIDEST, MOST_SECTORS = 2.0**17, 2.0**20
 """Diameters that a sector is wide, at most: from two of them away a graze of 1e-5 diameters can be told from
 a miss. More than so many sectors are not worth it.
 """
+
+FINEST = 16.0
+"""Steps of a reference point in a margin, at least: a flight is cut short by about one of them."""
 
 SHORTEST = 1.2
 """Reach in diameters below which lists are renewed so often that sectors are better."""
@@ -298,6 +304,14 @@ def choose(
     least = diameter
     if contents.rates is not None and contents.radii is not None:
         least += SMALLEST_MARGIN * 2.0 * float(np.median(contents.radii))
+    grain = max(_spans(contents, reach)) * 2.0 ** -coordinate_bits(dimension)
+    thinnest = 0.5 * (reach - diameter) * (1.0 if contents.radii is None else float(contents.paces.min()))
+    coarse = FINEST * grain > thinnest
+    if neighbors == "lists" and coarse and least < reach <= widest:
+        raise ValueError(
+            f"Neighbour lists keep places to {grain:g} in a box of this length, too coarse for margins of "
+            f"{thinnest:g}; use neighbors='sectors', or a larger shell."
+        )
     if neighbors == "lists" and (reach > widest or reach <= least):
         needed = 2.0 * (diameter + 2.0 * pace * (reach - diameter))
         raise ValueError(
@@ -307,7 +321,7 @@ def choose(
     density = contents.n / math.prod(box)
     spacing = density ** (-1.0 / dimension)
     if neighbors == "auto":
-        fits = least < reach <= widest
+        fits = least < reach <= widest and not coarse
         dense = packing_fraction > _of(DILUTE, dimension) or diameter > 1.2 * spacing
         neighbors = "lists" if fits and (dense or shell is not None) else "sectors"
     sizes = contents.reaches
@@ -355,19 +369,21 @@ def choose(
         reach = 0.0
     elif sizes is None:
         listed = density * _ball(dimension) * reach**dimension
-        capacity = int(listed + 1.5 * math.sqrt(listed) + 1.0)
+        # Most fluids never need more than this; a few longer ones are no reason for room in all of them.
+        capacity = int(listed + 1.25 * math.sqrt(listed) + 1.0)
     else:
         capacity = 8
     return Scheme(
         kind=neighbors,
         shape=shape,
-        cell_capacity=-(-int(most + 1.0) // 8) * 8 - count,
+        cell_capacity=-(-int(most + 1.0) // 8) * 8 - count if count else max(-(-int(most) // 4) * 4, 8),
         reach=reach,
         capacity=capacity,
         epoch=epoch,
         width=width,
         heap=max(256, contents.n // 16),
         horizon=_short(horizon),
+        step=2 if sizes is None else 8,
     )
 
 
@@ -497,7 +513,6 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
     sizes = contents.reaches
     # Reference points beyond a wall are no neighbours: a stretched axis keeps its two ends apart.
     spans = _spans(contents, scheme.reach)
-    grain = [span * GRAIN for span in spans]
     if sizes is None:
         margin = 0.5 * (scheme.reach - contents.diameter)
         bounds: Any = EqualBounds(scheme.reach**2, margin * SLACK, scheme.capacity)
@@ -521,7 +536,7 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
         else:
             margins = _with_ghost(bound - sizes) * SLACK
             bounds = UnequalBounds(ghostly, margins, starts, marks, len(shapes), largest)
-    return make_lists(n, grain, bounds, make_grid(shapes, around), scheme.cell_capacity, words)
+    return make_lists(n, spans, bounds, make_grid(shapes, around), scheme.cell_capacity, words)
 
 
 class Levels(NamedTuple):

@@ -65,14 +65,15 @@ def _copy_words(typingctx, members, cell, start, words, total, bits, code):
 
 def copy_words(members, cell, start, words, total, bits, code):
     """Write ``member << bits | code`` of the eight members of a cell from ``start`` on to ``words`` from
-    ``total`` on.
+    ``total`` on; the last of the eight may be the next cell's.
 
     Parameters
     ----------
     members : (cells, room) uint32 array
     words : uint32 array
     """
-    eight = members[int(cell), int(start) : int(start) + STEP]
+    first = int(cell) * members.shape[1] + int(start)
+    eight = members.reshape(-1)[first : first + STEP]
     words[int(total) : int(total) + STEP] = (eight << int(bits)) | int(code)
 
 
