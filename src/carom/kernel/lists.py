@@ -622,6 +622,7 @@ def _(neighbors: Lists, i):
     prefetch(neighbors.words, begin)
     prefetch(neighbors.words, begin + 16)
     prefetch(neighbors.counts, np.int64(i))
+    prefetch(neighbors.reference, np.int64(i))
 
 
 @ask_rows.register

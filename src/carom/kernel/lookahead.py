@@ -78,6 +78,7 @@ def look_ahead(calendar, state, neighbors, boundary):
             i = np.int64(buckets[bucket, k + np.uint64(2)])
             prefetch(state.rows, i)
             prefetch(state.partner, i)
+            prefetch(state.leave, i)
             ask_candidates(neighbors, np.uint64(i))
     if first + 1 < last:
         bucket = np.uint64(first + 1)
@@ -87,6 +88,7 @@ def look_ahead(calendar, state, neighbors, boundary):
             if word >= 0:
                 j = np.int64(index(boundary, word))
                 prefetch(state.rows, j)
+                prefetch(state.leave, j)
                 ask_candidates(neighbors, np.uint64(j))
             ask_rows(neighbors, state.rows, who)
     if first < last:
