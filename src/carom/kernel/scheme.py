@@ -228,6 +228,11 @@ NEIGHBORS = (5, 10, 13, 26, 40, 60)
 DILUTE = (0.01, 0.57, 0.35, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
+MANY, MANY_DILUTE = 100_000, 0.75
+"""Components from which on they do so only below this part of it: far from the caches it counts how many
+lines of memory a search touches, and lists touch fewer (docs/performance).
+"""
+
 SECTOR = 0.88
 """Side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/performance)."""
 
@@ -322,7 +327,7 @@ def choose(
     spacing = density ** (-1.0 / dimension)
     if neighbors == "auto":
         fits = least < reach <= widest and not coarse
-        dense = packing_fraction > _of(DILUTE, dimension) or diameter > 1.2 * spacing
+        dense = packing_fraction > dilute(contents) or diameter > 1.2 * spacing
         neighbors = "lists" if fits and (dense or shell is not None) else "sectors"
     sizes = contents.reaches
     margin = 0.5 * (reach - diameter)
@@ -385,6 +390,11 @@ def choose(
         horizon=_short(horizon),
         step=2 if sizes is None else 8,
     )
+
+
+def dilute(contents: Contents) -> float:
+    """Return the packing fraction below which sectors run faster than lists."""
+    return _of(DILUTE, contents.dimension) * (MANY_DILUTE if contents.n >= MANY else 1.0)
 
 
 def _default_reach(contents: Contents) -> float:

@@ -36,6 +36,9 @@ from carom.studies.trade_statistics import SamplingRow, SizeRow, sampling, sizes
 SMALL = 64
 """Particles that the 50-digit oracle can follow for as long as doubles can."""
 
+STARTS = 3
+"""Small scenes that are followed: by chance a graze ends one trajectory long before its rounding does."""
+
 STEPS = (1e-1, 1e-2, 1e-3, 1e-4)
 """Steps of the time-driven method [mean free times]."""
 
@@ -72,9 +75,9 @@ class Row:
         In a million collisions, relative.
     horizon_order, horizon_position : float
         Collisions a particle until the order of collisions, and any position by 10^-3 diameters, is not the
-        oracle's; infinite if that did not happen while it was looked at.
+        oracle's, the median of three starts; infinite if that did not happen while it was looked at.
     error_1 : float
-        Median distance from the true position after one collision a particle [diameters].
+        Median distance from the true position after one collision a particle, of the three [diameters].
     back_5, back_10, back_20 : float
         Largest distance from the start after so many collisions a particle forward and back [diameters]; 0
         where no double can tell the difference, nan beyond half of what the oracle was followed for.
@@ -211,18 +214,26 @@ def trade(
     folder = _folder(Path(out), overwrite)
     report("Preparing", 0.0)
     scene, _ = melted(simple_scene(plan.build_scene()), plan.run.seed)
-    small, mean_free_time = melted(small_scene(scene), plan.run.seed)
+    followed_from = [melted(small_scene(scene), plan.run.seed + k) for k in range(STARTS)]
+    small, mean_free_time = followed_from[0]
     followed = methods(mean_free_time)
     exact = next(method for method in followed if method.many_digits)
-    track = true_track(
-        small, exact, mean_free_time, _reach(seconds), lambda fraction: report("Oracle", fraction)
-    )
+    followings = []
+    for k, (start, _) in enumerate(followed_from):
+        track = true_track(
+            start,
+            exact,
+            mean_free_time,
+            _reach(seconds),
+            lambda fraction, k=k: report("Oracle", (k + fraction) / STARTS),  # type: ignore[misc]
+        )
+        followings.append((start, track))
     rows: list[Row] = []
     true_z = expected_pressure(small)  # without a theory, the engine's own Z
     for k, method in enumerate(followed):
         report(method.name, k / len(followed))
         where = scene if method.fast else small
-        row, z = _row(method, where, small, track, mean_free_time, seconds, true_z)
+        row, z = _row(method, where, followings, mean_free_time, seconds, true_z)
         true_z = z if true_z is None else true_z
         rows.append(row)
     by_size = sizes(
@@ -231,7 +242,7 @@ def trade(
     by_interval = sampling(
         _medium(scene), mean_free_time, plan.run.seed, round(250 * seconds), lambda f: report("Sampling", f)
     )
-    result = TradeResult(folder, repr(scene), repr(small), rows, _horizon(small, track), by_size, by_interval)
+    result = TradeResult(folder, repr(scene), repr(small), rows, _horizon(followings), by_size, by_interval)
     _write(folder, result)
     with replacing(folder / "trade.png") as temporary:
         picture(result, path=temporary)
@@ -247,18 +258,20 @@ def _reach(seconds: float) -> float:
 def _row(
     method: Method,
     where: Scene,
-    small: Scene,
-    track: Track,
+    followings: list[tuple[Scene, Track]],
     mean_free_time: float,
     seconds: float,
     true_z: float | None,
 ) -> tuple[Row, float]:
+    small, track = followings[0]
     interval = float(track.times[0])
     rate, moving = speed(where, method, interval, 0.25 * seconds)
     size = moving.bytes_per_particle()
     moving.order()
     # The oracle would only be compared with itself.
-    follows = Faithfulness() if method.many_digits else faithfulness(small, method, track)
+    follows = Faithfulness()
+    if not method.many_digits:
+        follows = median([faithfulness(start, method, true) for start, true in followings])
     longest = 0.5 * 2.0 * float(track.collisions[-1]) / small.n
     back = [
         reversal(small, method, count * mean_free_time) if count <= longest else math.nan for count in BACK
@@ -346,8 +359,15 @@ def simple_scene(scene: Scene) -> Scene:
     return scene
 
 
-def _horizon(small: Scene, track: Track) -> Horizon:
+def median(found: list[Faithfulness]) -> Faithfulness:
+    """Return the median of each of the figures."""
+    middle = np.median([dataclasses.astuple(one) for one in found], axis=0)
+    return Faithfulness(*(float(x) for x in middle))
+
+
+def _horizon(followings: list[tuple[Scene, Track]]) -> Horizon:
     eps = float(np.finfo(float).eps)
+    small, track = followings[0]
     density = small.n / math.prod(edge / small.diameter for edge in small.box)
     published = next(
         (
@@ -357,11 +377,13 @@ def _horizon(small: Scene, track: Track) -> Horizon:
         ),
         math.nan,
     )
+    lyapunov = float(np.mean([each.lyapunov for _, each in followings]))
+    rate = float(np.mean([each.rate for _, each in followings]))
     return Horizon(
-        lyapunov=track.lyapunov,
-        rate=track.rate,
-        to_one=track.horizon(-math.log(eps)),
-        to_apart=track.horizon(math.log(1e-3 / eps)),
+        lyapunov=lyapunov,
+        rate=rate,
+        to_one=-math.log(eps) / lyapunov * rate,
+        to_apart=math.log(1e-3 / eps) / lyapunov * rate,
         published_to_one=published,
         followed=2.0 * float(track.collisions[-1]) / small.n,
     )

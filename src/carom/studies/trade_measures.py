@@ -57,10 +57,6 @@ class Track:
         """Collisions of one particle a time."""
         return 2.0 * float(self.collisions[-1]) / (self.positions.shape[1] * float(self.times[-1]))
 
-    def horizon(self, digits_lost: float) -> float:
-        """Return the collisions a particle in which an error grows by a factor ``exp(digits_lost)``."""
-        return digits_lost / self.lyapunov * self.rate
-
 
 def true_track(
     scene: Scene,
