@@ -11,12 +11,13 @@ Rates are million pair collisions per second of CPU time; only ratios within one
 """
 
 import argparse
+import contextlib
 import os
 import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 
@@ -168,23 +169,56 @@ def sampling(given: argparse.Namespace) -> None:
         print(f"| {200 / frames:g} | {ratio:.3f} |", flush=True)
 
 
+def work(sim: carom.Simulation) -> None:
+    """Run a simulation for some time."""
+    sim.run(collisions=2_000_000)
+
+
+def take_one(seed: int) -> None:
+    """Give a worker process a simulation of its own."""
+    globals()["own"] = melted(seed)
+
+
+def work_alone(_: int) -> None:
+    """Run the simulation that a worker process has."""
+    work(globals()["own"])
+
+
+def melted(seed: int) -> carom.Simulation:
+    """Return a simulation of 4000 spheres that has left the lattice."""
+    sim = carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=0.49), seed=seed)
+    sim.run(collisions_per_particle=40)
+    return sim
+
+
 def threads(given: argparse.Namespace) -> None:
-    """Print the throughput of two simulations in two threads."""
-    sims = [carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=0.49), seed=k) for k in (1, 2)]
-    for sim in sims:
-        sim.run(collisions_per_particle=40)
-    ratios = []
-    for _ in range(5):
-        began = time.perf_counter()
-        sims[0].run(collisions=2_000_000)
-        one = time.perf_counter() - began
-        with ThreadPoolExecutor(2) as pool:
-            began = time.perf_counter()
-            list(pool.map(lambda sim: sim.run(collisions=2_000_000), sims))
-            two = time.perf_counter() - began
-        ratios.append(2.0 * one / two)
-    middle = np.median(ratios)
-    print(f"two threads do {middle:.2f} times the work of one ({min(ratios):.2f} to {max(ratios):.2f})")
+    """Print the throughput of two simulations in two threads and, as what the machine has to give, in two
+    processes that share nothing.
+    """
+    sims = [melted(seed) for seed in (1, 2)]
+    ways = {"one": [], "threads": [], "processes": []}
+    with ThreadPoolExecutor(2) as pool, contextlib.ExitStack() as stack:
+        alone = [
+            stack.enter_context(ProcessPoolExecutor(1, initializer=take_one, initargs=(seed,))) for seed in (1, 2)
+        ]
+        for worker in alone:
+            worker.submit(work_alone, 0).result()
+        for _ in range(9):
+            for way, run in (
+                ("one", lambda: work(sims[0])),
+                ("threads", lambda: list(pool.map(work, sims))),
+                ("processes", lambda: [f.result() for f in [w.submit(work_alone, 0) for w in alone]]),
+            ):
+                began = time.perf_counter()
+                run()
+                ways[way].append(time.perf_counter() - began)
+    one, *two = (np.array(seconds) for seconds in ways.values())
+    for way, seconds in zip(("threads", "processes"), two, strict=True):
+        ratios = 2.0 * one / seconds
+        print(
+            f"two {way} do {np.median(ratios):.2f} times the work of one "
+            f"({ratios.min():.2f} to {ratios.max():.2f})"
+        )
 
 
 def tasks(given: argparse.Namespace) -> None:
