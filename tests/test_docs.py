@@ -98,6 +98,24 @@ def test_commands_and_options_in_the_pages_exist():
         assert not missing, f"carom {command} has no {missing}"
 
 
+def test_every_option_is_described_and_no_bracket_lost():
+    """``[study]`` in a help text is markup, and gone, unless its bracket is escaped."""
+    from rich.markup import render
+    from typer.main import get_command
+
+    from carom.cli import app
+
+    texts = {"carom": get_command(app).help}
+    for name, command in get_command(app).commands.items():
+        texts[name] = command.help.replace("[bold]Examples[/bold]", "")
+        for parameter in command.params:
+            texts[f"{name} {parameter.name}"] = getattr(parameter, "help", None)
+    assert "eos study" in texts
+    for where, text in texts.items():
+        assert text, f"{where} is not described"
+        assert render(text).plain == text.replace("\\[", "["), where
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_relative_links_lead_somewhere(page):
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)

@@ -92,6 +92,7 @@ def test_auto_starts_at_random_in_the_fluid_and_from_a_crystal_beyond():
         ({"scene": {"mass": -1.0}}, "mass"),
         ({"frames": 1000}, "frames must be"),
         ({"initial": "fcc", "dimension": 2}, "dimension is 3"),
+        ({"scene": {"species": [{"count": 5}, {"count": 7, "diameter": 0.5}]}}, "give each a fraction"),
     ],
 )
 def test_studies_that_cannot_be_are_refused_before_anything_runs(words, text):
@@ -533,6 +534,22 @@ def test_extrapolation_finds_the_infinite_system_and_the_slope():
     assert fits.extrapolate(rows_of(3, [0.2], 1e-4, rng)) == []
 
 
+def test_the_slope_by_theory_is_that_of_the_theory_compared_with():
+    rng = np.random.default_rng(9)
+    sizes = (500, 2000)
+    records = [made(rng.normal(size=64), eta=0.3, n=n) for n in sizes]
+    (fit,) = fits.extrapolate(table.table(records, theory.carnahan_starling))
+    shift = theory.finite_size_shift(0.3, 1, theory.carnahan_starling)
+    assert fit.theory_slope == pytest.approx(shift, rel=1e-9)
+    crystals = [made(rng.normal(size=64), eta=0.6, n=n, initial="fcc", moved=0.1) for n in sizes]
+    (fit,) = fits.extrapolate(table.table(crystals))
+    assert fit.theory_slope == theory.crystal_finite_size_shift(0.6, 1, theory.almarza)
+    for record in records:
+        record["result"]["confined"] = True
+    (fit,) = fits.extrapolate(table.table(records))
+    assert math.isnan(fit.theory_slope)
+
+
 def test_extrapolation_leaves_out_sizes_at_which_the_next_order_shows():
     rng = np.random.default_rng(8)
     rows = rows_of(3, [0.4], 1e-5, rng, sizes=(100, 250, 1000, 2000, 4000))
@@ -715,6 +732,69 @@ def test_walls_are_simulated_and_compared_with_nothing():
     assert math.isnan(row.infinite)
     assert row.compressibility_factor > 1.0
     assert "nan" in str(study)
+
+
+def mixed(record, diameters, **scene):
+    """A record of equally many of each diameter, with more words of its scene."""
+    record["result"]["species"] = [[s, record["result"]["n"] // len(diameters)] for s in diameters]
+    record["task"]["scene"].update(scene)
+    return record
+
+
+@pytest.mark.parametrize("scene", [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"restitution": 0.9}])
+def test_what_has_no_theory_is_compared_with_none(scene):
+    """That of additive mixtures was 20 errors off for one that is not additive."""
+    noise = np.random.default_rng(3).normal(size=64)
+    (row,) = table.table([mixed(made(noise), (0.5, 1.0))])
+    assert row.theory == theory.bmcsl(0.2, [1, 1], [0.5, 1.0])
+    record = mixed(made(noise), (0.5, 1.0), **scene)
+    (row,) = table.table([record])
+    assert math.isnan(row.theory)
+    assert math.isnan(row.deviation)
+    study = studies.EquationOfState(StudySpec(packing_fractions=(0.2,)), [record])
+    figure = study.plot()
+    assert len(figure.axes) == 2
+    # One of points with its error bars, and no curve.
+    assert len(figure.axes[0].get_legend().get_texts()) == 1
+    (row,) = study.with_theory(theory.carnahan_starling).table
+    assert row.theory == theory.carnahan_starling(0.2)
+
+
+def test_a_result_names_every_diameter():
+    """The first 64 of 100 gave theory another mixture than the one simulated."""
+    species = [{"diameter": 0.5 + 0.01 * k, "fraction": 1} for k in range(100)]
+    (task,) = StudySpec(
+        packing_fractions=(0.1,), n=(100,), replicas=1, collisions_per_particle=1, equilibration=1,
+        blocks=16, scene={"species": species},
+    ).tasks()  # fmt: skip
+    assert sum(count for _, count in simulate(task)["result"]["species"]) == 100
+
+
+def test_mixtures_of_disks_do_not_freeze_where_equal_disks_do():
+    noise = np.random.default_rng(4).normal(size=64)
+    (equal,) = table.table([made(noise, eta=0.71, d=2)])
+    (unequal,) = table.table([mixed(made(noise, eta=0.71, d=2), (0.7, 1.0))])
+    assert (equal.phase, unequal.phase) == ("coexistence", "fluid")
+    assert unequal.theory == theory.santos_yuste_lopez_de_haro(0.71, [1, 1], [0.7, 1.0], 2)
+
+
+@pytest.mark.parametrize(("dimension", "name"), [(2, "Santos"), (3, "Mansoori")])
+def test_pictures_of_mixtures_show_the_theory_of_mixtures(dimension, name):
+    """Z and the pressure, in units of the largest diameter, lie on the curves beside them."""
+    equation = theory.bmcsl if dimension == 3 else theory.santos_yuste_lopez_de_haro
+    more = () if dimension == 3 else (dimension,)
+    noise = np.random.default_rng(5).normal(size=64)
+    z = equation(0.3, [1, 1], [0.5, 1.0], *more)
+    record = mixed(made(noise, eta=0.3, d=dimension, z=z), (0.5, 1.0))
+    pressure = z * 0.3 / theory.ball_volume(dimension) / (0.5 * (1.0 + 0.5**dimension))
+    study = studies.EquationOfState(StudySpec(dimension=dimension), [record])
+    figure = study.plot()
+    assert figure.axes[0].get_title().startswith("Mixture of hard")
+    for axes, height in zip((figure.axes[0], figure.axes[2]), (z, pressure), strict=True):
+        (curve,) = (line for line in axes.get_lines() if len(line.get_xdata()) > 2)
+        assert name in curve.get_label()
+        assert curve.get_xdata()[-1] == 0.3
+        assert curve.get_ydata()[-1] == pytest.approx(height, rel=1e-12)
 
 
 def test_a_run_goes_on_until_its_error_is_small_enough():

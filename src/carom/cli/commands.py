@@ -35,7 +35,12 @@ def run(
         str | None,
         typer.Option(help="fcc, triangular, cubic, dn or random.", rich_help_panel=_SCENE),
     ] = None,
-    dimension: Annotated[int | None, typer.Option("--dimension", "-d", rich_help_panel=_SCENE)] = None,
+    dimension: Annotated[
+        int | None,
+        typer.Option(
+            "--dimension", "-d", help="Of space; alone, 1 to 6: a fluid there.", rich_help_panel=_SCENE
+        ),
+    ] = None,
     n: Annotated[int | None, typer.Option("--n", help="Number of spheres.", rich_help_panel=_SCENE)] = None,
     cells: Annotated[
         int | None, typer.Option(help="Or: cells of the lattice along each axis.", rich_help_panel=_SCENE)
@@ -168,7 +173,9 @@ def pack(
         bool, typer.Option("--overwrite", help="Replace a packing that the folder holds.")
     ] = False,
     n: Annotated[int, typer.Option("--n", help="Number of spheres.", rich_help_panel=_SCENE)] = 1000,
-    dimension: Annotated[int, typer.Option("--dimension", "-d", rich_help_panel=_SCENE)] = 3,
+    dimension: Annotated[
+        int, typer.Option("--dimension", "-d", help="Of space, 1 to 12.", rich_help_panel=_SCENE)
+    ] = 3,
     species: Annotated[
         list[str] | None,
         typer.Option(

@@ -30,7 +30,7 @@ def eos(
     study: Annotated[
         Path | None,
         typer.Argument(
-            help="Study file (TOML): [study], and [scene] for more. Without: 12 densities of the fluid."
+            help=r"Study file (TOML): \[study], and \[scene] for more. Without: 12 densities of the fluid."
         ),
     ] = None,
     out: Annotated[
@@ -52,7 +52,9 @@ def eos(
     replicas: Annotated[
         int | None, typer.Option(help="Independent runs of each point.", rich_help_panel=_GRID)
     ] = None,
-    dimension: Annotated[int | None, typer.Option("--dimension", "-d", rich_help_panel=_GRID)] = None,
+    dimension: Annotated[
+        int | None, typer.Option("--dimension", "-d", help="Of space, 1 to 12.", rich_help_panel=_GRID)
+    ] = None,
     initial: Annotated[
         str | None,
         typer.Option(help="auto, random, fcc, triangular, cubic or dn.", rich_help_panel=_GRID),

@@ -11,7 +11,7 @@ import numpy as np
 from carom import checks, theory
 from carom.errors import InputError
 from carom.studies.eos.drift import LEVEL
-from carom.studies.eos.table import Row, finite_size_shift, usual_equation
+from carom.studies.eos.table import Row
 
 TERMS = 10
 """Terms of the polynomial in ``y = eta / (1 - eta)`` that is fitted: more than any data can tell."""
@@ -172,7 +172,7 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
             # Packing fractions of two sizes agree to rounding only.
             groups.setdefault((round(row.packing_fraction, 12), row.phase), []).append(row)
     found = []
-    for (eta, state), group in sorted(groups.items()):
+    for (eta, _), group in sorted(groups.items()):
         if len({row.n for row in group}) < 2:
             continue
         group.sort(key=lambda row: row.n)
@@ -180,7 +180,6 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
         while len(group) > 2 and chi_squared.sf(chi2, len(group) - 2) < LEVEL:
             group = group[1:]
             c, covariance, chi2 = _line(group)
-        equation = usual_equation(group[0].dimension, state)
         found.append(
             Extrapolation(
                 packing_fraction=eta,
@@ -189,11 +188,18 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
                 error=math.sqrt(covariance[0, 0]),
                 slope=float(c[1]),
                 slope_error=math.sqrt(covariance[1, 1]),
-                theory_slope=finite_size_shift(state, eta, 1, equation),
+                theory_slope=_theory_slope(group[-1]),
                 chi2=chi2,
             )
         )
     return found
+
+
+def _theory_slope(row: Row) -> float:
+    """Return what theory has for the slope of Z against 1 / N at a point; nan where there is none."""
+    if row.phase == "solid":
+        return 1.0 - row.theory
+    return row.n * (row.compressibility_factor - row.infinite)
 
 
 def _line(group: Sequence[Row]) -> tuple[np.ndarray, np.ndarray, float]:

@@ -51,9 +51,9 @@ def write(study: EquationOfState, path: Path) -> None:
 def document(study: EquationOfState) -> str:
     """Return the report as one page of HTML."""
     rows = study.table
-    dimension = study.spec.dimension
-    kind = {1: "rods", 2: "disks", 3: "spheres"}.get(dimension, f"spheres in {dimension} dimensions")
-    title = f"Equation of state of hard {kind}"
+    species = study.records[0]["result"]["species"] if study.records else []
+    name = pictures.kind(study.spec.dimension, mixture=len(species) > 1)
+    title = f"Equation of state of {'a ' if len(species) > 1 else ''}{name}"
     flagged = [row for row in rows if not row.equilibrated]
     parts = [
         f"<h1>{html.escape(title)}</h1>",

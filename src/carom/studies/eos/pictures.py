@@ -11,7 +11,7 @@ import numpy as np
 
 from carom import plots, theory
 from carom.errors import InputError
-from carom.studies.eos.table import Row, finite_size_shift
+from carom.studies.eos.table import Row, compared, finite_size_shift, usual_equation
 from carom.theory import Equation
 
 if TYPE_CHECKING:
@@ -50,26 +50,37 @@ def study(
     rows = result.table
     if not rows:
         raise InputError("No point of the study is done yet, so there is nothing to draw.")
-    figure = _figure(7.0, 8.4)
-    top, middle, bottom = figure.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [3.0, 1.6, 2.4]})
-    chosen = _equations(rows, result.equation, equations)
-    for axes in (top, middle, bottom):
+    chosen = _equations(result, equations)
+    # Beside nothing there are no deviations to draw.
+    heights = [3.0, 1.6, 2.4] if chosen else [3.0, 2.4]
+    figure = _figure(7.0, 1.2 * sum(heights))
+    panels = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
+    top, bottom = panels[0], panels[-1]
+    for axes in panels:
         axes.spines[["top", "right"]].set_visible(False)
-    _curves(top, rows, chosen, pressure=False)
-    _curves(bottom, rows, chosen, pressure=True)
+    species = result.records[0]["result"]["species"]
+    _curves(top, rows, chosen, species, pressure=False)
+    _curves(bottom, rows, chosen, species, pressure=True)
     _points(top, rows, "infinite", "error", legend=True)
-    _deviations(middle, rows, next(iter(chosen.items()), None), compare=equations is not None)
+    if chosen:
+        _deviations(panels[1], rows, next(iter(chosen.items())), compare=equations is not None)
     _points(bottom, rows, "pressure", "pressure_error", legend=False)
     top.set_ylabel("compressibility factor $Z$")
     dimension = rows[0].dimension
     bottom.set_ylabel(rf"pressure $P\sigma^{dimension}/kT$" if dimension > 1 else r"pressure $P\sigma/kT$")
     bottom.set_xlabel(r"packing fraction $\eta$")
     top.legend(loc="upper left", fontsize=8.5, framealpha=0.92, edgecolor="none")
-    kind = {1: "rods", 2: "disks", 3: "spheres"}.get(dimension, f"spheres in {dimension}D")
     sizes = sorted({row.n for row in rows})
     shown = ", ".join(map(str, sizes)) if len(sizes) < 5 else f"{sizes[0]} to {sizes[-1]}"
-    top.set_title(f"Hard {kind}, $N$ = {shown}", fontsize=plots.TITLE)
+    name = kind(dimension, mixture=len(species) > 1)
+    top.set_title(f"{name[0].upper()}{name[1:]}, $N$ = {shown}", fontsize=plots.TITLE)
     return plots.saved(figure, path)
+
+
+def kind(dimension: int, *, mixture: bool) -> str:
+    """Return what the particles are, e.g. "mixture of hard disks"."""
+    name = {1: "rods", 2: "disks", 3: "spheres"}.get(dimension, f"spheres in {dimension} dimensions")
+    return f"mixture of hard {name}" if mixture else f"hard {name}"
 
 
 def order(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
@@ -143,25 +154,43 @@ def _figure(width: float, height: float) -> Figure:
     return figure
 
 
-def _equations(
-    rows: Sequence[Row], own: Equation | None, given: Mapping[str, Equation] | None
-) -> dict[str, Equation]:
+def _equations(result: EquationOfState, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
     """Return what is drawn, by name, with the one that is compared with first."""
+    own, first = result.equation, result.records[0]
     if given is not None:
         return dict(given)
     if own is not None:
         return {getattr(own, "__name__", "theory").replace("_", " "): own}
-    return dict(reversed(theory.equations(rows[0].dimension).items()))
+    if not compared(first):
+        return {}
+    dimension, species = result.spec.dimension, first["result"]["species"]
+    if len(species) == 1:
+        return dict(reversed(theory.equations(dimension).items()))
+    equation = usual_equation(dimension, "fluid", species)
+    name = "Boublik, Mansoori et al." if dimension == 3 else "Santos, Yuste and Lopez de Haro"
+    return {} if equation is None else {name: equation}
 
 
-def _curves(axes: Axes, rows: Sequence[Row], equations: Mapping[str, Equation], *, pressure: bool) -> None:
+def _curves(
+    axes: Axes,
+    rows: Sequence[Row],
+    equations: Mapping[str, Equation],
+    species: Sequence[tuple[float, int]],
+    *,
+    pressure: bool,
+) -> None:
+    """Draw theory; the pressure's unit holds the largest diameter, the packing fraction all of them."""
     dimension = rows[0].dimension
-    volume = theory.ball_volume(dimension)
+    n = sum(count for _, count in species)
+    mean = sum(count * diameter**dimension for diameter, count in species) / n
+    volume = theory.ball_volume(dimension) * mean / max(diameter for diameter, _ in species) ** dimension
     for state in ("fluid", "solid"):
         etas = [row.packing_fraction for row in rows if row.phase == state]
         if not etas:
             continue
-        shown = equations if state == "fluid" else _crystals(dimension)
+        shown = equations
+        if state == "solid":
+            shown = _crystals(dimension) if equations and len(species) == 1 else {}
         low = 0.0 if state == "fluid" else min(etas)
         eta = np.linspace(low if low or not pressure else 1e-9, max(etas), CURVE)
         for (name, equation), style in zip(shown.items(), STYLES * len(shown), strict=False):
@@ -208,16 +237,14 @@ def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: b
             )
 
 
-def _deviations(
-    axes: Axes, rows: Sequence[Row], first: tuple[str, Equation] | None, *, compare: bool
-) -> None:
+def _deviations(axes: Axes, rows: Sequence[Row], first: tuple[str, Equation], *, compare: bool) -> None:
     """Draw the deviation of every point from theory in units of its error."""
     axes.axhspan(-1.0, 1.0, color=plots.PALE, alpha=0.35, linewidth=0, zorder=1)
     axes.axhline(0.0, color=plots.GREY, linewidth=0.8, zorder=2)
     for number, n in enumerate(sorted({row.n for row in rows})):
         for row in rows:
             deviation = row.deviation
-            if compare and first is not None and row.error > 0.0 and row.phase == "fluid":
+            if compare and row.error > 0.0 and row.phase == "fluid":
                 shift = finite_size_shift(row.phase, row.packing_fraction, n, first[1])
                 infinite = row.compressibility_factor - shift
                 deviation = (infinite - float(first[1](row.packing_fraction))) / row.error
@@ -231,5 +258,5 @@ def _deviations(
     low, high = axes.get_ylim()
     limit = max(3.0, abs(low), abs(high))
     axes.set_ylim(-limit, limit)
-    if first is not None and any(row.phase == "fluid" for row in rows):
+    if any(row.phase == "fluid" for row in rows):
         axes.set_title(f"against {first[0]}", fontsize=8.5, loc="right", color=plots.GREY)

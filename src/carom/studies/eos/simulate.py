@@ -36,10 +36,6 @@ ROOM = 1.05
 """Part by which a run is made longer than its error bar asks for, because that is known to some 5 % only."""
 
 
-MOST_SPECIES = 64
-"""Diameters that a result names; of more, only the first."""
-
-
 def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     """Equilibrate and measure one run.
 
@@ -117,7 +113,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "moved": moved,
         "moved_at_end": _moved(began_at, sim.frame()),
         "order": None if sampler is None else sampler.values(),
-        "species": [[float(s), int(c)] for s, c in zip(diameters[:MOST_SPECIES], counts, strict=False)],
+        "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
         "confined": bool(scene.walls or scene.obstacles),
         "worst_overlap": statistics.worst_overlap,
         "energy_drift": statistics.energy_drift,

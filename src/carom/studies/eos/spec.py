@@ -156,6 +156,15 @@ class StudySpec:
                 )
             if name in _SET_BY_GRID:
                 raise InputError(f"[scene] {name} is for the section [study] to say; move or remove it.")
+        if any(
+            each.get("count") is not None
+            for each in _listed(template.get("species", ()))
+            if isinstance(each, Mapping)
+        ):
+            raise InputError(
+                "[[scene.species]] of a study have no count, because n is for [study] to say; "
+                "give each a fraction."
+            )
         return template
 
     def tasks(self) -> list[Task]:

@@ -128,18 +128,25 @@ def combined(
     return mean, math.sqrt(variance / total), chi2
 
 
-def phase(packing_fraction: float, dimension: int, initial: str) -> str:
+def phase(packing_fraction: float, dimension: int, initial: str, *, mixture: bool = False) -> str:
     """Return what a run should be.
 
     "fluid" below freezing, and beyond it what began at random; "solid" what began as a crystal beyond
-    freezing; and in 2D "coexistence" between freezing and melting, where either start becomes the other.
+    freezing; and in 2D "coexistence" between freezing and melting of equal disks, where either start becomes
+    the other.
     """
     freezing, melting = theory.FREEZING.get(dimension, 1.0), theory.MELTING.get(dimension, 1.0)
     if packing_fraction <= freezing:
         return "fluid"
-    if dimension == 2 and packing_fraction < melting:
+    if dimension == 2 and packing_fraction < melting and not mixture:
         return "coexistence"
     return "fluid" if initial == "random" else "solid"
+
+
+def compared(record: Record) -> bool:
+    """Return whether a run may be compared with theory: elastic, additive, without walls and obstacles."""
+    scene = record["task"]["scene"]
+    return not (record["result"]["confined"] or "contact" in scene or "restitution" in scene)
 
 
 def usual_equation(
@@ -182,11 +189,11 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
     results = [record["result"] for record in records]
     task, first = records[0]["task"], results[0]
     eta, n, d = float(first["packing_fraction"]), int(first["n"]), int(first["dimension"])
-    state = phase(eta, d, task["scene"]["initial"])
+    state = phase(eta, d, task["scene"]["initial"], mixture=len(first["species"]) > 1)
     z, error, chi2 = _quantity(results, "compressibility_factor")
     pressure, pressure_error, _ = _quantity(results, "reduced_pressure")
     chosen = equation
-    if chosen is None and not first["confined"]:
+    if chosen is None and compared(records[0]):
         chosen = usual_equation(d, state, first["species"])
     known = _value(chosen, eta)
     if state == "solid":
