@@ -23,7 +23,8 @@ def test_a_study_leaves_tables_pictures_and_a_report(done):
     assert names == {"study.json", "study.toml", "tasks", "eos.csv", "eos.png", "report.html"}
     with (out / "eos.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [float(row["packing_fraction"]) for row in rows] == pytest.approx([0.1, 0.2, 0.3], rel=1e-12)
+    # As typed, whatever the rounding of the scenes.
+    assert [row["packing_fraction"] for row in rows] == ["0.1", "0.2", "0.3"]
     assert len(list((out / "tasks").iterdir())) == 6
     for text in ("theory", "0.2", "Mean squared deviation", str(out)):
         assert text in printed.replace("\n", "")

@@ -752,6 +752,10 @@ def test_what_has_no_theory_is_compared_with_none(scene):
     assert math.isnan(row.theory)
     assert math.isnan(row.deviation)
     study = studies.EquationOfState(StudySpec(packing_fractions=(0.2,)), [record])
+    # What the size does to a crystal is known of crystals without walls and the like only.
+    (row,) = table.table([mixed(made(noise, eta=0.6, initial="fcc", moved=0.1), (0.5, 1.0), **scene)])
+    assert row.phase == "solid"
+    assert math.isnan(row.infinite)
     figure = study.plot()
     assert len(figure.axes) == 2
     # One of points with its error bars, and no curve.

@@ -91,6 +91,37 @@ def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
     assert says in " ".join(capsys.readouterr().out.split())
 
 
+def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, capsys):
+    more = (
+        "periodic = [true, true, false]\nrestitution = 0.99\nelastic_below = 0.1\n"
+        'obstacles = [{kind = "ball", center = [1, 1, 1], radius = 0.5}, '
+        '{kind = "plane", normal = [0, 0, 1], offset = 0.01, name = "floor"}]'
+    )
+    result = studies.run(plan(3, more, "[]"), tmp_path / "run")
+    summary = result.summary
+    lower, upper, ball, floor = summary["obstacles"]
+    names = ["lower wall of axis 2", "upper wall of axis 2", "ball 0", "floor"]
+    assert [each["name"] for each in summary["obstacles"]][:2] == names[:2]
+    # Nobody reaches the wall behind the plane; what stands before it bears what the other wall bears.
+    assert lower["force"]["mean"] == 0.0
+    assert floor["pressure"]["mean"] is None
+    errors = (upper["force"]["error"], floor["force"]["error"])
+    assert abs(upper["force"]["mean"] - floor["force"]["mean"]) < 6.0 * np.hypot(*errors)
+    area = summary["box"][0] ** 2
+    assert upper["pressure"]["mean"] == pytest.approx(upper["force"]["mean"] / area, rel=1e-12)
+    assert ball["pressure"]["mean"] == pytest.approx(ball["force"]["mean"] / np.pi, rel=1e-12)
+    assert list(summary["collisions_by_species"]) == ["a, b-a, b", "a, b-small", "small-small"]
+    counts = summary["collisions_by_species"].values()
+    # The measured stretch begins at a multiple of its segments: a few collisions lie before it.
+    before = sum(counts) - summary["collisions"] - summary["equilibration"]["collisions"]
+    assert 0 <= before < summary["n"]
+    assert summary["spared_contacts"] > 0
+    screen.results(result, as_json=False)
+    shown = " ".join(capsys.readouterr().out.split())
+    for text in ("P on upper wall of axis 2", "force on floor", "elastic contacts"):
+        assert text in shown
+
+
 def test_the_table_on_the_screen_holds_contact_values_of_pairs(tmp_path, capsys):
     result = studies.run(plan(), tmp_path / "run")
     screen.results(result, as_json=False)

@@ -127,6 +127,11 @@ def _physics(summary: dict[str, Any]) -> Any:
         table.add_row(f"P σ{_superscript(dimension)}/kT", _with_error(pressure))
     if (rate := summary["collision_rate"])["mean"] is not None:
         table.add_row("collision rate of one", _with_error(rate))
+    for obstacle in summary["obstacles"]:
+        for name, unit in (("pressure", "P"), ("force", "force")):
+            if (borne := obstacle[name])["mean"] is not None:
+                table.add_row(f"{unit} on {obstacle['name']}", _with_error(borne))
+                break
     if summary["theory"]:
         table.caption = "In brackets: by how many errors the measurement lies above."
         table.caption_justify = "left"
@@ -143,7 +148,8 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    title = f"{summary['n']} spheres in {summary['dimension']}D: {summary['note']}"
+    kind = {1: "rods", 2: "disks", 3: "spheres"}.get(d := summary["dimension"], f"spheres in {d}D")
+    title = f"{summary['n']} {kind}: {summary['note']}"
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE, show_header=False)
     rows = [
         ("packing fraction", f"{summary['packing_fraction']:.8g}"),
@@ -170,10 +176,11 @@ def _mechanics(summary: dict[str, Any]) -> Any:
     from rich.table import Table
 
     table = Table.grid(padding=(0, 3, 0, 0))
-    asked = summary["relative_error"]
+    asked, spared = summary["relative_error"], summary["spared_contacts"]
     rows = [
         *([("relative error of Z", _reached(summary))] if asked is not None else []),
         ("collisions", f"{summary['collisions']:,}".replace(",", " ") + f" in time {summary['time']:.6g}"),
+        *([("elastic contacts", f"{spared}, slower than elastic_below")] if spared else []),
         ("energy drift", f"{summary['energy_drift']:.1e}"),
         ("momentum drift", "-" if summary["momentum_drift"] is None else f"{summary['momentum_drift']:.1e}"),
         ("worst overlap", f"{summary['worst_overlap']:.1e} diameters"),

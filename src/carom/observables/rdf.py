@@ -323,7 +323,7 @@ def _common_diameter(frame: Frame) -> float:
     if diameters.size != 1:
         raise InputError(
             f"Diameters differ, from {diameters[0]:.6g} to {diameters[-1]:.6g}; this g(r) needs equal ones, "
-            "or two species: pair=(0, 1)."
+            "or two species: pair=(0, 1), as an option --pair 0,1."
         )
     return float(diameters[0])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import time as clock
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,11 +15,12 @@ import numpy as np
 
 import carom
 from carom import io, theory
-from carom.errors import CaromError, InputError
+from carom.errors import CaromError, CaromWarning, InputError
 from carom.io.paths import replacing, writing
-from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution
+from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
 from carom.observables.rdf import rdf
+from carom.observables.wall_pressure import obstacle_names
 from carom.plan import Plan
 from carom.scene import Scene
 from carom.simulation import Simulation
@@ -178,6 +180,9 @@ def _summary(
         "contact_value_from_rdf": whole,
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
+        "obstacles": _obstacles(facts),
+        "collisions_by_species": _by_species(sim),
+        "spared_contacts": sim.spared_contacts,
         "theory": _theory(scene),
         "energy_drift": statistics.energy_drift,
         "momentum_drift": _finite(statistics.momentum_drift),
@@ -188,6 +193,36 @@ def _summary(
         "collisions_per_second": facts.rate,
         "seconds": clock.perf_counter() - facts.began,
     }
+
+
+def _obstacles(facts: Facts) -> list[dict[str, Any]]:
+    """Return what every wall and obstacle bore while it was measured."""
+    # A plane ends where the box does, and nobody knows its area: it has a force alone.
+    return [
+        {"name": name, "force": _borne(facts, k, 1.0), "pressure": _borne(facts, k, None)}
+        for k, name in enumerate(obstacle_names(facts.sim.scene))
+    ]
+
+
+def _borne(facts: Facts, k: int, area: float | None) -> dict[str, float | None]:
+    """Return the pressure on wall or obstacle k, or nulls where there is none."""
+    with warnings.catch_warnings():
+        # Of few blocks: the pressure of the fluid has said so already.
+        warnings.simplefilter("ignore", CaromWarning)
+        try:
+            request = WallPressure(k, area=area)
+            return _number(request.of_scene(facts.blocks, facts.sim.scene, kT=facts.sim.kT).pressure)
+        except InputError:
+            return _number(None)
+
+
+def _by_species(sim: Simulation) -> dict[str, int]:
+    """Return the collisions of every pair of species since the start, by their names or numbers."""
+    if sim.scene.species is None:
+        return {}
+    counts = sim.collisions_by_species
+    names = sim.scene.species_names or tuple(map(str, range(len(counts))))
+    return {f"{a}-{b}": int(counts[i, i + j]) for i, a in enumerate(names) for j, b in enumerate(names[i:])}
 
 
 def _infinite(pressure: PressureEstimate | None) -> Estimate | None:

@@ -198,7 +198,7 @@ class _Run:
         Collisions and time of the equilibration, once it is over.
     first, step : int, float
         The measured stretch begins at the time ``first * step``; a segment lasts `step`.
-    marks : list of (int, float)
+    marks : list of (int, float, ...)
         Collisions and virial so far at the beginning of every segment reached.
     part : int
         Parts done of the present segment.
@@ -228,7 +228,7 @@ class _Run:
         self.seconds = self.engine_seconds = 0.0
         self.equilibrated: tuple[int, float] | None = None
         self.first, self.step = 0, 0.0
-        self.marks: list[tuple[int, float]] = []
+        self.marks: list[tuple[float, ...]] = []
         self.part = 0
         self._began = self._due = clock.perf_counter()
 
@@ -378,10 +378,12 @@ class _Run:
             self.segments = math.ceil(look / self.per_frame) * self.per_frame
         return True
 
-    def _mark(self) -> tuple[int, float]:
+    def _mark(self) -> tuple[float, ...]:
         # Sums since the start: differences of them do not depend on where a segment was cut.
         tally = self.sim.tally
-        return int(tally.collisions), float(tally.virial)
+        scene = self.sim.scene
+        taken_up = self.sim.obstacles if scene.walls or scene.obstacles else ()
+        return int(tally.collisions), float(tally.virial), *(impacts.impulse for impacts in taken_up)
 
     def _frames(self) -> int:
         """Return the number of frames that belong to the marks."""
@@ -390,7 +392,12 @@ class _Run:
     def _blocks(self) -> list[Block]:
         """Return what each segment added up to."""
         return [
-            Block(self.step, after[0] - before[0], after[1] - before[1])
+            Block(
+                self.step,
+                int(after[0] - before[0]),
+                after[1] - before[1],
+                tuple(b - a for a, b in zip(before[2:], after[2:], strict=True)),
+            )
             for before, after in zip(self.marks, self.marks[1:], strict=False)
         ]
 

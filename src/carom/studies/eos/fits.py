@@ -169,8 +169,7 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
     groups: dict[tuple[float, str], list[Row]] = {}
     for row in rows:
         if row.equilibrated and 0.0 < row.error < math.inf:
-            # Packing fractions of two sizes agree to rounding only.
-            groups.setdefault((round(row.packing_fraction, 12), row.phase), []).append(row)
+            groups.setdefault((row.packing_fraction, row.phase), []).append(row)
     found = []
     for (eta, _), group in sorted(groups.items()):
         if len({row.n for row in group}) < 2:

@@ -119,7 +119,7 @@ def sizes(result: EquationOfState, *, path: str | os.PathLike[str] | None = None
     panels = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
     for axes, fit in zip(panels, fits, strict=False):
         axes.spines[["top", "right"]].set_visible(False)
-        some = [row for row in result.table if math.isclose(row.packing_fraction, fit.packing_fraction)]
+        some = [row for row in result.table if row.packing_fraction == fit.packing_fraction]
         inverse = np.array([1.0 / row.n for row in some])
         z, errors = [row.compressibility_factor for row in some], [row.error for row in some]
         axes.errorbar(inverse, z, errors, fmt="o", color=plots.INK, markersize=4, capsize=2)

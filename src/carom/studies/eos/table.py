@@ -188,15 +188,16 @@ def finite_size_shift(state: str, packing_fraction: float, n: int, equation: Equ
 def _row(records: list[Record], equation: Equation | None) -> Row:
     results = [record["result"] for record in records]
     task, first = records[0]["task"], results[0]
-    eta, n, d = float(first["packing_fraction"]), int(first["n"]), int(first["dimension"])
+    # As it was asked for: that of the scene differs by rounding, and by another one for each n.
+    eta, n, d = float(task["scene"]["packing_fraction"]), int(first["n"]), int(first["dimension"])
     state = phase(eta, d, task["scene"]["initial"], mixture=len(first["species"]) > 1)
     z, error, chi2 = _quantity(results, "compressibility_factor")
     pressure, pressure_error, _ = _quantity(results, "reduced_pressure")
-    chosen = equation
-    if chosen is None and compared(records[0]):
+    chosen, beside = equation, equation is not None or compared(records[0])
+    if chosen is None and beside:
         chosen = usual_equation(d, state, first["species"])
     known = _value(chosen, eta)
-    if state == "solid":
+    if state == "solid" and beside:
         # What the correction needs of a crystal is its own Z.
         infinite = 1.0 + (z - 1.0) * n / (n - 1.0)
     else:
