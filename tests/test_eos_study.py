@@ -74,6 +74,14 @@ def test_auto_starts_at_random_in_the_fluid_and_from_a_crystal_beyond():
     assert abs(task["scene"]["n"] - 4096) < 100
 
 
+def test_numbers_that_fill_the_same_lattice_are_one_point():
+    """Both are nearest to 108: run as replicas of each other, they halved the variance with the same bits."""
+    spec = StudySpec(packing_fractions=(0.2, 0.6), n=(100, 108), replicas=2)
+    points = [(task["scene"]["packing_fraction"], task["scene"]["n"]) for task in spec.tasks()]
+    assert sorted(points) == [(0.2, 100)] * 2 + [(0.2, 108)] * 2 + [(0.6, 108)] * 2
+    assert len({tasks.key(task) for task in spec.tasks()}) == 6
+
+
 @pytest.mark.parametrize(
     ("words", "text"),
     [

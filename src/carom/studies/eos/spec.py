@@ -172,19 +172,23 @@ class StudySpec:
         tasks = [
             self._task(eta, n, replica)
             for eta in self.packing_fractions
-            for n in self.n
+            # Two numbers may be nearest to one that fills the lattice: the same runs are no replicas.
+            for n in dict.fromkeys(self._filling(eta, n) for n in self.n)
             for replica in range(self.replicas)
         ]
         return sorted(tasks, key=cost, reverse=True)
 
-    def _task(self, eta: float, n: int, replica: int) -> Task:
+    def _filling(self, eta: float, n: int) -> int:
+        """Return how many particles a run that is to have n of them has."""
         start = self._start(eta)
-        count = n if start == "random" else nearest_filling(start, self.dimension, n)
+        return n if start == "random" else nearest_filling(start, self.dimension, n)
+
+    def _task(self, eta: float, n: int, replica: int) -> Task:
         scene = scene_spec(
             {
                 **self.scene,
-                "initial": start,
-                "n": count,
+                "initial": self._start(eta),
+                "n": n,
                 "packing_fraction": eta,
                 "dimension": self.dimension,
             }
@@ -201,7 +205,7 @@ class StudySpec:
             "replica": replica,
             "seed": self.seed,
             "equilibration": self.equilibration,
-            "collisions_per_particle": self._length(eta, count),
+            "collisions_per_particle": self._length(eta, n),
             "relative_error": self._error(),
             "blocks": self.blocks,
             "frames": self._frames(eta),
