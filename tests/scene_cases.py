@@ -180,6 +180,13 @@ def contact_matrix(d):
     return case(moving(scene, d))
 
 
+def contact_beyond_the_sum(d):
+    """Unlike ones keep far more apart than their radii, in a box that just has room for lists."""
+    contact = [[1.0, 1.1], [1.1, 0.3]]
+    scene = carom.Scene.mixture([2, 2], diameters=[1.0, 0.3], contact=contact, box=(5.6,) * d, seed=25 + d)
+    return case(moving(scene, d))
+
+
 def boxed(d):
     """Walls along every axis."""
     return case(placed(5, BOXES[d], 40 + d, periodic=False))
@@ -275,6 +282,7 @@ KINDS = {
     unequal: (1, 2, 3, 4),
     in_a_small_box: (1, 2, 3, 4),
     contact_matrix: (1, 2, 3, 4),
+    contact_beyond_the_sum: (1, 2, 3),
     boxed: (1, 2, 3, 4),
     channel: (1, 2, 3, 4),
     lorentz: (1, 2, 3),

@@ -61,6 +61,32 @@ def test_impossible_samples(sim, request_):
         list(sim.sample(**request_))
 
 
+@pytest.mark.parametrize("length", ["collisions", "collisions_per_particle", "time"])
+@pytest.mark.parametrize("value", [-1, np.nan, np.inf, "1", True, [1.0]])
+def test_impossible_lengths_of_a_measurement(sim, length, value):
+    with pytest.raises(InputError, match=length):
+        sim.measure(carom.Pressure(), **{length: value})
+    assert sim.collisions == 0
+
+
+@pytest.mark.parametrize("count", [-1, 2.5, "2", None])
+def test_impossible_numbers_of_blocks(sim, count):
+    with pytest.raises(InputError, match="count"):
+        list(sim.blocks(0.1, count))
+
+
+@pytest.mark.parametrize("nothing", [None, "scene.toml", {}])
+def test_what_is_no_scene_is_named(nothing):
+    with pytest.raises(InputError, match="needs a Scene"):
+        carom.Simulation(nothing)
+
+
+@pytest.mark.parametrize("growth", [["1"] * 20, [True] * 20, [[1.0], [1.0, 2.0]], [{}] * 20, [-1.0] * 20])
+def test_impossible_growth(scene, growth):
+    with pytest.raises(InputError, match="growth"):
+        carom.Simulation(scene, growth=growth)
+
+
 def test_samples_come_exactly_at_their_times(sim):
     times = [0.0, 0.1, 0.1, 1.0 / 3.0, 7.0]
     assert [frame.time for frame in sim.sample(times=iter(times))] == times

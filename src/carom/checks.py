@@ -21,6 +21,9 @@ FASTEST = 1e152
 #: Temperatures beyond this are, too.
 HOTTEST = 1e304
 
+#: Relative errors below this are refused: they would take some 1e18 independent blocks.
+FINEST_ERROR = 1e-9
+
 
 def describe(value: Any) -> str:
     """Name a value and its type in a few words, for the end of an error message."""
@@ -97,6 +100,14 @@ def positive(value: Any, name: str) -> float:
     if result <= 0:
         raise InputError(f"{name} must be positive, found {result:g}.")
     return number(value, name, low=1 / MAGNITUDE, high=MAGNITUDE)
+
+
+def several(value: Any) -> bool:
+    """Tell whether a value is an array, be it one of unequal rows, rather than a single number."""
+    try:
+        return np.ndim(value) > 0
+    except ValueError:
+        return True
 
 
 def array(value: Any, name: str, shape: str, *, ndim: int) -> np.ndarray:

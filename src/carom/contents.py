@@ -118,7 +118,7 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
     """
     if growth is None:
         return None
-    rates = np.asarray(growth, dtype=float) if np.ndim(growth) else None
+    rates = checks.array(growth, "growth", "(n,)", ndim=1) if checks.several(growth) else None
     if rates is None:
         rates = np.full(scene.n, checks.number(growth, "growth", low=0.0, high=checks.FASTEST))
     if rates.shape != (scene.n,) or not ((rates >= 0.0) & (rates <= checks.FASTEST)).all():

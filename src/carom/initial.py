@@ -230,7 +230,7 @@ def named(lattice: Any, dimension: int | None = None) -> Lattice:
     if lattice == "dn" and d >= 3:
         return dn(d)
     fixed = {"fcc": (3, dn), "triangular": (2, lambda _: triangular())}
-    if lattice in fixed and dimension in (None, fixed[lattice][0]):
+    if isinstance(lattice, str) and lattice in fixed and dimension in (None, fixed[lattice][0]):
         return fixed[lattice][1](fixed[lattice][0])
     raise InputError(
         "lattice must be cubic, fcc (dimension 3), triangular (dimension 2) or dn (dimension 3 and up); "

@@ -74,6 +74,9 @@ def measure(
     }
     if sum(value is not None for value in given.values()) != 1:
         raise InputError(f"measure() needs exactly one of {', '.join(given)}.")
+    for name in ("collisions", "collisions_per_particle", "time"):
+        if given[name] is not None:
+            checks.number(given[name], name, low=0.0)
     if relative_error is not None:
         seconds = (
             math.inf

@@ -141,6 +141,7 @@ class Scene:
         standing = _obstacles.checked(obstacles, edges, repeats)
         room = Room(np.asarray(edges), np.asarray(repeats), standing)
         places = room.wrapped(places)
+        checking.refuse_tight(room, diameters)
         checking.refuse_overlap(places, room, Contacts(diameters, kinds, matrix))
         places.setflags(write=False)
         one_diameter, one_mass = np.ptp(diameters) == 0, np.ptp(masses) == 0

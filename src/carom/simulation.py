@@ -90,6 +90,8 @@ class Simulation:
         growth: float | ArrayLike | None = None,
         event_log: str | PathLike[str] | None = None,
     ):
+        if not isinstance(scene, Scene):
+            raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
         wish = wish_of(neighbors, shell)
         if scene.velocities is None:
             velocities = initial.maxwell_velocities(
@@ -317,7 +319,7 @@ class Simulation:
     def blocks(self, duration: float, count: int) -> Iterator[Block]:
         """Run on for ``count`` blocks of equal time and yield each."""
         start, step = self.machine.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
-        for k in range(1, count + 1):
+        for k in range(1, checks.integer(count, "count", low=0) + 1):
             yield loop.advance(self.machine, None, start + k * step)
 
     def time_for(self, collisions: float) -> float:

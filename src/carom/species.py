@@ -22,7 +22,7 @@ def per_component(value: Any, name: str, n: int) -> np.ndarray:
     InputError
         If there are neither one nor n, or one is not positive.
     """
-    if np.ndim(value) == 0:
+    if not checks.several(value):
         each = np.full(n, checks.positive(value, name))
     else:
         each = checks.array(value, name, "(n,)", ndim=1)
@@ -44,7 +44,10 @@ def labels(species: Any, n: int) -> np.ndarray | None:
     """
     if species is None:
         return None
-    given = np.asarray(species)
+    try:
+        given = np.asarray(species)
+    except ValueError:  # rows of unequal length
+        given = np.empty(0, dtype=object)
     if given.dtype.kind not in "iu" or given.shape != (n,):
         found = f"shape {given.shape}" if given.dtype.kind in "iu" else f"values of type {given.dtype}"
         raise InputError(f"species must be {n} integers, one a component, found {found}.")

@@ -336,7 +336,7 @@ class RunSpec:
         check.integer("seed", low=0, high=2**63 - 1)
         check.number("equilibration", low=0, high=MOST_COLLISIONS)
         check.number("collisions_per_particle", low=0, high=MOST_COLLISIONS, open_low=True)
-        check.number("relative_error", low=0, high=1, open_low=True)
+        check.number("relative_error", low=checks.FINEST_ERROR, high=1)
         check.number("max_walltime", low=0, high=1e9, open_low=True)
         if self.relative_error is None:
             if self.max_walltime is not None:

@@ -199,7 +199,8 @@ def threads(given: argparse.Namespace) -> None:
     ways = {"one": [], "threads": [], "processes": []}
     with ThreadPoolExecutor(2) as pool, contextlib.ExitStack() as stack:
         alone = [
-            stack.enter_context(ProcessPoolExecutor(1, initializer=take_one, initargs=(seed,))) for seed in (1, 2)
+            stack.enter_context(ProcessPoolExecutor(1, initializer=take_one, initargs=(seed,)))
+            for seed in (1, 2)
         ]
         for worker in alone:
             worker.submit(work_alone, 0).result()

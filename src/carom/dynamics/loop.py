@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.dynamics.mechanics import impulses
+from carom.dynamics.reach import Reach
 from carom.errors import CaromWarning
 from carom.tally import Block
 
@@ -38,6 +39,11 @@ def advance(
     """Run on until so many more collisions, an instant, or seconds: see :meth:`carom.Simulation.run`.
 
     Where the collisions asked for cannot be had, a :class:`carom.CaromWarning` says so.
+
+    Raises
+    ------
+    InputError
+        If a time that is the only limit is out of reach, because components have no room.
     """
     from carom.kernel import constants, cycle
 
@@ -50,6 +56,9 @@ def advance(
     deadline = math.inf if walltime is None else time.perf_counter() + walltime
     patience = _patience(machine) if collisions is not None and end is None else math.inf
     last_seen, last_instant = int(before.collisions), start
+    reach = None
+    if walltime is None and (collisions is None or patience < math.inf):
+        reach = Reach(machine, start + Fraction(patience) if end is None else end)
     while True:
         stop, final = _stop(machine, end)
         log = None if machine.log is None else machine.log.buffer
@@ -88,11 +97,15 @@ def advance(
             progress(_fraction(machine, int(before.collisions), start, int(target), end))
         if now >= deadline:
             break
+        if reach is not None:
+            reach.look()
         if machine.collisions > last_seen:
             last_seen, last_instant = machine.collisions, machine.clock.instant
         elif machine.clock.instant - last_instant > patience:
             _warn(
-                f"No collision in {PATIENCE:g} mean free times, after {machine.collisions} in all: "
+                "One component alone meets nobody: the run ended; ask for time= instead of collisions."
+                if machine.scene.n == 1
+                else f"No collision in {PATIENCE:g} mean free times, after {machine.collisions} in all: "
                 "the components seem to miss each other for ever, and the run ended; "
                 "ask for time= instead of collisions."
             )
@@ -134,7 +147,8 @@ def _fraction(machine: Machine, before: int, start: Fraction, target: int, end: 
 
 def _patience(machine: Machine) -> float:
     """Return the time without a collision after which none is to be expected [time]."""
-    return math.inf if machine.contents.rates is not None else machine.unit.to_scene(_lonely(machine), 1)
+    growing = machine.contents.rates is not None and machine.scene.n > 1
+    return math.inf if growing else machine.unit.to_scene(_lonely(machine), 1)
 
 
 def _lonely(machine: Machine) -> float:
@@ -142,6 +156,8 @@ def _lonely(machine: Machine) -> float:
     from carom.kernel import scheme
 
     scene, epoch = machine.scene, machine.scheme.epoch
+    if scene.n == 1:  # there is nobody to meet
+        return epoch
     v, masses = machine.speeds, scene.masses
     fastest = float(np.abs(v).max())
     if machine.engine.model.obstacles is None:

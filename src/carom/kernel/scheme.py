@@ -296,9 +296,10 @@ def choose(
     """
     box, diameter, dimension = contents.box, contents.diameter, contents.dimension
     packing_fraction = contents.packing_fraction
-    # Neighbours must stay the nearest image while both move by the margin.
+    # Neighbours must stay the nearest image while both move by the margin, and be listed under no other one.
     pace = 1.0 if contents.radii is None else float(contents.paces.max())
-    widest = diameter + (0.5 * contents.narrowest - diameter) / (2.0 * pace)
+    core = diameter if contents.reaches is None else 2.0 * float(contents.reaches.max())
+    widest = diameter + (0.5 * contents.narrowest - core) / (2.0 * pace)
     if shell is None:
         reach = min(_default_reach(contents), widest)
         shortest = SHORTEST * diameter if contents.radii is None else 0.0
@@ -318,7 +319,7 @@ def choose(
             f"{thinnest:g}; use neighbors='sectors', or a larger shell."
         )
     if neighbors == "lists" and (reach > widest or reach <= least):
-        needed = 2.0 * (diameter + 2.0 * pace * (reach - diameter))
+        needed = 2.0 * (core + 2.0 * pace * (reach - diameter))
         raise ValueError(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least {needed:g}, "
             f"the shortest is {contents.narrowest:g}; use neighbors='sectors', or a smaller shell."

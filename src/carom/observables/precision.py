@@ -37,7 +37,7 @@ class Goal:
     Parameters
     ----------
     relative_error : float
-        One standard error over the absolute value of the mean, between 0 and 1.
+        One standard error over the absolute value of the mean, from 1e-9 to 1.
 
     Raises
     ------
@@ -48,7 +48,7 @@ class Goal:
     relative_error: float
 
     def __post_init__(self) -> None:
-        checks.number(self.relative_error, "relative_error", low=0.0, high=1.0, open_low=True)
+        checks.number(self.relative_error, "relative_error", low=checks.FINEST_ERROR, high=1.0)
 
     def reached(self, estimate: Estimate) -> bool:
         """Tell whether the error is small enough, and rests on at least ``FLOOR`` independent blocks."""

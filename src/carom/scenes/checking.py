@@ -9,6 +9,7 @@ import numpy as np
 
 from carom import box, checks, overlaps
 from carom.errors import InputError, OverlapError
+from carom.obstacles import CylindricalContainer, SphericalContainer
 from carom.overlaps import Room
 from carom.species import Contacts
 
@@ -39,6 +40,19 @@ def speeds(velocities: Any, shape: tuple[int, ...]) -> np.ndarray:
         raise InputError(f"velocities must be at most {checks.FASTEST:g}, found {fastest:g}.")
     result.setflags(write=False)
     return result
+
+
+def refuse_tight(room: Room, diameters: np.ndarray) -> None:
+    """Raise InputError where a container leaves its largest component no room that coordinates can tell."""
+    largest = float(diameters.max())
+    for container in room.obstacles:
+        if not isinstance(container, SphericalContainer | CylindricalContainer):
+            continue
+        if 2.0 * container.radius - largest <= overlaps.tolerance(room.box, largest):
+            raise InputError(
+                f"The inside of {container.name} must be wider than the largest diameter ({largest:.6g}), by "
+                f"more than rounding: found a radius of {container.radius:.6g}. Enlarge it."
+            )
 
 
 def refuse_overlap(places: np.ndarray, room: Room, contacts: Contacts) -> None:

@@ -141,6 +141,7 @@ def mixture(
     Scene(n=100, dimension=3, ..., diameter=0.5 to 1, mass=1, ..., species=large 25, small 75)
     """
     rng = checks.generator(seed)
+    names = () if names is None else _species.listed(names, "names")
     kinds = np.asarray([checks.positive(x, "diameters") for x in _species.listed(diameters, "diameters")])
     weights = [1.0] * len(kinds) if masses is None else _species.listed(masses, "masses")
     each_mass = np.asarray([checks.positive(x, "masses") for x in weights])
