@@ -237,7 +237,8 @@ SECTOR = 0.88
 """Side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/performance)."""
 
 SMALLEST_MARGIN = 0.05
-"""Twice the margin of lists of components that grow, at least, in median diameters; else sectors are better.
+"""Twice the margin of lists of components that differ or grow, at least, in median diameters; else sectors are
+better.
 """
 
 SMALLEST_GROWTH = 2.0**-30
@@ -308,7 +309,7 @@ def choose(
         reach = diameter * shell
     # A margin that shrinks to nothing in a box too narrow would be used up ever more often.
     least = diameter
-    if contents.rates is not None and contents.radii is not None:
+    if contents.radii is not None and (contents.rates is not None or shell is None):
         least += SMALLEST_MARGIN * 2.0 * float(np.median(contents.radii))
     grain = max(_spans(contents, reach)) * 2.0 ** -coordinate_bits(dimension)
     thinnest = 0.5 * (reach - diameter) * (1.0 if contents.radii is None else float(contents.paces.min()))
@@ -319,7 +320,7 @@ def choose(
             f"{thinnest:g}; use neighbors='sectors', or a larger shell."
         )
     if neighbors == "lists" and (reach > widest or reach <= least):
-        needed = 2.0 * (core + 2.0 * pace * (reach - diameter))
+        needed = 2.0 * (core + 2.0 * pace * (max(reach, least) - diameter))
         raise ValueError(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least {needed:g}, "
             f"the shortest is {contents.narrowest:g}; use neighbors='sectors', or a smaller shell."
