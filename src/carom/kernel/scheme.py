@@ -237,8 +237,8 @@ SECTOR = 0.88
 """Side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/performance)."""
 
 SMALLEST_MARGIN = 0.05
-"""Twice the margin of lists of components that differ or grow, at least, in median diameters; else sectors are
-better.
+"""Twice the margin of lists of components that differ or grow, at least, in median diameters; else sectors
+are better.
 """
 
 SMALLEST_GROWTH = 2.0**-30
