@@ -1,5 +1,7 @@
 """What a run is asked for and cannot do ends with one sentence; extreme but legal scenes run."""
 
+import itertools
+
 import numpy as np
 import pytest
 from engine_cases import EPS, moving
@@ -91,6 +93,13 @@ def test_samples_come_exactly_at_their_times(sim):
     times = [0.0, 0.1, 0.1, 1.0 / 3.0, 7.0]
     assert [frame.time for frame in sim.sample(times=iter(times))] == times
     assert [frame.time for frame in sim.sample(every=0.25, count=3)] == [7.25, 7.5, 7.75]
+
+
+def test_sample_times_without_end_are_taken_one_by_one(scene):
+    frames = carom.Simulation(scene).sample(times=(0.25 * k for k in itertools.count()))
+    assert [frame.time for frame in itertools.islice(frames, 3)] == [0.0, 0.25, 0.5]
+    with pytest.raises(InputError, match="a sample's time"):
+        list(carom.Simulation(scene).sample(times=iter([0.0, np.nan])))
 
 
 @pytest.mark.parametrize("shell", [1.0, np.nan, "2", -3.0])

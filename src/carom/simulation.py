@@ -246,13 +246,14 @@ class Simulation:
         Raises
         ------
         InputError
-            If no limit is given or one is not a number at least zero.
+            If no limit is given or one is not a number at least zero; or if a time is out of reach, because
+            components that grow jam before it, or have no room at all. The state is then that of the moment.
 
         Warns
         -----
         CaromWarning
-            If the collisions asked for cannot be had: nothing moves, or nobody is met in a thousand mean free
-            times.
+            If the collisions asked for cannot be had: nothing moves, there is one component alone, or nobody
+            is met in a thousand mean free times.
         """
         limits = {
             "collisions": collisions,

@@ -91,8 +91,8 @@ class Reach:
         if events * left > MOST_EVENTS * passed:
             ahead = events * left / passed if passed > 0.0 else math.inf
             return (
-                f"The run would take {ahead:.2g} collisions and crossings more: the components have next to "
-                "no room, or all drift by far faster than they move apart. Ask for less time, or for "
-                "walltime=."
+                f"The run would take {ahead:.2g} collisions and crossings more; expected at most "
+                f"{MOST_EVENTS:g}. Ask for less time, or for walltime=, and see whether components have next "
+                "to no room, slide along a container, or drift far faster than they move apart."
             )
         return None

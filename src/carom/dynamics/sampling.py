@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from carom import checks
 from carom.dynamics.loop import advance
@@ -33,7 +33,8 @@ def sample(
     count : int, optional
         How many frames; without end if left out.
     times : iterable of float
-        Times since the start of the run instead, not decreasing, none of them past.
+        Times since the start of the run instead, not decreasing, none of them past. An iterator, which may
+        have no end, is asked for one at a time.
     progress : callable, optional
         Called with the fraction of the frames done.
 
@@ -46,11 +47,18 @@ def sample(
         raise InputError("sample() needs either every= (with count=) or times=.")
     if every is None:
         several = times if isinstance(times, Iterable) else [times]
-        given = [Fraction(checks.number(time, "a sample's time", low=0.0)) for time in several]
+        if isinstance(several, Iterator):  # of any length, perhaps without end
+            return _frames(sim, map(_instant, several), None, progress)
+        given = [_instant(time) for time in several]
         return _frames(sim, given, len(given), progress)
     step = Fraction(checks.number(every, "every", low=0.0, open_low=True))
     count = None if count is None else checks.integer(count, "count", low=0)
     return _frames(sim, step, count, progress)
+
+
+def _instant(time: Any) -> Fraction:
+    """Return a sample's time, checked, as an exact number."""
+    return Fraction(checks.number(time, "a sample's time", low=0.0))
 
 
 def _frames(
