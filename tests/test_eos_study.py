@@ -16,7 +16,7 @@ from carom import studies, theory
 from carom.errors import CaromWarning, FileError, InputError
 from carom.specs import SceneSpec
 from carom.studies import StudySpec, engines, tasks
-from carom.studies.eos import drift, fits, table, toml
+from carom.studies.eos import drift, fits, pictures, table, toml
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.start import start as start_of
 from carom.studies.eos.study import load
@@ -678,6 +678,16 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
     assert "packing_fractions = [0.1, 0.2, 0.3, 0.4]" in page
     with pytest.raises(InputError, match="nothing to draw"):
         studies.EquationOfState(spec).plot()
+    # The four points with 1000 particles are flagged: hollow in each picture.
+    for figure in (study.plot(), pictures.order(study), pictures.sizes(study)):
+        hollow = [
+            point
+            for line in figure.axes[0].get_lines()
+            if line.get_markerfacecolor() == "white"
+            for point in line.get_xdata()
+            if point > 0.0  # where 1 / N is 0 stands what is extrapolated
+        ]
+        assert len(hollow) == (1 if figure.axes[0].get_xlabel() == "$1/N$" else 4)
     studies.EquationOfState(spec).report(tmp_path / "empty.html")
 
 

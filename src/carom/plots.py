@@ -282,9 +282,10 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     figure, axes = _figure(6.4, 6.8)
     (draw_network if dimension == 2 else draw_network_in_space)(axes, network)
     axes.autoscale_view()
+    loose = len(network.rattlers)
     axes.set_title(
         f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{network.contacts} contacts in the "
-        f"backbone (isostatic: {network.isostatic}), {len(network.rattlers)} rattlers",
+        f"backbone (isostatic: {network.isostatic}), {loose} rattler{'s' * (loose != 1)}",
         fontsize=TITLE,
     )
     return saved(figure, path)

@@ -270,7 +270,7 @@ def _choose(choice: Any, workers: int | None) -> Engine:
         if choice == "processes":
             return Processes(count)
         if choice == "threads":
-            return OwnPool(ThreadPoolExecutor(count), f"{count} threads")
+            return OwnPool(ThreadPoolExecutor(count), f"{count} thread{'s' * (count > 1)}")
         if choice == "serial":
             return Serial()
         return _mpi() if choice == "mpi" else _dask(choice)

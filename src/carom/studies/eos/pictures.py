@@ -101,6 +101,15 @@ def order(result: EquationOfState, *, path: str | os.PathLike[str] | None = None
         (line,) = top.plot(eta, [row.order for row in some], label=f"$N$ = {n}", **style)
         top.errorbar(eta, [row.order for row in some], errors, fmt="none", ecolor=line.get_color(), capsize=2)
         bottom.plot(eta, [row.susceptibility for row in some], color=line.get_color(), **style)
+        flagged = [row for row in some if not row.equilibrated]
+        hollow = {**style, "color": line.get_color(), "markerfacecolor": "white", "linestyle": "none"}
+        for axes, name in ((top, "order"), (bottom, "susceptibility")):
+            axes.plot(
+                [row.packing_fraction for row in flagged],
+                [getattr(row, name) for row in flagged],
+                zorder=4,
+                **hollow,
+            )
     top.set_ylabel(rf"$\langle|{symbol}|\rangle$")
     bottom.set_ylabel(rf"$N\,(\langle|{symbol}|^2\rangle - \langle|{symbol}|\rangle^2)$")
     bottom.set_xlabel(r"packing fraction $\eta$")
@@ -121,8 +130,17 @@ def sizes(result: EquationOfState, *, path: str | os.PathLike[str] | None = None
         axes.spines[["top", "right"]].set_visible(False)
         some = [row for row in result.table if row.packing_fraction == fit.packing_fraction]
         inverse = np.array([1.0 / row.n for row in some])
-        z, errors = [row.compressibility_factor for row in some], [row.error for row in some]
-        axes.errorbar(inverse, z, errors, fmt="o", color=plots.INK, markersize=4, capsize=2)
+        for row in some:
+            axes.errorbar(
+                1.0 / row.n,
+                row.compressibility_factor,
+                row.error if math.isfinite(row.error) else 0.0,
+                fmt="o",
+                color=plots.INK,
+                markerfacecolor=plots.INK if row.equilibrated else "white",
+                markersize=4,
+                capsize=2,
+            )
         x = np.array([0.0, 1.05 * inverse.max()])
         axes.plot(x, fit.compressibility_factor + fit.slope * x, color=plots.INK, linewidth=1.2, label="fit")
         if math.isfinite(fit.theory_slope):
