@@ -12,6 +12,7 @@ from carom import initial, plots
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.observables.packing import REACH, is_held, packing_network
+from carom.obstacles import Ball, Plane, SphericalContainer
 from carom.scene import Scene
 
 TOUCHING = 2.0**-40  # of a crystal that is expanded by this
@@ -122,6 +123,30 @@ def test_walls_hold_as_well():
     # A single disk between two walls is held along one axis alone.
     alone = packing_network(frame_of([[0.5, 2.0]], (1.0, 4.0), periodic=False))
     assert alone.rattlers.tolist() == [0]
+
+
+def test_obstacles_hold_as_well():
+    # Three disks that touch each other fill a round container, wherever in the box it stands.
+    angles = np.array([0.3, 0.3 + 2 * np.pi / 3, 0.3 + 4 * np.pi / 3])
+    ring = 3.0 + np.stack([np.cos(angles), np.sin(angles)], axis=1) / math.sqrt(3.0)
+    container = SphericalContainer((3.0, 3.0), 0.5 + 1.0 / math.sqrt(3.0))
+    frame = frame_of(ring, (6.0, 6.0), periodic=False)
+    network = packing_network(frame, obstacles=[container])
+    assert network.rattlers.size == 0
+    assert network.contacts == 3 + 3
+    # Two rods on a ring, and a fixed one between them, met across the border by one of the two.
+    frame = frame_of([[0.5], [1.5]], (3.0,))
+    network = packing_network(frame, obstacles=[Ball((2.5,), 0.5)])
+    assert network.bonds.tolist() == [[0, 1], [0, 2], [1, 2]]
+    assert network.vectors.ravel().tolist() == [1.0, -0.5, 0.5]
+    assert network.rattlers.size == 0
+    assert network.contacts == network.isostatic == 2 + 1
+    assert packing_network(frame).rattlers.size == 2
+    # Past a ball nobody glides, along a plane all do.
+    disks = crystal(2, 4)
+    free = packing_network(disks).isostatic
+    assert packing_network(disks, obstacles=[Plane((0.0, 1.0), -9.0)]).isostatic == free + 1
+    assert packing_network(disks, obstacles=[Ball((-50.0, 0.0), 1e-9)]).isostatic == free + 2
 
 
 def test_a_matrix_of_contacts_replaces_the_diameters():

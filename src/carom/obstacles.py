@@ -320,6 +320,27 @@ def from_json(values: Any) -> Obstacle:
     return KINDS[kind](**given)
 
 
+def glides(obstacle: Any, axis: int) -> bool:
+    """Tell whether all may move along an axis without meeting an obstacle; no, if it is of one's own."""
+    if isinstance(obstacle, Plane):
+        return obstacle.normal[axis] == 0.0
+    return isinstance(obstacle, CylindricalContainer) and obstacle.axis == axis
+
+
+def outwards(
+    obstacle: Obstacle, positions: np.ndarray, box: Sequence[float], periodic: Sequence[bool]
+) -> np.ndarray:
+    """Return the unit vectors (n, d) along which an obstacle or its nearest image throws components back."""
+    from carom.kernel.obstacle import anchor, outward, repeated
+
+    model, d = obstacle.model(), len(box)
+    x = np.array(positions, dtype=np.float64).reshape(-1, d)
+    for axis in range(d):
+        if periodic[axis] and repeated(model):
+            x[:, axis] -= box[axis] * np.rint((x[:, axis] - anchor(model, axis)) / box[axis])
+    return np.array([[outward(model, tuple(each), axis) for axis in range(d)] for each in x]).reshape(-1, d)
+
+
 def _vector(values: Any, name: str) -> tuple[float, ...]:
     if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
         raise InputError(f"{name} must be a list of numbers, one an axis, found {checks.describe(values)}.")

@@ -274,7 +274,7 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     FileError
         If the picture cannot be saved.
     """
-    from carom.drawing import draw_network, draw_network_in_space
+    from carom.drawing import draw_network, draw_network_in_space, draw_obstacles
 
     dimension = network.frame.dimension
     if dimension not in (2, 3):
@@ -282,6 +282,8 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     figure, axes = _figure(6.4, 6.8)
     (draw_network if dimension == 2 else draw_network_in_space)(axes, network)
     axes.autoscale_view()
+    if dimension == 2:
+        draw_obstacles(axes, network.obstacles, network.frame)
     loose = len(network.rattlers)
     axes.set_title(
         f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{network.contacts} contacts in the "

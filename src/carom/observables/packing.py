@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike
 from carom import overlaps
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.obstacles import walls
+from carom.obstacles import Obstacle, glides, outwards, walls
 from carom.species import Contacts, contact_matrix, labels
 from carom.theory import ball_volume
 
@@ -46,13 +47,15 @@ class PackingNetwork:
         Gaps over contact distances of all pairs looked at, in increasing order; negative where they overlap.
     bonds : (m, 2) int array
         Pairs in contact, i < j; or a component and, as n + k, wall k (lower, upper, axis after axis, where
-        there are walls).
+        there are walls), or, after these, an obstacle.
     vectors : (m, d) array
-        From i to the image of j that it touches, or to the wall [length].
+        From i to the image of j that it touches, or to the wall or obstacle [length].
     backbone : (n,) bool array
         Who is no rattler.
     sided : bool
         Whether contacts on one side alone make a rattler.
+    obstacles : tuple of obstacles
+        What stood in the scene.
     """
 
     frame: Frame
@@ -63,6 +66,7 @@ class PackingNetwork:
     vectors: np.ndarray = field(repr=False)
     backbone: np.ndarray = field(repr=False)
     sided: bool = True
+    obstacles: tuple[Obstacle, ...] = ()
 
     @property
     def rattlers(self) -> np.ndarray:
@@ -77,12 +81,13 @@ class PackingNetwork:
     @property
     def held(self) -> np.ndarray:
         """Which contacts join the backbone, (m,) bool: none of their ends is a rattler."""
-        solid = np.append(self.backbone, np.ones(2 * self.frame.dimension, dtype=bool))
+        fixed = np.ones(2 * self.frame.dimension + len(self.obstacles), dtype=bool)
+        solid = np.append(self.backbone, fixed)
         return solid[self.bonds].all(axis=1)
 
     @property
     def contacts(self) -> int:
-        """Contacts of the backbone, those with walls included."""
+        """Contacts of the backbone, those with walls and obstacles included."""
         return int(self.held.sum())
 
     @property
@@ -96,12 +101,17 @@ class PackingNetwork:
     def isostatic(self) -> int:
         """Contacts that hold the backbone without one to spare.
 
-        As many as degrees of freedom, ``d N_b`` less one for each periodic axis, along which all can move
+        As many as degrees of freedom, ``d N_b`` less one for each periodic axis along which all can move
         together, and one more for the state of stress: ``d (N_b - 1) + 1`` on a torus (Donev, Torquato and
-        Stillinger, Phys. Rev. E 71, 011105 (2005)). None without a backbone.
+        Stillinger, Phys. Rev. E 71, 011105 (2005)). None without a backbone. Rotations of all together in a
+        round container are not taken off.
         """
         solid = int(self.backbone.sum())
-        return self.frame.dimension * solid - sum(self.frame.periodic) + 1 if solid else 0
+        free = sum(
+            wraps and all(glides(obstacle, axis) for obstacle in self.obstacles)
+            for axis, wraps in enumerate(self.frame.periodic)
+        )
+        return self.frame.dimension * solid - free + 1 if solid else 0
 
     @property
     def packing_fraction(self) -> float:
@@ -119,7 +129,12 @@ class PackingNetwork:
 
 
 def packing_network(
-    frame: Frame, *, gap: float | None = None, contact: ArrayLike | None = None, sided: bool = True
+    frame: Frame,
+    *,
+    gap: float | None = None,
+    contact: ArrayLike | None = None,
+    sided: bool = True,
+    obstacles: Sequence[Obstacle] = (),
 ) -> PackingNetwork:
     """Return the contacts, rattlers and backbone of a packing.
 
@@ -135,6 +150,8 @@ def packing_network(
         Contact distances between species [length], where they are not the means of the diameters.
     sided : bool
         Whether contacts on one side alone make a rattler; else it is their number alone.
+    obstacles : sequence of obstacles
+        What stands in the scene besides, and holds the packing.
 
     Raises
     ------
@@ -152,7 +169,7 @@ def packing_network(
     of some hundreds on; or, with ``sided=False``, count contacts alone. Grains of a crystal unravel as well:
     a disk at a straight edge of one has its neighbours on one side.
     """
-    pairs, vectors, gaps = _near(frame, contact)
+    pairs, vectors, gaps = _near(frame, contact, obstacles)
     if not len(gaps):
         raise InputError(
             f"No two components are nearer than {1 + REACH:g} contact distances; this is no packing."
@@ -171,10 +188,12 @@ def packing_network(
     )
     bonds, vectors = pairs[:count], vectors[:count]
     backbone = _backbone(frame, bonds, vectors, sided)
-    return PackingNetwork(frame, float(gap), void, gaps, bonds, vectors, backbone, sided)
+    return PackingNetwork(frame, float(gap), void, gaps, bonds, vectors, backbone, sided, tuple(obstacles))
 
 
-def _near(frame: Frame, contact: ArrayLike | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _near(
+    frame: Frame, contact: ArrayLike | None, obstacles: Sequence[Obstacle]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return all pairs (p, 2) near contact, under all images, their vectors (p, d) and relative gaps (p,)."""
     from scipy.spatial import cKDTree
 
@@ -196,11 +215,12 @@ def _near(frame: Frame, contact: ArrayLike | None) -> tuple[np.ndarray, np.ndarr
         distance = contacts.of(pairs)
         found.append((pairs, vectors[kept], near["v"][kept] / distance - 1.0))
     radii = 0.5 * frame.diameters
-    for k, wall in enumerate(walls(frame.box, frame.periodic)):
-        gap = wall.gap(frame.positions, radii, frame.box, frame.periodic)
-        i = np.arange(frame.n)
+    for k, fixed in enumerate((*walls(frame.box, frame.periodic), *obstacles)):
+        gap = fixed.gap(frame.positions, radii, frame.box, frame.periodic)
+        i = np.flatnonzero(gap < REACH * frame.diameters)
         pairs = np.stack([i, np.full_like(i, frame.n + k)], axis=1)
-        found.append((pairs, np.outer(gap + radii, -np.array(wall.normal)), gap / frame.diameters))
+        away = outwards(fixed, frame.positions[i], frame.box, frame.periodic)
+        found.append((pairs, -(gap + radii)[i, None] * away, (gap / frame.diameters)[i]))
     pairs, vectors, gaps = (np.concatenate(column) for column in zip(*found, strict=True))
     swapped = pairs[:, 0] > pairs[:, 1]
     pairs[swapped] = pairs[swapped][:, ::-1]

@@ -105,8 +105,10 @@ class Packing:
         Where contacts on one side alone make so many rattlers that nobody is left, because the compression
         was fast or crystalline grains have straight edges, rattlers are those with fewer than d + 1 contacts.
         """
-        network = packing_network(self.frame)
-        return network if network.backbone.any() else packing_network(self.frame, sided=False)
+        network = packing_network(self.frame, obstacles=self.obstacles)
+        if network.backbone.any():
+            return network
+        return packing_network(self.frame, sided=False, obstacles=self.obstacles)
 
     @property
     def rattlers(self) -> np.ndarray:
