@@ -12,7 +12,7 @@ from carom import initial, plots
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.observables.packing import REACH, is_held, packing_network
-from carom.obstacles import Ball, Plane, SphericalContainer
+from carom.obstacles import Ball, SphericalContainer
 from carom.scene import Scene
 
 TOUCHING = 2.0**-40  # of a crystal that is expanded by this
@@ -133,7 +133,8 @@ def test_obstacles_hold_as_well():
     frame = frame_of(ring, (6.0, 6.0), periodic=False)
     network = packing_network(frame, obstacles=[container])
     assert network.rattlers.size == 0
-    assert network.contacts == 3 + 3
+    # All three can be turned together.
+    assert network.contacts == network.isostatic == 3 + 3
     # Two rods on a ring, and a fixed one between them, met across the border by one of the two.
     frame = frame_of([[0.5], [1.5]], (3.0,))
     network = packing_network(frame, obstacles=[Ball((2.5,), 0.5)])
@@ -142,11 +143,6 @@ def test_obstacles_hold_as_well():
     assert network.rattlers.size == 0
     assert network.contacts == network.isostatic == 2 + 1
     assert packing_network(frame).rattlers.size == 2
-    # Past a ball nobody glides, along a plane all do.
-    disks = crystal(2, 4)
-    free = packing_network(disks).isostatic
-    assert packing_network(disks, obstacles=[Plane((0.0, 1.0), -9.0)]).isostatic == free + 1
-    assert packing_network(disks, obstacles=[Ball((-50.0, 0.0), 1e-9)]).isostatic == free + 2
 
 
 def test_a_matrix_of_contacts_replaces_the_diameters():

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import checks, obstacles
+from carom import checks
 from carom.errors import InputError
+from carom.obstacles import CylindricalContainer, Plane
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -45,8 +46,14 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
     """
     if scene.n == 1:
         return (False,) * scene.dimension
+
+    def glides(obstacle: Any, axis: int) -> bool:
+        if isinstance(obstacle, Plane):
+            return obstacle.normal[axis] == 0.0
+        return isinstance(obstacle, CylindricalContainer) and obstacle.axis == axis
+
     return tuple(
-        wraps and all(obstacles.glides(obstacle, axis) for obstacle in scene.obstacles)
+        wraps and all(glides(obstacle, axis) for obstacle in scene.obstacles)
         for axis, wraps in enumerate(scene.periodic)
     )
 

@@ -320,13 +320,6 @@ def from_json(values: Any) -> Obstacle:
     return KINDS[kind](**given)
 
 
-def glides(obstacle: Any, axis: int) -> bool:
-    """Tell whether all may move along an axis without meeting an obstacle; no, if it is of one's own."""
-    if isinstance(obstacle, Plane):
-        return obstacle.normal[axis] == 0.0
-    return isinstance(obstacle, CylindricalContainer) and obstacle.axis == axis
-
-
 def outwards(
     obstacle: Obstacle, positions: np.ndarray, box: Sequence[float], periodic: Sequence[bool]
 ) -> np.ndarray:

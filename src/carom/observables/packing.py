@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from carom import overlaps
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.obstacles import Obstacle, glides, outwards, walls
+from carom.obstacles import Obstacle, outwards, walls
 from carom.species import Contacts, contact_matrix, labels
 from carom.theory import ball_volume
 
@@ -101,17 +101,25 @@ class PackingNetwork:
     def isostatic(self) -> int:
         """Contacts that hold the backbone without one to spare.
 
-        As many as degrees of freedom, ``d N_b`` less one for each periodic axis along which all can move
-        together, and one more for the state of stress: ``d (N_b - 1) + 1`` on a torus (Donev, Torquato and
-        Stillinger, Phys. Rev. E 71, 011105 (2005)). None without a backbone. Rotations of all together in a
-        round container are not taken off.
+        As many as degrees of freedom, ``d N_b`` less one for each motion of all together, and one more for
+        the state of stress: ``d (N_b - 1) + 1`` on a torus (Donev, Torquato and Stillinger, Phys. Rev. E 71,
+        011105 (2005)). Along walls all can be shifted, and in a round container turned. None without a
+        backbone.
         """
         solid = int(self.backbone.sum())
-        free = sum(
-            wraps and all(glides(obstacle, axis) for obstacle in self.obstacles)
-            for axis, wraps in enumerate(self.frame.periodic)
-        )
-        return self.frame.dimension * solid - free + 1 if solid else 0
+        return self.frame.dimension * solid - self._together() + 1 if solid else 0
+
+    def _together(self) -> int:
+        """Return how many shifts and turns of all together no wall or obstacle that is touched opposes."""
+        fixed = self.held & (self.bonds[:, 1] >= self.frame.n)
+        x = self.frame.positions[self.bonds[fixed, 0]] / max(self.frame.box)
+        normals = self.vectors[fixed] / np.linalg.norm(self.vectors[fixed], axis=1, keepdims=True)
+        turning = [axis for axis, repeats in enumerate(self.frame.periodic) if not repeats]
+        opposed = [*normals.T]
+        for a, b in itertools.combinations(turning, 2):
+            opposed.append(normals[:, b] * x[:, a] - normals[:, a] * x[:, b])
+        rank = int(np.linalg.matrix_rank(np.stack(opposed, axis=1), tol=BALANCED)) if fixed.any() else 0
+        return len(opposed) - rank
 
     @property
     def packing_fraction(self) -> float:
