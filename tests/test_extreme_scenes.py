@@ -1,16 +1,18 @@
 """Extremes of growth, walls, obstacles and mixtures: a run ends, or one sentence says why it cannot.
 
-As plain Python, which gives the same bits: too small to be worth compiling for.
+As plain Python, which gives the same bits, but for one: too small to be worth compiling for.
 """
 
 import re
+import time
 
 import pytest
+from scene_cases import assert_no_overlap
 from test_engine_scenes import plain_python
 
 import carom
 from carom.errors import InputError
-from carom.obstacles import CylindricalContainer, SphericalContainer
+from carom.obstacles import Ball, CylindricalContainer, SphericalContainer
 
 START = """
 import warnings
@@ -159,3 +161,39 @@ print(sim.machine.scheme.kind)
         "except carom.InputError as error:\n    print(error)"
     )
     assert "need box edges of at least" in sentence
+
+
+CROWD = """
+import sys
+from carom.kernel import obstacle
+from carom.obstacles import Ball, Plane
+obstacle.CROWDED = int(sys.argv[1])
+balls = [Ball((2.0 * (k % 3) + 1.0, 2.0 * (k // 3) + 1.0), 0.5 + 0.02 * k) for k in range(9)]
+floor = Plane((0.0, 1.0), 0.1)
+scene = carom.Scene.random(3, box=(6.0, 6.0), diameter=0.3, periodic=[True, False], seed=4,
+                           obstacles=[*balls[:4], floor, *balls[4:]])
+sim = carom.Simulation(scene, seed=1)
+for frame in sim.sample(every=1.0, count=12):
+    assert_no_overlap(scene, frame)
+print(frame.positions.tobytes().hex(), [impacts.hits for impacts in sim.obstacles])
+"""
+
+
+def test_many_fixed_disks_are_met_as_few_are():
+    crowd, few = (plain_python("-c", START + CROWD, size) for size in ("1", "100"))
+    assert crowd == few
+
+
+@pytest.mark.slow
+def test_a_thousand_fixed_disks_compile_as_quickly_as_a_few():
+    # Much longer where each is compiled for itself.
+    balls = [Ball((2.0 * (k % 32), 2.0 * (k // 32)), 0.5) for k in range(1024)]
+    scene = carom.Scene([[1.0, 1.0]], 64.0, diameter=0.5, velocities=[[1.0, 0.3]], obstacles=balls)
+    sim = carom.Simulation(scene)
+    began = time.process_time()
+    sim.run(time=1.0)
+    assert time.process_time() - began < 60.0
+    for frame in sim.sample(every=1.5, count=500):
+        assert_no_overlap(scene, frame)
+    assert sum(impacts.hits for impacts in sim.obstacles) > 100
+    assert sim.statistics.energy_drift < 1e-13

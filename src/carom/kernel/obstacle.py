@@ -257,13 +257,34 @@ class Chain(NamedTuple):
     """The rest, a Chain or None."""
 
 
+class Crowd(NamedTuple):
+    """A link of many balls, in arrays: each value of a tuple is compiled for itself, which takes minutes for
+    hundreds of them.
+    """
+
+    centers: np.ndarray
+    """(k, d) float64."""
+    radii: np.ndarray
+    """(k,) float64."""
+    number: int
+    """Number of the first of them."""
+    tail: Any
+    """The rest, a Chain or None."""
+    center: np.ndarray
+    """Room for a center, (d,)."""
+
+
+CROWDED = 16
+"""Balls from which on they are a crowd."""
+
+
 class Obstacles(NamedTuple):
     """Everything fixed that components can meet, numbered: two for every axis (its lower and its upper wall,
     if it has walls), then one an obstacle.
     """
 
     cushions: Cushions | None
-    chain: Chain | None
+    chain: Chain | Crowd | None
     hits: np.ndarray
     """Collisions with each, (numbers,) int64."""
     impulse: np.ndarray
@@ -299,10 +320,15 @@ def make_obstacles(edges, walled, models) -> Obstacles | None:
         kinds.setdefault(type(model), []).append(model)
     total = 2 * dimension + len(models)
     number = total
-    chain = None
-    for group in reversed(kinds.values()):
+    chain: Chain | Crowd | None = None
+    for kind, group in reversed(kinds.items()):
         number -= len(group)
-        chain = Chain(tuple(group), number, chain)
+        if kind is Ball and len(group) >= CROWDED:
+            centers = np.array([ball.center for ball in group])
+            radii = np.array([ball.radius for ball in group])
+            chain = Crowd(centers, radii, number, chain, np.zeros(dimension))
+        else:
+            chain = Chain(tuple(group), number, chain)
     places = (np.zeros(dimension) for _ in range(3))
     return Obstacles(cushions, chain, np.zeros(total, np.int64), np.zeros(total), *places)
 
@@ -409,24 +435,49 @@ def _(chain: None, obstacles, boundary, size, rate, every):
 def _(chain: Chain, obstacles, boundary, size, rate, every):
     best, number = soonest_link(chain.tail, obstacles, boundary, size, rate, every)
     for k in range(len(chain.head)):
-        obstacle = chain.head[k]
-        t = NEVER
-        if repeated(obstacle):
-            for code in range(3 ** len(boundary.edges)):
-                digits = code
-                for axis in range(len(boundary.edges)):
-                    edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
-                    # The anchor may have been given in another box.
-                    turns = np.floor(anchor(obstacle, axis) * boundary.inverse[axis])
-                    obstacles.image[axis] = obstacles.x[axis] + (turns + (digits % 3 - 1)) * edge
-                    digits //= 3
-                t = min(t, encounter(obstacle, obstacles.image, obstacles.v, size, rate))
-        elif every:
-            t = encounter(obstacle, obstacles.x, obstacles.v, size, rate)
+        t = soonest_image(chain.head[k], obstacles, boundary, size, rate, every)
         if t < best:
             best = t
             number = np.int64(chain.number + k)
     return best, number
+
+
+@soonest_link.register
+def _(chain: Crowd, obstacles, boundary, size, rate, every):
+    best, number = soonest_link(chain.tail, obstacles, boundary, size, rate, every)
+    for k in range(len(chain.radii)):
+        t = soonest_image(member(chain, k), obstacles, boundary, size, rate, every)
+        if t < best:
+            best = t
+            number = np.int64(chain.number + k)
+    return best, number
+
+
+@inner
+def member(crowd, k):
+    """Return a ball of a crowd; its center is the room for one."""
+    for axis in range(len(crowd.center)):
+        crowd.center[axis] = crowd.centers[k, axis]
+    return Ball(crowd.center, crowd.radii[k])
+
+
+@inner
+def soonest_image(obstacle, obstacles, boundary, size, rate, every):
+    """Return the time until a component touches an obstacle, in any image of the box in which it stands."""
+    t = NEVER
+    if repeated(obstacle):
+        for code in range(3 ** len(boundary.edges)):
+            digits = code
+            for axis in range(len(boundary.edges)):
+                edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
+                # The anchor may have been given in another box.
+                turns = np.floor(anchor(obstacle, axis) * boundary.inverse[axis])
+                obstacles.image[axis] = obstacles.x[axis] + (turns + (digits % 3 - 1)) * edge
+                digits //= 3
+            t = min(t, encounter(obstacle, obstacles.image, obstacles.v, size, rate))
+    elif every:
+        t = encounter(obstacle, obstacles.x, obstacles.v, size, rate)
+    return t
 
 
 @inner
@@ -484,10 +535,23 @@ def _(chain: Chain, obstacles, boundary, number):
     normal_along(chain.tail, obstacles, boundary, number)
     k = number - chain.number
     if 0 <= k < len(chain.head):
-        obstacle = chain.head[k]
-        if repeated(obstacle):  # the image that is touched is the nearest one
-            for axis in range(len(boundary.edges)):
-                turns = np.rint((obstacles.x[axis] - anchor(obstacle, axis)) * boundary.inverse[axis])
-                obstacles.x[axis] -= turns * boundary.edges[axis]
+        face(chain.head[k], obstacles, boundary)
+
+
+@normal_along.register
+def _(chain: Crowd, obstacles, boundary, number):
+    normal_along(chain.tail, obstacles, boundary, number)
+    k = number - chain.number
+    if 0 <= k < len(chain.radii):
+        face(member(chain, k), obstacles, boundary)
+
+
+@inner
+def face(obstacle, obstacles, boundary):
+    """Put the normal of an obstacle that is touched into the room for an image."""
+    if repeated(obstacle):  # the image that is touched is the nearest one
         for axis in range(len(boundary.edges)):
-            obstacles.image[axis] = outward(obstacle, obstacles.x, axis)
+            turns = np.rint((obstacles.x[axis] - anchor(obstacle, axis)) * boundary.inverse[axis])
+            obstacles.x[axis] -= turns * boundary.edges[axis]
+    for axis in range(len(boundary.edges)):
+        obstacles.image[axis] = outward(obstacle, obstacles.x, axis)
