@@ -110,8 +110,6 @@ BAD = [
     ("[scene]\ninitial = 'random'\nn = 9\nbox = 9", "box must be a list of edges, found 9"),
     ("[scene]\ninitial = 'random'\nn = 9\nbox = [9, 0]", "box must be at least"),
     ("[scene]\ninitial = 'random'\nn = 9\nbox = [9, 9]\ndensity = 1", "density and box contradict"),
-    ("[scene]\ninitial = 'random'\nn = 9\ndimension = 2\nperiodic = [true]", "one boolean or 2"),
-    ("[scene]\nperiodic = [true, true]", "one boolean or 3"),
     ("[scene]\ninitial = 'random'\nn = 9\nbox = [9, 9]\ndimension = 3", "must have 3 edges, found 2"),
     ("[scene]\nfile = 'a.h5md'", "file has no meaning"),
     ("[scene]\ninitial = 'file'", "file is needed"),

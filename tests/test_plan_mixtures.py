@@ -177,6 +177,7 @@ def test_bad_tables_are_named_in_one_sentence(lines, says):
     ("lines", "says"),
     [
         ("periodic = [true, false]", "one boolean or 3"),
+        ("periodic = [true, true]", "one boolean or 3"),
         ("obstacles = [{kind = 'ball', center = [0, 0], radius = 1}]", "must have 3 coordinates"),
         ("obstacles = [{kind = 'ball', center = [1, 1, 1], radius = 3}]", "inside an obstacle"),
     ],

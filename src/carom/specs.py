@@ -146,7 +146,9 @@ class SceneSpec:
             defaults = {"frame": -1}
         elif not self.species:
             defaults |= {"diameter": 1.0, "mass": 1.0}
-        if self.periodic is True or (isinstance(self.periodic, tuple) and all(self.periodic)):
+        fixed = {"fcc": 3, "triangular": 2}.get(self.initial)
+        axes = fixed or (self.dimension or 3 if self.box is None else len(self.box))
+        if self.periodic is True or self.periodic == (True,) * axes:
             object.__setattr__(self, "periodic", None)
         if self.restitution == 1.0 and self.elastic_below is None:
             object.__setattr__(self, "restitution", None)
@@ -191,11 +193,6 @@ class SceneSpec:
             raise InputError(f"[scene] dimension must be at least 3 {where}, found {self.dimension}.")
         if self.box is not None and self.dimension not in (None, len(self.box)):
             raise InputError(f"[scene] box must have {self.dimension} edges, found {len(self.box)}.")
-        axes = fixed or (self.dimension or 3 if self.box is None else len(self.box))
-        if isinstance(self.periodic, tuple) and len(self.periodic) != axes:
-            raise InputError(
-                f"[scene] periodic must be one boolean or {axes} (one an axis), found {len(self.periodic)}."
-            )
 
     def _check_species(self) -> None:
         """Raise InputError where species contradict each other, or the rest of the section."""
