@@ -118,6 +118,15 @@ sim = carom.Simulation(scene.with_(velocities=velocities))
     assert "drift far faster" in said(program + REFUSED.format(run="sim.run(collisions=10)"))
 
 
+def test_collisions_that_come_are_waited_for_however_slow_they_may_get():
+    # Contacts count down to a speed of 1e-30, and it would take that long to give up.
+    program = """
+scene = carom.Scene.random(4, 1, packing_fraction=0.6, seed=1).with_(restitution=0.9, elastic_below=1e-30)
+print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
+"""
+    assert said("from carom.dynamics import reach\nreach.WINDOW = 1\nreach.CLUSTER = 1\n" + program) == "60"
+
+
 @pytest.mark.parametrize("periodic", [True, False])
 def test_one_component_alone_is_not_waited_for(periodic):
     program = f"""

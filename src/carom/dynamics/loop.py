@@ -97,7 +97,7 @@ def advance(
             progress(_fraction(machine, int(before.collisions), start, int(target), end))
         if now >= deadline:
             break
-        if reach is not None:
+        if reach is not None and (end is not None or machine.collisions == last_seen):
             reach.look()
         if machine.collisions > last_seen:
             last_seen, last_instant = machine.collisions, machine.clock.instant
