@@ -113,6 +113,22 @@ def test_simultaneous_components_come_in_the_order_of_their_numbers():
     assert set(order) == {1.5}
 
 
+@pytest.mark.parametrize("width", [2.0**-14, 2.0**-6])
+def test_a_few_events_a_bucket_whatever_the_width_to_begin_with(width):
+    rng = np.random.default_rng(0)
+    n, rate = 800, 8.0
+    book = Book(rng.exponential(1.0 / rate, n), np.full(n, np.inf), width=width, heap=4096)
+
+    def put_off(now):
+        # By others, five times before it comes: what they leave behind fills buckets, too.
+        for _ in range(5):
+            book.reschedule(int(rng.integers(n)), book.due, now + rng.exponential(1.0 / rate))
+        return now + rng.exponential(1.0 / rate)
+
+    assert book.check(put_off, steps=5000) == 5000
+    assert 2.0 <= n * rate * book.control.width <= 8.0
+
+
 def test_one_full_bucket_spills_into_lines():
     rng = np.random.default_rng(0)
     book = Book(1.5 + 1e-9 * rng.random(300), 7.0 + 1e-9 * rng.random(300), heap=1024)

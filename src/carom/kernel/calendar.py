@@ -207,6 +207,8 @@ def lay_out(calendar, state, boundary, start, end):
     """
     control = calendar.control[0]
     size = np.int64(len(calendar.buckets))
+    if control.full != 0:
+        control.width *= 0.5  # more came into the window before than its lines could hold
     control.start = start
     control.end = min(start + size * control.width, end)
     control.inverse = 1.0 / control.width
@@ -235,10 +237,10 @@ def lay_out(calendar, state, boundary, start, end):
 def adapt(calendar, longest):
     """Choose the width of the next window's buckets by the cycles counted in this one: a few a bucket."""
     control = calendar.control[0]
-    size = np.int64(len(calendar.buckets))
-    if control.cycles > 8 * size:
+    passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
+    if control.cycles > 8.0 * passed:
         control.width *= 0.5
-    elif control.cycles < 2 * size and 2.0 * size * control.width <= longest:
+    elif control.cycles < 2.0 * passed and 2.0 * len(calendar.buckets) * control.width <= longest:
         control.width *= 2.0
 
 
