@@ -259,7 +259,7 @@ class Lists(NamedTuple):
     hits: np.ndarray
     """Which of them are to be listed, (room,) int64."""
     counts: np.ndarray
-    """How many neighbours, (n,) int32."""
+    """How many neighbours, (n,) uint16, or int32 where there is room for more."""
 
 
 def coordinate_bits(dimension: int) -> int:
@@ -267,7 +267,7 @@ def coordinate_bits(dimension: int) -> int:
     return min(32, 64 // dimension)
 
 
-def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int) -> Lists:
+def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int, longest: int) -> Lists:
     """Return empty lists.
 
     Parameters
@@ -284,6 +284,8 @@ def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int
         Components a cell can hold, 8 at least.
     words : int
         Neighbours that all lists can hold.
+    longest : int
+        Neighbours that the longest of them can hold.
     """
     dimension = len(spans)
     cells = int(grid.shape.prod(axis=1).sum())
@@ -300,7 +302,7 @@ def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int
         found=np.zeros(room, np.uint32),
         newcomers=np.full(room + STEP, n, np.uint32),
         hits=np.zeros(room, np.int64),
-        counts=np.zeros(n, np.int32),
+        counts=np.zeros(n, np.uint16 if longest < 2**16 else np.int32),
     )
 
 

@@ -172,13 +172,16 @@ class Scheme:
     horizon: float = math.inf
     """Time after which components that grow need another scheme."""
     step: int = 8
-    """By how much the room in lists grows when one is full; twice that the next time."""
+    """By how much the room in lists grows at least when one is full, twice that the next time; 0 where all lists
+    are of one length, whose room is that of the longest: it grows by a sixteenth.
+    """
 
     def with_larger_neighbors(self, full_cell: bool) -> Scheme:
         """Return the scheme with more room in cells, or in lists."""
         if full_cell:
             return replace(self, cell_capacity=self.cell_capacity + (8 if self.kind == "sectors" else 4))
-        return replace(self, capacity=self.capacity + self.step, step=2 * self.step)
+        growth = max(self.step, self.capacity // 16, 1)
+        return replace(self, capacity=self.capacity + growth, step=2 * self.step)
 
     def with_larger_heap(self) -> Scheme:
         """Return the scheme with more room in the calendar's heap."""
@@ -222,10 +225,10 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
     return 2.0 * math.sqrt(dimension / math.pi) * excess * speed / diameter
 
 
-NEIGHBORS = (5, 10, 13, 26, 40, 60)
+NEIGHBORS = (5, 10, 12, 26, 40, 60)
 """Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %)."""
 
-DILUTE = (0.01, 0.57, 0.35, 0.18, 0.07, 0.03)
+DILUTE = (0.01, 0.57, 0.42, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
 MANY, MANY_DILUTE = 100_000, 0.75
@@ -390,7 +393,7 @@ def choose(
         width=width,
         heap=max(256, contents.n // 16),
         horizon=_short(horizon),
-        step=2 if sizes is None else 8,
+        step=0 if sizes is None else 8,
     )
 
 
@@ -528,7 +531,7 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
     if sizes is None:
         margin = 0.5 * (scheme.reach - contents.diameter)
         bounds: Any = EqualBounds(scheme.reach**2, margin * SLACK, scheme.capacity)
-        words = n * scheme.capacity
+        longest, words = scheme.capacity, n * scheme.capacity
         shapes = [_shape(spans, scheme.reach)]
         around = [[[1] * dimension]]
     else:
@@ -537,7 +540,7 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
         shapes = levels.shapes
         around = _around(levels, spans)
         starts = _starts(bound, contents, scheme.capacity)
-        words = int(starts[-1])
+        longest, words = int(np.diff(starts).max()), int(starts[-1])
         ghostly = _with_ghost(bound)
         marks = _with_ghost(levels.levels, np.uint8)
         largest = np.array(levels.reaches)
@@ -548,7 +551,7 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
         else:
             margins = _with_ghost(bound - sizes) * SLACK
             bounds = UnequalBounds(ghostly, margins, starts, marks, len(shapes), largest)
-    return make_lists(n, spans, bounds, make_grid(shapes, around), scheme.cell_capacity, words)
+    return make_lists(n, spans, bounds, make_grid(shapes, around), scheme.cell_capacity, words, longest)
 
 
 class Levels(NamedTuple):
