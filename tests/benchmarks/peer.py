@@ -106,7 +106,9 @@ def draw(table: Path, picture: Path) -> None:
         yscale="log",
         title="Hard spheres: Carom and the fastest of the peer's programs, in turn",
     )
-    axes.legend(ncols=3, fontsize="small")
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter("{x:g}")
+    figure.legend(loc="outside lower center", ncols=3, fontsize="small")
     axes.grid(which="both", alpha=0.3)
     figure.savefig(picture, dpi=150)
 
