@@ -172,8 +172,8 @@ class Scheme:
     horizon: float = math.inf
     """Time after which components that grow need another scheme."""
     step: int = 8
-    """By how much the room in lists grows at least when one is full, twice that the next time; 0 where all lists
-    are of one length, whose room is that of the longest: it grows by a sixteenth.
+    """By how much the room in lists grows at least when one is full, twice that the next time; 0 where all
+    lists have the room of the longest, which then grows by a sixteenth.
     """
 
     def with_larger_neighbors(self, full_cell: bool) -> Scheme:

@@ -33,9 +33,10 @@ class WallPressure:
         (its surface, not where the centres of components turn around); 1 in one dimension. Planes and
         obstacles of one's own need it.
     blocks : int
-        Stretches of equal length that the run is cut into; the error bar comes from their scatter. What strikes
-        a wall in one of them is paid back in the next, if it is shorter than sound takes through the box: the
-        error bar is then too wide, several times, never too narrow. Fewer blocks and longer runs make it sharp.
+        Stretches of equal length that the run is cut into; the error bar comes from their scatter. What
+        strikes a wall in one of them is paid back in the next, if it is shorter than sound takes through the
+        box: the error bar is then several times too wide, never too narrow. Fewer blocks, or a longer run,
+        make it sharp.
 
     Raises
     ------
