@@ -255,6 +255,9 @@ a miss. More than so many sectors are not worth it.
 FINEST = 16.0
 """Steps of a reference point in a margin, at least: a flight is cut short by about one of them."""
 
+CROWDED = 6.0
+"""Components in a sector as wide as the largest, on the average, from which on lists run faster."""
+
 SHORTEST = 1.2
 """Reach in diameters below which lists are renewed so often that sectors are better."""
 
@@ -332,7 +335,7 @@ def choose(
     spacing = density ** (-1.0 / dimension)
     if neighbors == "auto":
         fits = least < reach <= widest and not coarse
-        dense = packing_fraction > dilute(contents) or diameter > 1.2 * spacing
+        dense = packing_fraction > dilute(contents) or (diameter / spacing) ** dimension > CROWDED
         neighbors = "lists" if fits and (dense or shell is not None) else "sectors"
     sizes = contents.reaches
     margin = 0.5 * (reach - diameter)
