@@ -74,7 +74,7 @@ class Book:
 
     def check(self, next_time, steps=4000, rng=None):
         """Take component by component, give each a new time, and compare the order with the search's."""
-        self.now = 0.0
+        self.now = float(self.control.start)
         taken = 0
         for _ in range(steps):
             entry = self.first()
@@ -127,6 +127,16 @@ def test_a_few_events_a_bucket_whatever_the_width_to_begin_with(width):
 
     assert book.check(put_off, steps=5000) == 5000
     assert 2.0 <= n * rate * book.control.width <= 8.0
+
+
+def test_more_at_one_time_than_lines_can_hold_come_in_order_all_the_same():
+    n = 1900
+    book = Book(np.full(n, 1.5), np.full(n, np.inf), heap=4096, width=LENGTH * cal.NARROWEST)
+    for _ in range(2):
+        book.lay_out(1.5)
+        assert book.control.full  # all in one bucket, and 131 lines of 14
+    assert book.control.width == LENGTH * cal.NARROWEST
+    assert book.check(lambda now: np.inf, steps=n) == n
 
 
 def test_one_full_bucket_spills_into_lines():

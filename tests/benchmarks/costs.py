@@ -135,7 +135,8 @@ print(imported - began, loaded - imported, made - loaded, time.perf_counter() - 
 
 def start(given: argparse.Namespace) -> None:
     """Print the time to the first event."""
-    print("| | import carom | numba and the kernel | scene | first event | in all [s] |\n|---|---|---|---|---|---|")
+    print("| | import carom | numba and the kernel | scene | first event | in all [s] |")
+    print("|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as cache:
         for name in ("nothing compiled", "from the cache"):
             done = subprocess.run(

@@ -41,6 +41,9 @@ CONTROL = np.dtype(
     ]
 )
 
+NARROWEST = 2.0**-40
+"""Width of a bucket in epochs, at least: what is closer in time, or simultaneous, fills one bucket anyway."""
+
 
 class Calendar(NamedTuple):
     """A window of buckets and a heap."""
@@ -60,9 +63,8 @@ class Calendar(NamedTuple):
 def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
     buckets = 1 << max(4, (n // 8).bit_length())
-    lines = (
-        n // (2 * ENTRIES) + 64
-    )  # where buckets fill unevenly; should that not do, the window is laid out anew
+    # For buckets that fill unevenly; should that not do, the window is laid out anew.
+    lines = n // (2 * ENTRIES) + 64
     heap = max(heap, 256)
     control = np.zeros(1, CONTROL)
     control["width"] = width
@@ -207,7 +209,7 @@ def lay_out(calendar, state, boundary, start, end):
     """
     control = calendar.control[0]
     size = np.int64(len(calendar.buckets))
-    if control.full != 0:
+    if control.full != 0 and control.width > NARROWEST * end:
         control.width *= 0.5  # more came into the window before than its lines could hold
     control.start = start
     control.end = min(start + size * control.width, end)

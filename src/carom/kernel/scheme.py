@@ -179,7 +179,7 @@ class Scheme:
     def with_larger_neighbors(self, full_cell: bool) -> Scheme:
         """Return the scheme with more room in cells, or in lists."""
         if full_cell:
-            return replace(self, cell_capacity=self.cell_capacity + (8 if self.kind == "sectors" else 4))
+            return replace(self, cell_capacity=self.cell_capacity + (8 if self.kind == "sectors" else 2))
         growth = max(self.step, self.capacity // 16, 1)
         return replace(self, capacity=self.capacity + growth, step=2 * self.step)
 
