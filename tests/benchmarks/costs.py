@@ -5,6 +5,7 @@
     python tests/benchmarks/costs.py start      from nothing to the first event, compiled and from the cache
     python tests/benchmarks/costs.py sampling   rate against the interval between frames
     python tests/benchmarks/costs.py threads    two simulations on two cores against one
+    python tests/benchmarks/costs.py mixtures   two sizes against one at the same packing fraction
     python tests/benchmarks/costs.py tasks      what a task of a study takes beside its events
 
 Rates are million pair collisions per second of CPU time; only ratios within one table mean anything.
@@ -224,6 +225,22 @@ def threads(given: argparse.Namespace) -> None:
         )
 
 
+def mixtures(given: argparse.Namespace) -> None:
+    """Print the rate of equal numbers of two sizes, in parts of that of equal spheres."""
+    ratios = (1.4, 2.0, 3.0)
+    print(f"| packing fraction | {' | '.join(f'{ratio:g} : 1' for ratio in ratios)} |\n|---|---|---|---|")
+    for eta in (0.05, 0.30, 0.45, 0.49):
+        scenes = [carom.Scene.random(4000, packing_fraction=eta, seed=1)]
+        for ratio in ratios:
+            sizes = {"diameters": [1.0, 1.0 / ratio], "masses": [1.0, ratio**-3]}
+            scenes.append(carom.Scene.mixture([2000, 2000], packing_fraction=eta, seed=1, **sizes))
+        sims = [carom.Simulation(scene, seed=1) for scene in scenes]
+        for sim in sims:
+            sim.run(collisions_per_particle=20)
+        best = np.max([[rate(sim, 200_000) for sim in sims] for _ in range(7)], axis=0)
+        print(f"| {eta} | {' | '.join(f'{part:.2f}' for part in best[1:] / best[0])} |", flush=True)
+
+
 def tasks(given: argparse.Namespace) -> None:
     """Print the processor time of tasks with hardly any events: 4000 spheres, one collision each."""
     print("| packing fraction | s a task | of it placement | of it order parameter |\n|---|---|---|---|")
@@ -251,7 +268,7 @@ def main() -> None:
     """Print a table."""
     tables = {
         "size": size, "features": features, "start": start, "sampling": sampling, "threads": threads,
-        "tasks": tasks,
+        "mixtures": mixtures, "tasks": tasks,
     }  # fmt: skip
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
