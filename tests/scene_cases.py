@@ -314,7 +314,7 @@ if __name__ == "__main__":
     for each in sys.argv[1:]:
         try:
             print(each, compare(each), flush=True)
-        except Exception:
+        except Exception:  # of any kind: the cases after it are looked at all the same
             failed = True
             print(each, "FAILED", flush=True)
             traceback.print_exc()

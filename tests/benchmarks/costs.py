@@ -21,27 +21,12 @@ import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
+from rates import rate, size_of
 
 import carom
-from carom.kernel.scheme import arrays
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import StudySpec, scene_spec
 from carom.studies.eos.start import start as begin
-
-
-def rate(sim: carom.Simulation, collisions: int, repeats: int = 3) -> float:
-    """Return the best of some rates [10^6 / s]."""
-    best = 0.0
-    for _ in range(repeats):
-        began = time.process_time()
-        block = sim.run(collisions=collisions)
-        best = max(best, block.collisions / (time.process_time() - began))
-    return best / 1e6
-
-
-def size_of(sim: carom.Simulation) -> float:
-    """Return bytes a particle, of all arrays."""
-    return sum(array.nbytes for array in arrays(sim.machine.engine).values()) / sim.scene.n
 
 
 def size(given: argparse.Namespace) -> None:
@@ -116,7 +101,7 @@ def features(given: argparse.Namespace) -> None:
         sim.run(collisions=10)
         compiled = time.process_time() - began
         sim.run(collisions_per_particle=40)
-        print(rate(sim, 400_000), size_of(sim), compiled)
+        print(rate(sim, 400_000, 3), size_of(sim), compiled)
         sim.close()
 
 
@@ -151,11 +136,17 @@ def start(given: argparse.Namespace) -> None:
             print(f"| {name} | {' | '.join(f'{part:.2f}' for part in [*parts, sum(parts)])} |")
 
 
+def melted(seed: int) -> carom.Simulation:
+    """Return a simulation of 4000 spheres that has left the lattice."""
+    sim = carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=0.49), seed=seed)
+    sim.run(collisions_per_particle=40)
+    return sim
+
+
 def sampling(given: argparse.Namespace) -> None:
     """Print what frames cost."""
     print("| collisions a particle between frames | CPU time, of a run without frames |\n|---|---|")
-    sim = carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=0.49), seed=1)
-    sim.run(collisions_per_particle=40)
+    sim = melted(1)
     span = sim.time_for(100 * sim.scene.n)
 
     def seconds(frames: int) -> float:
@@ -185,13 +176,6 @@ def take_one(seed: int) -> None:
 def work_alone(_: int) -> None:
     """Run the simulation that a worker process has."""
     work(globals()["own"])
-
-
-def melted(seed: int) -> carom.Simulation:
-    """Return a simulation of 4000 spheres that has left the lattice."""
-    sim = carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=0.49), seed=seed)
-    sim.run(collisions_per_particle=40)
-    return sim
 
 
 def threads(given: argparse.Namespace) -> None:

@@ -15,8 +15,9 @@ import resource
 import statistics
 import subprocess
 import tempfile
-import time
 from pathlib import Path
+
+from rates import rate
 
 import carom
 
@@ -41,13 +42,6 @@ def peer_rate(program: Path, start: Path) -> float:
     if not counts:
         raise SystemExit(f"{program} printed no line with 'Collisions: N'.")
     return int(counts[-1]) / (after.ru_utime - before.ru_utime)
-
-
-def carom_rate(sim: carom.Simulation, collisions: int) -> float:
-    """Return Carom's pair collisions per CPU second."""
-    began = time.process_time()
-    block = sim.run(collisions=collisions)
-    return block.collisions / (time.process_time() - began)
 
 
 FREEZING = 0.545
@@ -142,7 +136,7 @@ def main() -> None:
         write_sph(sim.frame(), start)
         for _ in range(given.repeats):
             theirs.append(peer_rate(given.program, start) / 1e6)
-            ours.append(carom_rate(sim, int(given.collisions)) / 1e6)
+            ours.append(rate(sim, int(given.collisions)))
             print(f"carom {ours[-1]:.3f}  peer {theirs[-1]:.3f} M/s  ratio {ours[-1] / theirs[-1]:.2f}")
     ratios = [mine / other for mine, other in zip(ours, theirs, strict=True)]
     middle = statistics.median

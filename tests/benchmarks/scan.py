@@ -5,10 +5,10 @@ python tests/benchmarks/scan.py --dimension 3 --cells 10 --packing-fractions 0.0
 
 import argparse
 import contextlib
-import time
+
+from rates import rate, size_of
 
 import carom
-from carom.kernel.scheme import arrays
 
 ROUNDS = 7
 """Times that every choice has its turn: the best of them counts, so that a busy moment harms nobody."""
@@ -19,12 +19,6 @@ def begin(scene: carom.Scene, **choice) -> carom.Simulation:
     sim = carom.Simulation(scene, seed=1, **choice)
     sim.run(collisions_per_particle=40)
     return sim
-
-
-def rate(sim: carom.Simulation, collisions: int) -> float:
-    """Return the rate [10^6 pair collisions per CPU second]."""
-    began = time.process_time()
-    return sim.run(collisions=collisions).collisions / (time.process_time() - began) / 1e6
 
 
 def main() -> None:
@@ -53,9 +47,9 @@ def main() -> None:
             for name, sim in sims.items():
                 best[name] = max(best[name], rate(sim, int(given.collisions)))
         for name, sim in sims.items():
-            size = sum(array.nbytes for array in arrays(sim.machine.engine).values()) / scene.n
             print(
-                f"d={given.dimension} eta={eta:<5} n={scene.n} {name:10} {best[name]:7.3f} M/s {size:5.0f} B",
+                f"d={given.dimension} eta={eta:<5} n={scene.n} {name:10} "
+                f"{best[name]:7.3f} M/s {size_of(sim):5.0f} B",
                 flush=True,
             )
 

@@ -262,7 +262,8 @@ class Lists(NamedTuple):
     """How many neighbours, (n,) uint16, or int32 where there is room for more."""
 
 
-def coordinate_bits(dimension: int) -> int:
+@inner
+def coordinate_bits(dimension):
     """Return how many bits of a reference point are for one axis."""
     return min(32, 64 // dimension)
 
@@ -334,7 +335,7 @@ def make_grid(shapes, spans) -> Grid:
 @inner
 def bits(lists):
     """Return how many bits of a reference point are for one axis."""
-    return np.int64(min(32, 64 // len(lists.grain)))
+    return np.int64(coordinate_bits(len(lists.grain)))
 
 
 @inner
