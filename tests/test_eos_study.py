@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 import carom
-from carom import studies, theory
+from carom import initial, studies, theory
 from carom.errors import CaromWarning, FileError, InputError
 from carom.specs import SceneSpec
 from carom.studies import StudySpec, engines, tasks
 from carom.studies.eos import drift, fits, pictures, table, toml
+from carom.studies.eos.order import OrderParameter, q_6
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.start import start as start_of
 from carom.studies.eos.study import load
@@ -472,9 +473,29 @@ def test_a_random_start_well_below_freezing_is_a_crystal_that_melts(n, eta, dime
 
 
 @pytest.mark.parametrize(
+    ("n", "eta", "dimension"), [(500, 0.49, 3), (450, 0.52, 3), (32, 0.475, 3), (600, 0.3, 4)]
+)
+def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, eta, dimension):
+    asked = SceneSpec(
+        initial="random", n=n, packing_fraction=eta, dimension=dimension, mass=2.0, diameter=3.0
+    )
+    scene = start_of(asked, np.random.default_rng(1))
+    assert (scene.n, scene.dimension, scene.mass, scene.diameter) == (n, dimension, 2.0, 3.0)
+    assert scene.packing_fraction == pytest.approx(eta, rel=1e-12)
+    again = start_of(asked, np.random.default_rng(1))
+    assert np.array_equal(scene.positions, again.positions)
+    # Nothing is left of the planes of the lattice, of which there are few.
+    assert np.unique(scene.positions[:, 0].round(6)).size > 0.9 * n
+    if dimension == 3 and n > 100:
+        # The mean of a fluid is that of as many bonds of random directions, some six a sphere: sqrt(1 / 6 n).
+        # Neighbouring bonds are not independent, near freezing by a factor of two; a crystal has 0.4 or more.
+        assert q_6(carom.Simulation(scene).frame()) < 3.0 / np.sqrt(6.0 * n)
+
+
+@pytest.mark.parametrize(
     "more",
     [
-        {"packing_fraction": 0.48},
+        {"packing_fraction": 0.55},
         {"dimension": 2},
         {"n": 33},  # 108 sites of a lattice would have to fit
         {"periodic": (True, True, False)},
@@ -598,30 +619,52 @@ def test_engines_that_do_not_exist_are_refused():
 # Order parameters.
 
 
-def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time():
-    pytest.importorskip("freud")
-    from carom.studies.eos.order import OrderParameter
-
-    for scene, perfect in (
+@pytest.mark.parametrize(
+    ("scene", "perfect"),
+    [
         # Steinhardt, Nelson and Ronchetti, Phys. Rev. B 28, 784 (1983).
         (carom.Scene.triangular(12, packing_fraction=0.8), 1.0),
         (carom.Scene.fcc(5, packing_fraction=0.6), 0.57452),
-    ):
-        frame = carom.Simulation(scene).frame()
-        order = OrderParameter(scene.dimension)
-        for _ in range(5):
-            order.add(frame)
-        # freud computes in single precision.
-        assert order.values()["values"][0] == pytest.approx(perfect, abs=1e-5)
-        fluid = carom.Simulation(carom.Scene.random(1000, scene.dimension, packing_fraction=0.45)).frame()
-        other = OrderParameter(scene.dimension)
-        for _ in range(5):
-            other.add(fluid)
-        assert len(set(other.values()["values"])) == 1
-        assert other.values()["values"][0] < 0.2
+        (carom.Scene.on(initial.cubic(3), 6, packing_fraction=0.4), 0.35355),
+    ],
+    ids=lambda value: value if isinstance(value, float) else value.dimension,
+)
+def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene, perfect):
+    if scene.dimension == 2:
+        pytest.importorskip("freud")
+    order = OrderParameter(scene.dimension)
+    order.add(carom.Simulation(scene).frame())
+    # freud computes in single precision; the others are known to five digits.
+    assert order.values()["values"][0] == pytest.approx(perfect, abs=1e-5)
+    fluid = carom.Simulation(carom.Scene.random(1000, scene.dimension, packing_fraction=0.45)).frame()
+    other = OrderParameter(scene.dimension)
+    for _ in range(5):
+        other.add(fluid)
+    assert len(set(other.values()["values"])) == 1
+    assert other.values()["values"][0] < 0.2
+
+
+def test_no_order_parameter_is_measured_in_other_dimensions():
     nothing = OrderParameter(4)
-    nothing.add(frame)
+    nothing.add(carom.Simulation(carom.Scene.random(8, 4, packing_fraction=0.05)).frame())
     assert nothing.values() is None
+
+
+@pytest.mark.parametrize("periodic", [(True, True, True), (True, False, True)])
+def test_q_6_is_the_sum_over_spherical_harmonics_of_all_bonds(periodic):
+    from scipy.special import sph_harm_y
+
+    frame = carom.Simulation(carom.Scene.random(200, 3, packing_fraction=0.4, periodic=periodic)).frame()
+    ways = frame.positions[:, None] - frame.positions[None]
+    box = np.asarray(frame.box)
+    ways -= np.where(periodic, box * np.rint(ways / box), 0.0)
+    distance = np.linalg.norm(ways, axis=2)
+    near = (distance > 0.0) & (distance < 1.2 * 2 ** (1 / 6) * (box.prod() / 200) ** (1 / 3))
+    x, y, z = (ways[near] / distance[near][:, None]).T
+    means = [np.mean(sph_harm_y(6, m, np.arccos(z), np.arctan2(y, x))) for m in range(-6, 7)]
+    exact = np.sqrt(4 * np.pi / 13 * np.sum(np.abs(means) ** 2))
+    # Terms of order one cancel down to the square of Q_6, some 1e-3.
+    assert q_6(frame) == pytest.approx(exact, rel=1e-11)
 
 
 def balanced(page):

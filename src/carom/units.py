@@ -54,7 +54,7 @@ class TimeUnit(NamedTuple):
 def _shifted(value: Any, exponent: int) -> Any:
     """Return ``value * 2**exponent``; without rounding, where doubles reach so far."""
     if isinstance(value, Fraction):
-        return value * Fraction(2) ** exponent
+        return value * Fraction(2) ** exponent if exponent else value
     with np.errstate(over="ignore"):
         result = np.ldexp(value, exponent)
     return float(result) if isinstance(value, float) else result

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom import initial, theory
+from carom import dense, initial, placement, theory
 from carom.scene import Scene
+from carom.simulation import Simulation
 from carom.specs import SceneSpec
 
 NEAR_FREEZING = 0.93
-"""Part of the freezing density from which order is watched, and nothing starts as a crystal to be melted."""
+"""Part of the freezing density from which order is watched, and crystals are melted before they are squeezed
+to the density asked for.
+"""
+
+LOOSE, LONG = 0.8, 20.0
+"""Part of the freezing density at which they are melted then, and collisions a component that takes."""
 
 ROOM = 0.9
 """Part of a lattice's densest packing up to which it is filled: beyond it there is no room to melt in."""
 
 
 def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
-    """Return the scene that is asked for, with the faster one of two ways to a random start.
+    """Return the scene that is asked for, with the fastest way to a random start.
 
     Parameters
     ----------
@@ -29,20 +35,42 @@ def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
     Spheres placed at random take the time of some hundred thousand collisions (N = 4000) to be moved apart.
     Well below freezing a crystal, with as many random vacancies as n asks for, is gone after ten to a hundred
     collisions a sphere, of the thousand that a run is equilibrated for; and a run whose spheres still are
-    where they began is flagged. So equal spheres from three dimensions on start as one.
+    where they began is flagged. So equal spheres from three dimensions on start as one. Near freezing it
+    would not melt: there it is melted in a larger box, and the spheres of the fluid grow.
     """
-    melts = _melting(asked)
-    if melts is None:
+    melting = _melting(asked)
+    if melting is None:
         return asked.build(rng)
-    lattice, cells = melts
-    assert asked.n is not None
     assert asked.packing_fraction is not None
+    d, diameter = asked.dimension or 3, asked.diameter or 1.0
+    if asked.packing_fraction <= NEAR_FREEZING * theory.FREEZING[d]:
+        return _crystal(asked, *melting, asked.packing_fraction, diameter, rng)
+    loose = LOOSE * theory.FREEZING[d]
+    smaller = diameter * (loose / asked.packing_fraction) ** (1.0 / d)
+    crystal = _crystal(asked, *melting, loose, smaller, rng)
+    melt = Simulation(crystal, seed=int(rng.integers(2**63)))
+    melt.run(collisions_per_particle=LONG)
+    fluid = crystal.with_(positions=melt.frame().positions)
+    positions = dense.grown(fluid, np.full(crystal.n, diameter), rng)
+    return fluid.with_(positions=positions, diameter=diameter)
+
+
+def _crystal(
+    asked: SceneSpec,
+    lattice: initial.Lattice,
+    cells: int,
+    packing_fraction: float,
+    diameter: float,
+    rng: np.random.Generator,
+) -> Scene:
+    """Return a crystal with vacancies."""
+    assert asked.n is not None
     sites = lattice.count(initial.cells_along(lattice, cells))
     crystal = Scene.on(
         lattice,
         cells,
-        packing_fraction=asked.packing_fraction * sites / asked.n,
-        diameter=asked.diameter or 1.0,
+        packing_fraction=packing_fraction * sites / asked.n,
+        diameter=diameter,
         mass=asked.mass or 1.0,
     )
     kept = np.sort(rng.permutation(sites)[: asked.n])
@@ -57,9 +85,10 @@ def _melting(asked: SceneSpec) -> tuple[initial.Lattice, int] | None:
         return None
     assert asked.n is not None
     assert asked.packing_fraction is not None
-    if d not in theory.FREEZING or asked.packing_fraction > NEAR_FREEZING * theory.FREEZING[d]:
+    if d not in theory.FREEZING or asked.packing_fraction > placement.random_limit(d):
         return None
     lattice, cells = initial.dn(d), 1
     while (sites := lattice.count(initial.cells_along(lattice, cells))) < asked.n:
         cells += 1
-    return (lattice, cells) if asked.packing_fraction * sites / asked.n <= ROOM * lattice.limit else None
+    loose = min(asked.packing_fraction, LOOSE * theory.FREEZING[d])
+    return (lattice, cells) if loose * sites / asked.n <= ROOM * lattice.limit else None
