@@ -115,13 +115,15 @@ class Contents:
 
     @property
     def paces(self) -> np.ndarray:
-        """Thermal speeds in units of their mean, (n,): how the margins of the lists are shared out.
+        """Square roots of thermal speeds in units of their mean, (n,): how the margins of the lists are shared
+        out.
 
-        A heavy component needs little room in the time in which a light one uses up much.
+        A light component uses up its margin sooner, in proportion to ``v / margin``; of all margins that add
+        up to the same, these are used up most seldom.
         """
         if self.masses is None:
             return np.ones(self.n)
-        paces = (self.masses / self.masses.mean()) ** -0.5
+        paces = (self.masses / self.masses.mean()) ** -0.25
         return np.clip(paces / paces.mean(), 1.0 / 8.0, 8.0)
 
     @property
