@@ -247,7 +247,7 @@ def adapt(calendar, longest):
 
 
 @inner
-def first(calendar, state, neighbors, boundary):
+def first(calendar, state, neighbors, boundary, motion):
     """Return the component that is first, left on the heap, or -1 at the end of the window, or -2 for want of
     room.
     """
@@ -264,4 +264,4 @@ def first(calendar, state, neighbors, boundary):
             return np.int64(-2)
         control.cursor += 1
         if len(state.partner) >= LARGE:
-            look_ahead(calendar, state, neighbors, boundary)
+            look_ahead(calendar, state, neighbors, boundary, motion)

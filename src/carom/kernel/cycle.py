@@ -414,7 +414,7 @@ def _run(digest):
                 lay_out(calendar, state, model.boundary, clock.now, clock.length)
             if control.waiting + ROOM > len(calendar.due):
                 return NEEDS_HEAP
-            chosen = first(calendar, state, neighbors, model.boundary)
+            chosen = first(calendar, state, neighbors, model.boundary, model.motion)
             if chosen == -2:
                 return NEEDS_HEAP
             last = clock.epoch == end_epoch

@@ -18,7 +18,7 @@ import numpy as np
 
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import generic, inner
-from carom.kernel.lookahead import ask_candidates, ask_rows, prefetch
+from carom.kernel.lookahead import ask_candidates, ask_rows, ask_surroundings, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -633,6 +633,23 @@ def _(neighbors: Lists, rows, i):
     begin = start(neighbors.bounds, i)
     for k in range(begin, begin + np.uint64(neighbors.counts[i])):
         prefetch(rows, np.int64(neighbors.words[k]))
+
+
+@ask_surroundings.register
+def _(neighbors: Lists, motion, state, i):
+    begin = start(neighbors.bounds, i)
+    for k in range(begin, begin + np.uint64(neighbors.counts[i])):
+        prefetch(neighbors.reference, np.int64(neighbors.words[k]))
+    own = level(neighbors.bounds, i)
+    old = neighbors.reference[i]
+    point = refer(neighbors, motion, state, i, state.leave[i])
+    room = neighbors.cells.shape[1]
+    for other in range(np.uint64(levels(neighbors.bounds))):
+        half, count = cells_near(neighbors, own, other, point, widest(neighbors.bounds, i, other), True, old)
+        for k in range(count):
+            cell = np.int64(neighbors.grid.near[half, k])
+            prefetch(neighbors.members, cell)
+            prefetch(neighbors.cells, cell * room)
 
 
 @wrapped.register

@@ -34,7 +34,7 @@ def _prefetch(typingctx, array, index):
         place = builder.gep(base, [builder.mul(args[1], ir.Constant(ir.IntType(64), size))])
         signature = ir.FunctionType(ir.VoidType(), [place.type, word, word, word])
         ask = cgutils.get_or_insert_function(builder.module, signature, "llvm.prefetch.p0")
-        read, keep, data_cache = (ir.Constant(word, value) for value in (0, 3, 1))
+        read, keep, data_cache = (ir.Constant(word, value) for value in (0, 2, 1))
         builder.call(ask, [place, read, keep, data_cache])
         return context.get_dummy_value()
 
@@ -65,8 +65,14 @@ def ask_rows(neighbors, rows, i):
     raise NotImplementedError(type(neighbors))
 
 
+@generic
+def ask_surroundings(neighbors, motion, state, i):
+    """Ask for what is looked at when component i leaves its sector."""
+    raise NotImplementedError(type(neighbors))
+
+
 @inner
-def look_ahead(calendar, state, neighbors, boundary):
+def look_ahead(calendar, state, neighbors, boundary, motion):
     """Ask for what the events of the three buckets after the present one will touch."""
     control = calendar.control[0]
     buckets = calendar.buckets
@@ -84,6 +90,9 @@ def look_ahead(calendar, state, neighbors, boundary):
         bucket = np.uint64(first + 1)
         for k in range(np.uint64(buckets[bucket, 0])):
             who = np.uint64(buckets[bucket, k + np.uint64(2)])
+            if state.leave[who] < state.rows[who].due:
+                ask_surroundings(neighbors, motion, state, who)
+                continue
             word = np.int64(state.partner[who])
             if word >= 0:
                 j = np.int64(index(boundary, word))
