@@ -18,7 +18,7 @@ import numpy as np
 
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import generic, inner
-from carom.kernel.lookahead import ask_candidates, ask_rows, ask_surroundings, prefetch
+from carom.kernel.lookahead import ask_candidates, ask_members, ask_rows, ask_surroundings, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -650,6 +650,19 @@ def _(neighbors: Lists, motion, state, i):
             cell = np.int64(neighbors.grid.near[half, k])
             prefetch(neighbors.members, cell)
             prefetch(neighbors.cells, cell * room)
+
+
+@ask_members.register
+def _(neighbors: Lists, motion, state, i):
+    own = level(neighbors.bounds, i)
+    old = neighbors.reference[i]
+    point = refer(neighbors, motion, state, i, state.leave[i])
+    for other in range(np.uint64(levels(neighbors.bounds))):
+        half, count = cells_near(neighbors, own, other, point, widest(neighbors.bounds, i, other), True, old)
+        for k in range(count):
+            cell = np.uint64(neighbors.grid.near[half, k])
+            for q in range(np.uint64(neighbors.members[cell])):
+                prefetch(neighbors.reference, np.int64(neighbors.cells[cell, q]))
 
 
 @wrapped.register

@@ -71,6 +71,12 @@ def ask_surroundings(neighbors, motion, state, i):
     raise NotImplementedError(type(neighbors))
 
 
+@generic
+def ask_members(neighbors, motion, state, i):
+    """Ask for what is looked at when component i leaves its sector."""
+    raise NotImplementedError(type(neighbors))
+
+
 @inner
 def look_ahead(calendar, state, neighbors, boundary, motion):
     """Ask for what the events of the three buckets after the present one will touch."""
@@ -103,6 +109,9 @@ def look_ahead(calendar, state, neighbors, boundary, motion):
     if first < last:
         bucket = np.uint64(first)
         for k in range(np.uint64(buckets[bucket, 0])):
-            word = np.int64(state.partner[np.uint64(buckets[bucket, k + np.uint64(2)])])
-            if word >= 0:
+            who = np.uint64(buckets[bucket, k + np.uint64(2)])
+            word = np.int64(state.partner[who])
+            if state.leave[who] < state.rows[who].due:
+                ask_members(neighbors, motion, state, who)
+            elif word >= 0:
                 ask_rows(neighbors, state.rows, np.uint64(index(boundary, word)))

@@ -11,7 +11,7 @@ import numpy as np
 from carom.kernel.boundary import index_bits
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
-from carom.kernel.lookahead import ask_candidates, ask_rows, ask_surroundings, prefetch
+from carom.kernel.lookahead import ask_candidates, ask_members, ask_rows, ask_surroundings, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -199,6 +199,11 @@ def _(neighbors: Sectors, i):
 
 @ask_rows.register
 def _(neighbors: Sectors, rows, i):
+    return None
+
+
+@ask_members.register
+def _(neighbors: Sectors, motion, state, i):
     return None
 
 
