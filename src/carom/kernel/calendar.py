@@ -17,7 +17,7 @@ import numpy as np
 from carom.kernel.boundary import index
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
-from carom.kernel.lookahead import LARGE, look_ahead
+from carom.kernel.lookahead import LARGE, look_ahead, prefetch
 from carom.kernel.state import aligned
 
 ENTRIES = 14
@@ -140,6 +140,20 @@ def insert(calendar, i, time):
         push(calendar, time, np.int32(i))
     else:
         append(calendar, np.uint64(bucket), np.uint32(i))
+
+
+@inner
+def ask_calendar(calendar, state, boundary, word):
+    """Ask for what giving an event to the component that ``word`` names will touch: who its partner is, and
+    the bucket in which that one's event is, to become an advancement.
+    """
+    if word >= 0 and len(state.partner) >= LARGE:
+        control = calendar.control[0]
+        j = np.int64(index(boundary, word))
+        prefetch(state.partner, j)
+        due = np.float64(state.rows[np.uint64(j)].due)
+        if due < control.end:
+            prefetch(calendar.buckets, np.int64((due - control.start) * control.inverse) * 16)
 
 
 @inner

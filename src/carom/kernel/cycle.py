@@ -14,7 +14,7 @@ import numpy as np
 
 from carom.kernel.borrow import borrowed
 from carom.kernel.boundary import count_images, index, index_bits, lasting, mirror, separation
-from carom.kernel.calendar import ROOM, adapt, first, insert, lay_out, pop, time_of
+from carom.kernel.calendar import ROOM, ask_calendar, adapt, first, insert, lay_out, pop, time_of
 from carom.kernel.constants import (
     IDLE,
     LAMBDA,
@@ -207,7 +207,7 @@ def pair_up(model, state, calendar, i, word, due):
         m = np.uint64(index(model.boundary, third))
         if m != np.uint64(i):
             state.partner[m] = LAMBDA
-            note(state, calendar, m)
+            insert(calendar, m, np.float64(rows[j].due))
     rows[i].due = due
     rows[j].due = due
     state.partner[i] = word
@@ -478,7 +478,9 @@ def _run(digest):
             watch(model, state, neighbors, j, now)
             # Two searches that do not wait for each other.
             found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
+            ask_calendar(calendar, state, model.boundary, found)
             other = search(model, state, neighbors, j, now, 1, NOBODY_MET)
+            ask_calendar(calendar, state, model.boundary, other)
             for _ in range(2):
                 predict(model, state, neighbors, calendar, tally, i, now, word, found)
                 note(state, calendar, i)
