@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.kernel.boundary import index
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import generic, inner
-from carom.kernel.lookahead import ask_candidates, ask_members, ask_rows, ask_surroundings, prefetch
+from carom.kernel.lookahead import first_step, leaves_first, prefetch, second_step, third_step
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -619,50 +620,71 @@ def enlist_hits(lists, i, total):
     return np.int64(last)
 
 
-@ask_candidates.register
-def _(neighbors: Lists, i):
-    begin = np.int64(start(neighbors.bounds, i))
-    prefetch(neighbors.words, begin)
-    prefetch(neighbors.words, begin + 16)
-    prefetch(neighbors.counts, np.int64(i))
-    prefetch(neighbors.reference, np.int64(i))
+@inner
+def ask_list(lists, i):
+    """Ask for the list of component i."""
+    begin = np.int64(start(lists.bounds, i))
+    prefetch(lists.words, begin)
+    prefetch(lists.words, begin + 16)
+    prefetch(lists.counts, np.int64(i))
+    prefetch(lists.reference, np.int64(i))
 
 
-@ask_rows.register
-def _(neighbors: Lists, rows, i):
-    begin = start(neighbors.bounds, i)
-    for k in range(begin, begin + np.uint64(neighbors.counts[i])):
-        prefetch(rows, np.int64(neighbors.words[k]))
+@inner
+def ask_listed(lists, array, i):
+    """Ask for the elements of an array that belong to the neighbours of component i."""
+    begin = start(lists.bounds, i)
+    for k in range(begin, begin + np.uint64(lists.counts[i])):
+        prefetch(array, np.int64(lists.words[k]))
 
 
-@ask_surroundings.register
-def _(neighbors: Lists, motion, state, i):
-    begin = start(neighbors.bounds, i)
-    for k in range(begin, begin + np.uint64(neighbors.counts[i])):
-        prefetch(neighbors.reference, np.int64(neighbors.words[k]))
-    own = level(neighbors.bounds, i)
-    old = neighbors.reference[i]
-    point = refer(neighbors, motion, state, i, state.leave[i])
-    room = neighbors.cells.shape[1]
-    for other in range(np.uint64(levels(neighbors.bounds))):
-        half, count = cells_near(neighbors, own, other, point, widest(neighbors.bounds, i, other), True, old)
-        for k in range(count):
-            cell = np.int64(neighbors.grid.near[half, k])
-            prefetch(neighbors.members, cell)
-            prefetch(neighbors.cells, cell * room)
+@first_step.register
+def _(neighbors: Lists, state, i):
+    ask_list(neighbors, i)
 
 
-@ask_members.register
-def _(neighbors: Lists, motion, state, i):
-    own = level(neighbors.bounds, i)
-    old = neighbors.reference[i]
-    point = refer(neighbors, motion, state, i, state.leave[i])
-    for other in range(np.uint64(levels(neighbors.bounds))):
-        half, count = cells_near(neighbors, own, other, point, widest(neighbors.bounds, i, other), True, old)
-        for k in range(count):
-            cell = np.uint64(neighbors.grid.near[half, k])
-            for q in range(np.uint64(neighbors.members[cell])):
-                prefetch(neighbors.reference, np.int64(neighbors.cells[cell, q]))
+@second_step.register
+def _(neighbors: Lists, motion, boundary, state, i):
+    if leaves_first(state, i):
+        ask_listed(neighbors, neighbors.reference, i)
+        room = neighbors.cells.shape[1]
+        for other in range(np.uint64(levels(neighbors.bounds))):
+            half, count = cells_ahead(neighbors, motion, state, i, other)
+            for k in range(count):
+                cell = np.int64(neighbors.grid.near[half, k])
+                prefetch(neighbors.members, cell)
+                prefetch(neighbors.cells, cell * room)
+        return
+    word = np.int64(state.partner[i])
+    if word >= 0:
+        j = index(boundary, word)
+        prefetch(state.rows, np.int64(j))
+        prefetch(state.leave, np.int64(j))
+        ask_list(neighbors, np.uint64(j))
+    ask_listed(neighbors, state.rows, i)
+
+
+@third_step.register
+def _(neighbors: Lists, motion, boundary, state, i):
+    if leaves_first(state, i):
+        for other in range(np.uint64(levels(neighbors.bounds))):
+            half, count = cells_ahead(neighbors, motion, state, i, other)
+            for k in range(count):
+                cell = np.uint64(neighbors.grid.near[half, k])
+                for member in range(np.uint64(neighbors.members[cell])):
+                    prefetch(neighbors.reference, np.int64(neighbors.cells[cell, member]))
+        return
+    word = np.int64(state.partner[i])
+    if word >= 0:
+        ask_listed(neighbors, state.rows, np.uint64(index(boundary, word)))
+
+
+@inner
+def cells_ahead(lists, motion, state, i, other):
+    """Find the cells of a level that will be looked into when the list of i is renewed; as ``cells_near``."""
+    point = refer(lists, motion, state, i, state.leave[i])
+    own, reach = level(lists.bounds, i), widest(lists.bounds, i, other)
+    return cells_near(lists, own, other, point, reach, True, lists.reference[i])
 
 
 @wrapped.register

@@ -15,7 +15,6 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic, overload
 
-from carom.kernel.boundary import index
 from carom.kernel.dispatch import INLINE, generic, inner
 
 LARGE = 10_000
@@ -54,27 +53,27 @@ def _prefetch_compiled(array, index):
 
 
 @generic
-def ask_candidates(neighbors, i):
-    """Ask for what names the candidates of component i."""
+def first_step(neighbors, state, i):
+    """Ask for what component i itself needs for its event."""
     raise NotImplementedError(type(neighbors))
 
 
 @generic
-def ask_rows(neighbors, rows, i):
-    """Ask for the rows of the candidates of component i."""
+def second_step(neighbors, motion, boundary, state, i):
+    """Ask for what the answers to the first step name."""
     raise NotImplementedError(type(neighbors))
 
 
 @generic
-def ask_surroundings(neighbors, motion, state, i):
-    """Ask for what is looked at when component i leaves its sector."""
+def third_step(neighbors, motion, boundary, state, i):
+    """Ask for what the answers to the second step name."""
     raise NotImplementedError(type(neighbors))
 
 
-@generic
-def ask_members(neighbors, motion, state, i):
-    """Ask for what is looked at when component i leaves its sector."""
-    raise NotImplementedError(type(neighbors))
+@inner
+def leaves_first(state, i):
+    """Tell whether the event of i is that it leaves its sector."""
+    return state.leave[i] < state.rows[i].due
 
 
 @inner
@@ -87,31 +86,16 @@ def look_ahead(calendar, state, neighbors, boundary, motion):
     if first + 2 < last:
         bucket = np.uint64(first + 2)
         for k in range(np.uint64(buckets[bucket, 0])):
-            i = np.int64(buckets[bucket, k + np.uint64(2)])
-            prefetch(state.rows, i)
-            prefetch(state.partner, i)
-            prefetch(state.leave, i)
-            ask_candidates(neighbors, np.uint64(i))
+            i = np.uint64(buckets[bucket, k + np.uint64(2)])
+            prefetch(state.rows, np.int64(i))
+            prefetch(state.partner, np.int64(i))
+            prefetch(state.leave, np.int64(i))
+            first_step(neighbors, state, i)
     if first + 1 < last:
         bucket = np.uint64(first + 1)
         for k in range(np.uint64(buckets[bucket, 0])):
-            who = np.uint64(buckets[bucket, k + np.uint64(2)])
-            if state.leave[who] < state.rows[who].due:
-                ask_surroundings(neighbors, motion, state, who)
-                continue
-            word = np.int64(state.partner[who])
-            if word >= 0:
-                j = np.int64(index(boundary, word))
-                prefetch(state.rows, j)
-                prefetch(state.leave, j)
-                ask_candidates(neighbors, np.uint64(j))
-            ask_rows(neighbors, state.rows, who)
+            second_step(neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]))
     if first < last:
         bucket = np.uint64(first)
         for k in range(np.uint64(buckets[bucket, 0])):
-            who = np.uint64(buckets[bucket, k + np.uint64(2)])
-            word = np.int64(state.partner[who])
-            if state.leave[who] < state.rows[who].due:
-                ask_members(neighbors, motion, state, who)
-            elif word >= 0:
-                ask_rows(neighbors, state.rows, np.uint64(index(boundary, word)))
+            third_step(neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]))

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.kernel.boundary import index_bits
+from carom.kernel.boundary import index, index_bits
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
-from carom.kernel.lookahead import ask_candidates, ask_members, ask_rows, ask_surroundings, prefetch
+from carom.kernel.lookahead import first_step, leaves_first, prefetch, second_step, third_step
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -191,25 +191,85 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     return done, neighbors.words, np.uint64(0), np.int64(total)
 
 
-@ask_candidates.register
-def _(neighbors: Sectors, i):
-    prefetch(neighbors.place, np.int64(i) * len(neighbors.sides))
-    prefetch(neighbors.turn, np.int64(i) * len(neighbors.sides))
+@first_step.register
+def _(neighbors: Sectors, state, i):
+    ask_place(neighbors, i)
+    prefetch(neighbors.face, np.int64(i))
 
 
-@ask_rows.register
-def _(neighbors: Sectors, rows, i):
-    return None
+@inner
+def ask_place(sectors, i):
+    """Ask for where component i is."""
+    prefetch(sectors.place, np.int64(i) * len(sectors.sides))
+    prefetch(sectors.turn, np.int64(i) * len(sectors.sides))
 
 
-@ask_members.register
-def _(neighbors: Sectors, motion, state, i):
-    return None
+@second_step.register
+def _(neighbors: Sectors, motion, boundary, state, i):
+    if leaves_first(state, i):
+        face = np.int64(neighbors.face[i])
+        for k in range(np.uint64(neighbors.faces.shape[1])):
+            ask_members(neighbors, i, np.int64(neighbors.faces[face, k]), face)
+            ask_members(neighbors, i, np.int64(neighbors.faces[face, k]), np.int64(-1))
+        return
+    for code in range(np.uint64(len(neighbors.digits))):
+        ask_members(neighbors, i, np.int64(code), np.int64(-1))
+    word = np.int64(state.partner[i])
+    if word >= 0:
+        j = index(boundary, word)
+        prefetch(state.rows, np.int64(j))
+        prefetch(state.leave, np.int64(j))
+        ask_place(neighbors, np.uint64(j))
 
 
-@ask_surroundings.register
-def _(neighbors: Sectors, motion, state, i):
-    return None
+@third_step.register
+def _(neighbors: Sectors, motion, boundary, state, i):
+    if leaves_first(state, i):
+        face = np.int64(neighbors.face[i])
+        for k in range(np.uint64(neighbors.faces.shape[1])):
+            ask_rows(neighbors, state.rows, near(neighbors, i, np.int64(neighbors.faces[face, k]), face))
+        return
+    for code in range(np.uint64(len(neighbors.digits))):
+        ask_rows(neighbors, state.rows, near(neighbors, i, np.int64(code), np.int64(-1)))
+    word = np.int64(state.partner[i])
+    if word >= 0:
+        j = np.uint64(index(boundary, word))
+        for code in range(np.uint64(len(neighbors.digits))):
+            ask_members(neighbors, j, np.int64(code), np.int64(-1))
+
+
+@inner
+def ask_members(sectors, i, code, face):
+    """Ask for who is in a sector around component i, and for its number."""
+    prefetch(sectors.members, np.int64(near(sectors, i, code, face)) * sectors.members.shape[1])
+    home = home_of(sectors, i) + sectors.offsets[np.uint64(code)]
+    if face >= 0:
+        home += sectors.strides[face >> 1] if face & 1 else -sectors.strides[face >> 1]
+    prefetch(sectors.around, home)
+
+
+@inner
+def ask_rows(sectors, rows, cell):
+    """Ask for the rows of those who are in a sector."""
+    count = np.uint64(sectors.members[cell, np.uint64(sectors.members.shape[1] - 1)])
+    for k in range(count):
+        prefetch(rows, np.int64(sectors.members[cell, k]))
+
+
+@inner
+def near(sectors, i, code, face):
+    """Return the number of a sector around that of component i, or around the one that it enters through a
+    face.
+    """
+    number = np.int64(0)
+    for axis in range(len(sectors.sides)):
+        size = np.int64(sectors.shape[axis])
+        place = np.int64(sectors.place[i, axis]) + sectors.digits[np.uint64(code), axis]
+        place += (2 * (face & 1) - 1) if face >> 1 == axis else 0
+        for _ in range(2):  # twice where there are one or two
+            place += size if place < 0 else (-size if place >= size else 0)
+        number = number * size + place
+    return np.uint64(number)
 
 
 @wrapped.register
