@@ -210,7 +210,9 @@ def _(neighbors: Sectors, motion, boundary, state, i):
         face = np.int64(neighbors.face[i])
         for k in range(np.uint64(neighbors.faces.shape[1])):
             ask_members(neighbors, i, np.int64(neighbors.faces[face, k]), face)
-            ask_members(neighbors, i, np.int64(neighbors.faces[face, k]), np.int64(-1))
+        own = np.int64(len(neighbors.digits) // 2)
+        ask_members(neighbors, i, own, np.int64(-1))
+        ask_members(neighbors, i, own, face)
         return
     for code in range(np.uint64(len(neighbors.digits))):
         ask_members(neighbors, i, np.int64(code), np.int64(-1))
