@@ -17,7 +17,7 @@ import numpy as np
 from carom.kernel.boundary import index
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
-from carom.kernel.lookahead import LARGE, look_ahead, prefetch
+from carom.kernel.lookahead import HUGE, LARGE, look_ahead, prefetch
 from carom.kernel.state import aligned
 
 ENTRIES = 14
@@ -147,7 +147,7 @@ def ask_calendar(calendar, state, boundary, word):
     """Ask for what giving an event to the component that ``word`` names will touch: who its partner is, and
     the bucket in which that one's event is, to become an advancement.
     """
-    if word >= 0 and len(state.partner) >= LARGE:
+    if word >= 0 and len(state.partner) >= HUGE:
         control = calendar.control[0]
         j = np.int64(index(boundary, word))
         prefetch(state.partner, j)

@@ -19,7 +19,7 @@ import numpy as np
 from carom.kernel.boundary import index
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import generic, inner
-from carom.kernel.lookahead import first_step, leaves_first, prefetch, second_step, third_step
+from carom.kernel.lookahead import HUGE, first_step, leaves_first, prefetch, second_step, third_step
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -646,6 +646,8 @@ def _(neighbors: Lists, state, i):
 @second_step.register
 def _(neighbors: Lists, motion, boundary, state, i):
     if leaves_first(state, i):
+        if len(state.partner) < HUGE:
+            return
         ask_listed(neighbors, neighbors.reference, i)
         room = neighbors.cells.shape[1]
         for other in range(np.uint64(levels(neighbors.bounds))):
@@ -667,6 +669,8 @@ def _(neighbors: Lists, motion, boundary, state, i):
 @third_step.register
 def _(neighbors: Lists, motion, boundary, state, i):
     if leaves_first(state, i):
+        if len(state.partner) < HUGE:
+            return
         for other in range(np.uint64(levels(neighbors.bounds))):
             half, count = cells_ahead(neighbors, motion, state, i, other)
             for k in range(count):

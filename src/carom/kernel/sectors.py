@@ -11,7 +11,7 @@ import numpy as np
 from carom.kernel.boundary import index, index_bits
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
-from carom.kernel.lookahead import first_step, leaves_first, prefetch, second_step, third_step
+from carom.kernel.lookahead import HUGE, first_step, leaves_first, prefetch, second_step, third_step
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -206,6 +206,8 @@ def ask_place(sectors, i):
 
 @second_step.register
 def _(neighbors: Sectors, motion, boundary, state, i):
+    if len(state.partner) < HUGE:
+        return
     if leaves_first(state, i):
         face = np.int64(neighbors.face[i])
         for k in range(np.uint64(neighbors.faces.shape[1])):
@@ -226,6 +228,8 @@ def _(neighbors: Sectors, motion, boundary, state, i):
 
 @third_step.register
 def _(neighbors: Sectors, motion, boundary, state, i):
+    if len(state.partner) < HUGE:
+        return
     if leaves_first(state, i):
         face = np.int64(neighbors.face[i])
         for k in range(np.uint64(neighbors.faces.shape[1])):
