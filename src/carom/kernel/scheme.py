@@ -233,10 +233,13 @@ NEIGHBORS = (5, 10, 12, 26, 40, 60)
 DILUTE = (0.01, 0.57, 0.42, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
-MANY, MANY_DILUTE = 100_000, 0.75
+MANY, MANY_DILUTE = 100_000, 0.57
 """Components from which on they do so only below this part of it: far from the caches it counts how many
 lines of memory a search touches, and lists touch fewer (docs/performance).
 """
+
+FEWER = 5.0 / 6.0
+"""Part of their usual length that lists have where few components would have sectors: as fast, and smaller."""
 
 SECTOR = 0.88
 """Side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/performance)."""
@@ -272,7 +275,8 @@ def default_shell(packing_fraction: float, dimension: int) -> float:
     """Return the reach in diameters at which lists are as long as they should be: ``2^d eta s^d = listed +
     1``.
     """
-    listed = _of(NEIGHBORS, dimension) + 1
+    thin = packing_fraction < _of(DILUTE, dimension)
+    listed = _of(NEIGHBORS, dimension) * (FEWER if thin else 1.0) + 1
     return max((listed / packing_fraction) ** (1.0 / dimension) / 2.0, SHORTEST)
 
 
