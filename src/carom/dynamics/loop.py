@@ -54,11 +54,9 @@ def advance(
         UNLIMITED if collisions is None else min(int(before.collisions) + collisions, UNLIMITED)
     )
     deadline = math.inf if walltime is None else time.perf_counter() + walltime
-    patience = _patience(machine) if collisions is not None and end is None else math.inf
     last_seen, last_instant = int(before.collisions), start
-    reach = None
-    if walltime is None and (collisions is None or patience < math.inf):
-        reach = Reach(machine, start + Fraction(patience) if end is None else end)
+    reach = Reach(machine, end) if walltime is None and collisions is None and end is not None else None
+    patience = None if collisions is not None and end is None else math.inf
     while True:
         stop, final = _stop(machine, end)
         log = None if machine.log is None else machine.log.buffer
@@ -97,11 +95,16 @@ def advance(
             progress(_fraction(machine, int(before.collisions), start, int(target), end))
         if now >= deadline:
             break
+        if patience is None and machine.collisions == last_seen:
+            # Only now: it takes a look at all velocities, which many short runs would spend their time with.
+            patience = _patience(machine)
+            if walltime is None and patience < math.inf:
+                reach = Reach(machine, last_instant + Fraction(patience))
         if reach is not None and (end is not None or machine.collisions == last_seen):
             reach.look()
         if machine.collisions > last_seen:
             last_seen, last_instant = machine.collisions, machine.clock.instant
-        elif machine.clock.instant - last_instant > patience:
+        elif patience is not None and machine.clock.instant - last_instant > patience:
             _warn(
                 "One component alone meets nobody: the run ended; ask for time= instead of collisions."
                 if machine.scene.n == 1
