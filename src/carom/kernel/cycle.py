@@ -14,7 +14,7 @@ import numpy as np
 
 from carom.kernel.borrow import borrowed
 from carom.kernel.boundary import count_images, index, index_bits, lasting, mirror, separation
-from carom.kernel.calendar import ROOM, ask_calendar, adapt, first, insert, lay_out, pop, time_of
+from carom.kernel.calendar import ROOM, adapt, ask_calendar, first, insert, lay_out, pop, time_of
 from carom.kernel.constants import (
     IDLE,
     LAMBDA,

@@ -18,10 +18,10 @@ from numba.extending import intrinsic, overload
 from carom.kernel.dispatch import INLINE, generic, inner
 
 LARGE = 10_000
-"""Components from which on it pays to ask for rows and lists: fewer fit into the caches (docs/performance)."""
+"""Components from which on it pays to ask for rows and lists: fewer fit into the second-level cache."""
 
 HUGE = 120_000
-"""Components from which on it pays to ask for all: fewer fit into the last cache (docs/performance)."""
+"""Components from which on it pays to ask for everything: fewer fit into the last cache."""
 
 
 @intrinsic

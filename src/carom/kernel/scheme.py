@@ -115,8 +115,7 @@ class Contents:
 
     @property
     def paces(self) -> np.ndarray:
-        """Square roots of thermal speeds in units of their mean, (n,): how the margins of the lists are shared
-        out.
+        """Square roots of thermal speeds in units of their mean, (n,): how the margins of lists are shared out.
 
         A light component uses up its margin sooner, in proportion to ``v / margin``; of all margins that add
         up to the same, these are used up most seldom.
@@ -239,7 +238,7 @@ lines of memory a search touches, and lists touch fewer (docs/performance).
 """
 
 FEWER = 5.0 / 6.0
-"""Part of their usual length that lists have where few components would have sectors: as fast, and smaller."""
+"""Part of their usual length that lists have where fewer components would have sectors: as fast, smaller."""
 
 SECTOR = 0.88
 """Side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/performance)."""
