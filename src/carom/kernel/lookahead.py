@@ -2,10 +2,11 @@
 
 Events come from all over the box, and in a large system nearly every row they touch is far down the memory
 hierarchy. But who is next is known: the calendar names it, several buckets before its time. What it will
-touch is found in three steps (the row and the list of the component; those of its partner, and the rows of
-its candidates; the rows of its partner's candidates), each a bucket after the one before, so that no step
-waits. Only requests are made: nothing is written, and a wrong guess costs a request. Sectors are asked for
-no candidates: so many of their events are crossings that it cost more than it brought.
+touch is found in three steps, each a bucket after the one before, so that no step waits: what belongs to the
+component; what that names (for a collision with lists, the partner and the candidates' rows; where a list is
+renewed, the cells); what that names (the rows of the partner's candidates; the reference points in the
+cells). Only requests are made: nothing is written, and a wrong guess costs a request. They are made to the
+second-level cache, which answers more of them at a time than the first, and holds them until they are needed.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ def _prefetch(typingctx, array, index):
         place = builder.gep(base, [builder.mul(args[1], ir.Constant(ir.IntType(64), size))])
         signature = ir.FunctionType(ir.VoidType(), [place.type, word, word, word])
         ask = cgutils.get_or_insert_function(builder.module, signature, "llvm.prefetch.p0")
-        read, keep, data_cache = (ir.Constant(word, value) for value in (0, 2, 1))
-        builder.call(ask, [place, read, keep, data_cache])
+        read, second_level, data_cache = (ir.Constant(word, value) for value in (0, 2, 1))
+        builder.call(ask, [place, read, second_level, data_cache])
         return context.get_dummy_value()
 
     return types.void(array, types.int64), codegen

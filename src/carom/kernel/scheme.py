@@ -115,7 +115,7 @@ class Contents:
 
     @property
     def paces(self) -> np.ndarray:
-        """Square roots of thermal speeds in units of their mean, (n,): how the margins of lists are shared out.
+        """Square roots of thermal speeds in units of their mean, (n,): how margins are shared out.
 
         A light component uses up its margin sooner, in proportion to ``v / margin``; of all margins that add
         up to the same, these are used up most seldom.
