@@ -48,7 +48,11 @@ class Book:
                 -2
                 if crowded
                 else cal.first(
-                    self.engine.calendar, self.engine.state, self.engine.neighbors, self.engine.model.boundary
+                    self.engine.calendar,
+                    self.engine.state,
+                    self.engine.neighbors,
+                    self.engine.model.boundary,
+                    self.engine.model.motion,
                 )
             )
             if entry == -2:
