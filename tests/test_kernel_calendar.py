@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from carom.kernel import calendar as cal
-from carom.kernel import scheme
+from carom.kernel.contents import Contents
+from carom.kernel.engine import build, enlarge_heap
 from carom.kernel.scheme import Scheme
 
 LENGTH = 8.0
@@ -15,8 +16,8 @@ def make_engine(n, heap=256, width=0.25):
     edge = 4.0 * n
     chosen = Scheme("sectors", (n,), 8, 0.0, 0, LENGTH, width, heap)
     positions = np.arange(n)[:, None] * 4.0
-    contents = scheme.Contents(n, (edge,), (True,), 1.0, 1.0, images=False)
-    engine = scheme.build(chosen, contents, positions, np.zeros((n, 1)))
+    contents = Contents(n, (edge,), (True,), 1.0, 1.0, images=False)
+    engine = build(chosen, contents, positions, np.zeros((n, 1)))
     return engine, chosen
 
 
@@ -58,7 +59,7 @@ class Book:
             if entry == -2:
                 self.refused += 1
                 self.scheme = self.scheme.with_larger_heap()
-                self.engine = scheme.enlarge_heap(self.engine, self.scheme)
+                self.engine = enlarge_heap(self.engine, self.scheme)
             elif entry == -1 and self.control.end < LENGTH:
                 cal.adapt(self.engine.calendar, LENGTH)
                 self.lay_out(self.control.end)

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import carom
 from carom.kernel.constants import NEVER
+from carom.kernel.engine import arrays
 from carom.kernel.motion import FreeFlight, position, velocity
 from carom.kernel.pair import EqualCores, contact_time, depth, interaction_time, jump
 
@@ -234,5 +235,5 @@ def test_what_a_scene_has_not_is_none():
     sim = carom.Simulation(scene, images=False)
     assert sim.machine.engine.state.images is None
     assert sim.machine.log is None
-    assert not any("images" in name for name in carom.kernel.scheme.arrays(sim.machine.engine))
+    assert not any("images" in name for name in arrays(sim.machine.engine))
     assert sim.frame().images is None

@@ -10,8 +10,9 @@ from engine_cases import moving
 import carom
 from carom.kernel import cycle, scheme
 from carom.kernel.boundary import SectorImage
+from carom.kernel.bounds import level, margin, start, touching
 from carom.kernel.constants import NEEDS_NEIGHBORS
-from carom.kernel.lists import coordinate_bits, level, margin, start, touching
+from carom.kernel.grid import coordinate_bits
 
 STEPS = np.int64(1)
 

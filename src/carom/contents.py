@@ -13,7 +13,7 @@ from carom.obstacles import CylindricalContainer, Plane
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
-    from carom.kernel.scheme import Contents
+    from carom.kernel.contents import Contents
     from carom.scene import Scene
 
 CAUTIOUS = 1e-3
@@ -205,7 +205,7 @@ def contents_of(
     unit : TimeUnit
         The kernel's unit of time.
     """
-    from carom.kernel.scheme import Contents
+    from carom.kernel.contents import Contents
 
     equal = scene.equal and rates is None
     threshold = scene.elastic_below

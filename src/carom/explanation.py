@@ -16,7 +16,9 @@ from carom.simulation import Simulation
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from carom.kernel.scheme import Contents, Engine, Scheme
+    from carom.kernel.contents import Contents
+    from carom.kernel.engine import Engine
+    from carom.kernel.scheme import Scheme
 
 
 @dataclass(frozen=True)
@@ -142,6 +144,7 @@ def explain(
             machine.log is not None,
         )
     from carom.kernel import scheme
+    from carom.kernel.engine import build
 
     wish = wish_of(neighbors, shell)
     at_rest = np.zeros_like(scene.positions)
@@ -151,7 +154,7 @@ def explain(
         chosen = scheme.choose(contents, 1.0, *wish)
     except ValueError as error:
         raise InputError(str(error)) from None
-    engine = scheme.build(chosen, contents, scene.positions, at_rest)
+    engine = build(chosen, contents, scene.positions, at_rest)
     return _explanation(scene, contents, chosen, engine, wish, event_log)
 
 

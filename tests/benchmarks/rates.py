@@ -3,7 +3,7 @@
 import time
 
 import carom
-from carom.kernel.scheme import arrays
+from carom.kernel.engine import arrays
 
 
 def rate(sim: carom.Simulation, collisions: int, repeats: int = 1) -> float:

@@ -24,11 +24,11 @@ def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> 
     """Write a checkpoint; see :meth:`carom.Simulation.save`."""
     import carom
     from carom.io import checkpoint
-    from carom.kernel import scheme
+    from carom.kernel.engine import arrays as arrays_of
 
     machine.flush_log()
     contents, clock = machine.contents, machine.clock
-    arrays = {**scheme.arrays(machine.engine), "initial_velocities": machine.velocities}
+    arrays = {**arrays_of(machine.engine), "initial_velocities": machine.velocities}
     scene_arrays, scene_attributes = machine.scene.to_arrays()
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
     if contents.rates is not None and contents.radii is not None:
@@ -62,7 +62,8 @@ def load(
     """Return what runs, and the notes kept with it; see :meth:`carom.Simulation.load`."""
     import carom
     from carom.io import checkpoint
-    from carom.kernel import scheme
+    from carom.kernel.engine import restore
+    from carom.kernel.scheme import Scheme
 
     arrays, attributes = checkpoint.load(path)
     try:
@@ -73,7 +74,7 @@ def load(
                 "are only promised within one version; go on with that version, or start from a frame."
             )
         settings = json.loads(str(attributes["scheme"]))
-        chosen = scheme.Scheme(**{**settings, "shape": tuple(settings["shape"])})
+        chosen = Scheme(**{**settings, "shape": tuple(settings["shape"])})
         scene = Scene.from_arrays(
             {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
             json.loads(str(attributes["scene"])),
@@ -90,7 +91,7 @@ def load(
             contents = dataclasses.replace(contents, radii=radii, diameter=2.0 * float(radii.max()))
         neighbors, shell = json.loads(str(attributes["wish"]))
         machine = Machine(scene, arrays["initial_velocities"], contents, unit, (neighbors, shell), chosen)
-        scheme.restore(machine.engine, arrays)
+        restore(machine.engine, arrays)
         machine.counted = int(attributes["counted"])
         clock = machine.clock
         clock.base = Fraction(str(attributes["base"]))

@@ -18,7 +18,9 @@ from carom.units import TimeUnit
 
 if TYPE_CHECKING:
     from carom.dynamics.recorder import Recorder
-    from carom.kernel.scheme import Contents, Engine, Scheme
+    from carom.kernel.contents import Contents
+    from carom.kernel.engine import Engine
+    from carom.kernel.scheme import Scheme
     from carom.scene import Scene
 
 Wish = tuple[str, float | None]
@@ -88,7 +90,7 @@ class Machine:
         wish: Wish,
         scheme: Scheme | None = None,
     ):
-        from carom.kernel.scheme import build
+        from carom.kernel.engine import build
 
         self.scene = scene
         self.velocities = np.array(velocities)
@@ -182,19 +184,19 @@ class Machine:
 
     def enlarge_neighbors(self) -> None:
         """Make more room in sectors, cells and lists; everything has then to be scheduled anew."""
-        from carom.kernel import scheme
+        from carom.kernel import engine
 
         neighbors = self.engine.neighbors
         full_cell = self.scheme.kind == "sectors" or neighbors.members.max() == self.scheme.cell_capacity
         self.scheme = self.scheme.with_larger_neighbors(full_cell)
-        self.engine = scheme.enlarge_neighbors(self.engine, self.scheme, self.contents)
+        self.engine = engine.enlarge_neighbors(self.engine, self.scheme, self.contents)
 
     def enlarge_heap(self) -> None:
         """Make more room in the calendar."""
-        from carom.kernel import scheme
+        from carom.kernel import engine
 
         self.scheme = self.scheme.with_larger_heap()
-        self.engine = scheme.enlarge_heap(self.engine, self.scheme)
+        self.engine = engine.enlarge_heap(self.engine, self.scheme)
 
     def flush_log(self) -> None:
         """Write what the event log has in memory, if there is one."""
@@ -225,7 +227,7 @@ class Machine:
         rates : (n,) array, optional
             New rates at which the radii grow [length / time].
         """
-        from carom.kernel import scheme
+        from carom.kernel.engine import build, keep_tallies
 
         frame = self.frame()
         velocities = frame.velocities if velocities is None else velocities
@@ -253,10 +255,8 @@ class Machine:
             self.scheme = self._choose(velocities, self.wish, rate)
         except InputError:  # components have outgrown the lists that were asked for
             self.scheme = self._choose(velocities, ("sectors", None), rate)
-        self.engine = scheme.build(
-            self.scheme, self.contents, frame.positions, unit.to_kernel(velocities, -1)
-        )
-        scheme.keep_tallies(old, self.engine, unit.exponent - before.exponent)
+        self.engine = build(self.scheme, self.contents, frame.positions, unit.to_kernel(velocities, -1))
+        keep_tallies(old, self.engine, unit.exponent - before.exponent)
         images = self.engine.state.images
         if frame.images is not None and images is not None:
             images[:] = frame.images
