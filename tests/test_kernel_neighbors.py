@@ -2,17 +2,20 @@
 
 import dataclasses
 import itertools
+import math
 
 import numpy as np
 import pytest
-from engine_cases import moving
+from engine_cases import engine_collisions, moving
 
 import carom
+from carom import initial
 from carom.kernel import cycle, scheme
 from carom.kernel.boundary import SectorImage
 from carom.kernel.bounds import level, margin, start, touching
 from carom.kernel.constants import NEEDS_NEIGHBORS
 from carom.kernel.grid import coordinate_bits
+from carom.kernel.lookahead import HUGE, LARGE
 
 STEPS = np.int64(1)
 
@@ -235,6 +238,28 @@ def test_room_changes_no_collision(kind, monkeypatch, simulation):
     right.run(collisions=500)
     sim.run(collisions=500)
     np.testing.assert_array_equal(sim.frame().positions, right.frame().positions)
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize("n", [LARGE, HUGE])
+def test_looking_ahead_changes_no_collision(n, mixed, tmp_path):
+    # Lists and sectors look ahead to other things, and both to more from one size on, and from the next.
+    edge = math.ceil(n ** (1 / 3))
+    assert edge**3 >= n > (edge - 2) ** 3
+    block = carom.Scene.on(initial.cubic(3), edge, packing_fraction=0.3)
+    sizes = 1.0 - 0.5 * (np.arange(block.n) % 2) if mixed else 1.0
+    scene = moving(carom.Scene(block.positions, block.box, diameter=sizes), 3)
+    found = []
+    for kind in ("lists", "sectors"):
+        folder = tmp_path / kind
+        folder.mkdir()
+        sim, events, times = engine_collisions(scene, n, folder, neighbors=kind)
+        assert sim.statistics.transits > 100
+        found.append((events.i, events.j, times))
+    (i, j, times), (other_i, other_j, other_times) = found
+    np.testing.assert_array_equal(i, other_i)
+    np.testing.assert_array_equal(j, other_j)
+    np.testing.assert_allclose(times, other_times, rtol=1e-9)
 
 
 def test_a_new_epoch_changes_neither_place_nor_order(simulation):
