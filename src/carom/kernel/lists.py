@@ -21,7 +21,7 @@ from carom.kernel.bounds import level, levels, margin, start, touching, widest
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
 from carom.kernel.grid import Grid, between, bits, cell_of, cells_near, coordinate_bits, steps
-from carom.kernel.lookahead import HUGE, first_step, leaves_first, prefetch, second_step, third_step
+from carom.kernel.lookahead import HUGE, ask, ask_own, leaves_first, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -306,57 +306,47 @@ def ask_listed(lists, array, i):
         prefetch(array, np.int64(lists.words[k]))
 
 
-@first_step.register
-def _(neighbors: Lists, state, i):
-    ask_list(neighbors, i)
-
-
-@second_step.register
-def _(neighbors: Lists, motion, boundary, state, i):
-    if leaves_first(state, i):
-        if len(state.partner) < HUGE:
-            return
-        ask_listed(neighbors, neighbors.reference, i)
-        room = neighbors.cells.shape[1]
-        for other in range(np.uint64(levels(neighbors.bounds))):
-            half, count = cells_ahead(neighbors, motion, state, i, other)
-            for k in range(count):
-                cell = np.int64(neighbors.grid.near[half, k])
-                prefetch(neighbors.members, cell)
-                prefetch(neighbors.cells, cell * room)
+@ask.register
+def _(neighbors: Lists, motion, boundary, state, i, step):
+    if step == 0:
+        ask_own(state, i)
+        ask_list(neighbors, i)
         return
+    if leaves_first(state, i):
+        if len(state.partner) >= HUGE:
+            ask_cells(neighbors, motion, state, i, step)
+        return
+    who = np.int64(i)
     word = np.int64(state.partner[i])
     if word >= 0:
-        j = index(boundary, word)
-        prefetch(state.rows, np.int64(j))
-        prefetch(state.leave, np.int64(j))
-        ask_list(neighbors, np.uint64(j))
-    ask_listed(neighbors, state.rows, i)
-
-
-@third_step.register
-def _(neighbors: Lists, motion, boundary, state, i):
-    if leaves_first(state, i):
-        if len(state.partner) < HUGE:
-            return
-        for other in range(np.uint64(levels(neighbors.bounds))):
-            half, count = cells_ahead(neighbors, motion, state, i, other)
-            for k in range(count):
-                cell = np.uint64(neighbors.grid.near[half, k])
-                for member in range(np.uint64(neighbors.members[cell])):
-                    prefetch(neighbors.reference, np.int64(neighbors.cells[cell, member]))
-        return
-    word = np.int64(state.partner[i])
-    if word >= 0:
-        ask_listed(neighbors, state.rows, np.uint64(index(boundary, word)))
+        j = np.int64(index(boundary, word))
+        if step == 1:
+            prefetch(state.rows, j)
+            prefetch(state.leave, j)
+            ask_list(neighbors, np.uint64(j))
+        else:
+            who = j
+    if step == 1 or word >= 0:
+        ask_listed(neighbors, state.rows, np.uint64(who))
 
 
 @inner
-def cells_ahead(lists, motion, state, i, other):
-    """Find the cells of a level that will be looked into when the list of i is renewed; as ``cells_near``."""
+def ask_cells(lists, motion, state, i, step):
+    """Ask for the cells that will be looked into when the list of i is renewed, or for who is in them."""
+    if step == 1:
+        ask_listed(lists, lists.reference, i)
+    own, old = level(lists.bounds, i), lists.reference[i]
     point = refer(lists, motion, state, i, state.leave[i])
-    own, reach = level(lists.bounds, i), widest(lists.bounds, i, other)
-    return cells_near(lists, own, other, point, reach, True, lists.reference[i])
+    for other in range(np.uint64(levels(lists.bounds))):
+        half, count = cells_near(lists, own, other, point, widest(lists.bounds, i, other), True, old)
+        for k in range(count):
+            cell = np.uint64(lists.grid.near[half, k])
+            if step == 1:
+                prefetch(lists.members, np.int64(cell))
+                prefetch(lists.cells, np.int64(cell) * lists.cells.shape[1])
+            else:
+                for member in range(np.uint64(lists.members[cell])):
+                    prefetch(lists.reference, np.int64(lists.cells[cell, member]))
 
 
 @wrapped.register

@@ -25,6 +25,10 @@ HUGE = 120_000
 """Components from which on it pays to ask for everything: fewer fit into the last cache."""
 
 
+STEPS = 3
+"""Buckets ahead, and answers on the way to everything that an event will touch."""
+
+
 @intrinsic
 def _prefetch(typingctx, array, index):
     kind = array.dtype
@@ -57,21 +61,20 @@ def _prefetch_compiled(array, index):
 
 
 @generic
-def first_step(neighbors, state, i):
-    """Ask for what component i itself needs for its event."""
+def ask(neighbors, motion, boundary, state, i, step):
+    """Ask for what the event of component i will touch, as far as the answers to the step before say.
+
+    The steps are one function because they have code in common that the compiler then makes once.
+    """
     raise NotImplementedError(type(neighbors))
 
 
-@generic
-def second_step(neighbors, motion, boundary, state, i):
-    """Ask for what the answers to the first step name."""
-    raise NotImplementedError(type(neighbors))
-
-
-@generic
-def third_step(neighbors, motion, boundary, state, i):
-    """Ask for what the answers to the second step name."""
-    raise NotImplementedError(type(neighbors))
+@inner
+def ask_own(state, i):
+    """Ask for what every event of component i needs."""
+    prefetch(state.rows, np.int64(i))
+    prefetch(state.partner, np.int64(i))
+    prefetch(state.leave, np.int64(i))
 
 
 @inner
@@ -83,23 +86,10 @@ def leaves_first(state, i):
 @inner
 def look_ahead(calendar, state, neighbors, boundary, motion):
     """Ask for what the events of the three buckets after the present one will touch."""
-    control = calendar.control[0]
     buckets = calendar.buckets
-    first = control.cursor + 1
-    last = np.int64(len(buckets))
-    if first + 2 < last:
-        bucket = np.uint64(first + 2)
-        for k in range(np.uint64(buckets[bucket, 0])):
-            i = np.uint64(buckets[bucket, k + np.uint64(2)])
-            prefetch(state.rows, np.int64(i))
-            prefetch(state.partner, np.int64(i))
-            prefetch(state.leave, np.int64(i))
-            first_step(neighbors, state, i)
-    if first + 1 < last:
-        bucket = np.uint64(first + 1)
-        for k in range(np.uint64(buckets[bucket, 0])):
-            second_step(neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]))
-    if first < last:
-        bucket = np.uint64(first)
-        for k in range(np.uint64(buckets[bucket, 0])):
-            third_step(neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]))
+    for step in range(STEPS):
+        place = calendar.control[0].cursor + STEPS - step
+        if place < len(buckets):
+            bucket = np.uint64(place)
+            for k in range(np.uint64(buckets[bucket, 0])):
+                ask(neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]), step)

@@ -11,7 +11,7 @@ import numpy as np
 from carom.kernel.boundary import index, index_bits
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
-from carom.kernel.lookahead import HUGE, first_step, leaves_first, prefetch, second_step, third_step
+from carom.kernel.lookahead import HUGE, ask, ask_own, leaves_first, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -191,10 +191,49 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     return done, neighbors.words, np.uint64(0), np.int64(total)
 
 
-@first_step.register
-def _(neighbors: Sectors, state, i):
-    ask_place(neighbors, i)
-    prefetch(neighbors.face, np.int64(i))
+@ask.register
+def _(neighbors: Sectors, motion, boundary, state, i, step):
+    if step == 0:
+        ask_own(state, i)
+        ask_place(neighbors, i)
+        prefetch(neighbors.face, np.int64(i))
+        return
+    if len(state.partner) < HUGE:
+        return
+    around = len(neighbors.digits)
+    own = np.int64(around // 2)
+    face = np.int64(-1)
+    known = around  # sectors around i that the event looks into
+    word = np.int64(state.partner[i])
+    j = i
+    more = 0
+    if leaves_first(state, i):
+        face = np.int64(neighbors.face[i])
+        known = neighbors.faces.shape[1]
+        more = 2 * (step == 1)  # the sector that i leaves, and the one that it enters
+    elif word >= 0:
+        j = np.uint64(index(boundary, word))
+        more = around * (step == 2)
+        if step == 1:
+            prefetch(state.rows, np.int64(j))
+            prefetch(state.leave, np.int64(j))
+            ask_place(neighbors, j)
+    for k in range(known + more):
+        who, code, through = np.uint64(i), np.int64(k), face
+        if k < known:
+            code = neighbors.faces[face, k] if face >= 0 else code
+        elif face >= 0:
+            code, through = own, np.int64(-1) if k == known else face
+        else:
+            who, code = np.uint64(j), np.int64(k - known)
+        cell, home = near(neighbors, who, code, through)
+        if step == 1 or k >= known:
+            prefetch(neighbors.members, np.int64(cell) * neighbors.members.shape[1])
+            prefetch(neighbors.around, home)
+        else:
+            count = np.uint64(neighbors.members[cell, np.uint64(neighbors.members.shape[1] - 1)])
+            for member in range(count):
+                prefetch(state.rows, np.int64(neighbors.members[cell, member]))
 
 
 @inner
@@ -204,78 +243,22 @@ def ask_place(sectors, i):
     prefetch(sectors.turn, np.int64(i) * len(sectors.sides))
 
 
-@second_step.register
-def _(neighbors: Sectors, motion, boundary, state, i):
-    if len(state.partner) < HUGE:
-        return
-    if leaves_first(state, i):
-        face = np.int64(neighbors.face[i])
-        for k in range(np.uint64(neighbors.faces.shape[1])):
-            ask_members(neighbors, i, np.int64(neighbors.faces[face, k]), face)
-        own = np.int64(len(neighbors.digits) // 2)
-        ask_members(neighbors, i, own, np.int64(-1))
-        ask_members(neighbors, i, own, face)
-        return
-    for code in range(np.uint64(len(neighbors.digits))):
-        ask_members(neighbors, i, np.int64(code), np.int64(-1))
-    word = np.int64(state.partner[i])
-    if word >= 0:
-        j = index(boundary, word)
-        prefetch(state.rows, np.int64(j))
-        prefetch(state.leave, np.int64(j))
-        ask_place(neighbors, np.uint64(j))
-
-
-@third_step.register
-def _(neighbors: Sectors, motion, boundary, state, i):
-    if len(state.partner) < HUGE:
-        return
-    if leaves_first(state, i):
-        face = np.int64(neighbors.face[i])
-        for k in range(np.uint64(neighbors.faces.shape[1])):
-            ask_rows(neighbors, state.rows, near(neighbors, i, np.int64(neighbors.faces[face, k]), face))
-        return
-    for code in range(np.uint64(len(neighbors.digits))):
-        ask_rows(neighbors, state.rows, near(neighbors, i, np.int64(code), np.int64(-1)))
-    word = np.int64(state.partner[i])
-    if word >= 0:
-        j = np.uint64(index(boundary, word))
-        for code in range(np.uint64(len(neighbors.digits))):
-            ask_members(neighbors, j, np.int64(code), np.int64(-1))
-
-
-@inner
-def ask_members(sectors, i, code, face):
-    """Ask for who is in a sector around component i, and for its number."""
-    prefetch(sectors.members, np.int64(near(sectors, i, code, face)) * sectors.members.shape[1])
-    home = home_of(sectors, i) + sectors.offsets[np.uint64(code)]
-    if face >= 0:
-        home += sectors.strides[face >> 1] if face & 1 else -sectors.strides[face >> 1]
-    prefetch(sectors.around, home)
-
-
-@inner
-def ask_rows(sectors, rows, cell):
-    """Ask for the rows of those who are in a sector."""
-    count = np.uint64(sectors.members[cell, np.uint64(sectors.members.shape[1] - 1)])
-    for k in range(count):
-        prefetch(rows, np.int64(sectors.members[cell, k]))
-
-
 @inner
 def near(sectors, i, code, face):
     """Return the number of a sector around that of component i, or around the one that it enters through a
-    face.
+    face; and where that number is in ``around``.
     """
     number = np.int64(0)
+    home = np.int64(0)
     for axis in range(len(sectors.sides)):
         size = np.int64(sectors.shape[axis])
         place = np.int64(sectors.place[i, axis]) + sectors.digits[np.uint64(code), axis]
         place += (2 * (face & 1) - 1) if face >> 1 == axis else 0
+        home += sectors.strides[axis] * (place + 1)
         for _ in range(2):  # twice where there are one or two
             place += size if place < 0 else (-size if place >= size else 0)
         number = number * size + place
-    return np.uint64(number)
+    return np.uint64(number), home
 
 
 @wrapped.register
