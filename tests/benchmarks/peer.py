@@ -80,6 +80,7 @@ def draw(table: Path, picture: Path) -> None:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import LogLocator, NullFormatter
 
     best: dict[tuple[int, float], dict] = {}
     with table.open(newline="") as file:
@@ -100,8 +101,9 @@ def draw(table: Path, picture: Path) -> None:
         yscale="log",
         title="Hard spheres: Carom and the fastest of the peer's programs, in turn",
     )
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
     figure.legend(loc="outside lower center", ncols=3, fontsize="small")
     axes.grid(which="both", alpha=0.3)
     figure.savefig(picture, dpi=150)
