@@ -498,6 +498,7 @@ def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, e
         {"packing_fraction": 0.55},
         {"dimension": 2},
         {"n": 33},  # 108 sites of a lattice would have to fit
+        {"n": 300, "packing_fraction": 0.45},  # 500 sites, as many as fit at a lower density
         {"periodic": (True, True, False)},
         {"restitution": 0.9},
     ],

@@ -42,12 +42,12 @@ def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
     if melting is None:
         return asked.build(rng)
     assert asked.packing_fraction is not None
-    d, diameter = asked.dimension or 3, asked.diameter or 1.0
-    if asked.packing_fraction <= NEAR_FREEZING * theory.FREEZING[d]:
-        return _crystal(asked, *melting, asked.packing_fraction, diameter, rng)
-    loose = LOOSE * theory.FREEZING[d]
-    smaller = diameter * (loose / asked.packing_fraction) ** (1.0 / d)
-    crystal = _crystal(asked, *melting, loose, smaller, rng)
+    lattice, cells, fraction = melting
+    diameter = asked.diameter or 1.0
+    if fraction == asked.packing_fraction:
+        return _crystal(asked, lattice, cells, fraction, diameter, rng)
+    smaller = diameter * (fraction / asked.packing_fraction) ** (1.0 / lattice.dimension)
+    crystal = _crystal(asked, lattice, cells, fraction, smaller, rng)
     melt = Simulation(crystal, seed=int(rng.integers(2**63)))
     melt.run(collisions_per_particle=LONG)
     fluid = crystal.with_(positions=melt.frame().positions)
@@ -77,8 +77,10 @@ def _crystal(
     return Scene(crystal.positions[kept], crystal.box, diameter=crystal.diameter, mass=crystal.mass)
 
 
-def _melting(asked: SceneSpec) -> tuple[initial.Lattice, int] | None:
-    """Return a lattice, and its cells along an edge, that melts at once; None where there may be none."""
+def _melting(asked: SceneSpec) -> tuple[initial.Lattice, int, float] | None:
+    """Return a lattice, its cells along an edge and a packing fraction at which it melts at once, that asked
+    for where it does; None where there may be none.
+    """
     d = asked.dimension or 3
     given = (asked.species, asked.obstacles, asked.periodic, asked.restitution, asked.box, asked.density)
     if asked.initial != "random" or any(value not in (None, ()) for value in given) or d < 3:
@@ -90,5 +92,7 @@ def _melting(asked: SceneSpec) -> tuple[initial.Lattice, int] | None:
     lattice, cells = initial.dn(d), 1
     while (sites := lattice.count(initial.cells_along(lattice, cells))) < asked.n:
         cells += 1
-    loose = min(asked.packing_fraction, LOOSE * theory.FREEZING[d])
-    return (lattice, cells) if loose * sites / asked.n <= ROOM * lattice.limit else None
+    freezing = theory.FREEZING[d]
+    near = asked.packing_fraction > NEAR_FREEZING * freezing
+    fraction = LOOSE * freezing if near else asked.packing_fraction
+    return (lattice, cells, fraction) if fraction * sites / asked.n <= ROOM * lattice.limit else None
