@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.kernel.dispatch import generic, inner
+from carom.kernel.dispatch import generic
 
 
 class EqualBounds(NamedTuple):
@@ -74,21 +74,10 @@ def _(bounds: EqualBounds, i, j):
     return bounds.square
 
 
-@inner
-def touching_sum(bounds, i, j):
-    """Return the square of the sum of two bounds."""
+@touching.register
+def _(bounds: UnequalBounds | GrowingBounds, i, j):
     both = bounds.bounds[i] + bounds.bounds[j]
     return both * both
-
-
-@touching.register
-def _(bounds: UnequalBounds, i, j):
-    return touching_sum(bounds, i, j)
-
-
-@touching.register
-def _(bounds: GrowingBounds, i, j):
-    return touching_sum(bounds, i, j)
 
 
 @generic
@@ -125,12 +114,7 @@ def _(bounds: EqualBounds, i):
 
 
 @start.register
-def _(bounds: UnequalBounds, i):
-    return np.uint64(bounds.starts[i])
-
-
-@start.register
-def _(bounds: GrowingBounds, i):
+def _(bounds: UnequalBounds | GrowingBounds, i):
     return np.uint64(bounds.starts[i])
 
 
@@ -146,12 +130,7 @@ def _(bounds: EqualBounds, i):
 
 
 @level.register
-def _(bounds: UnequalBounds, i):
-    return np.uint64(bounds.levels[i])
-
-
-@level.register
-def _(bounds: GrowingBounds, i):
+def _(bounds: UnequalBounds | GrowingBounds, i):
     return np.uint64(bounds.levels[i])
 
 
@@ -166,21 +145,10 @@ def _(bounds: EqualBounds, i, level):
     return bounds.square
 
 
-@inner
-def widest_sum(bounds, i, level):
-    """Return the square of the sum of the bound of i and the largest in a level."""
+@widest.register
+def _(bounds: UnequalBounds | GrowingBounds, i, level):
     both = bounds.bounds[i] + bounds.largest[level]
     return both * both
-
-
-@widest.register
-def _(bounds: UnequalBounds, i, level):
-    return widest_sum(bounds, i, level)
-
-
-@widest.register
-def _(bounds: GrowingBounds, i, level):
-    return widest_sum(bounds, i, level)
 
 
 @generic
@@ -195,10 +163,5 @@ def _(bounds: EqualBounds):
 
 
 @levels.register
-def _(bounds: UnequalBounds):
-    return bounds.grids
-
-
-@levels.register
-def _(bounds: GrowingBounds):
+def _(bounds: UnequalBounds | GrowingBounds):
     return bounds.grids

@@ -130,12 +130,19 @@ def pop(calendar):
 
 
 @inner
+def bucket_of(calendar, time):
+    """Return the bucket of a time inside the window."""
+    control = calendar.control[0]
+    return min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
+
+
+@inner
 def insert(calendar, i, time):
     """Enter component i at ``time``; nothing to do beyond the window."""
     control = calendar.control[0]
     if time >= control.end:
         return
-    bucket = min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
+    bucket = bucket_of(calendar, time)
     if bucket <= control.cursor:
         push(calendar, time, np.int32(i))
     else:
@@ -148,12 +155,11 @@ def ask_calendar(calendar, state, boundary, word):
     the bucket in which that one's event is, to become an advancement.
     """
     if word >= 0 and len(state.partner) >= HUGE:
-        control = calendar.control[0]
         j = np.int64(index(boundary, word))
         prefetch(state.partner, j)
         due = np.float64(state.rows[np.uint64(j)].due)
-        if due < control.end:
-            prefetch(calendar.buckets, np.int64((due - control.start) * control.inverse) * 16)
+        if due < calendar.control[0].end:
+            prefetch(calendar.buckets, bucket_of(calendar, due) * calendar.buckets.shape[1])
 
 
 @inner

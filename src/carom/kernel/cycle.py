@@ -28,6 +28,7 @@ from carom.kernel.constants import (
     SPENT,
 )
 from carom.kernel.dispatch import entry, fast, generic, inner
+from carom.kernel.lookahead import leaves_first
 from carom.kernel.motion import position, velocity
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.obstacle import Obstacles, bounce, soonest
@@ -430,7 +431,7 @@ def _run(digest):
                     return IDLE
                 continue
             i = np.uint64(chosen)
-            leaves = state.leave[i] < state.rows[i].due
+            leaves = leaves_first(state, i)
             now = calendar.due[0]
             if (last and now > end_time) or clock.epoch > end_epoch:
                 return REACHED_TIME

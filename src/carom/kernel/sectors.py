@@ -246,7 +246,7 @@ def ask_place(sectors, i):
 @inner
 def near(sectors, i, code, face):
     """Return the number of a sector around that of component i, or around the one that it enters through a
-    face; and where that number is in ``around``.
+    face; and where that number is in ``around``, which is asked for, too, and so not read.
     """
     number = np.int64(0)
     home = np.int64(0)
