@@ -237,6 +237,22 @@ def test_overlaps_in_small_boxes_are_those_of_a_search_over_all_images(dimension
     assert 5 < legal < 145
 
 
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_near_pairs_are_those_of_a_search_over_all_pairs_and_each_is_found_once(dimension):
+    """In boxes from half of the distance asked for to ten times as wide, with walls along some axes."""
+    rng = np.random.default_rng(dimension)
+    for trial in range(60):
+        box = (0.5, 4.1, 10.0)[trial % 3] * (1.0 + rng.random(dimension))
+        room = Room(box, rng.random(dimension) < 0.7)
+        places = rng.random((100, dimension)) * box
+        places[: 2 * dimension] *= np.repeat([0.0, 1.0 - 2.0**-53], dimension)[:, None]
+        every = np.stack(np.triu_indices(100, 1), axis=1)
+        expected = every[room.distances(places, every) < 1.0]
+        found = np.sort(room.near(places, 1.0), axis=1)
+        assert len(expected) > 0
+        np.testing.assert_array_equal(found[np.lexsort(found.T[::-1])], expected)
+
+
 def test_a_crowd_of_spheres_in_one_place_is_refused_quickly():
     with pytest.raises(OverlapError, match="overlap by 1 "):
         Scene(np.full((200_000, 3), 1.5), 100.0)

@@ -22,6 +22,9 @@ FAST, SLOW = 1.0, 0.05
 beyond, where faster growth would jam.
 """
 
+STILL = 1e-6
+"""The same while a crystal melts: next to none, because a simulation that grows cannot begin without."""
+
 STRETCH = 0.02
 """Slow growth between two rescalings, as a part of the diameter."""
 
@@ -51,7 +54,9 @@ def start_fraction(dimension: int) -> float:
     return START * placement.random_limit(dimension)
 
 
-def grown(start: Scene, diameters: np.ndarray, seed: int | np.random.Generator) -> np.ndarray:
+def grown(
+    start: Scene, diameters: np.ndarray, seed: int | np.random.Generator, melting: float = 0.0
+) -> np.ndarray:
     """Return positions (n, d) after the diameters of a scene have grown to those given.
 
     Parameters
@@ -62,6 +67,8 @@ def grown(start: Scene, diameters: np.ndarray, seed: int | np.random.Generator) 
         [length].
     seed : int or numpy.random.Generator
         Source of the velocities.
+    melting : float
+        Collisions a component before they grow.
 
     Raises
     ------
@@ -71,10 +78,11 @@ def grown(start: Scene, diameters: np.ndarray, seed: int | np.random.Generator) 
     # Only now: this module serves the scene, which the simulation is made of.
     from carom.simulation import Simulation
 
-    velocities = checks.generator(seed).standard_normal(start.positions.shape)
     size, dimension = float(diameters.mean()), start.dimension
     unit = diameters / (size * np.sqrt(start.mass))
-    sim = Simulation(start.with_(velocities=velocities), growth=FAST * unit)
+    velocities = int(checks.generator(seed).integers(2**63))
+    sim = Simulation(start, seed=velocities, growth=(STILL if melting else FAST) * unit)
+    sim.run(collisions_per_particle=melting)
     fraction = start.packing_fraction * (size / float(start.diameters.mean())) ** dimension
     dense = min((placement.random_limit(dimension) / fraction) ** (1.0 / dimension), CLEAR)
     steps = math.ceil((CLEAR - dense) / STRETCH)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from carom.errors import InputError
@@ -35,11 +35,16 @@ class Clock:
     base: Fraction = Fraction(0)
     epoch: int = 0
     offset: float = 0.0
+    _known: tuple[int, float, Fraction] | None = field(default=None, repr=False, compare=False)
 
     @property
     def instant(self) -> Fraction:
         """The present [time]."""
-        return self.base + self.unit.to_scene(self.epoch * Fraction(self.length) + Fraction(self.offset), 1)
+        # Asked for several times a run: fractions are slow.
+        if self._known is None or self._known[:2] != (self.epoch, self.offset):
+            passed = self.epoch * Fraction(self.length) + Fraction(self.offset)
+            self._known = self.epoch, self.offset, self.base + self.unit.to_scene(passed, 1)
+        return self._known[2]
 
     def since_base(self, instant: Fraction) -> Fraction:
         """Return the time from when the counting began to an instant [kernel's time]."""

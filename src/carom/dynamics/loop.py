@@ -55,7 +55,8 @@ def advance(
     )
     deadline = math.inf if walltime is None else time.perf_counter() + walltime
     last_seen, last_instant = int(before.collisions), start
-    reach = Reach(machine, end) if walltime is None and collisions is None and end is not None else None
+    only_end = end if walltime is None and collisions is None else None
+    reach = None
     patience = None if collisions is not None and end is None else math.inf
     while True:
         stop, final = _stop(machine, end)
@@ -95,11 +96,13 @@ def advance(
             progress(_fraction(machine, int(before.collisions), start, int(target), end))
         if now >= deadline:
             break
+        # Only now: many short runs would spend their time with looking at all velocities, or at the clock.
         if patience is None and machine.collisions == last_seen:
-            # Only now: it takes a look at all velocities, which many short runs would spend their time with.
             patience = _patience(machine)
             if walltime is None and patience < math.inf:
                 reach = Reach(machine, last_instant + Fraction(patience))
+        if only_end is not None and reach is None:
+            reach = Reach(machine, only_end)
         if reach is not None and (end is not None or machine.collisions == last_seen):
             reach.look()
         if machine.collisions > last_seen:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 
 from carom.frame import Frame
+from carom.overlaps import Room
 
 REACH = 1.2 * 2 ** (1 / 6)
 """Longest bond of Q_6 [(V / n)^(1/3)]: half way between the first and the second neighbours of fcc."""
+
+MANY = 2048
+"""Bonds of Q_6 that are looked at together."""
 
 NAMES = {2: "psi_6", 3: "Q_6"}
 """Name of the order parameter, by dimension."""
@@ -71,28 +73,50 @@ def q_6(frame: Frame) -> float:
     Notes
     -----
     By the addition theorem Q_6 squared is the mean of the Legendre polynomial P_6(u . u') over all pairs of
-    bonds; and the mean of ``(u . u')^k`` is the square of the mean tensor ``u u ... u`` of rank k. Three
-    matrix products take the place of thirteen spherical harmonics a bond.
+    bonds; and the mean of ``(u . u')^k`` is the sum of the squared moments ``<x^a y^b z^c>`` of degree k,
+    each as often as its factors can be ordered. One matrix product of the terms of degree 3 with themselves
+    gives those of degree 6, and these the lower ones, since ``x^2 + y^2 + z^2 = 1``.
     """
-    from scipy.spatial import cKDTree
-
-    box = np.asarray(frame.box)
-    around = box * frame.periodic  # 0 is what the tree calls an axis that is not
-    reach = REACH * (box.prod() / frame.n) ** (1 / 3)
-    pairs = cKDTree(frame.positions, boxsize=around).query_pairs(reach, output_type="ndarray")
+    room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
+    reach = REACH * (math.prod(frame.box) / frame.n) ** (1 / 3)
+    pairs = room.near(room.wrapped(frame.positions), reach)
     if not len(pairs):
         return 0.0
-    places = np.ascontiguousarray(frame.positions.T)
-    bonds = places[:, pairs[:, 0]] - places[:, pairs[:, 1]]
-    bonds -= around[:, None] * np.rint(bonds / box[:, None])
-    u = bonds / np.sqrt(np.einsum("im,im->m", bonds, bonds))
-    squares = [1.0]
-    for rank in (1, 2, 3):
-        factors = np.empty((math.comb(rank + 2, 2), len(pairs)))
-        for row, axes in zip(factors, combinations_with_replacement(range(3), rank), strict=True):
-            # Components of a symmetric tensor that are equal are kept once, and weighed.
-            number = math.factorial(rank) / math.prod(map(math.factorial, Counter(axes).values()))
-            np.multiply(math.sqrt(number), np.prod(u[list(axes)], axis=0), out=row)
-        squares.append(float(np.sum((factors @ factors.T / len(pairs)) ** 2)))
-    mean_legendre = (231 * squares[3] - 315 * squares[2] + 105 * squares[1] - 5 * squares[0]) / 16
+    # Some at a time, so that what is made of them on the way stays in the cache.
+    parts = np.array_split(pairs, math.ceil(len(pairs) / MANY))
+    products = np.sum([_products(room.separations(frame.positions, part).T) for part in parts], axis=0)
+    moments = dict(zip(SUMS, (products / len(pairs)).ravel(), strict=True))
+    squares = [_ordered_squares(moments)]
+    for degree in (4, 2, 0):
+        moments = {
+            (a, b, c): moments[a + 2, b, c] + moments[a, b + 2, c] + moments[a, b, c + 2]
+            for a, b, c in _exponents(degree)
+        }
+        squares.append(_ordered_squares(moments))
+    mean_legendre = (231 * squares[0] - 315 * squares[1] + 105 * squares[2] - 5 * squares[3]) / 16
     return math.sqrt(max(mean_legendre, 0.0))
+
+
+def _products(bonds: np.ndarray) -> np.ndarray:
+    """Return the sums (10, 10) over bonds (3, m) of products of two terms of degree 3 of their directions."""
+    x, y, z = bonds / np.sqrt(np.sum(bonds * bonds, axis=0))
+    xx, yy, zz = x * x, y * y, z * z
+    terms = np.stack([xx * x, xx * y, xx * z, x * yy, x * y * z, x * zz, yy * y, yy * z, y * zz, zz * z])
+    return terms @ terms.T
+
+
+def _exponents(degree: int) -> list[tuple[int, int, int]]:
+    """Return those of all terms ``x^a y^b z^c`` of a degree, falling."""
+    return [(a, b, degree - a - b) for a in range(degree, -1, -1) for b in range(degree - a, -1, -1)]
+
+
+SUMS = [(a + i, b + j, c + k) for a, b, c in _exponents(3) for i, j, k in _exponents(3)]
+"""Exponents of the products of two terms of degree 3, row by row."""
+
+
+def _ordered_squares(moments: dict[tuple[int, int, int], float]) -> float:
+    """Return the sum of the squares of moments, each as often as its factors can be ordered."""
+    return math.fsum(
+        math.factorial(a + b + c) / (math.factorial(a) * math.factorial(b) * math.factorial(c)) * moment**2
+        for (a, b, c), moment in moments.items()
+    )

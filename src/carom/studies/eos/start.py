@@ -6,7 +6,6 @@ import numpy as np
 
 from carom import dense, initial, placement, theory
 from carom.scene import Scene
-from carom.simulation import Simulation
 from carom.specs import SceneSpec
 
 NEAR_FREEZING = 0.93
@@ -48,11 +47,8 @@ def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
         return _crystal(asked, lattice, cells, fraction, diameter, rng)
     smaller = diameter * (fraction / asked.packing_fraction) ** (1.0 / lattice.dimension)
     crystal = _crystal(asked, lattice, cells, fraction, smaller, rng)
-    melt = Simulation(crystal, seed=int(rng.integers(2**63)))
-    melt.run(collisions_per_particle=LONG)
-    fluid = crystal.with_(positions=melt.frame().positions)
-    positions = dense.grown(fluid, np.full(crystal.n, diameter), rng)
-    return fluid.with_(positions=positions, diameter=diameter)
+    positions = dense.grown(crystal, np.full(crystal.n, diameter), rng, melting=LONG)
+    return crystal.with_(positions=positions, diameter=diameter)
 
 
 def _crystal(
@@ -65,16 +61,17 @@ def _crystal(
 ) -> Scene:
     """Return a crystal with vacancies."""
     assert asked.n is not None
-    sites = lattice.count(initial.cells_along(lattice, cells))
-    crystal = Scene.on(
-        lattice,
-        cells,
-        packing_fraction=packing_fraction * sites / asked.n,
+    block = initial.cells_along(lattice, cells)
+    sites = lattice.count(block)
+    rho = initial.reduced_density(lattice.dimension, packing_fraction=packing_fraction * sites / asked.n)
+    edge = lattice.edge(rho) * diameter
+    kept = np.sort(rng.permutation(sites)[: asked.n])
+    return Scene(
+        lattice.points(block, edge)[kept],
+        lattice.box(block, edge),
         diameter=diameter,
         mass=asked.mass or 1.0,
     )
-    kept = np.sort(rng.permutation(sites)[: asked.n])
-    return Scene(crystal.positions[kept], crystal.box, diameter=crystal.diameter, mass=crystal.mass)
 
 
 def _melting(asked: SceneSpec) -> tuple[initial.Lattice, int, float] | None:
