@@ -55,7 +55,7 @@ def advanced(x, v, time):
 
 def meeting(x, v, order=(0, 1)):
     with np.errstate(all="ignore"):
-        return float(interaction_time(CORES, *order, *map(np.float64, invariants(x, v, order)), 0.0))
+        return float(interaction_time(CORES, *order, 0, *map(np.float64, invariants(x, v, order)), 0.0))
 
 
 def jumped(x, v, order=(0, 1)):
@@ -149,7 +149,7 @@ def test_an_overlap_by_rounding_meets_now_if_it_approaches_and_is_let_go_if_not(
     for rv, expected in ((-1.0, 0.0), (1.0, NEVER)):
         with np.errstate(all="ignore"):
             assert (
-                interaction_time(CORES, 0, 1, np.float64(rr), np.float64(rv), np.float64(1.0), 0.0)
+                interaction_time(CORES, 0, 1, 0, np.float64(rr), np.float64(rv), np.float64(1.0), 0.0)
                 == expected
             )
     t, clamped = contact_time(CORES, 0, 1, np.float64(rr), np.float64(-1.0), np.float64(1.0), 0.0)
@@ -162,7 +162,9 @@ CLAY = """
 from typing import NamedTuple
 import carom
 from carom.kernel import cycle
-from carom.kernel.pair import EqualCores, age, contact_time, depth, growth, interaction_time, jump
+from carom.kernel.pair import (
+    EqualCores, age, contact_time, depth, growth, interaction_time, jump, line_up_cores
+)
 
 class Clay(NamedTuple):
     square: float
@@ -170,8 +172,12 @@ class Clay(NamedTuple):
     restitution: float
 
 @interaction_time.register
-def _(pair: Clay, i, j, rr, rv, vv, now):
-    return interaction_time(EqualCores(pair.square, 0.5, pair.mass), i, j, rr, rv, vv, now)
+def _(pair: Clay, i, j, place, rr, rv, vv, now):
+    return interaction_time(EqualCores(pair.square, 0.5, pair.mass), i, j, place, rr, rv, vv, now)
+
+@line_up_cores.register
+def _(pair: Clay, words, begin, bits, place):
+    return None
 
 @contact_time.register
 def _(pair: Clay, i, j, rr, rv, vv, now):

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.kernel.dispatch import generic
+from carom.kernel.spread import line_up
 
 
 class EqualBounds(NamedTuple):
@@ -77,6 +78,39 @@ def _(bounds: EqualBounds, i, j):
 @touching.register
 def _(bounds: UnequalBounds | GrowingBounds, i, j):
     both = bounds.bounds[i] + bounds.bounds[j]
+    return both * both
+
+
+@generic
+def line_up_bounds(bounds, found, k, sizes):
+    """Put the bounds of eight of those found, from the k-th on, side by side into ``sizes``."""
+    raise NotImplementedError(type(bounds))
+
+
+@line_up_bounds.register
+def _(bounds: EqualBounds, found, k, sizes):
+    return None
+
+
+@line_up_bounds.register
+def _(bounds: UnequalBounds | GrowingBounds, found, k, sizes):
+    line_up(bounds.bounds, found, k, np.int64(0), sizes, k)
+
+
+@generic
+def touching_found(bounds, i, k, sizes):
+    """Return ``touching`` of i and the k-th of those whose ``sizes`` are side by side."""
+    raise NotImplementedError(type(bounds))
+
+
+@touching_found.register
+def _(bounds: EqualBounds, i, k, sizes):
+    return bounds.square
+
+
+@touching_found.register
+def _(bounds: UnequalBounds | GrowingBounds, i, k, sizes):
+    both = bounds.bounds[i] + sizes[k]
     return both * both
 
 

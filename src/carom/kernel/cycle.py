@@ -32,7 +32,7 @@ from carom.kernel.lookahead import leaves_first
 from carom.kernel.motion import position, velocity
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.obstacle import Obstacles, bounce, soonest
-from carom.kernel.pair import age, depth, growth, interaction_time, jump, transfer
+from carom.kernel.pair import age, depth, growth, interaction_time, jump, line_up_cores, transfer
 from carom.kernel.sight import meet
 from carom.kernel.spread import LANES, WIDTH, spread
 from carom.kernel.tally import count_pair, log_full, record
@@ -76,7 +76,9 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
         size = min(count - start, WIDTH)
         full = (size + LANES - 1) & ~(LANES - 1)
         for lane in range(0, full, LANES):
-            spread(state.rows, words, np.int64(begin) + start + lane, bits, block, half, np.int64(lane))
+            first = np.int64(begin) + start + lane
+            spread(state.rows, words, first, bits, block, half, np.int64(lane))
+            line_up_cores(model.pair, words, first, bits, half * WIDTH + np.int64(lane))
         earliest = NOBODY
         for k in range(np.uint64(full)):
             word = words[begin + np.uint64(start) + k]
@@ -96,7 +98,8 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
                 rr += r * r
                 rv += r * v
                 vv += v * v
-            t = interaction_time(model.pair, i, index(model.boundary, word), rr, rv, vv, now)
+            j, place = index(model.boundary, word), room * np.uint64(WIDTH) + k
+            t = interaction_time(model.pair, i, j, place, rr, rv, vv, now)
             free = (block[room, 2 * dimension + 1, k] >= now + t) & (np.int64(word) != avoided)
             free &= np.int64(k) < size  # what follows the last candidate is somebody's word, but not i's
             t = t if free else NEVER

@@ -17,7 +17,7 @@ from carom.kernel.levels import bounds_of, cells_around, levels_of, shape_of, sp
 from carom.kernel.lists import Lists, make_lists
 from carom.kernel.motion import FreeFlight
 from carom.kernel.obstacle import make_obstacles
-from carom.kernel.pair import EqualCores, GrowingCores, Inelastic, SpeciesCores, UnequalCores
+from carom.kernel.pair import PLACES, EqualCores, GrowingCores, Inelastic, SpeciesCores, UnequalCores
 from carom.kernel.scheme import Scheme
 from carom.kernel.sectors import Sectors, make_sectors
 from carom.kernel.sight import FAR, FarSight
@@ -96,12 +96,13 @@ def _cores(contents: Contents):
     masses = contents.masses if contents.masses is not None else np.full(contents.n, contents.mass)
     radii, masses = _with_ghost(contents.radii), _with_ghost(masses)
     if contents.rates is not None:
-        return GrowingCores(radii, _with_ghost(contents.rates), masses)
+        return GrowingCores(radii, _with_ghost(contents.rates), masses, np.zeros(PLACES), np.zeros(PLACES))
     if contents.contact is not None:
         kinds = _with_ghost(contents.kinds, np.int64)
         squares = np.ascontiguousarray(contents.contact, np.float64).ravel() ** 2
-        return SpeciesCores(kinds, squares, len(contents.contact), radii, masses)
-    return UnequalCores(radii, masses)
+        lined = np.zeros(PLACES, np.int64)
+        return SpeciesCores(kinds, squares, len(contents.contact), radii, masses, lined)
+    return UnequalCores(radii, masses, np.zeros(PLACES))
 
 
 def build_neighbors(scheme: Scheme, contents: Contents, pair):

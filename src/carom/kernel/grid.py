@@ -137,17 +137,17 @@ def cells_near(lists, own, other, point, reach, moved, old):
         last = first + size if around else span + 1
         fresh = np.uint64(1) - half
         total = np.uint64(0)
-        for k in range(count):
-            for offset in range(first, last):
-                low = offset * side - inside
-                high = low + side
-                gap = 0.0 if around else max(low, -high, 0.0)
+        for offset in range(first, last):
+            low = offset * side - inside
+            high = low + side
+            gap = 0.0 if around else max(low, -high, 0.0)
+            place = home + offset
+            place = place + size if place < 0 else (place - size if place >= size else place)
+            reached = abs(step) * size * side if around else max(low * step, high * step)
+            for k in range(count):
                 square = grid.gaps[half, k] + gap * gap
-                place = home + offset
-                place = place + size if place < 0 else (place - size if place >= size else place)
                 grid.near[fresh, total] = grid.near[half, k] * size + place
                 grid.gaps[fresh, total] = square
-                reached = abs(step) * size * side if around else max(low * step, high * step)
                 grid.ahead[fresh, total] = grid.ahead[half, k] + reached
                 total += np.uint64(square <= reach * (1.0 + HAIR))
         half = fresh

@@ -17,13 +17,24 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.kernel.boundary import index
-from carom.kernel.bounds import level, levels, margin, start, touching, widest
+from carom.kernel.bounds import (
+    EqualBounds,
+    level,
+    levels,
+    line_up_bounds,
+    margin,
+    start,
+    touching,
+    touching_found,
+    widest,
+)
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
 from carom.kernel.grid import Grid, between, bits, cell_of, cells_near, coordinate_bits, steps
 from carom.kernel.lookahead import HUGE, ask, ask_own, leaves_first, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
+from carom.kernel.spread import LANES, line_up
 from carom.kernel.state import aligned
 from carom.kernel.words import STEP, copy_words
 
@@ -48,6 +59,10 @@ class Lists(NamedTuple):
     """Neighbours, list after list, uint32."""
     found: np.ndarray
     """Room for those found in the cells around one, (room,) uint32."""
+    points: np.ndarray
+    """Room for their reference points, (room,) uint64."""
+    sizes: np.ndarray
+    """Room for the radii of their bounds where these differ, (room,) float64."""
     newcomers: np.ndarray
     """Room for those newly listed, uint32."""
     hits: np.ndarray
@@ -89,6 +104,8 @@ def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int
         reference=np.zeros(n, np.uint64),
         words=np.full(words + STEP, n, np.uint32),
         found=np.zeros(room, np.uint32),
+        points=np.zeros(room, np.uint64),
+        sizes=np.zeros(0 if isinstance(bounds, EqualBounds) else room),
         newcomers=np.full(room + STEP, n, np.uint32),
         hits=np.zeros(room, np.int64),
         counts=np.zeros(n, np.uint16 if longest < 2**16 else np.int32),
@@ -125,11 +142,11 @@ def enlist(lists, i, j):
 
 
 @inner
-def apart(lists, point, j):
-    """Return the squared distance of a reference point from that of j."""
+def apart(lists, point, other):
+    """Return the squared distance of two reference points."""
     rr = 0.0
     for axis in range(len(lists.grain)):
-        r = between(lists, point, lists.reference[j], axis)
+        r = between(lists, point, other, axis)
         rr += r * r
     return rr
 
@@ -224,7 +241,7 @@ def renew(lists, motion, state, i, now):
     kept = first
     for k in range(first, end):
         j = lists.words[k]
-        if apart(lists, fresh, np.uint64(j)) <= touching(lists.bounds, i, np.uint64(j)):
+        if apart(lists, fresh, lists.reference[np.uint64(j)]) <= touching(lists.bounds, i, np.uint64(j)):
             lists.words[kept] = j
             kept += np.uint64(1)
         else:
@@ -233,10 +250,7 @@ def renew(lists, motion, state, i, now):
         lists.words[k] = nobody
     lists.counts[i] = kept - first
     total = look_around(lists, i, fresh, True, old)
-    for k in range(total):
-        j = np.uint64(lists.found[k])
-        limit = touching(lists.bounds, i, j)
-        lists.hits[k] = np.int64((apart(lists, fresh, j) <= limit) & (apart(lists, old, j) > limit))
+    mark_hits(lists, i, total, fresh, True, old)
     lists.reference[i] = fresh
     if not enter_cell(lists, cell_of(lists, own, fresh), me):
         return np.int64(-1)
@@ -270,6 +284,23 @@ def look_around(lists, i, point, moved, old):
                 )
             total += members
     return total
+
+
+@inner
+def mark_hits(lists, i, total, point, moved, old):
+    """Mark in ``hits`` who of those found is to be listed with component i at a reference point, and was not
+    where it has ``moved`` from.
+
+    What is needed of those found is first put side by side: the loop is then vectorised.
+    """
+    for k in range(0, np.int64(total), LANES):
+        line_up(lists.reference, lists.found, k, np.int64(0), lists.points, k)
+        line_up_bounds(lists.bounds, lists.found, k, lists.sizes)
+    for k in range(total):
+        limit = touching_found(lists.bounds, i, k, lists.sizes)
+        near = apart(lists, point, lists.points[k]) <= limit
+        new = apart(lists, old, lists.points[k]) > limit if moved else True
+        lists.hits[k] = np.int64(near & new)
 
 
 @inner
@@ -364,9 +395,7 @@ def _(neighbors: Lists, motion, boundary, state):
         own = level(neighbors.bounds, i)
         fresh = refer(neighbors, motion, state, i, now)
         total = look_around(neighbors, i, fresh, False, fresh)
-        for k in range(total):
-            j = np.uint64(neighbors.found[k])
-            neighbors.hits[k] = np.int64(apart(neighbors, fresh, j) <= touching(neighbors.bounds, i, j))
+        mark_hits(neighbors, i, total, fresh, False, fresh)
         neighbors.reference[i] = fresh
         entered = enter_cell(neighbors, cell_of(neighbors, own, fresh), np.uint32(i))
         if not entered or enlist_hits(neighbors, i, total) < 0:

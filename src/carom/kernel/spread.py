@@ -1,8 +1,10 @@
-"""Eight rows side by side: the transpose that feeds the vectorised search.
+"""Eight rows, or other values of eight components, side by side for loops that are vectorised.
 
 The search wants one coordinate of eight candidates in one register; the rows hold all coordinates of one
 candidate in one cache line. Left to itself the compiler gathers, element by element. Whole rows loaded and
-shuffled take a third of the instructions, so that the processor works on two searches at a time.
+shuffled (*spread*) take a third of the instructions, so that the processor works on two searches at a time.
+Single values are loaded one by one and *lined up*: gathers take several times as long, and where the loop
+stores something, too, the compiler dares not even those.
 """
 
 from __future__ import annotations
@@ -106,5 +108,48 @@ def _spread_compiled(rows, words, begin, bits, block, half, lane):
     def body(rows, words, begin, bits, block, half, lane):
         # Numba supplies the context
         _spread(rows, words, begin, bits, block, half, lane)  # type: ignore[call-arg]
+
+    return body
+
+
+@intrinsic
+def _line_up(typingctx, values, words, begin, bits, target, offset):
+    def codegen(context, builder, signature, args):
+        def data(kind, value):
+            return cgutils.create_struct_proxy(kind)(context, builder, value).data
+
+        source, names, places = data(values, args[0]), data(words, args[1]), data(target, args[4])
+        word = ir.IntType(64)
+        for k in range(LANES):
+            name = builder.load(builder.gep(names, [builder.add(args[2], ir.Constant(word, k))]))
+            row = builder.lshr(builder.zext(name, word), args[3])
+            value = builder.load(builder.gep(source, [row]))
+            builder.store(value, builder.gep(places, [builder.add(args[5], ir.Constant(word, k))]), align=8)
+        return context.get_dummy_value()
+
+    return types.void(values, words, types.int64, types.int64, target, types.int64), codegen
+
+
+def line_up(values, words, begin, bits, target, offset):
+    """Copy the values of eight candidates side by side.
+
+    Parameters
+    ----------
+    values : array
+        One a component.
+    words : uint32 array
+        ``words[begin : begin + 8] >> bits`` are the components meant.
+    target : array
+        Of the same type, filled from ``offset`` on.
+    """
+    for k in range(LANES):
+        target[int(offset) + k] = values[int(words[begin + k]) >> int(bits)]
+
+
+@overload(line_up, jit_options=INLINE)
+def _line_up_compiled(values, words, begin, bits, target, offset):
+    def body(values, words, begin, bits, target, offset):
+        # Numba supplies the context
+        _line_up(values, words, begin, bits, target, offset)  # type: ignore[call-arg]
 
     return body
