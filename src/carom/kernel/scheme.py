@@ -98,13 +98,16 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
 NEIGHBORS = (5, 10, 12, 26, 40, 60)
 """Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %)."""
 
-DILUTE = (0.01, 0.57, 0.42, 0.18, 0.07, 0.03)
+DILUTE = (0.01, 0.51, 0.36, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
-MANY, MANY_DILUTE = 100_000, 0.57
-"""Components from which on they do so only below this part of it: far from the caches it counts how many
-lines of memory a search touches, and lists touch fewer (docs/performance).
+MANY = (100_000, 100_000, 32_000, 100_000, 100_000, 100_000)
+"""Components in d = 1 to 6 from which on they do so only below :data:`MANY_DILUTE` of it: far from the caches
+it counts how many lines of memory a search touches, and lists touch fewer (docs/performance).
 """
+
+MANY_DILUTE = 0.68
+"""Part of that packing fraction below which many do so."""
 
 FEWER = 5.0 / 6.0
 """Part of their usual length that lists have where fewer components would have sectors: as fast, smaller."""
@@ -276,7 +279,9 @@ def choose(
 
 def dilute(contents: Contents) -> float:
     """Return the packing fraction below which sectors run faster than lists."""
-    return _of(DILUTE, contents.dimension) * (MANY_DILUTE if contents.n >= MANY else 1.0)
+    return _of(DILUTE, contents.dimension) * (
+        MANY_DILUTE if contents.n >= _of(MANY, contents.dimension) else 1.0
+    )
 
 
 def _default_reach(contents: Contents) -> float:
