@@ -117,8 +117,8 @@ def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
 @pytest.mark.parametrize(
     ("scene", "says"),
     [
-        (carom.Scene.fcc(cells=5, packing_fraction=0.45), "lists.*faster above a packing fraction of 0.42"),
-        (carom.Scene.fcc(cells=5, packing_fraction=0.1), "sectors: faster below a packing fraction of 0.42"),
+        (carom.Scene.fcc(cells=5, packing_fraction=0.45), "lists.*faster above a packing fraction of 0.36"),
+        (carom.Scene.fcc(cells=5, packing_fraction=0.1), "sectors: faster below a packing fraction of 0.36"),
         (carom.Scene.fcc(cells=1, packing_fraction=0.5), "box is too small for lists.*told apart"),
     ],
 )
@@ -147,6 +147,6 @@ def test_the_command_line_explains_and_runs_nothing(tmp_path):
 
 
 def test_many_components_get_lists_at_densities_where_few_get_sectors():
-    few = carom.explain(carom.Scene.fcc(cells=6, packing_fraction=0.4))
-    many = carom.explain(carom.Scene.fcc(cells=30, packing_fraction=0.4))
+    few = carom.explain(carom.Scene.fcc(cells=6, packing_fraction=0.3))
+    many = carom.explain(carom.Scene.fcc(cells=30, packing_fraction=0.3))
     assert (few.models["neighbours"], many.models["neighbours"]) == ("Sectors", "Lists")
