@@ -16,6 +16,7 @@ import numpy as np
 
 from carom import theory
 from carom.errors import FileError, InputError
+from carom.scenes import words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -395,10 +396,8 @@ def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
 
 
 def _state(n: int, dimension: int, packing_fraction: float) -> str:
-    kind = {1: "rod", 2: "disk"}.get(dimension, "sphere")
-    space = f" in {dimension}D" if dimension > 3 else ""
     count = f"{n:,}".replace(",", "\u202f") if n >= 10_000 else str(n)
-    return f"{count} hard {kind}{'s' if n > 1 else ''}{space}, $\\eta = {packing_fraction:.4g}$"
+    return f"{count} hard {words.particles(dimension, n)}, $\\eta = {packing_fraction:.4g}$"
 
 
 def _tex(estimate: Estimate) -> str:

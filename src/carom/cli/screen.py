@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from carom.observables import Prediction
     from carom.studies import RunResult
 
-FREEZING = {2: 0.70, 3: 0.494, 4: 0.29, 5: 0.17, 6: 0.10}
-"""Packing fraction at which the fluid ends, by dimension; beyond, its equations of state mean nothing."""
-
 
 @contextlib.contextmanager
 def watched() -> Iterator[Callable[[str, float], None]]:
@@ -73,11 +70,14 @@ def results(result: RunResult, as_json: bool) -> None:
     from rich.console import Console
     from rich.text import Text
 
+    from carom import theory
+
     console = Console(highlight=False, soft_wrap=False)
     try:
         console.print(_physics(result.summary))
         console.print(_mechanics(result.summary))
-        if (eta := result.summary["packing_fraction"]) > FREEZING.get(result.summary["dimension"], math.inf):
+        freezing = theory.FREEZING.get(result.summary["dimension"], math.inf)
+        if (eta := result.summary["packing_fraction"]) > freezing:
             console.print(
                 Text(f"Packing fraction {eta:.4g} is beyond freezing: the equations are those of the fluid.")
             )
@@ -148,7 +148,9 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    kind = {1: "rods", 2: "disks", 3: "spheres"}.get(d := summary["dimension"], f"spheres in {d}D")
+    from carom.scenes import words
+
+    kind = words.particles(summary["dimension"], summary["n"])
     title = f"{summary['n']} {kind}: {summary['note']}"
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE, show_header=False)
     rows = [

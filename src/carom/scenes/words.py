@@ -1,4 +1,4 @@
-"""A scene in words, for its ``repr`` and for notebooks."""
+"""A scene in words, for its ``repr``, notebooks, titles and tables."""
 
 from __future__ import annotations
 
@@ -9,6 +9,12 @@ import numpy as np
 
 if TYPE_CHECKING:
     from carom.scene import Scene
+
+
+def particles(dimension: int, number: int = 2) -> str:
+    """Return what so many particles are called: "rods", "disk", "spheres in 4D"."""
+    name = {1: "rod", 2: "disk"}.get(dimension, "sphere") + ("" if number == 1 else "s")
+    return f"{name} in {dimension}D" if dimension > 3 else name
 
 
 def facts(scene: Scene) -> dict[str, str]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from carom import plots, theory
 from carom.errors import InputError
+from carom.scenes import words
 from carom.studies.eos.table import Row, compared, finite_size_shift, usual_equation
 from carom.theory import Equation
 
@@ -79,8 +80,8 @@ def study(
 
 def kind(dimension: int, *, mixture: bool) -> str:
     """Return what the particles are, e.g. "mixture of hard disks"."""
-    name = {1: "rods", 2: "disks", 3: "spheres"}.get(dimension, f"spheres in {dimension} dimensions")
-    return f"mixture of hard {name}" if mixture else f"hard {name}"
+    name = f"hard {words.particles(dimension)}"
+    return f"mixture of {name}" if mixture else name
 
 
 def order(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
