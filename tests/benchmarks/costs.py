@@ -21,6 +21,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -118,22 +119,36 @@ import carom
 imported = time.perf_counter()
 import carom.kernel.cycle
 loaded = time.perf_counter()
+import smallest
+smallest.total(1.0)
+ready = time.perf_counter()
 scene = carom.Scene.fcc(cells=4, packing_fraction=0.3)
 made = time.perf_counter()
 carom.Simulation(scene, seed=1).run(collisions=1)
-print(imported - began, loaded - imported, made - loaded, time.perf_counter() - made)
+done = time.perf_counter()
+print(imported - began, loaded - imported, ready - loaded, made - ready, done - made)
+"""
+
+SMALLEST = """
+from numba import njit
+
+@njit(cache=True)
+def total(x):
+    return x + x
 """
 
 
 def start(given: argparse.Namespace) -> None:
     """Print the time to the first event."""
-    print("| | import carom | numba and the kernel | scene | first event | in all [s] |")
-    print("|---|---|---|---|---|---|")
+    print("| | import carom | numba, kernel | a function of one line | scene | first event | in all [s] |")
+    print("|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as cache:
+        Path(cache, "smallest.py").write_text(SMALLEST)
+        path = os.pathsep.join(filter(None, (cache, os.environ.get("PYTHONPATH"))))
         for name in ("nothing compiled", "from the cache"):
             done = subprocess.run(
                 [sys.executable, "-c", START],
-                env={**os.environ, "NUMBA_CACHE_DIR": cache},
+                env={**os.environ, "NUMBA_CACHE_DIR": cache, "PYTHONPATH": path},
                 capture_output=True,
                 text=True,
                 check=True,
