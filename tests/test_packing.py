@@ -245,8 +245,9 @@ def test_other_dimensions_are_not_drawn():
 def test_slowly_compressed_spheres_are_isostatic():
     """Growth at 0.02 to a reduced pressure of 200, at 0.001 to 1e12: some 8 million collisions.
 
-    588 contacts of 589 when this was written; the bounds are those usually found for equal spheres (packing
-    fraction 0.635 to 0.645, rattlers 1.5 to 3.5 %), widened for 200 of them.
+    Bounds are those usually found for equal spheres (packing fraction 0.635 to 0.645, rattlers 1.5 to 3.5 %),
+    widened by three times the scatter of 200 of them: seven seeds gave 2 to 4.5 % (3.6 +- 0.9) and lacked 1
+    to 4 contacts of some 580 (2.6 +- 1.1), whose forces are so weak that their gaps are as wide as others'.
     """
     n = 200
     scene = carom.Scene.random(n, packing_fraction=0.3, seed=1)
@@ -260,6 +261,6 @@ def test_slowly_compressed_spheres_are_isostatic():
         scene = carom.Scene.from_frame(sim.frame())
     network = packing_network(sim.frame())
     assert 0.63 < network.packing_fraction < 0.65
-    assert 0.005 <= network.rattler_fraction <= 0.045
-    assert abs(network.contacts - network.isostatic) <= 3
+    assert 0.005 <= network.rattler_fraction <= 0.065
+    assert abs(network.contacts - network.isostatic) <= 6
     assert network.void[1] > 100 * network.void[0]
