@@ -31,7 +31,7 @@ from carom.kernel.bounds import (
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
 from carom.kernel.grid import Grid, between, bits, cell_of, cells_near, coordinate_bits, steps
-from carom.kernel.lookahead import HUGE, ask, ask_own, leaves_first, prefetch
+from carom.kernel.lookahead import HUGE, ask, ask_members, ask_own, leaves_first, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.spread import LANES, line_up
@@ -376,8 +376,7 @@ def ask_cells(lists, motion, state, i, step):
                 prefetch(lists.members, np.int64(cell))
                 prefetch(lists.cells, np.int64(cell) * lists.cells.shape[1])
             else:
-                for member in range(np.uint64(lists.members[cell])):
-                    prefetch(lists.reference, np.int64(lists.cells[cell, member]))
+                ask_members(lists.reference, lists.cells, cell, np.int64(lists.members[cell]), i)
 
 
 @wrapped.register

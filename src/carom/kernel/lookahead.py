@@ -22,8 +22,13 @@ LARGE = 10_000
 """Components from which on it pays to ask for rows and lists: fewer fit into the second-level cache."""
 
 HUGE = 120_000
-"""Components from which on it pays to ask for everything: fewer fit into the last cache."""
+"""Components from which on it pays to ask for what renewals of lists touch, and for what is given another
+event: fewer fit into the last cache.
+"""
 
+
+FEW = 2
+"""Members of a cell that are asked for in any case."""
 
 STEPS = 3
 """Buckets ahead, and answers on the way to everything that an event will touch."""
@@ -75,6 +80,21 @@ def ask_own(state, i):
     prefetch(state.rows, np.int64(i))
     prefetch(state.partner, np.int64(i))
     prefetch(state.leave, np.int64(i))
+
+
+@inner
+def ask_members(array, cells, cell, count, who):
+    """Ask for the elements of an array that belong to the members of a cell; ``who`` is a component whose
+    element is there already.
+
+    It is asked for in the place of the first few where there are less: nobody can foretell how many there
+    are, and the processor would go astray at every cell.
+    """
+    for k in range(FEW):
+        member = np.int64(cells[cell, np.uint64(k)])
+        prefetch(array, member if k < count else np.int64(who))
+    for k in range(FEW, count):
+        prefetch(array, np.int64(cells[cell, np.uint64(k)]))
 
 
 @inner

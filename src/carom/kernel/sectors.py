@@ -11,11 +11,14 @@ import numpy as np
 from carom.kernel.boundary import index, index_bits
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
-from carom.kernel.lookahead import HUGE, ask, ask_own, leaves_first, prefetch
+from carom.kernel.lookahead import ask, ask_members, ask_own, leaves_first, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
 from carom.kernel.words import STEP, copy_words, replace_words
+
+ASKED = 50_000
+"""Components from which on it pays to ask for sectors ahead of time."""
 
 
 class Sectors(NamedTuple):
@@ -47,6 +50,12 @@ class Sectors(NamedTuple):
     """Face through which each component leaves its sector: twice the axis, plus one for the upper, (n,)
     uint8.
     """
+    ways: np.ndarray
+    """Difference of their numbers from that of the one between them, but across a face of the box, (3^d,)
+    int64.
+    """
+    moves: np.ndarray
+    """The same, and the distance in ``around``, of the neighbour through each face, (2 d, 2) int64."""
     faces: np.ndarray
     """Neighbouring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d
     - 1)) int64.
@@ -62,6 +71,7 @@ def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
     digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
     wide = tuple(int(size) + 2 for size in shape)
     strides = tuple(int(np.prod(wide[axis + 1 :])) for axis in range(dimension))
+    steps = np.array([int(np.prod(shape[axis + 1 :])) for axis in range(dimension)])
     wrapped_places = np.ix_(*(np.arange(-1, size + 1) % size for size in shape))
     around = np.ravel_multi_index(np.broadcast_arrays(*wrapped_places), tuple(shape)).astype(np.int32)
     return Sectors(
@@ -72,6 +82,8 @@ def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
         around=np.ascontiguousarray(around.ravel()),
         strides=strides,
         offsets=np.ascontiguousarray(digits @ np.array(strides), dtype=np.int64),
+        ways=np.ascontiguousarray(digits @ steps, dtype=np.int64),
+        moves=np.stack([np.ravel(np.outer(each, (-1, 1))) for each in (steps, strides)], axis=1),
         place=np.zeros((n + 1, dimension), np.int32),
         turn=np.zeros((n + 1, dimension), np.int32),
         face=np.zeros(n, np.uint8),
@@ -198,42 +210,34 @@ def _(neighbors: Sectors, motion, boundary, state, i, step):
         ask_place(neighbors, i)
         prefetch(neighbors.face, np.int64(i))
         return
-    if len(state.partner) < HUGE:
+    if len(state.partner) < ASKED:
         return
-    around = len(neighbors.digits)
-    own = np.int64(around // 2)
-    face = np.int64(-1)
-    known = around  # sectors around i that the event looks into
-    word = np.int64(state.partner[i])
-    j = i
-    more = 0
+    cell, home = whereabouts(neighbors, i)
     if leaves_first(state, i):
-        face = np.int64(neighbors.face[i])
-        known = neighbors.faces.shape[1]
-        more = 2 * (step == 1)  # the sector that i leaves, and the one that it enters
-    elif word >= 0:
+        if step == 1:
+            ask_sector(neighbors, cell, home)  # which it leaves
+        face = np.uint64(neighbors.face[i])
+        cell += neighbors.moves[face, 0]
+        home += neighbors.moves[face, 1]
+        if step == 1:
+            ask_sector(neighbors, cell, home)
+        for k in range(np.uint64(neighbors.faces.shape[1])):
+            ask_near(neighbors, state, i, cell, home, np.uint64(neighbors.faces[face, k]), step)
+        return
+    around = np.uint64(len(neighbors.digits))
+    for code in range(around):
+        ask_near(neighbors, state, i, cell, home, code, step)
+    word = np.int64(state.partner[i])
+    if word >= 0:
         j = np.uint64(index(boundary, word))
-        more = around * (step == 2)
         if step == 1:
             prefetch(state.rows, np.int64(j))
             prefetch(state.leave, np.int64(j))
             ask_place(neighbors, j)
-    for k in range(known + more):
-        who, code, through = np.uint64(i), np.int64(k), face
-        if k < known:
-            code = neighbors.faces[face, k] if face >= 0 else code
-        elif face >= 0:
-            code, through = own, np.int64(-1) if k == known else face
         else:
-            who, code = np.uint64(j), np.int64(k - known)
-        cell, home = near(neighbors, who, code, through)
-        if step == 1 or k >= known:
-            prefetch(neighbors.members, np.int64(cell) * neighbors.members.shape[1])
-            prefetch(neighbors.around, home)
-        else:
-            count = np.uint64(neighbors.members[cell, np.uint64(neighbors.members.shape[1] - 1)])
-            for member in range(count):
-                prefetch(state.rows, np.int64(neighbors.members[cell, member]))
+            cell, home = whereabouts(neighbors, j)
+            for code in range(around):
+                ask_near(neighbors, state, j, cell, home, code, 1)
 
 
 @inner
@@ -244,21 +248,38 @@ def ask_place(sectors, i):
 
 
 @inner
-def near(sectors, i, code, face):
-    """Return the number of a sector around that of component i, or around the one that it enters through a
-    face; and where that number is in ``around``, which is asked for, too, and so not read.
+def whereabouts(sectors, i):
+    """Return the number of the sector that holds component i, and where that is in ``around``, which is not
+    read.
     """
-    number = np.int64(0)
+    cell = np.int64(0)
     home = np.int64(0)
     for axis in range(len(sectors.sides)):
-        size = np.int64(sectors.shape[axis])
-        place = np.int64(sectors.place[i, axis]) + sectors.digits[np.uint64(code), axis]
-        place += (2 * (face & 1) - 1) if face >> 1 == axis else 0
+        place = np.int64(sectors.place[i, axis])
+        cell = cell * sectors.shape[axis] + place
         home += sectors.strides[axis] * (place + 1)
-        for _ in range(2):  # twice where there are one or two
-            place += size if place < 0 else (-size if place >= size else 0)
-        number = number * size + place
-    return np.uint64(number), home
+    return cell, home
+
+
+@inner
+def ask_sector(sectors, cell, home):
+    """Ask for a sector, and for its number."""
+    prefetch(sectors.members, cell * sectors.members.shape[1])
+    prefetch(sectors.around, home)
+
+
+@inner
+def ask_near(sectors, state, i, cell, home, code, step):
+    """Ask for one of the sectors around one near component i, or for who is in it.
+
+    Across a face of the box it is a wrong one: what is asked for in vain harms nobody.
+    """
+    near = min(max(cell + sectors.ways[code], 0), len(sectors.members) - 1)
+    if step == 1:
+        ask_sector(sectors, near, home + sectors.offsets[code])
+        return
+    count = np.int64(sectors.members[np.uint64(near), np.uint64(sectors.members.shape[1] - 1)])
+    ask_members(state.rows, sectors.members, np.uint64(near), count, i)
 
 
 @wrapped.register
