@@ -144,9 +144,3 @@ def test_the_command_line_explains_and_runs_nothing(tmp_path):
     logged = command("run", "--cells", "4", "--event-log", "--explain", cwd=tmp_path)
     assert "an event log" not in logged.stdout
     assert not list(tmp_path.iterdir())
-
-
-def test_many_components_get_lists_at_densities_where_few_get_sectors():
-    few = carom.explain(carom.Scene.fcc(cells=6, packing_fraction=0.3))
-    many = carom.explain(carom.Scene.fcc(cells=30, packing_fraction=0.3))
-    assert (few.models["neighbours"], many.models["neighbours"]) == ("Sectors", "Lists")

@@ -101,17 +101,6 @@ NEIGHBORS = (5, 10, 12, 26, 40, 60)
 DILUTE = (0.01, 0.51, 0.36, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
-MANY = (100_000, 100_000, 32_000, 100_000, 100_000, 100_000)
-"""Components in d = 1 to 6 from which on they do so only below :data:`MANY_DILUTE` of it: far from the caches
-it counts how many lines of memory a search touches, and lists touch fewer (docs/performance).
-"""
-
-MANY_DILUTE = 0.68
-"""Part of that packing fraction below which many do so."""
-
-FEWER = 5.0 / 6.0
-"""Part of their usual length that lists have where fewer components would have sectors: as fast, smaller."""
-
 SECTOR = 0.88
 """Side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/performance)."""
 
@@ -146,8 +135,7 @@ def default_shell(packing_fraction: float, dimension: int) -> float:
     """Return the reach in diameters at which lists are as long as they should be: ``2^d eta s^d = listed +
     1``.
     """
-    thin = packing_fraction < _of(DILUTE, dimension)
-    listed = _of(NEIGHBORS, dimension) * (FEWER if thin else 1.0) + 1
+    listed = _of(NEIGHBORS, dimension) + 1
     return max((listed / packing_fraction) ** (1.0 / dimension) / 2.0, SHORTEST)
 
 
@@ -212,7 +200,7 @@ def choose(
     spacing = density ** (-1.0 / dimension)
     if neighbors == "auto":
         fits = least < reach <= widest and not coarse
-        dense = packing_fraction > dilute(contents) or (diameter / spacing) ** dimension > CROWDED
+        dense = packing_fraction > dilute(dimension) or (diameter / spacing) ** dimension > CROWDED
         neighbors = "lists" if fits and (dense or shell is not None) else "sectors"
     sizes = contents.reaches
     margin = 0.5 * (reach - diameter)
@@ -277,11 +265,9 @@ def choose(
     )
 
 
-def dilute(contents: Contents) -> float:
+def dilute(dimension: int) -> float:
     """Return the packing fraction below which sectors run faster than lists."""
-    return _of(DILUTE, contents.dimension) * (
-        MANY_DILUTE if contents.n >= _of(MANY, contents.dimension) else 1.0
-    )
+    return _of(DILUTE, dimension)
 
 
 def _default_reach(contents: Contents) -> float:
