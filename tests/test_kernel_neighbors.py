@@ -254,7 +254,7 @@ def test_looking_ahead_changes_no_collision(n, mixed, tmp_path):
         folder = tmp_path / kind
         folder.mkdir()
         sim, events, times = engine_collisions(scene, n, folder, neighbors=kind)
-        assert sim.statistics.transits > 100
+        assert sim.statistics.transits > 20
         found.append((events.i, events.j, times))
     (i, j, times), (other_i, other_j, other_times) = found
     np.testing.assert_array_equal(i, other_i)

@@ -75,9 +75,8 @@ def test_a_mixture_grows_in_proportion_or_in_common():
 
 
 def test_between_walls_the_network_has_contacts_with_them():
-    packing = studies.pack(
-        studies.points(40, 2, periodic=False, seed=4), rate=0.02, until_pressure=1e9, seed=4
-    )
+    # In the usual stages: grown at 0.02 to the end, one in four of so few disks comes loose again.
+    packing = studies.pack(studies.points(40, 2, periodic=False, seed=4), seed=4)
     assert (packing.network.bonds >= packing.n).any(axis=1).sum() > 10
     assert packing.network.isostatic == 2 * packing.network.backbone.sum() + 1
     assert_without_overlap(packing)
