@@ -219,7 +219,7 @@ def _reason(contents: Contents, chosen: Scheme, wish: Wish) -> str:
 
     cells = " x ".join(map(str, chosen.shape))
     fraction, dimension = contents.packing_fraction, contents.dimension
-    limit = scheme.dilute(contents.dimension)
+    limit = scheme.dilute(dimension)
     widest = (contents.narrowest + 2.0 * contents.diameter) / 4.0
     if chosen.kind == "lists":
         what = f"lists with a reach of {chosen.reach / contents.diameter:.3g} diameters, from {cells} cells"

@@ -210,12 +210,9 @@ def drain(calendar, state, bucket):
 @inner
 def offer(calendar, state, bucket, i):
     """Push component i if it is due in this bucket."""
-    control = calendar.control[0]
     time = time_of(state, np.uint64(i))
-    if time < control.end:
-        k = min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
-        if k <= np.int64(bucket):
-            push(calendar, time, np.int32(i))
+    if time < calendar.control[0].end and bucket_of(calendar, time) <= np.int64(bucket):
+        push(calendar, time, np.int32(i))
 
 
 @inner
