@@ -30,7 +30,7 @@ from carom.kernel.constants import (
 from carom.kernel.dispatch import entry, fast, generic, inner
 from carom.kernel.lookahead import leaves_first
 from carom.kernel.motion import position, velocity
-from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
+from carom.kernel.neighbors import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.kernel.obstacle import Obstacles, bounce, soonest
 from carom.kernel.pair import age, depth, growth, interaction_time, jump, line_up_cores, transfer
 from carom.kernel.sight import meet
@@ -478,6 +478,8 @@ def _run(digest):
                 word = np.int64(mirror(model.boundary, np.int64(i), word))
                 i, j = j, i
             collide(model, state, neighbors, tally, by_species, log, i, word, now)
+            change_home(neighbors, model.motion, model.boundary, state, i, now)
+            change_home(neighbors, model.motion, model.boundary, state, j, now)
             watch(model, state, neighbors, i, now)
             watch(model, state, neighbors, j, now)
             # Two searches that do not wait for each other.

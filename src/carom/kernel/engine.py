@@ -114,9 +114,17 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
     )
     if scheme.kind == "lists":
         return _build_lists(scheme, contents, pair), NearestImage(edges, inverse)
-    sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity)
+    wide = all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, contents.periodic, strict=True))
+    sides = [edge / size for edge, size in zip(edges, scheme.shape, strict=True)]
+    slacks = [0.0] * len(edges)
+    if wide and contents.rates is None:
+        slacks = [
+            max(0.0, min(SLACK * 0.5 * (side - contents.diameter), 0.25 * edge - side)) if wraps else 0.0
+            for side, edge, wraps in zip(sides, edges, contents.periodic, strict=True)
+        ]
+    sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks)
     # Two neighbouring sectors of four or more along an edge hold no two components half a box apart.
-    if all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, contents.periodic, strict=True)):
+    if wide:
         return sectors, NearestImage(edges, inverse)
     return sectors, SectorImage(
         # What is seen through a wall is so far away that a wall is met before it.

@@ -33,7 +33,7 @@ from carom.kernel.dispatch import inner
 from carom.kernel.grid import Grid, between, bits, cell_of, cells_near, coordinate_bits, steps
 from carom.kernel.lookahead import HUGE, ask, ask_members, ask_own, leaves_first, prefetch
 from carom.kernel.motion import position
-from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
+from carom.kernel.neighbors import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.kernel.spread import LANES, line_up
 from carom.kernel.state import aligned
 from carom.kernel.words import STEP, copy_words
@@ -377,6 +377,11 @@ def ask_cells(lists, motion, state, i, step):
                 prefetch(lists.cells, np.int64(cell) * lists.cells.shape[1])
             else:
                 ask_members(lists.reference, lists.cells, cell, np.int64(lists.members[cell]), i)
+
+
+@change_home.register
+def _(neighbors: Lists, motion, boundary, state, i, now):
+    return None
 
 
 @wrapped.register

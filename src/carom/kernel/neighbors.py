@@ -44,6 +44,14 @@ def transit(neighbors, motion, boundary, state, i, now):
 
 
 @generic
+def change_home(neighbors, motion, boundary, state, i, now):
+    """Put component i, which has a new velocity, into the sector that it will stay in longest; all that it can
+    meet must be searched then.
+    """
+    raise NotImplementedError(type(neighbors))
+
+
+@generic
 def wrapped(neighbors, i, axis, crossings):
     """Note that the coordinate of i was reduced by ``crossings`` boxes."""
     raise NotImplementedError(type(neighbors))

@@ -13,7 +13,7 @@ from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
 from carom.kernel.lookahead import ask, ask_members, ask_own, leaves_first, prefetch
 from carom.kernel.motion import position
-from carom.kernel.neighbors import candidates, settle, transit, transit_time, wrapped
+from carom.kernel.neighbors import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
 from carom.kernel.words import STEP, copy_words, replace_words
 
@@ -28,6 +28,8 @@ class Sectors(NamedTuple):
     """Sectors along each axis."""
     sides: tuple
     """Sides of a sector [length]."""
+    slacks: tuple
+    """How far a component may be beyond the faces of its sector along each axis [length]."""
     members: np.ndarray
     """Who is in each sector, and in the last column how many, (sectors, room) uint32."""
     digits: np.ndarray
@@ -64,8 +66,10 @@ class Sectors(NamedTuple):
     """Room for the candidates of two components, uint32."""
 
 
-def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
-    """Return empty sectors: ``shape`` of them along the edges, ``capacity`` components in each at most."""
+def make_sectors(n: int, edges, shape, capacity: int, slacks) -> Sectors:
+    """Return empty sectors: ``shape`` of them along the edges, ``capacity`` components in each at most, who
+    may be beyond its faces by ``slacks``.
+    """
     dimension = len(shape)
     room = -(-(capacity + 1) // STEP) * STEP
     digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
@@ -77,6 +81,7 @@ def make_sectors(n: int, edges, shape, capacity: int) -> Sectors:
     return Sectors(
         shape=tuple(int(size) for size in shape),
         sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
+        slacks=tuple(slacks),
         members=aligned(int(np.prod(shape)) * room, np.uint32).reshape(-1, room),
         digits=np.ascontiguousarray(digits, dtype=np.int64),
         around=np.ascontiguousarray(around.ravel()),
@@ -160,6 +165,46 @@ def _(neighbors: Sectors, boundary, i, half):
     return neighbors.words, begin, np.int64(total - begin)
 
 
+@change_home.register
+def _(neighbors: Sectors, motion, boundary, state, i, now):
+    row = state.rows[i]
+    home = home_of(neighbors, i)
+    target = home
+    changes = np.int64(0)
+    for axis in range(len(neighbors.sides)):
+        v = np.float64(row.v[axis])
+        x = position(motion, axis, row.x[axis], v, now - row.t)
+        up = np.int64(v > 0.0)
+        sign = 2 * up - 1
+        place = np.int64(neighbors.place[i, axis]) + neighbors.shape[axis] * np.int64(neighbors.turn[i, axis])
+        beyond = (x - neighbors.sides[axis] * (place + up)) * sign + neighbors.slacks[axis] > 0.0
+        beyond &= neighbors.slacks[axis] > 0.0
+        target += neighbors.strides[axis] * sign if beyond else 0
+        changes |= np.int64(beyond) << axis
+    if changes == 0:
+        return
+    old, new = np.uint64(neighbors.around[np.uint64(home)]), np.uint64(neighbors.around[np.uint64(target)])
+    if not enter(neighbors, new, np.uint32(i)):
+        return
+    leave(neighbors, old, np.uint32(i))
+    for axis in range(len(neighbors.sides)):
+        if (changes >> axis) & 1:
+            move(neighbors, i, axis, row.v[axis] > 0.0)
+
+
+@inner
+def move(sectors, i, axis, up):
+    """Note that component i is in the next sector along an axis."""
+    place = np.int64(sectors.place[i, axis]) + (1 if up else -1)
+    if place < 0:
+        place += sectors.shape[axis]
+        sectors.turn[i, axis] -= 1
+    elif place >= sectors.shape[axis]:
+        place -= sectors.shape[axis]
+        sectors.turn[i, axis] += 1
+    sectors.place[i, axis] = place
+
+
 @transit_time.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
     row = state.rows[i]
@@ -170,7 +215,8 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
         x = position(motion, axis, row.x[axis], v, now - row.t)
         up = np.int64(v > 0.0)
         place = np.int64(neighbors.place[i, axis]) + neighbors.shape[axis] * np.int64(neighbors.turn[i, axis])
-        t = max((neighbors.sides[axis] * (place + up) - x) / v, 0.0) if v != 0.0 else NEVER
+        wall = neighbors.sides[axis] * (place + up) + (neighbors.slacks[axis] if v > 0.0 else -neighbors.slacks[axis])
+        t = max((wall - x) / v, 0.0) if v != 0.0 else NEVER
         face = 2 * axis + up if t < best else face
         best = min(t, best)
     neighbors.face[i] = face
@@ -182,14 +228,7 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     face = np.int64(neighbors.face[i])
     axis = face >> 1
     old = sector_of(neighbors, i)
-    place = np.int64(neighbors.place[i, axis]) + (1 if face & 1 else -1)
-    if place < 0:
-        place += neighbors.shape[axis]
-        neighbors.turn[i, axis] -= 1
-    elif place >= neighbors.shape[axis]:
-        place -= neighbors.shape[axis]
-        neighbors.turn[i, axis] += 1
-    neighbors.place[i, axis] = place
+    move(neighbors, i, axis, (face & 1) == 1)
     new = sector_of(neighbors, i)
     total = np.uint64(0)
     done = True
