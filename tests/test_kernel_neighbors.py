@@ -10,7 +10,7 @@ from engine_cases import engine_collisions, moving
 
 import carom
 from carom import initial
-from carom.kernel import cycle, scheme
+from carom.kernel import cycle, engine, scheme
 from carom.kernel.boundary import SectorImage
 from carom.kernel.bounds import level, margin, start, touching
 from carom.kernel.constants import NEEDS_NEIGHBORS
@@ -89,7 +89,7 @@ def check_lists(sim):
 
 
 def check_sectors(sim):
-    """Everyone is a member of one sector, the one in which the position lies."""
+    """Everyone is a member of one sector, and no further from where it lies than its slack."""
     sectors, n, edges = sim.machine.engine.neighbors, sim.scene.n, np.array(sim.scene.box)
     shape = np.array(sectors.shape)
     members = [(int(i), cell) for cell, row in enumerate(sectors.members) for i in row[: row[-1]]]
@@ -100,7 +100,7 @@ def check_sectors(sim):
         assert ((place >= 0) & (place < shape)).all()
         assert np.ravel_multi_index(place, shape) == cell
         low = (place + sectors.turn[i] * shape) * np.array(sectors.sides)
-        slack = 1e-12 * edges  # a component at a face is on one side or the other
+        slack = np.array(sectors.slacks) + 1e-12 * edges  # by rounding, a component may be on either side of a face
         assert (x[i] >= low - slack).all()
         assert (x[i] <= low + np.array(sectors.sides) + slack).all()
 
@@ -167,6 +167,8 @@ CASES = [
     (3, 60, 0.4, "lists"),
     (3, 4, 0.2, "sectors"),
     (4, 12, 0.1, "sectors"),
+    (2, 60, 0.1, "sectors"),
+    (3, 130, 0.1, "sectors"),
 ]
 
 
@@ -203,6 +205,31 @@ def test_members_of_sectors_are_where_their_positions_are(box, simulation):
         check_sectors(sim)
         go(sim, 3 * n)
     assert sim.statistics.transits > 10 * n
+
+
+@pytest.mark.parametrize(("dimension", "n"), [(1, 20), (2, 60), (3, 150), (4, 800)])
+def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, monkeypatch, simulation):
+    eta = {1: 0.2, 2: 0.1, 3: 0.05, 4: 0.03}[dimension]
+    scene = moving(carom.Scene.random(n, dimension, packing_fraction=eta, seed=1), 2)
+    loose = simulation(scene, neighbors="sectors")
+    monkeypatch.setattr(engine, "slacks_of", lambda scheme, contents: [0.0] * dimension)
+    strict = simulation(scene, neighbors="sectors")
+    sectors = loose.machine.engine.neighbors
+    sides, slacks = np.array(sectors.sides), np.array(sectors.slacks)
+    assert (slacks > 0.0).all()
+    assert (sides - 2.0 * slacks >= scene.diameters.max()).all()
+    outside = 0
+    for _ in range(10):
+        for sim in (loose, strict):
+            go(sim, 2 * n)
+            check_sectors(sim)
+        place = np.floor(present(loose)[0] / sides).astype(int) % np.array(sectors.shape)
+        outside += int((place != sectors.place[:n]).any(axis=1).sum())
+    assert outside > n
+    # The same collisions, found with fewer crossings.
+    for sim in (loose, strict):
+        sim.run(collisions_per_particle=20)
+    assert loose.statistics.transits < 0.7 * strict.statistics.transits
 
 
 @pytest.mark.parametrize("kind", ["lists", "sectors"])

@@ -18,15 +18,15 @@ from carom.kernel.lists import Lists, make_lists
 from carom.kernel.motion import FreeFlight
 from carom.kernel.obstacle import make_obstacles
 from carom.kernel.pair import PLACES, EqualCores, GrowingCores, Inelastic, SpeciesCores, UnequalCores
-from carom.kernel.scheme import Scheme
+from carom.kernel.scheme import HAIR, Scheme
 from carom.kernel.sectors import Sectors, make_sectors
 from carom.kernel.sight import FAR, FarSight
 from carom.kernel.state import State, make_state
 from carom.kernel.tally import TALLY, BySpecies
 
 SLACK = 1.0 - 2.0**-20
-"""Flights end this fraction of the margin early, so that rounding cannot hide a contact behind the end of a
-list.
+"""Flights end this fraction of the margin, or of the slack, early, so that rounding cannot hide a contact
+behind the end of a list, or two sectors away.
 """
 
 
@@ -81,7 +81,8 @@ def _farthest(scheme: Scheme, contents: Contents) -> float:
     if scheme.kind == "lists":
         return scheme.reach / contents.smallest
     sides = [edge / cells for edge, cells in zip(contents.box, scheme.shape, strict=True)]
-    return 2.0 * math.hypot(*sides) / contents.smallest
+    spans = [side + slack for side, slack in zip(sides, slacks_of(scheme, contents), strict=True)]
+    return 2.0 * math.hypot(*spans) / contents.smallest
 
 
 def _with_ghost(values, dtype=np.float64) -> np.ndarray:
@@ -114,17 +115,8 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
     )
     if scheme.kind == "lists":
         return _build_lists(scheme, contents, pair), NearestImage(edges, inverse)
-    wide = all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, contents.periodic, strict=True))
-    sides = [edge / size for edge, size in zip(edges, scheme.shape, strict=True)]
-    slacks = [0.0] * len(edges)
-    if wide and contents.rates is None:
-        slacks = [
-            max(0.0, min(SLACK * 0.5 * (side - contents.diameter), 0.25 * edge - side)) if wraps else 0.0
-            for side, edge, wraps in zip(sides, edges, contents.periodic, strict=True)
-        ]
-    sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks)
-    # Two neighbouring sectors of four or more along an edge hold no two components half a box apart.
-    if wide:
+    sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks_of(scheme, contents))
+    if _is_wide(scheme, contents):
         return sectors, NearestImage(edges, inverse)
     return sectors, SectorImage(
         # What is seen through a wall is so far away that a wall is met before it.
@@ -136,6 +128,27 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
         sectors.digits,
         (len(sectors.digits) - 1).bit_length(),
     )
+
+
+def _is_wide(scheme: Scheme, contents: Contents) -> bool:
+    """Tell whether two neighbouring sectors hold no two components half a box apart."""
+    return all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, contents.periodic, strict=True))
+
+
+def slacks_of(scheme: Scheme, contents: Contents) -> list[float]:
+    """Return how far a component may be beyond its sector along each axis [length].
+
+    Two that touch are in neighbouring sectors as long as a sector is a diameter and two slacks wide. Components
+    that grow need that room, and beyond a wall of the box there is nothing.
+    """
+    slacks = [0.0] * contents.dimension
+    if _is_wide(scheme, contents) and contents.rates is None:
+        for axis, (edge, size) in enumerate(zip(contents.box, scheme.shape, strict=True)):
+            if contents.periodic[axis]:
+                room = 0.5 * (edge / size - contents.diameter * (1.0 + HAIR))
+                # The images of neighbours must be told apart as before.
+                slacks[axis] = max(SLACK * min(room, 0.25 * edge - edge / size), 0.0)
+    return slacks
 
 
 def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:

@@ -30,6 +30,15 @@ def transit_time(neighbors, motion, boundary, state, i, now):
 
 
 @generic
+def change_home(neighbors, motion, boundary, state, i, now):
+    """Put component i, whose velocity is new, into the sector that it will stay in longest.
+
+    Everybody near it has to be searched anyway.
+    """
+    raise NotImplementedError(type(neighbors))
+
+
+@generic
 def transit(neighbors, motion, boundary, state, i, now):
     """Carry component i over into its next sector (or renew its list).
 
@@ -39,14 +48,6 @@ def transit(neighbors, motion, boundary, state, i, now):
         False if an array is too small; everything must then be built anew.
     words, begin, count
         Those that i can meet now and could not before, as ``candidates`` returns them.
-    """
-    raise NotImplementedError(type(neighbors))
-
-
-@generic
-def change_home(neighbors, motion, boundary, state, i, now):
-    """Put component i, which has a new velocity, into the sector that it will stay in longest; all that it can
-    meet must be searched then.
     """
     raise NotImplementedError(type(neighbors))
 

@@ -112,6 +112,9 @@ are better.
 SMALLEST_GROWTH = 2.0**-30
 """Part of their diameter by which components must be able to grow before they are as wide as the box."""
 
+HAIR = 2.0**-40
+"""Part of a diameter that a sector is wider than that, to absorb the rounding of its faces."""
+
 WIDEST, MOST_SECTORS = 2.0**17, 2.0**20
 """Diameters that a sector is wide, at most: from two of them away a graze of 1e-5 diameters can be told from
 a miss. More than so many sectors are not worth it.
@@ -211,9 +214,8 @@ def choose(
             # Until somebody has grown over half of its margin.
             horizon = 0.5 * margin / float((contents.rates / contents.paces).max())
     else:
-        # A sector must be no smaller than a diameter; a relative hair more absorbs the rounding of its walls.
         sight = max(WIDEST * contents.smallest, max(box) / MOST_SECTORS ** (1.0 / dimension))
-        side = max(diameter * (1.0 + 2.0**-40), min(SECTOR * spacing, max(box), sight))
+        side = max(diameter * (1.0 + HAIR), min(SECTOR * spacing, max(box), sight))
         if contents.rates is not None:
             side = max(side, 1.05 * diameter)
     shape = tuple(max(int(edge / side), 1) for edge in box)

@@ -113,6 +113,12 @@ def sector_of(sectors, i):
 
 
 @inner
+def unwrapped(sectors, i, axis):
+    """Return the place of component i's sector along an axis, counted on beyond the faces of the box."""
+    return np.int64(sectors.place[i, axis]) + sectors.shape[axis] * np.int64(sectors.turn[i, axis])
+
+
+@inner
 def enter(sectors, cell, i):
     """Add i to a sector; False, and nothing done, if the sector is full."""
     last = np.uint64(sectors.members.shape[1] - 1)
@@ -165,6 +171,24 @@ def _(neighbors: Sectors, boundary, i, half):
     return neighbors.words, begin, np.int64(total - begin)
 
 
+@transit_time.register
+def _(neighbors: Sectors, motion, boundary, state, i, now):
+    row = state.rows[i]
+    best = NEVER
+    face = np.int64(0)
+    for axis in range(len(neighbors.sides)):
+        v = np.float64(row.v[axis])
+        x = position(motion, axis, row.x[axis], v, now - row.t)
+        up = np.int64(v > 0.0)
+        end = neighbors.sides[axis] * (unwrapped(neighbors, i, axis) + up)
+        end += (2 * up - 1) * neighbors.slacks[axis]
+        t = max((end - x) / v, 0.0) if v != 0.0 else NEVER
+        face = 2 * axis + up if t < best else face
+        best = min(t, best)
+    neighbors.face[i] = face
+    return now + best
+
+
 @change_home.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
     row = state.rows[i]
@@ -175,12 +199,10 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
         v = np.float64(row.v[axis])
         x = position(motion, axis, row.x[axis], v, now - row.t)
         up = np.int64(v > 0.0)
-        sign = 2 * up - 1
-        place = np.int64(neighbors.place[i, axis]) + neighbors.shape[axis] * np.int64(neighbors.turn[i, axis])
-        beyond = (x - neighbors.sides[axis] * (place + up)) * sign + neighbors.slacks[axis] > 0.0
-        beyond &= neighbors.slacks[axis] > 0.0
-        target += neighbors.strides[axis] * sign if beyond else 0
-        changes |= np.int64(beyond) << axis
+        ahead = (neighbors.sides[axis] * (unwrapped(neighbors, i, axis) + up) - x) * (2 * up - 1)
+        change = (v != 0.0) & (ahead < neighbors.slacks[axis]) & (neighbors.slacks[axis] > 0.0)
+        target += neighbors.strides[axis] * (2 * up - 1) if change else 0
+        changes |= np.int64(change) << axis
     if changes == 0:
         return
     old, new = np.uint64(neighbors.around[np.uint64(home)]), np.uint64(neighbors.around[np.uint64(target)])
@@ -203,24 +225,6 @@ def move(sectors, i, axis, up):
         place -= sectors.shape[axis]
         sectors.turn[i, axis] += 1
     sectors.place[i, axis] = place
-
-
-@transit_time.register
-def _(neighbors: Sectors, motion, boundary, state, i, now):
-    row = state.rows[i]
-    best = NEVER
-    face = np.int64(0)
-    for axis in range(len(neighbors.sides)):
-        v = np.float64(row.v[axis])
-        x = position(motion, axis, row.x[axis], v, now - row.t)
-        up = np.int64(v > 0.0)
-        place = np.int64(neighbors.place[i, axis]) + neighbors.shape[axis] * np.int64(neighbors.turn[i, axis])
-        wall = neighbors.sides[axis] * (place + up) + (neighbors.slacks[axis] if v > 0.0 else -neighbors.slacks[axis])
-        t = max((wall - x) / v, 0.0) if v != 0.0 else NEVER
-        face = 2 * axis + up if t < best else face
-        best = min(t, best)
-    neighbors.face[i] = face
-    return now + best
 
 
 @transit.register
