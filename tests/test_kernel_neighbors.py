@@ -100,7 +100,8 @@ def check_sectors(sim):
         assert ((place >= 0) & (place < shape)).all()
         assert np.ravel_multi_index(place, shape) == cell
         low = (place + sectors.turn[i] * shape) * np.array(sectors.sides)
-        slack = np.array(sectors.slacks) + 1e-12 * edges  # by rounding, a component may be on either side of a face
+        # By rounding, a component may be on either side of a face.
+        slack = np.array(sectors.slacks) + 1e-12 * edges
         assert (x[i] >= low - slack).all()
         assert (x[i] <= low + np.array(sectors.sides) + slack).all()
 

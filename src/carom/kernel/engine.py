@@ -138,8 +138,8 @@ def _is_wide(scheme: Scheme, contents: Contents) -> bool:
 def slacks_of(scheme: Scheme, contents: Contents) -> list[float]:
     """Return how far a component may be beyond its sector along each axis [length].
 
-    Two that touch are in neighbouring sectors as long as a sector is a diameter and two slacks wide. Components
-    that grow need that room, and beyond a wall of the box there is nothing.
+    Two that touch are in neighbouring sectors as long as a sector is a diameter and two slacks wide.
+    Components that grow need that room, and beyond a wall of the box there is nothing.
     """
     slacks = [0.0] * contents.dimension
     if _is_wide(scheme, contents) and contents.rates is None:
