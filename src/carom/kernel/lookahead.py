@@ -74,6 +74,12 @@ def ask(neighbors, motion, boundary, state, i, step):
     raise NotImplementedError(type(neighbors))
 
 
+@generic
+def stages(neighbors):
+    """Return how many steps it takes."""
+    raise NotImplementedError(type(neighbors))
+
+
 @inner
 def ask_own(state, i):
     """Ask for what every event of component i needs."""
@@ -107,8 +113,9 @@ def leaves_first(state, i):
 def look_ahead(calendar, state, neighbors, boundary, motion):
     """Ask for what the events of the three buckets after the present one will touch."""
     buckets = calendar.buckets
-    for step in range(STEPS):
-        place = calendar.control[0].cursor + STEPS - step
+    last = stages(neighbors)
+    for step in range(last):
+        place = calendar.control[0].cursor + last - step
         if place < len(buckets):
             bucket = np.uint64(place)
             for k in range(np.uint64(buckets[bucket, 0])):

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.kernel.boundary import index, index_bits
+from carom.kernel.boundary import index, index_bits, mirror, separation
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
-from carom.kernel.lookahead import ask, ask_members, ask_own, leaves_first, prefetch
+from carom.kernel.lookahead import ask, stages, ask_members, ask_own, leaves_first, prefetch
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -257,6 +257,8 @@ def _(neighbors: Sectors, motion, boundary, state, i, step):
         return
     cell, home = whereabouts(neighbors, i)
     if leaves_first(state, i):
+        if step == 3:
+            return
         if step == 1:
             ask_sector(neighbors, cell, home)  # which it leaves
         face = np.uint64(neighbors.face[i])
@@ -267,20 +269,61 @@ def _(neighbors: Sectors, motion, boundary, state, i, step):
         for k in range(np.uint64(neighbors.faces.shape[1])):
             ask_near(neighbors, state, i, cell, home, np.uint64(neighbors.faces[face, k]), step)
         return
-    around = np.uint64(len(neighbors.digits))
-    for code in range(around):
-        ask_near(neighbors, state, i, cell, home, code, step)
     word = np.int64(state.partner[i])
-    if word >= 0:
-        j = np.uint64(index(boundary, word))
-        if step == 1:
-            prefetch(state.rows, np.int64(j))
-            prefetch(state.leave, np.int64(j))
-            ask_place(neighbors, j)
-        else:
-            cell, home = whereabouts(neighbors, j)
-            for code in range(around):
-                ask_near(neighbors, state, j, cell, home, code, 1)
+    if word < 0:
+        if step == 3:
+            return
+        for code in range(np.uint64(len(neighbors.digits))):
+            ask_near(neighbors, state, i, cell, home, code, step)
+        return
+    j = np.uint64(index(boundary, word))
+    if step == 1:
+        ask_sector(neighbors, cell, home)
+        prefetch(state.rows, np.int64(j))
+        prefetch(state.leave, np.int64(j))
+        ask_place(neighbors, j)
+        return
+    if step == 2:
+        cell, home = whereabouts(neighbors, j)
+        ask_sector(neighbors, cell, home)
+    ask_after(neighbors, motion, boundary, state, i, word, step)
+    ask_after(neighbors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), word)), step)
+
+
+@inner
+def ask_after(sectors, motion, boundary, state, i, word, step):
+    """Ask for what is near component i after its collision with the one that ``word`` names."""
+    me, other = state.rows[i], state.rows[np.uint64(index(boundary, word))]
+    now = me.due
+    rr = 0.0
+    rv = 0.0
+    for axis in range(len(sectors.sides)):
+        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
+        r = separation(boundary, i, word, axis, y - x)
+        rr += r * r
+        rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
+    factor = rv / rr
+    cell, home = whereabouts(sectors, i)
+    scale = np.int64(1)
+    for back in range(len(sectors.sides)):
+        axis = len(sectors.sides) - 1 - back
+        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
+        v = me.v[axis] + factor * separation(boundary, i, word, axis, y - x)
+        up = np.int64(v > 0.0)
+        ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * (2 * up - 1)
+        change = 2 * up - 1 if (v != 0.0) & (ahead < sectors.slacks[axis]) & (sectors.slacks[axis] > 0.0) else 0
+        cell += scale * change
+        home += sectors.strides[axis] * change
+        scale *= sectors.shape[axis]
+    for code in range(np.uint64(len(sectors.digits))):
+        ask_near(sectors, state, i, cell, home, code, step - 1)
+
+
+@stages.register
+def _(neighbors: Sectors):
+    return 4
 
 
 @inner
