@@ -31,7 +31,7 @@ from carom.kernel.bounds import (
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
 from carom.kernel.grid import Grid, between, bits, cell_of, cells_near, coordinate_bits, steps
-from carom.kernel.lookahead import stages, HUGE, ask, ask_members, ask_own, leaves_first, prefetch
+from carom.kernel.lookahead import HUGE, ask, ask_members, ask_own, leaves_first, prefetch, stages
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.kernel.spread import LANES, line_up

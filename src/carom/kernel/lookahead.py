@@ -2,11 +2,13 @@
 
 Events come from all over the box, and in a large system nearly every row they touch is far down the memory
 hierarchy. But who is next is known: the calendar names it, several buckets before its time. What it will
-touch is found in three steps, each a bucket after the one before, so that no step waits: what belongs to the
-component; what that names (for a collision with lists, the partner and the candidates' rows; where a list is
-renewed, the cells); what that names (the rows of the partner's candidates; the reference points in the
-cells). Only requests are made: nothing is written, and a wrong guess costs a request. They are made to the
-second-level cache, which answers more of them at a time than the first, and holds them until they are needed.
+touch is found in three or four steps, each a bucket after the one before, so that no step waits: what belongs
+to the component; what that names (for a collision with lists, the partner and the candidates' rows; where a
+list is renewed, the cells); what that names (the rows of the partner's candidates; the reference points in
+the cells). Who collides may change its sector: there the third step foretells how the two will fly on, and
+asks for the sectors that they will look into, and the fourth for who is in those. Only requests are made:
+nothing is written, and a wrong guess costs a request. They are made to the second-level cache, which answers
+more of them at a time than the first, and holds them until they are needed.
 """
 
 from __future__ import annotations
@@ -29,9 +31,6 @@ event: fewer fit into the last cache.
 
 FEW = 2
 """Members of a cell that are asked for in any case."""
-
-STEPS = 3
-"""Buckets ahead, and answers on the way to everything that an event will touch."""
 
 
 @intrinsic
@@ -76,7 +75,9 @@ def ask(neighbors, motion, boundary, state, i, step):
 
 @generic
 def stages(neighbors):
-    """Return how many steps it takes."""
+    """Return how many steps it takes to ask for everything that an event will touch: buckets ahead, and
+    answers on the way.
+    """
     raise NotImplementedError(type(neighbors))
 
 
@@ -111,7 +112,7 @@ def leaves_first(state, i):
 
 @inner
 def look_ahead(calendar, state, neighbors, boundary, motion):
-    """Ask for what the events of the three buckets after the present one will touch."""
+    """Ask for what the events of the buckets after the present one will touch."""
     buckets = calendar.buckets
     last = stages(neighbors)
     for step in range(last):

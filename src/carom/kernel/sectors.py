@@ -11,7 +11,7 @@ import numpy as np
 from carom.kernel.boundary import index, index_bits, mirror, separation
 from carom.kernel.constants import NEVER
 from carom.kernel.dispatch import inner
-from carom.kernel.lookahead import ask, stages, ask_members, ask_own, leaves_first, prefetch
+from carom.kernel.lookahead import ask, ask_members, ask_own, leaves_first, prefetch, stages
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.kernel.state import aligned
@@ -34,14 +34,6 @@ class Sectors(NamedTuple):
     """Who is in each sector, and in the last column how many, (sectors, room) uint32."""
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of the 3^d sectors around one, (3^d, d) int64."""
-    around: np.ndarray
-    """Number of the sector at each place of the grid with one more layer on every side, int32: across a face
-    of the box it is the one on the other side.
-    """
-    strides: tuple
-    """Distance of neighbours along each axis in ``around``."""
-    offsets: np.ndarray
-    """Distance in ``around`` of the 3^d sectors around one, (3^d,) int64."""
     place: np.ndarray
     """Sector of each component along each axis, (n + 1, d) int32; the ghost has one, too."""
     turn: np.ndarray
@@ -57,11 +49,13 @@ class Sectors(NamedTuple):
     int64.
     """
     moves: np.ndarray
-    """The same, and the distance in ``around``, of the neighbour through each face, (2 d, 2) int64."""
+    """The same of the neighbour through each face, (2 d,) int64."""
     faces: np.ndarray
     """Neighbouring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d
     - 1)) int64.
     """
+    near: np.ndarray
+    """Room for the numbers of the 3^d sectors around one, (3^d,) int64."""
     words: np.ndarray
     """Room for the candidates of two components, uint32."""
 
@@ -73,43 +67,49 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks) -> Sectors:
     dimension = len(shape)
     room = -(-(capacity + 1) // STEP) * STEP
     digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
-    wide = tuple(int(size) + 2 for size in shape)
-    strides = tuple(int(np.prod(wide[axis + 1 :])) for axis in range(dimension))
     steps = np.array([int(np.prod(shape[axis + 1 :])) for axis in range(dimension)])
-    wrapped_places = np.ix_(*(np.arange(-1, size + 1) % size for size in shape))
-    around = np.ravel_multi_index(np.broadcast_arrays(*wrapped_places), tuple(shape)).astype(np.int32)
     return Sectors(
         shape=tuple(int(size) for size in shape),
         sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
         slacks=tuple(slacks),
         members=aligned(int(np.prod(shape)) * room, np.uint32).reshape(-1, room),
         digits=np.ascontiguousarray(digits, dtype=np.int64),
-        around=np.ascontiguousarray(around.ravel()),
-        strides=strides,
-        offsets=np.ascontiguousarray(digits @ np.array(strides), dtype=np.int64),
         ways=np.ascontiguousarray(digits @ steps, dtype=np.int64),
-        moves=np.stack([np.ravel(np.outer(each, (-1, 1))) for each in (steps, strides)], axis=1),
+        moves=np.ravel(np.outer(steps, (-1, 1))),
         place=np.zeros((n + 1, dimension), np.int32),
         turn=np.zeros((n + 1, dimension), np.int32),
         face=np.zeros(n, np.uint8),
         faces=np.array([np.flatnonzero(digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
+        near=np.zeros(3**dimension, np.int64),
         words=np.zeros(2 * (3**dimension * room + STEP), np.uint32),
     )
 
 
 @inner
-def home_of(sectors, i):
-    """Return where the sector that holds component i is in ``around``."""
-    home = np.int64(0)
+def sector_of(sectors, i):
+    """Return the sector that holds component i."""
+    cell = np.int64(0)
     for axis in range(len(sectors.sides)):
-        home += sectors.strides[axis] * (np.int64(sectors.place[i, axis]) + 1)
-    return home
+        cell = cell * sectors.shape[axis] + np.int64(sectors.place[i, axis])
+    return np.uint64(cell)
 
 
 @inner
-def sector_of(sectors, i):
-    """Return the sector that holds component i."""
-    return np.uint64(sectors.around[np.uint64(home_of(sectors, i))])
+def survey(sectors, i):
+    """Put the numbers of the 3^d sectors around component i into ``near``."""
+    near = sectors.near
+    near[0] = 0
+    count = np.int64(1)
+    for axis in range(len(sectors.sides)):
+        size, place = sectors.shape[axis], np.int64(sectors.place[i, axis])
+        below, above = wrap(sectors, axis, place - 1), wrap(sectors, axis, place + 1)
+        for k in range(count):
+            row = np.uint64(count - 1 - k)
+            base = near[row] * size
+            near[np.uint64(3) * row + np.uint64(2)] = base + above
+            near[np.uint64(3) * row + np.uint64(1)] = base + place
+            near[np.uint64(3) * row] = base + below
+        count *= 3
 
 
 @inner
@@ -142,14 +142,14 @@ def leave(sectors, cell, i):
 
 
 @inner
-def look_into(sectors, boundary, home, code, total):
-    """Append the words of all in a sector around ``home`` at ``total``; return where the next go.
+def look_into(sectors, boundary, code, total):
+    """Append the words of all in one of the sectors surveyed at ``total``; return where the next go.
 
     Eight are copied at a time, whether so many are there or not: sectors hold a few each, and a loop over the
     right number would be mispredicted at every one.
     """
     members = sectors.members
-    cell = np.uint64(sectors.around[np.uint64(home + sectors.offsets[np.uint64(code)])])
+    cell = np.uint64(sectors.near[np.uint64(code)])
     count = np.uint64(members[cell, np.uint64(members.shape[1] - 1)])
     bits = np.int64(index_bits(boundary))
     code = np.int64(code) if bits > 0 else np.int64(0)
@@ -165,9 +165,9 @@ def look_into(sectors, boundary, home, code, total):
 def _(neighbors: Sectors, boundary, i, half):
     begin = np.uint64(half * (len(neighbors.words) // 2))
     total = begin
-    home = home_of(neighbors, i)
+    survey(neighbors, i)
     for code in range(np.uint64(len(neighbors.digits))):
-        total = look_into(neighbors, boundary, home, np.int64(code), total)
+        total = look_into(neighbors, boundary, np.int64(code), total)
     return neighbors.words, begin, np.int64(total - begin)
 
 
@@ -189,42 +189,54 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     return now + best
 
 
+@inner
+def advice(sectors, i, axis, x, v):
+    """Return which sector along an axis component i would stay in longest with coordinate x and velocity v:
+    -1, 0 or 1 from its own.
+    """
+    up = np.int64(v > 0.0)
+    sign = 2 * up - 1
+    ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * sign
+    slack = sectors.slacks[axis]
+    return sign if (v != 0.0) & (ahead < slack) & (slack > 0.0) else np.int64(0)
+
+
 @change_home.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
     row = state.rows[i]
-    home = home_of(neighbors, i)
-    target = home
-    changes = np.int64(0)
+    new = np.int64(0)
+    changed = False
     for axis in range(len(neighbors.sides)):
         v = np.float64(row.v[axis])
-        x = position(motion, axis, row.x[axis], v, now - row.t)
-        up = np.int64(v > 0.0)
-        ahead = (neighbors.sides[axis] * (unwrapped(neighbors, i, axis) + up) - x) * (2 * up - 1)
-        change = (v != 0.0) & (ahead < neighbors.slacks[axis]) & (neighbors.slacks[axis] > 0.0)
-        target += neighbors.strides[axis] * (2 * up - 1) if change else 0
-        changes |= np.int64(change) << axis
-    if changes == 0:
+        way = advice(neighbors, i, axis, position(motion, axis, row.x[axis], v, now - row.t), v)
+        new = new * neighbors.shape[axis] + wrap(neighbors, axis, np.int64(neighbors.place[i, axis]) + way)
+        changed |= way != 0
+    if not changed or not enter(neighbors, np.uint64(new), np.uint32(i)):
         return
-    old, new = np.uint64(neighbors.around[np.uint64(home)]), np.uint64(neighbors.around[np.uint64(target)])
-    if not enter(neighbors, new, np.uint32(i)):
-        return
-    leave(neighbors, old, np.uint32(i))
+    leave(neighbors, sector_of(neighbors, i), np.uint32(i))
     for axis in range(len(neighbors.sides)):
-        if (changes >> axis) & 1:
-            move(neighbors, i, axis, row.v[axis] > 0.0)
+        v = np.float64(row.v[axis])
+        move(
+            neighbors,
+            i,
+            axis,
+            advice(neighbors, i, axis, position(motion, axis, row.x[axis], v, now - row.t), v),
+        )
 
 
 @inner
-def move(sectors, i, axis, up):
-    """Note that component i is in the next sector along an axis."""
-    place = np.int64(sectors.place[i, axis]) + (1 if up else -1)
-    if place < 0:
-        place += sectors.shape[axis]
-        sectors.turn[i, axis] -= 1
-    elif place >= sectors.shape[axis]:
-        place -= sectors.shape[axis]
-        sectors.turn[i, axis] += 1
-    sectors.place[i, axis] = place
+def wrap(sectors, axis, place):
+    """Return a place along an axis that is at most one beyond the box as the one that it is an image of."""
+    size = sectors.shape[axis]
+    return place + size if place < 0 else (place - size if place >= size else place)
+
+
+@inner
+def move(sectors, i, axis, way):
+    """Note that component i is in the next sector along an axis, if ``way`` is 1 or -1."""
+    place = np.int64(sectors.place[i, axis]) + way
+    sectors.place[i, axis] = wrap(sectors, axis, place)
+    sectors.turn[i, axis] += np.int64(place >= sectors.shape[axis]) - np.int64(place < 0)
 
 
 @transit.register
@@ -232,7 +244,7 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     face = np.int64(neighbors.face[i])
     axis = face >> 1
     old = sector_of(neighbors, i)
-    move(neighbors, i, axis, (face & 1) == 1)
+    move(neighbors, i, axis, 2 * (face & 1) - 1)
     new = sector_of(neighbors, i)
     total = np.uint64(0)
     done = True
@@ -240,10 +252,15 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
         done = enter(neighbors, new, np.uint32(i))
         if done:
             leave(neighbors, old, np.uint32(i))
-    home = home_of(neighbors, i)
+    survey(neighbors, i)
     for k in range(np.uint64(neighbors.faces.shape[1])):
-        total = look_into(neighbors, boundary, home, neighbors.faces[face, k], total)
+        total = look_into(neighbors, boundary, neighbors.faces[face, k], total)
     return done, neighbors.words, np.uint64(0), np.int64(total)
+
+
+@stages.register
+def _(neighbors: Sectors):
+    return 4
 
 
 @ask.register
@@ -255,44 +272,59 @@ def _(neighbors: Sectors, motion, boundary, state, i, step):
         return
     if len(state.partner) < ASKED:
         return
-    cell, home = whereabouts(neighbors, i)
-    if leaves_first(state, i):
-        if step == 3:
-            return
-        if step == 1:
-            ask_sector(neighbors, cell, home)  # which it leaves
-        face = np.uint64(neighbors.face[i])
-        cell += neighbors.moves[face, 0]
-        home += neighbors.moves[face, 1]
-        if step == 1:
-            ask_sector(neighbors, cell, home)
-        for k in range(np.uint64(neighbors.faces.shape[1])):
-            ask_near(neighbors, state, i, cell, home, np.uint64(neighbors.faces[face, k]), step)
-        return
     word = np.int64(state.partner[i])
-    if word < 0:
-        if step == 3:
-            return
-        for code in range(np.uint64(len(neighbors.digits))):
-            ask_near(neighbors, state, i, cell, home, code, step)
-        return
+    if leaves_first(state, i):
+        if step < 3:
+            ask_ahead(neighbors, state, i, step)
+    elif word >= 0:
+        ask_both(neighbors, motion, boundary, state, i, word, step)
+    elif step < 3:
+        ask_around(neighbors, state, i, np.int64(sector_of(neighbors, i)), step)
+
+
+@inner
+def ask_ahead(sectors, state, i, step):
+    """Ask for the sectors that component i leaves and enters and those that come into view, or for who is in
+    them.
+    """
+    face = np.uint64(sectors.face[i])
+    old = np.int64(sector_of(sectors, i))
+    new = old + sectors.moves[face]
+    if step == 1:
+        ask_sector(sectors, old)
+        ask_sector(sectors, new)
+    for k in range(np.uint64(sectors.faces.shape[1])):
+        ask_near(sectors, state, i, new, np.uint64(sectors.faces[face, k]), step)
+
+
+@inner
+def ask_around(sectors, state, i, cell, step):
+    """Ask for all sectors around one near component i, or for who is in them."""
+    for code in range(np.uint64(len(sectors.digits))):
+        ask_near(sectors, state, i, cell, code, step)
+
+
+@inner
+def ask_both(sectors, motion, boundary, state, i, word, step):
+    """Ask for what the collision of component i with the one that ``word`` names will touch."""
     j = np.uint64(index(boundary, word))
     if step == 1:
-        ask_sector(neighbors, cell, home)
+        ask_sector(sectors, np.int64(sector_of(sectors, i)))
         prefetch(state.rows, np.int64(j))
         prefetch(state.leave, np.int64(j))
-        ask_place(neighbors, j)
+        ask_place(sectors, j)
         return
     if step == 2:
-        cell, home = whereabouts(neighbors, j)
-        ask_sector(neighbors, cell, home)
-    ask_after(neighbors, motion, boundary, state, i, word, step)
-    ask_after(neighbors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), word)), step)
+        ask_sector(sectors, np.int64(sector_of(sectors, j)))
+    ask_after(sectors, motion, boundary, state, i, word, step)
+    ask_after(sectors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), word)), step)
 
 
 @inner
 def ask_after(sectors, motion, boundary, state, i, word, step):
-    """Ask for what is near component i after its collision with the one that ``word`` names."""
+    """Ask for the sectors around the one in which component i will be after its collision with the one that
+    ``word`` names, as if they were of one mass; or for who is in them.
+    """
     me, other = state.rows[i], state.rows[np.uint64(index(boundary, word))]
     now = me.due
     rr = 0.0
@@ -304,26 +336,16 @@ def ask_after(sectors, motion, boundary, state, i, word, step):
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
     factor = rv / rr
-    cell, home = whereabouts(sectors, i)
+    cell = np.int64(sector_of(sectors, i))
     scale = np.int64(1)
     for back in range(len(sectors.sides)):
         axis = len(sectors.sides) - 1 - back
         x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
         y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
         v = me.v[axis] + factor * separation(boundary, i, word, axis, y - x)
-        up = np.int64(v > 0.0)
-        ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * (2 * up - 1)
-        change = 2 * up - 1 if (v != 0.0) & (ahead < sectors.slacks[axis]) & (sectors.slacks[axis] > 0.0) else 0
-        cell += scale * change
-        home += sectors.strides[axis] * change
+        cell += scale * advice(sectors, i, axis, x, v)
         scale *= sectors.shape[axis]
-    for code in range(np.uint64(len(sectors.digits))):
-        ask_near(sectors, state, i, cell, home, code, step - 1)
-
-
-@stages.register
-def _(neighbors: Sectors):
-    return 4
+    ask_around(sectors, state, i, cell, step - 1)
 
 
 @inner
@@ -334,35 +356,20 @@ def ask_place(sectors, i):
 
 
 @inner
-def whereabouts(sectors, i):
-    """Return the number of the sector that holds component i, and where that is in ``around``, which is not
-    read.
-    """
-    cell = np.int64(0)
-    home = np.int64(0)
-    for axis in range(len(sectors.sides)):
-        place = np.int64(sectors.place[i, axis])
-        cell = cell * sectors.shape[axis] + place
-        home += sectors.strides[axis] * (place + 1)
-    return cell, home
-
-
-@inner
-def ask_sector(sectors, cell, home):
-    """Ask for a sector, and for its number."""
+def ask_sector(sectors, cell):
+    """Ask for a sector."""
     prefetch(sectors.members, cell * sectors.members.shape[1])
-    prefetch(sectors.around, home)
 
 
 @inner
-def ask_near(sectors, state, i, cell, home, code, step):
+def ask_near(sectors, state, i, cell, code, step):
     """Ask for one of the sectors around one near component i, or for who is in it.
 
     Across a face of the box it is a wrong one: what is asked for in vain harms nobody.
     """
     near = min(max(cell + sectors.ways[code], 0), len(sectors.members) - 1)
     if step == 1:
-        ask_sector(sectors, near, home + sectors.offsets[code])
+        ask_sector(sectors, near)
         return
     count = np.int64(sectors.members[np.uint64(near), np.uint64(sectors.members.shape[1] - 1)])
     ask_members(state.rows, sectors.members, np.uint64(near), count, i)
