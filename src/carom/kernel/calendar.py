@@ -62,9 +62,9 @@ class Calendar(NamedTuple):
 
 def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
-    buckets = 1 << max(4, (n // 8).bit_length())
+    buckets = max(n // 8, 16)
     # For buckets that fill unevenly; should that not do, the window is laid out anew.
-    lines = n // (2 * ENTRIES) + 64
+    lines = n // (4 * ENTRIES) + 64
     heap = max(heap, 256)
     control = np.zeros(1, CONTROL)
     control["width"] = width

@@ -50,7 +50,7 @@ class Lists(NamedTuple):
     before it.
     """
     members: np.ndarray
-    """How many each cell holds, (cells,) int32."""
+    """How many each cell holds, (cells,) uint16."""
     grain: tuple
     """Length of one step of a reference point along each axis."""
     reference: np.ndarray
@@ -99,7 +99,7 @@ def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int
         bounds=bounds,
         grid=grid,
         cells=aligned((cells + 1) * cell_capacity, np.uint32).reshape(cells + 1, cell_capacity),
-        members=np.zeros(cells, np.int32),
+        members=np.zeros(cells, np.uint16),
         grain=tuple(span * 2.0 ** -coordinate_bits(dimension) for span in spans),
         reference=np.zeros(n, np.uint64),
         words=np.full(words + STEP, n, np.uint32),

@@ -60,7 +60,7 @@ class Scheme:
     def with_larger_neighbors(self, full_cell: bool) -> Scheme:
         """Return the scheme with more room in cells, or in lists."""
         if full_cell:
-            return replace(self, cell_capacity=self.cell_capacity + (8 if self.kind == "sectors" else 2))
+            return replace(self, cell_capacity=self.cell_capacity + (8 if self.kind == "sectors" else 1))
         growth = max(self.step, self.capacity // 16, 1)
         return replace(self, capacity=self.capacity + growth, step=2 * self.step)
 
@@ -261,7 +261,7 @@ def choose(
         capacity=capacity,
         epoch=epoch,
         width=width,
-        heap=max(256, contents.n // 16),
+        heap=max(256, contents.n // 64),
         horizon=_short(horizon),
         step=0 if sizes is None else 8,
     )
