@@ -8,6 +8,7 @@ scene does not have leaves no branch and no byte behind. The same source runs as
 
 from __future__ import annotations
 
+import gc
 import hashlib
 from functools import lru_cache, singledispatch
 from pathlib import Path
@@ -104,9 +105,28 @@ def entry(function):
     if getattr(config, "DISABLE_JIT", 0):
         return body
     try:
-        return forgiving(njit(**ENTRY, cache=True)(body))
+        return undisturbed(forgiving(njit(**ENTRY, cache=True)(body)))
     except RuntimeError:  # Numba found no folder that can be written: compile in every process
-        return njit(**ENTRY)(body)
+        return undisturbed(njit(**ENTRY)(body))
+
+
+def undisturbed(compiled):
+    """Return a compiled function that is compiled without garbage collection: millions of objects are made
+    then, nearly all of them to stay.
+    """
+    compile_for = compiled.compile
+
+    def compile_undisturbed(signature):
+        collecting = gc.isenabled()
+        gc.disable()
+        try:
+            return compile_for(signature)
+        finally:
+            if collecting:
+                gc.enable()
+
+    compiled.compile = compile_undisturbed
+    return compiled
 
 
 def forgiving(compiled):

@@ -51,7 +51,14 @@ class InlinedCompiler(Compiler):
 
 
 class _InlinedLibrary(JITCodeLibrary):
-    """Code to be linked into that of others, where it becomes machine code."""
+    """Code to be linked into that of others, where it becomes machine code.
+
+    It is optimised once. Numba does so a first time to see which reference counts can go, but there are none.
+    """
+
+    def _optimize_final_module(self):
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
 
     def _finalize_final_module(self):
         self._finalize_dynamic_globals()
