@@ -92,6 +92,9 @@ def check_sectors(sim):
     """Everyone is a member of one sector, and no further from where it lies than its slack."""
     sectors, n, edges = sim.machine.engine.neighbors, sim.scene.n, np.array(sim.scene.box)
     shape = np.array(sectors.shape)
+    slacks = np.broadcast_to(sectors.slacks, (n + 1, len(edges)))
+    if sectors.spare is not None:
+        slacks = np.where(slacks > 0.0, slacks + sectors.spare[:, None], 0.0)
     members = [(int(i), cell) for cell, row in enumerate(sectors.members) for i in row[: row[-1]]]
     assert sorted(i for i, _ in members) == list(range(n))
     x = present(sim)[0]
@@ -101,7 +104,7 @@ def check_sectors(sim):
         assert np.ravel_multi_index(place, shape) == cell
         low = (place + sectors.turn[i] * shape) * np.array(sectors.sides)
         # By rounding, a component may be on either side of a face.
-        slack = np.array(sectors.slacks) + 1e-12 * edges
+        slack = slacks[i] + 1e-12 * edges
         assert (x[i] >= low - slack).all()
         assert (x[i] <= low + np.array(sectors.sides) + slack).all()
 
@@ -208,17 +211,28 @@ def test_members_of_sectors_are_where_their_positions_are(box, simulation):
     assert sim.statistics.transits > 10 * n
 
 
-@pytest.mark.parametrize(("dimension", "n"), [(1, 20), (2, 60), (3, 150), (4, 800)])
-def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, monkeypatch, simulation):
+@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize(("dimension", "n"), [(1, 20), (2, 60), (3, 160), (4, 800)])
+def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed, monkeypatch, simulation):
     eta = {1: 0.2, 2: 0.1, 3: 0.05, 4: 0.03}[dimension]
-    scene = moving(carom.Scene.random(n, dimension, packing_fraction=eta, seed=1), 2)
+    scene = carom.Scene.random(n, dimension, packing_fraction=eta, seed=1)
+    if mixed:
+        sizes = {"diameters": [1.0, 0.5], "masses": [1.0, 0.5**dimension]}
+        scene = carom.Scene.mixture([n // 2, n // 2], dimension, packing_fraction=eta, seed=1, **sizes)
+    scene = moving(scene, 2)
     loose = simulation(scene, neighbors="sectors")
     monkeypatch.setattr(engine, "slacks_of", lambda scheme, contents: [0.0] * dimension)
     strict = simulation(scene, neighbors="sectors")
     sectors = loose.machine.engine.neighbors
     sides, slacks = np.array(sectors.sides), np.array(sectors.slacks)
     assert (slacks > 0.0).all()
-    assert (sides - 2.0 * slacks >= scene.diameters.max()).all()
+    # Two that touch are in neighbouring sectors.
+    most = np.broadcast_to(slacks, (n, dimension))
+    if mixed:
+        most = most + sectors.spare[:n, None]
+        assert (most[scene.diameters == 0.5].min(axis=0) > slacks).all()
+    contact = 0.5 * scene.diameters
+    assert (sides - (most + contact[:, None])[:, None] - (most + contact[:, None])[None] >= 0.0).all()
     outside = 0
     for _ in range(10):
         for sim in (loose, strict):

@@ -115,7 +115,9 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
     )
     if scheme.kind == "lists":
         return _build_lists(scheme, contents, pair), NearestImage(edges, inverse)
-    sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks_of(scheme, contents))
+    slacks = slacks_of(scheme, contents)
+    spare = _spare(scheme, contents, slacks)
+    sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks, spare)
     if _is_wide(scheme, contents):
         return sectors, NearestImage(edges, inverse)
     return sectors, SectorImage(
@@ -139,7 +141,8 @@ def slacks_of(scheme: Scheme, contents: Contents) -> list[float]:
     """Return how far a component may be beyond its sector along each axis [length].
 
     Two that touch are in neighbouring sectors as long as a sector is a diameter and two slacks wide.
-    Components that grow need that room, and beyond a wall of the box there is nothing.
+    Components that grow need that room, and beyond a wall of the box there is nothing. Small ones have more
+    (:func:`_spare`).
     """
     slacks = [0.0] * contents.dimension
     if _is_wide(scheme, contents) and contents.rates is None:
@@ -149,6 +152,21 @@ def slacks_of(scheme: Scheme, contents: Contents) -> list[float]:
                 # The images of neighbours must be told apart as before.
                 slacks[axis] = max(SLACK * min(room, 0.25 * edge - edge / size), 0.0)
     return slacks
+
+
+def _spare(scheme: Scheme, contents: Contents, slacks: list[float]) -> np.ndarray | None:
+    """Return how much more slack each component has than the largest, (n + 1,) [length], or None where all
+    have the same: by as much as its radius is smaller.
+    """
+    if contents.radii is None or contents.contact is not None or contents.rates is not None:
+        return None
+    rooms = [
+        0.25 * edge - edge / size - slack
+        for edge, size, slack in zip(contents.box, scheme.shape, slacks, strict=True)
+        if slack > 0.0
+    ]
+    spare = np.minimum(0.5 * contents.diameter - contents.radii, min(rooms, default=0.0))
+    return _with_ghost(SLACK * spare, np.float32)
 
 
 def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:

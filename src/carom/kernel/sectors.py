@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.kernel.boundary import index, index_bits, mirror, separation
 from carom.kernel.constants import NEVER
-from carom.kernel.dispatch import inner
+from carom.kernel.dispatch import generic, inner
 from carom.kernel.lookahead import ask, ask_members, ask_own, leaves_first, prefetch, stages
 from carom.kernel.motion import position
 from carom.kernel.neighbors import candidates, change_home, settle, transit, transit_time, wrapped
@@ -29,7 +29,11 @@ class Sectors(NamedTuple):
     sides: tuple
     """Sides of a sector [length]."""
     slacks: tuple
-    """How far a component may be beyond the faces of its sector along each axis [length]."""
+    """How far the largest component may be beyond the faces of its sector along each axis [length]."""
+    spare: np.ndarray | None
+    """How much further each component may be where there is slack, (n + 1,) float32, or None where all are
+    equal [length].
+    """
     members: np.ndarray
     """Who is in each sector, and in the last column how many, (sectors, room) uint32."""
     digits: np.ndarray
@@ -60,9 +64,9 @@ class Sectors(NamedTuple):
     """Room for the candidates of two components, uint32."""
 
 
-def make_sectors(n: int, edges, shape, capacity: int, slacks) -> Sectors:
+def make_sectors(n: int, edges, shape, capacity: int, slacks, spare=None) -> Sectors:
     """Return empty sectors: ``shape`` of them along the edges, ``capacity`` components in each at most, who
-    may be beyond its faces by ``slacks``.
+    may be beyond its faces by ``slacks``, and each by something to ``spare``.
     """
     dimension = len(shape)
     room = -(-(capacity + 1) // STEP) * STEP
@@ -72,6 +76,7 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks) -> Sectors:
         shape=tuple(int(size) for size in shape),
         sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
         slacks=tuple(slacks),
+        spare=spare,
         members=aligned(int(np.prod(shape)) * room, np.uint32).reshape(-1, room),
         digits=np.ascontiguousarray(digits, dtype=np.int64),
         ways=np.ascontiguousarray(digits @ steps, dtype=np.int64),
@@ -116,6 +121,22 @@ def survey(sectors, i):
 def unwrapped(sectors, i, axis):
     """Return the place of component i's sector along an axis, counted on beyond the faces of the box."""
     return np.int64(sectors.place[i, axis]) + sectors.shape[axis] * np.int64(sectors.turn[i, axis])
+
+
+@generic
+def slack(spare, sectors, i, axis):
+    """Return how far component i may be beyond the faces of its sector along an axis."""
+    raise NotImplementedError(type(spare))
+
+
+@slack.register
+def _(spare: None, sectors, i, axis):
+    return sectors.slacks[axis]
+
+
+@slack.register
+def _(spare: np.ndarray, sectors, i, axis):
+    return sectors.slacks[axis] + spare[i] if sectors.slacks[axis] > 0.0 else 0.0
 
 
 @inner
@@ -181,7 +202,7 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
         x = position(motion, axis, row.x[axis], v, now - row.t)
         up = np.int64(v > 0.0)
         end = neighbors.sides[axis] * (unwrapped(neighbors, i, axis) + up)
-        end += (2 * up - 1) * neighbors.slacks[axis]
+        end += (2 * up - 1) * slack(neighbors.spare, neighbors, i, axis)
         t = max((end - x) / v, 0.0) if v != 0.0 else NEVER
         face = 2 * axis + up if t < best else face
         best = min(t, best)
@@ -197,8 +218,8 @@ def advice(sectors, i, axis, x, v):
     up = np.int64(v > 0.0)
     sign = 2 * up - 1
     ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * sign
-    slack = sectors.slacks[axis]
-    return sign if (v != 0.0) & (ahead < slack) & (slack > 0.0) else np.int64(0)
+    beyond = slack(sectors.spare, sectors, i, axis)
+    return sign if (v != 0.0) & (ahead < beyond) & (beyond > 0.0) else np.int64(0)
 
 
 @change_home.register
