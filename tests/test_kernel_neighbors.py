@@ -217,8 +217,8 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
     eta = {1: 0.2, 2: 0.1, 3: 0.05, 4: 0.03}[dimension]
     scene = carom.Scene.random(n, dimension, packing_fraction=eta, seed=1)
     if mixed:
-        sizes = {"diameters": [1.0, 0.5], "masses": [1.0, 0.5**dimension]}
-        scene = carom.Scene.mixture([n // 2, n // 2], dimension, packing_fraction=eta, seed=1, **sizes)
+        sizes = {"diameters": [1.0, 0.5], "masses": [1.0, 0.5**dimension], "dimension": dimension}
+        scene = carom.Scene.mixture([n // 2, n // 2], packing_fraction=eta, seed=1, **sizes)
     scene = moving(scene, 2)
     loose = simulation(scene, neighbors="sectors")
     monkeypatch.setattr(engine, "slacks_of", lambda scheme, contents: [0.0] * dimension)
