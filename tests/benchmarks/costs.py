@@ -1,6 +1,7 @@
 """What things cost: tables of rate, memory and compilation.
 
     python tests/benchmarks/costs.py size       rate and bytes a particle against N
+    python tests/benchmarks/costs.py million    a million spheres and 4000 in turn
     python tests/benchmarks/costs.py features   rate, bytes a particle and compilation of each feature
     python tests/benchmarks/costs.py start      from nothing to the first event, compiled and from the cache
     python tests/benchmarks/costs.py sampling   rate against the interval between frames
@@ -48,6 +49,21 @@ def size(given: argparse.Namespace) -> None:
             sim.run(collisions_per_particle=min(40.0, 4e6 / n))
             speed = rate(sim, max(200_000, n // 4), repeats=2)
             print(f"| {eta} | {n} | {speed:.2f} | {size_of(sim):.0f} | {seconds:.1f} |", flush=True)
+
+
+def million(given: argparse.Namespace) -> None:
+    """Print the rate of a million spheres in parts of that of 4000, in turn."""
+    print("| packing fraction | 4000 [M/s] | 1 000 188 [M/s] | ratio |\n|---|---|---|---|")
+    for eta in (0.05, 0.30, 0.49):
+        sims = [
+            carom.Simulation(carom.Scene.fcc(cells=cells, packing_fraction=eta), seed=1) for cells in (10, 63)
+        ]
+        for sim, collisions in zip(sims, (200.0, 6.0), strict=True):
+            sim.run(collisions_per_particle=collisions)
+        rates = np.array([[rate(sim, 200_000) for sim in sims] for _ in range(21)])
+        few, many = np.median(rates, axis=0)
+        ratio = np.median(rates[:, 1] / rates[:, 0])
+        print(f"| {eta} | {few:.2f} | {many:.2f} | {ratio:.2f} |", flush=True)
 
 
 def scenes() -> dict[str, tuple[carom.Scene, dict]]:
@@ -289,8 +305,8 @@ def tasks(given: argparse.Namespace) -> None:
 def main() -> None:
     """Print a table."""
     tables = {
-        "size": size, "features": features, "start": start, "sampling": sampling, "threads": threads,
-        "mixtures": mixtures, "tasks": tasks,
+        "size": size, "million": million, "features": features, "start": start, "sampling": sampling,
+        "threads": threads, "mixtures": mixtures, "tasks": tasks,
     }  # fmt: skip
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
