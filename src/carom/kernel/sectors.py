@@ -229,7 +229,8 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     changed = False
     for axis in range(len(neighbors.sides)):
         v = np.float64(row.v[axis])
-        way = advice(neighbors, i, axis, position(motion, axis, row.x[axis], v, now - row.t), v)
+        x = position(motion, axis, row.x[axis], v, now - row.t)
+        way = advice(neighbors, i, axis, x, v)
         new = new * neighbors.shape[axis] + wrap(neighbors, axis, np.int64(neighbors.place[i, axis]) + way)
         changed |= way != 0
     if not changed or not enter(neighbors, np.uint64(new), np.uint32(i)):
@@ -237,12 +238,8 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     leave(neighbors, sector_of(neighbors, i), np.uint32(i))
     for axis in range(len(neighbors.sides)):
         v = np.float64(row.v[axis])
-        move(
-            neighbors,
-            i,
-            axis,
-            advice(neighbors, i, axis, position(motion, axis, row.x[axis], v, now - row.t), v),
-        )
+        x = position(motion, axis, row.x[axis], v, now - row.t)
+        move(neighbors, i, axis, advice(neighbors, i, axis, x, v))
 
 
 @inner
