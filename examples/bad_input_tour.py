@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import carom
-from carom.plan import Plan
+from carom.plan.plan import Plan
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="no difference here")

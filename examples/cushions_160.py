@@ -65,7 +65,7 @@ print(f"The paper's 90 s for 52 000 events were {collisions * 52_000 / target / 
 print(f"the engine made these in {sim.seconds - compiling:.3f} s.")
 
 # %% The picture: the disks between their cushions.
-from carom import plots
+from carom.pictures import plots
 
 args.out.parent.mkdir(parents=True, exist_ok=True)
 path = args.out if args.out.suffix else args.out.with_suffix(".png")

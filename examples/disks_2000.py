@@ -10,8 +10,9 @@ After Section 8 of Lubachevsky (1991). The whole run takes about half a minute; 
 import argparse
 from pathlib import Path
 
-from carom import plots, studies
+from carom import studies
 from carom.observables import packing_network
+from carom.pictures import plots
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="50 disks, 300 000 collisions")

@@ -13,7 +13,7 @@ import numpy as np
 from engine_cases import EPS, NUDGE, ROUNDINGS
 
 import carom
-from carom.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer, to_json
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer, to_json
 from carom.reference import NaiveSystem
 
 PER_PARTICLE = 10

@@ -17,7 +17,7 @@ from command import CAROM, carom, plan, start, wait_for
 
 import carom as library
 from carom import io
-from carom.plan import Plan
+from carom.plan.plan import Plan
 
 HELP_SECONDS = 0.5
 """From the issue of the first release: nobody waits for help."""

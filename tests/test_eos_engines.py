@@ -17,7 +17,7 @@ from command import CAROM, WAIT, carom, wait_for
 
 from carom import studies
 from carom.errors import CaromWarning, InputError
-from carom.studies import engines
+from carom.studies import executors as engines
 
 ETAS = [0.1, 0.3, 0.45]
 SMALL = {"n": 108, "collisions_per_particle": 200, "equilibration": 20, "blocks": 64}

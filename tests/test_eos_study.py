@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 
 import carom
-from carom import initial, studies, theory
+from carom import studies, theory
 from carom.errors import CaromWarning, FileError, InputError
-from carom.specs import SceneSpec
-from carom.studies import StudySpec, engines, tasks
+from carom.plan.sections import SceneSpec
+from carom.scene import lattices
+from carom.studies import StudySpec, tasks
+from carom.studies import executors as engines
 from carom.studies.eos import drift, fits, pictures, table, toml
 from carom.studies.eos.order import OrderParameter, q_6
 from carom.studies.eos.simulate import simulate
@@ -235,7 +237,7 @@ def test_folders_that_hold_no_study_are_refused(tmp_path):
 
 
 def test_only_one_study_at_a_time_runs_in_a_folder(tmp_path):
-    from carom.studies.folder import owned
+    from carom.studies.runs.folder import owned
 
     studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
     with owned(tmp_path), pytest.raises(FileError, match="Another process"):
@@ -626,7 +628,7 @@ def test_engines_that_do_not_exist_are_refused():
         # Steinhardt, Nelson and Ronchetti, Phys. Rev. B 28, 784 (1983).
         (carom.Scene.triangular(12, packing_fraction=0.8), 1.0),
         (carom.Scene.fcc(5, packing_fraction=0.6), 0.57452),
-        (carom.Scene.on(initial.cubic(3), 6, packing_fraction=0.4), 0.35355),
+        (carom.Scene.on(lattices.cubic(3), 6, packing_fraction=0.4), 0.35355),
     ],
     ids=lambda value: value if isinstance(value, float) else value.dimension,
 )

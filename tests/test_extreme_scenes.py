@@ -12,14 +12,14 @@ from test_engine_scenes import plain_python
 
 import carom
 from carom.errors import InputError
-from carom.obstacles import Ball, CylindricalContainer, SphericalContainer
+from carom.models.obstacles import Ball, CylindricalContainer, SphericalContainer
 
 START = """
 import warnings
 import numpy as np
 np.seterr(all="ignore")
 import carom
-from carom.dynamics import loop
+from carom.simulation import loop
 from scene_cases import assert_no_overlap
 loop.CYCLES = 200  # looks now and then, in plain Python, too
 """
@@ -98,7 +98,7 @@ sim = carom.Simulation(scene)
 def test_a_row_that_sorts_itself_out_at_one_instant_is_no_stall():
     # n touching rods that all move inwards meet n (n - 1) / 2 times at one time.
     program = """
-from carom.dynamics import reach
+from carom.simulation import stalling as reach
 reach.WINDOW = 1
 n = 20
 scene = carom.Scene(0.5 + np.arange(n)[:, None], n + 50.0, velocities=np.linspace(1.0, -1.0, n)[:, None])
@@ -124,7 +124,8 @@ def test_collisions_that_come_are_waited_for_however_slow_they_may_get():
 scene = carom.Scene.random(4, 1, packing_fraction=0.6, seed=1).with_(restitution=0.9, elastic_below=1e-30)
 print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
 """
-    assert said("from carom.dynamics import reach\nreach.WINDOW = 1\nreach.CLUSTER = 1\n" + program) == "60"
+    impatient = "from carom.simulation import stalling\nstalling.WINDOW = stalling.CLUSTER = 1\n"
+    assert said(impatient + program) == "60"
 
 
 @pytest.mark.parametrize("periodic", [True, False])
@@ -174,7 +175,7 @@ print(sim.machine.scheme.kind)
 
 CROWD = """
 import sys
-from carom.kernel import obstacle
+from carom.engine import obstacles as obstacle
 from carom.obstacles import Ball, Plane
 obstacle.CROWDED = int(sys.argv[1])
 balls = [Ball((2.0 * (k % 3) + 1.0, 2.0 * (k // 3) + 1.0), 0.5 + 0.02 * k) for k in range(9)]

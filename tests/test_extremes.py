@@ -18,7 +18,7 @@ import carom
 from carom.errors import CaromError, CaromWarning, OverlapError
 from carom.io.events import read_events, read_initial
 from carom.reference import NaiveSystem
-from carom.replay import replay
+from carom.simulation.replay import replay
 
 WALL = 20.0
 """Seconds after which a run that should have ended stalls."""
@@ -91,7 +91,7 @@ def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
 def test_balls_in_wide_boxes_are_met_as_sharply():
     edge = 2.0**19
     scene = carom.Scene.random(
-        10, 2, box=edge, seed=1, obstacles=[carom.obstacles.Ball((edge / 2,) * 2, 0.5)]
+        10, 2, box=edge, seed=1, obstacles=[carom.models.obstacles.Ball((edge / 2,) * 2, 0.5)]
     )
     towards = edge / 2 - scene.positions
     towards /= np.linalg.norm(towards, axis=1)[:, None]

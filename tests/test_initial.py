@@ -9,11 +9,13 @@ import pytest
 from scipy import stats
 from scipy.spatial import cKDTree
 
-from carom import initial, placement
+from carom import densities
 from carom.errors import InputError
-from carom.overlaps import Room
-from carom.scene import Scene
-from carom.species import Contacts
+from carom.scene import placement
+from carom.scene.overlaps import Room
+from carom.scene.scene import Scene
+from carom.scene.species import Contacts
+from carom.scene.velocities import maxwell_velocities
 
 EPS = np.finfo(float).eps
 
@@ -91,7 +93,7 @@ def test_the_unit_ball_has_its_known_volume(dimension):
     volumes = [1.0, 2.0]
     for d in range(2, dimension + 1):
         volumes.append(2 * math.pi / d * volumes[d - 2])
-    assert initial.unit_ball_volume(dimension) == pytest.approx(volumes[dimension], rel=TEN_ROUNDINGS)
+    assert densities.unit_ball_volume(dimension) == pytest.approx(volumes[dimension], rel=TEN_ROUNDINGS)
 
 
 @pytest.mark.parametrize(
@@ -190,7 +192,7 @@ def test_random_rods_are_the_equilibrium_gas():
 @pytest.mark.parametrize("kT", [1.0, 0.37])
 def test_maxwell_velocities_have_no_momentum_and_an_exact_temperature(n, dimension, kT):
     masses = 0.5 + np.random.default_rng(0).random(n)
-    velocities = initial.maxwell_velocities(n, dimension, masses, kT, seed=5)
+    velocities = maxwell_velocities(n, dimension, masses, kT, seed=5)
     assert velocities.shape == (n, dimension)
     kinetic = 0.5 * math.fsum((masses[:, None] * velocities**2).ravel())
     assert 2 * kinetic / (dimension * (n - 1)) == pytest.approx(kT, rel=8 * EPS)
@@ -201,17 +203,17 @@ def test_maxwell_velocities_have_no_momentum_and_an_exact_temperature(n, dimensi
 
 
 def test_one_particle_keeps_its_momentum_and_has_d_kT_over_2():
-    velocities = initial.maxwell_velocities(1, 3, 2.0, 0.5, seed=1)
+    velocities = maxwell_velocities(1, 3, 2.0, 0.5, seed=1)
     assert 0.5 * 2.0 * (velocities**2).sum() == pytest.approx(3 * 0.5 / 2, rel=8 * EPS)
 
 
 def test_no_temperature_is_rest():
-    assert not initial.maxwell_velocities(10, 3, kT=0.0).any()
+    assert not maxwell_velocities(10, 3, kT=0.0).any()
 
 
 def test_velocities_are_maxwellian():
     """With n = 20000 the constraints change the distribution by 1 / n, far below what the test resolves."""
-    velocities = initial.maxwell_velocities(20_000, 2, 4.0, 9.0, seed=11)
+    velocities = maxwell_velocities(20_000, 2, 4.0, 9.0, seed=11)
     assert stats.kstest(velocities.ravel(), stats.norm(scale=1.5).cdf).pvalue > UNLIKELY
     speeds = np.sqrt((velocities**2).sum(axis=1))
     assert stats.kstest(speeds, stats.rayleigh(scale=1.5).cdf).pvalue > UNLIKELY
@@ -219,7 +221,7 @@ def test_velocities_are_maxwellian():
 
 def test_heavier_components_are_slower_by_the_root_of_the_mass():
     masses = np.repeat([1.0, 100.0], 20_000)
-    velocities = initial.maxwell_velocities(40_000, 3, masses, seed=2)
+    velocities = maxwell_velocities(40_000, 3, masses, seed=2)
     light, heavy = velocities[:20_000], velocities[20_000:]
     # The variance of a variance of m normal numbers is 2 / m.
     six_sigma = 6 * math.sqrt(2 * 2 / light.size)
@@ -244,4 +246,4 @@ def test_heavier_components_are_slower_by_the_root_of_the_mass():
 )
 def test_bad_arguments_of_maxwell_velocities_are_refused(arguments):
     with pytest.raises(InputError):
-        initial.maxwell_velocities(**arguments)
+        maxwell_velocities(**arguments)

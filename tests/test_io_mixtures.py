@@ -14,7 +14,7 @@ import carom
 import carom.io
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.scene import Scene
+from carom.scene.scene import Scene
 
 NAMES = {"plain": ("small", "big"), "elements": ("He", "Ar"), "odd": ('a "b", c', "é%"), "none": ()}
 

@@ -12,7 +12,7 @@ import pytest
 from numba.core import event
 
 import carom
-from carom.kernel import dispatch
+from carom.compiling import dispatch
 
 TINY = """
 import hashlib, carom
@@ -125,8 +125,8 @@ def test_an_inlined_function_is_compiled_once_for_all_its_callers():
 def test_the_search_for_a_partner_is_vectorised(kind):
     from numba import njit
 
-    from carom.kernel import cycle
-    from carom.kernel.borrow import borrowed
+    from carom.compiling.borrowed import borrowed
+    from carom.engine import cycle
 
     sim = carom.Simulation(carom.Scene.fcc(cells=5, packing_fraction=0.3), seed=1, neighbors=kind)
     engine = sim.machine.engine
@@ -146,7 +146,7 @@ def test_the_search_for_a_partner_is_vectorised(kind):
 def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):
     # As after an upgrade that renamed a model, or without the module of somebody's own obstacle.
     (tmp_path / "doubling.py").write_text(
-        "from carom.kernel.dispatch import entry\n"
+        "from carom.compiling.dispatch import entry\n"
         "def _double(digest):\n"
         "    def double(model):\n"
         "        digest\n"

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from carom.kernel import calendar as cal
-from carom.kernel.contents import Contents
-from carom.kernel.engine import build, enlarge_heap
-from carom.kernel.scheme import Scheme
+from carom.engine import calendar as cal
+from carom.engine.neighbors.choice import Scheme
+from carom.engine.parts import build, enlarge_heap
+from carom.engine.requirements import Contents
 
 LENGTH = 8.0
 

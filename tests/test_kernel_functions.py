@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import carom
-from carom.kernel.constants import NEVER
-from carom.kernel.engine import arrays
-from carom.kernel.motion import FreeFlight, position, velocity
-from carom.kernel.pair import EqualCores, contact_time, depth, interaction_time, jump
+from carom.engine.constants import NEVER
+from carom.engine.parts import arrays
+from carom.models.free_flight import FreeFlight, position, velocity
+from carom.models.hard_cores import EqualCores, contact_time, depth, interaction_time, jump
 
 SIGMA = 1.0
 CORES = EqualCores(SIGMA**2, 0.5 * SIGMA, 1.5)
@@ -161,8 +161,8 @@ def test_an_overlap_by_rounding_meets_now_if_it_approaches_and_is_let_go_if_not(
 CLAY = """
 from typing import NamedTuple
 import carom
-from carom.kernel import cycle
-from carom.kernel.pair import (
+from carom.engine import cycle
+from carom.models.hard_cores import (
     EqualCores, age, contact_time, depth, growth, interaction_time, jump, line_up_cores
 )
 
@@ -225,7 +225,7 @@ def test_a_model_from_outside_the_package_is_chosen_by_its_type(tmp_path):
 def test_a_model_of_an_unknown_type_does_not_compile():
     from numba.core.errors import NumbaError
 
-    from carom.kernel import cycle
+    from carom.engine import cycle
 
     class Unknown(NamedTuple):
         square: float

@@ -9,13 +9,15 @@ import pytest
 from engine_cases import engine_collisions, moving
 
 import carom
-from carom import initial
-from carom.kernel import cycle, engine, scheme
-from carom.kernel.boundary import SectorImage
-from carom.kernel.bounds import level, margin, start, touching
-from carom.kernel.constants import NEEDS_NEIGHBORS
-from carom.kernel.grid import coordinate_bits
-from carom.kernel.lookahead import HUGE, LARGE
+from carom.engine import cycle
+from carom.engine import parts as engine
+from carom.engine.constants import NEEDS_NEIGHBORS
+from carom.engine.images import SectorImage
+from carom.engine.neighbors import choice as scheme
+from carom.engine.neighbors.bounds import level, margin, start, touching
+from carom.engine.neighbors.grid import coordinate_bits
+from carom.engine.neighbors.prefetch import HUGE, LARGE
+from carom.scene import lattices
 
 STEPS = np.int64(1)
 
@@ -288,7 +290,7 @@ def test_looking_ahead_changes_no_collision(n, mixed, tmp_path):
     # Lists and sectors look ahead to other things, and both to more from one size on, and from the next.
     edge = math.ceil(n ** (1 / 3))
     assert edge**3 >= n > (edge - 2) ** 3
-    block = carom.Scene.on(initial.cubic(3), edge, packing_fraction=0.3)
+    block = carom.Scene.on(lattices.cubic(3), edge, packing_fraction=0.3)
     sizes = 1.0 - 0.5 * (np.arange(block.n) % 2) if mixed else 1.0
     scene = moving(carom.Scene(block.positions, block.box, diameter=sizes), 3)
     found = []

@@ -10,12 +10,12 @@ import pytest
 
 import carom
 from carom import theory
+from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import Pressure
 from carom.observables.rdf import rdf, rdf_mdanalysis
-from carom.scene import Scene
-from carom.tally import Block
+from carom.scene.scene import Scene
 
 SIX_SIGMA = 6.0
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from carom import theory
+from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.observables import Pressure
 from carom.observables.pressure import finite_size_correction
 from carom.observables.statistics import Estimate
-from carom.tally import Block
 
 SIX_SIGMA = 6.0
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import carom
-from carom import contents, initial
+from carom.block import Block
 from carom.errors import CaromWarning, InputError
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.observables import WallPressure
-from carom.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
-from carom.tally import Block
+from carom.scene.velocities import maxwell_velocities
+from carom.simulation import preparation as contents
 
 
 def blocks(impulses, count=64, duration=2.0):
@@ -115,7 +116,7 @@ def test_degrees_of_freedom_and_the_temperature_drawn(d, periodic, obstacles, co
     scene = carom.Scene(places, 8.0, mass=masses, periodic=periodic, obstacles=obstacles)
     still = contents.conserved(scene)
     assert sum(still) == conserved
-    velocities = initial.maxwell_velocities(3, d, np.array(masses), 0.7, 1, still)
+    velocities = maxwell_velocities(3, d, np.array(masses), 0.7, 1, still)
     momentum = np.array(masses) @ velocities
     assert ((np.abs(momentum) < 1e-14) == still).all()
     twice = np.array(masses) @ (velocities**2).sum(axis=1)
@@ -124,6 +125,6 @@ def test_degrees_of_freedom_and_the_temperature_drawn(d, periodic, obstacles, co
 
 def test_velocities_of_a_periodic_box_are_those_of_before():
     np.testing.assert_array_equal(
-        initial.maxwell_velocities(9, 2, 1.5, 0.3, 7),
-        initial.maxwell_velocities(9, 2, 1.5, 0.3, 7, (True, True)),
+        maxwell_velocities(9, 2, 1.5, 0.3, 7),
+        maxwell_velocities(9, 2, 1.5, 0.3, 7, (True, True)),
     )

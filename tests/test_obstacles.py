@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from carom.errors import InputError, OverlapError
-from carom.obstacles import (
+from carom.models.obstacles import (
     Ball,
     CylindricalContainer,
     Obstacle,
@@ -19,7 +19,7 @@ from carom.obstacles import (
     to_json,
     walls,
 )
-from carom.scene import Scene
+from carom.scene.scene import Scene
 
 EPS = np.finfo(float).eps
 OPEN = (False, False, False)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from carom.errors import InputError, OverlapError
-from carom.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer, to_json
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer, to_json
 from carom.reference import NaiveSystem
 from carom.reference.arithmetic import make_arithmetic
 from carom.reference.meeting import contact_time
-from carom.scene import Scene
+from carom.scene.scene import Scene
 
 # 50 digits less what a few hundred collisions amplify: each multiplies an error by some ten at most.
 FORTY_DIGITS = mpmath.mpf(10) ** -40

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 import carom
-from carom import initial, plots
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.models.obstacles import Ball, SphericalContainer
 from carom.observables.packing import REACH, is_held, packing_network
-from carom.obstacles import Ball, SphericalContainer
-from carom.scene import Scene
+from carom.pictures import plots
+from carom.scene import lattices
+from carom.scene.scene import Scene
 
 TOUCHING = 2.0**-40  # of a crystal that is expanded by this
 
@@ -30,8 +31,8 @@ def frame_of(positions, box, diameters=1.0, periodic=True, species=None) -> Fram
 
 def crystal(dimension: int, cells, apart: float = TOUCHING) -> Frame:
     """The densest lattice, its neighbours `apart` of a diameter from contact."""
-    lattice = initial.densest(dimension)
-    counts = initial.cells_along(lattice, cells)
+    lattice = lattices.densest(dimension)
+    counts = lattices.cells_along(lattice, cells)
     edge = (1.0 + apart) / lattice.nearest
     return frame_of(lattice.points(counts, edge), lattice.box(counts, edge))
 
@@ -52,7 +53,7 @@ def test_every_sphere_of_a_crystal_touches_its_kissing_number(dimension, cells, 
     assert network.rattlers.size == 0
     assert network.isostatic == dimension * (n - 1) + 1
     assert network.packing_fraction == pytest.approx(
-        initial.densest(dimension).limit * (1 + TOUCHING) ** -dimension, rel=1e-12
+        lattices.densest(dimension).limit * (1 + TOUCHING) ** -dimension, rel=1e-12
     )
     assert network.void[0] < 2 * TOUCHING < network.gap < 0.1 < network.void[1] <= REACH
     np.testing.assert_allclose(np.linalg.norm(network.vectors, axis=1), 1 + TOUCHING, rtol=1e-14)

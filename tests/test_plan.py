@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import carom.io
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.plan import LARGEST_FILE, OutputSpec, Plan, RunSpec, SceneSpec, template
-from carom.scene import Scene
+from carom.plan.plan import LARGEST_FILE, OutputSpec, Plan, RunSpec, SceneSpec, template
+from carom.scene.scene import Scene
 
 
 def test_the_template_is_the_default_plan():

@@ -8,13 +8,14 @@ import pytest
 from matplotlib.collections import EllipseCollection, PatchCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from carom import plots, theory
+from carom import theory
+from carom.block import Block
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.observables.pressure import Pressure
 from carom.observables.rdf import rdf
 from carom.observables.statistics import Estimate
-from carom.tally import Block
+from carom.pictures import plots
 
 
 def frame(positions, box, diameter=1.0):
@@ -132,7 +133,7 @@ def test_rods_across_the_border_are_drawn_at_both_ends():
 
 
 def test_near_spheres_are_drawn_over_far_ones():
-    from carom.drawing import _camera
+    from carom.pictures.drawing import _camera
 
     _, _, towards = _camera()
     pair = np.array([5.0, 5.0, 5.0]) + np.outer([1.0, -1.0], towards)

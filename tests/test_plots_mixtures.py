@@ -7,10 +7,10 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Polygon
 
-from carom import plots
-from carom.drawing import FACES
 from carom.frame import Frame
-from carom.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.pictures import plots
+from carom.pictures.drawing import FACES
 
 
 def frame_of(dimension: int, periodic: tuple[bool, ...] | None = None) -> Frame:

@@ -7,11 +7,11 @@ import warnings
 import pytest
 
 import carom
-from carom import measuring
+from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.observables.precision import FLOOR, Goal
 from carom.observables.statistics import Estimate
-from carom.tally import Block
+from carom.simulation import measuring
 
 PRESSURE = carom.Pressure()
 

@@ -7,7 +7,7 @@ from engine_cases import moving
 
 import carom
 from carom.errors import FileError, InputError
-from carom.replay import Replay, replay, replays
+from carom.simulation.replay import Replay, replay, replays
 
 
 def assert_same_frame(a, b):

@@ -15,7 +15,7 @@ from command import assert_same_run, carom, start, summary, wait_for, whole_run
 import carom as library
 from carom import io, studies
 from carom.io import checkpoint
-from carom.plan import Plan
+from carom.plan.plan import Plan
 
 ONE_SECOND = 1.0
 """What a person who pressed Ctrl-C waits without wondering."""

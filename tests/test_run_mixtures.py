@@ -10,8 +10,8 @@ from carom.cli import screen
 from carom.errors import FileError, InputError
 from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
 from carom.observables.rdf import rdf
-from carom.plan import Plan
-from carom.plots import partial_rdf as draw
+from carom.pictures.plots import partial_rdf as draw
+from carom.plan.plan import Plan
 
 BINARY = """
 [scene]

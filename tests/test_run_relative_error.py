@@ -10,7 +10,7 @@ from command import assert_same_run, carom
 from carom import studies
 from carom.errors import InputError
 from carom.observables.precision import FLOOR
-from carom.plan import Plan, RunSpec
+from carom.plan.plan import Plan, RunSpec
 
 PRECISE = """
 [scene]

@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from carom import overlaps
-from carom.box import LONGEST_EDGE
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
-from carom.overlaps import Room
-from carom.scene import Scene
-from carom.species import Contacts
+from carom.scene import overlaps
+from carom.scene.box import LONGEST_EDGE
+from carom.scene.overlaps import Room
+from carom.scene.scene import Scene
+from carom.scene.species import Contacts
 
 EPS = np.finfo(float).eps
 
@@ -377,7 +377,7 @@ def test_spheres_that_jam_on_the_way_are_refused():
 
 
 def test_positions_put_in_order_are_the_same_of_each_kind():
-    from carom import placement
+    from carom.scene import placement
 
     rng = np.random.default_rng(1)
     positions, kinds = rng.random((500, 3)), rng.integers(0, 3, 500)
@@ -390,7 +390,7 @@ def test_positions_put_in_order_are_the_same_of_each_kind():
 
 
 def test_neighbours_in_a_large_random_scene_are_neighbours_in_memory():
-    from carom import placement
+    from carom.scene import placement
 
     counts = [placement.MANY // 2] * 2
     scene = Scene.mixture(counts, diameters=[1.0, 1.0], masses=[1.0, 2.0], packing_fraction=0.1, seed=1)

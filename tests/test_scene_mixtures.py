@@ -10,13 +10,13 @@ import ase
 import numpy as np
 import pytest
 
-from carom import initial, overlaps
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
-from carom.obstacles import Ball, Plane
-from carom.overlaps import Room
-from carom.scene import Scene
-from carom.species import Contacts, counts_of
+from carom.models.obstacles import Ball, Plane
+from carom.scene import lattices, overlaps
+from carom.scene.overlaps import Room
+from carom.scene.scene import Scene
+from carom.scene.species import Contacts, counts_of
 
 EPS = np.finfo(float).eps
 
@@ -237,7 +237,7 @@ def test_a_lattice_is_filled_in_random_order():
     )
     assert (scene.n, scene.packing_fraction) == (108, pytest.approx(0.5))
     assert 30 < (np.diff(scene.species) != 0).sum() < 77
-    same = Scene.mixture([54, 54], diameters=[1.0, 0.9], lattice=initial.dn(3), packing_fraction=0.5, seed=1)
+    same = Scene.mixture([54, 54], diameters=[1.0, 0.9], lattice=lattices.dn(3), packing_fraction=0.5, seed=1)
     np.testing.assert_array_equal(same.positions, scene.positions)
     np.testing.assert_array_equal(same.species, scene.species)
 

@@ -10,13 +10,14 @@ from command import carom as command
 
 import carom
 from carom.errors import FileError, InputError
-from carom.plan import Plan
+from carom.plan.plan import Plan
 from carom.reference import NaiveSystem
 from carom.reference.stepping import SteppedSystem
-from carom.studies import trade_measures, trade_statistics
-from carom.studies.trade import LYAPUNOV, median, melted, methods, simple_scene, small_scene, trade
-from carom.studies.trade_methods import engine, naive, oracle, stepping
-from carom.studies.trade_picture import pareto
+from carom.studies.accuracy import measures as trade_measures
+from carom.studies.accuracy import statistics as trade_statistics
+from carom.studies.accuracy.methods import engine, naive, oracle, stepping
+from carom.studies.accuracy.picture import pareto
+from carom.studies.accuracy.trade import LYAPUNOV, median, melted, methods, simple_scene, small_scene, trade
 
 EPS = np.finfo(float).eps
 
@@ -182,7 +183,7 @@ def finished(tmp_path_factory):
     plan = Plan.from_toml('[scene]\ninitial = "random"\ndimension = 2\nn = 16\npacking_fraction = 0.3\n')
     patch = pytest.MonkeyPatch()
     patch.setattr(trade_statistics, "SIZES", (64, 256))
-    patch.setattr("carom.studies.trade.STEPS", (1e-1, 1e-2))
+    patch.setattr("carom.studies.accuracy.trade.STEPS", (1e-1, 1e-2))
     stages = []
     result = trade(plan, folder, seconds=0.05, progress=lambda stage, fraction: stages.append(stage))
     patch.undo()

@@ -9,14 +9,14 @@ __version__ = "0.1.0"
 
 # Name -> module: imported when first used, so that `import carom` and `carom --help` stay fast.
 _LAZY = {
-    "Scene": "carom.scene",
-    "Simulation": "carom.simulation",
-    "Statistics": "carom.simulation",
+    "Scene": "carom.scene.scene",
+    "Simulation": "carom.simulation.simulation",
+    "Statistics": "carom.simulation.simulation",
     "Frame": "carom.frame",
-    "Block": "carom.tally",
+    "Block": "carom.block",
     "Pressure": "carom.observables.pressure",
     "WallPressure": "carom.observables.wall_pressure",
-    "explain": "carom.explanation",
+    "explain": "carom.simulation.explanation",
     "rdf": "carom.observables.rdf",
     "CaromError": "carom.errors",
     "InputError": "carom.errors",
@@ -24,7 +24,15 @@ _LAZY = {
     "FileError": "carom.errors",
     "CaromWarning": "carom.errors",
 }
-_MODULES = ("io", "observables", "plots", "reference", "studies", "theory")
+_MODULES = {
+    "io": "carom.io",
+    "observables": "carom.observables",
+    "obstacles": "carom.obstacles",
+    "plots": "carom.pictures.plots",
+    "reference": "carom.reference",
+    "studies": "carom.studies",
+    "theory": "carom.theory",
+}
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]
 
@@ -33,7 +41,7 @@ def __getattr__(name: str) -> Any:
     if name in _LAZY:
         return getattr(importlib.import_module(_LAZY[name]), name)
     if name in _MODULES:
-        return importlib.import_module(f"carom.{name}")
+        return importlib.import_module(_MODULES[name])
     raise AttributeError(f"module 'carom' has no attribute {name!r}")
 
 

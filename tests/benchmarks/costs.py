@@ -29,12 +29,12 @@ import numpy as np
 from rates import rate, size_of
 
 import carom
-from carom.dynamics import loop
-from carom.dynamics.machine import Machine
+from carom.block import Block
+from carom.simulation import loop
+from carom.simulation.machine import Machine
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import StudySpec, scene_spec
 from carom.studies.eos.start import start as begin
-from carom.tally import Block
 
 
 def size(given: argparse.Namespace) -> None:
@@ -74,7 +74,7 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
     hair[0] -= 1e-9
     shrunk = plain.positions * 0.98 + 0.01 * plain.box[0]
     species = np.arange(n) % 2
-    ball = carom.obstacles.Ball((0.0, 0.0, 0.0), 1e-3)
+    ball = carom.models.obstacles.Ball((0.0, 0.0, 0.0), 1e-3)
     return {
         "plain": (plain, {"images": False}),
         "images": (plain, {}),
@@ -133,7 +133,7 @@ import time
 began = time.perf_counter()
 import carom
 imported = time.perf_counter()
-import carom.kernel.cycle
+import carom.engine.cycle
 loaded = time.perf_counter()
 import smallest
 smallest.total(1.0)

@@ -3,7 +3,7 @@
 import time
 
 import carom
-from carom.kernel.engine import arrays
+from carom.engine.parts import arrays
 
 
 def rate(sim: carom.Simulation, collisions: int, repeats: int = 1) -> float:

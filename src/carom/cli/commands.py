@@ -103,7 +103,7 @@ def run(
     """
     from carom.cli.overrides import overridden
     from carom.cli.screen import predicted, results, watched
-    from carom.plan import Plan
+    from carom.plan.plan import Plan
 
     plan = overridden(
         None if scene is None else Plan.load(scene),
@@ -127,7 +127,7 @@ def run(
         output={"event_log": event_log, "pictures": pictures},
     )
     if explain:
-        from carom.explanation import explain as explained
+        from carom.simulation.explanation import explain as explained
 
         found = explained(plan.build_scene(), neighbors=plan.run.neighbors, event_log=plan.output.event_log)
         typer.echo(str(found))
@@ -364,7 +364,7 @@ def rdf(
     with replacing(out) as temporary:
         distribution.save(temporary)
     if png:
-        from carom import plots
+        from carom.pictures import plots
 
         with replacing(picture) as temporary:
             plots.rdf(distribution, path=temporary)
@@ -389,7 +389,7 @@ def init(
     """
     from carom.errors import FileError
     from carom.io.paths import replacing, writable, writing
-    from carom.plan import template
+    from carom.plan.plan import template
 
     if writable(path).exists() and not overwrite:
         raise FileError(f"{path} exists already and was left as it is; replace it with --overwrite.")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from carom.plan import Plan
-from carom.specs import SceneSpec
+from carom.plan.plan import Plan
+from carom.plan.sections import SceneSpec
 
 RIVALS = (("cells", "n"), ("packing_fraction", "density", "box"))
 """Keys of which a scene has one: a value for one of them takes the place of the others."""

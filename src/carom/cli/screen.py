@@ -148,7 +148,7 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from carom.scenes import words
+    from carom.scene import description as words
 
     kind = words.particles(summary["dimension"], summary["n"])
     title = f"{summary['n']} {kind}: {summary['note']}"

@@ -11,7 +11,7 @@ import typer
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
-    from carom.studies.trade import TradeResult
+    from carom.studies.accuracy.trade import TradeResult
 
 
 @friendly
@@ -38,11 +38,11 @@ def trade(
     carom trade --seconds 1 --out quick
     """
     from carom.cli.screen import watched
-    from carom.plan import Plan
+    from carom.plan.plan import Plan
 
     plan = None if scene is None else Plan.load(scene)
     with watched() as progress:
-        from carom.studies.trade import trade as compare
+        from carom.studies.accuracy.trade import trade as compare
 
         result = compare(plan, out, seconds=seconds, overwrite=overwrite, progress=progress)
     _print(result)

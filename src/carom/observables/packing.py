@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from carom import overlaps
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.obstacles import Obstacle, outwards, walls
-from carom.species import Contacts, contact_matrix, labels
+from carom.models.obstacles import Obstacle, outwards, walls
+from carom.scene import overlaps
+from carom.scene.species import Contacts, contact_matrix, labels
 from carom.theory import ball_volume
 
 #: Gaps up to this part of the contact distance are looked at: less than to the second neighbours of any

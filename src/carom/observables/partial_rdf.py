@@ -18,7 +18,7 @@ from carom.frame import Frame
 from carom.observables.rdf import RadialDistribution, rdf
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.scene.scene import Scene
 
 MOST_SPECIES = 4
 """Species of which every pair gets its own g(r): ten pairs."""

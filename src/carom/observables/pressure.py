@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom import theory
+from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.observables.statistics import Estimate, ratio
-from carom.tally import Block
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.scene.scene import Scene
 
 # With fewer collisions than this the error of the virial is itself uncertain by a fifth, and blocks are
 # mostly empty.

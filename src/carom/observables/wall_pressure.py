@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom import checks, theory
+from carom.block import Block
 from carom.errors import InputError
+from carom.models.obstacles import Ball, CylindricalContainer, SphericalContainer, walls
 from carom.observables.statistics import Estimate, ratio
-from carom.obstacles import Ball, CylindricalContainer, SphericalContainer, walls
-from carom.tally import Block
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 from carom.studies.eos.result import EquationOfState
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import equation_of_state
-from carom.studies.packing import Packing
-from carom.studies.packs import PackingInterrupted, holds_packing, pack, points, resume_packing
-from carom.studies.runs import RunResult, resume, run
+from carom.studies.packings.compression import PackingInterrupted, holds_packing, pack, points, resume_packing
+from carom.studies.packings.packing import Packing
+from carom.studies.runs.execution import RunResult, resume, run
 from carom.studies.signals import Interrupted
 
 __all__ = [

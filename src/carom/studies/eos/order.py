@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from carom.frame import Frame
-from carom.overlaps import Room
+from carom.scene.overlaps import Room
 
 REACH = 1.2 * 2 ** (1 / 6)
 """Longest bond of Q_6 [(V / n)^(1/3)]: half way between the first and the second neighbours of fcc."""

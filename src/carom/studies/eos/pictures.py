@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import plots, theory
+from carom import theory
 from carom.errors import InputError
-from carom.scenes import words
+from carom.pictures import plots
+from carom.scene import description as words
 from carom.studies.eos.table import Row, compared, finite_size_shift, usual_equation
 from carom.theory import Equation
 

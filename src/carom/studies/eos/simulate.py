@@ -15,16 +15,16 @@ import numpy as np
 from numpy.random import default_rng
 
 import carom
+from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables import Estimate, Pressure
-from carom.simulation import Simulation
-from carom.studies.engines import Stopped
+from carom.simulation.simulation import Simulation
 from carom.studies.eos.order import OrderParameter
 from carom.studies.eos.spec import scene_spec
 from carom.studies.eos.start import start
+from carom.studies.executors import Stopped
 from carom.studies.tasks import Record, Task, stream
-from carom.tally import Block
 
 MOST = 16
 """Times the planned length that a run may reach on its way to the error asked for."""

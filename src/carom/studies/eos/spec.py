@@ -10,9 +10,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import carom
-from carom import checks, initial, obstacles, theory
+from carom import checks, densities, theory
 from carom.errors import InputError
-from carom.specs import SceneSpec, SpeciesSpec
+from carom.models import obstacles
+from carom.plan.sections import SceneSpec, SpeciesSpec
+from carom.scene import lattices
 from carom.studies.eos.start import NEAR_FREEZING
 from carom.studies.tasks import Task
 
@@ -108,19 +110,19 @@ class StudySpec:
         def put(name: str, value: Any) -> None:
             object.__setattr__(self, name, value)
 
-        put("dimension", checks.integer(self.dimension, "dimension", low=1, high=initial.MOST_DIMENSIONS))
+        put("dimension", checks.integer(self.dimension, "dimension", low=1, high=lattices.MOST_DIMENSIONS))
         put("scene", self._template())
         if self.packing_fractions is None or not _listed(self.packing_fractions):
             if self.dimension not in DENSITIES:
                 raise InputError(f"packing_fractions are needed in {self.dimension} dimensions, found none.")
             put("packing_fractions", DENSITIES[self.dimension])
-        limit = initial.CLOSEST_PACKING.get(self.dimension, 1.0)
+        limit = densities.CLOSEST_PACKING.get(self.dimension, 1.0)
         etas = [
             checks.number(eta, "packing_fractions", low=0.0, high=limit, open_low=True)
             for eta in _listed(self.packing_fractions)
         ]
         put("packing_fractions", _distinct("packing_fractions", etas))
-        put("n", _distinct("n", [checks.integer(n, "n", low=2, high=initial.MOST) for n in _listed(self.n)]))
+        put("n", _distinct("n", [checks.integer(n, "n", low=2, high=lattices.MOST) for n in _listed(self.n)]))
         put("replicas", checks.integer(self.replicas, "replicas", low=1, high=10**6))
         put("seed", checks.integer(self.seed, "seed", low=0, high=2**63 - 1))
         put("blocks", checks.integer(self.blocks, "blocks", low=16, high=10**6))
@@ -286,10 +288,10 @@ def cost(task: Task) -> float:
 
 def nearest_filling(start: str, dimension: int, n: int) -> int:
     """Return the number nearest to `n` of points in equal cells of a lattice along every axis."""
-    lattice = {"cubic": initial.cubic, "dn": initial.dn, "fcc": initial.dn}.get(start)
-    chosen = initial.triangular() if lattice is None else lattice(dimension)
+    lattice = {"cubic": lattices.cubic, "dn": lattices.dn, "fcc": lattices.dn}.get(start)
+    chosen = lattices.triangular() if lattice is None else lattice(dimension)
     edge = (n / len(chosen.basis) * math.prod(chosen.shape)) ** (1.0 / chosen.dimension)
-    sizes = (chosen.count(initial.cells_along(chosen, max(1, int(edge) + k))) for k in (-1, 0, 1, 2))
+    sizes = (chosen.count(lattices.cells_along(chosen, max(1, int(edge) + k))) for k in (-1, 0, 1, 2))
     return min(sizes, key=lambda size: (abs(size - n), size))
 
 

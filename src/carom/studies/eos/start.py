@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom import dense, initial, placement, theory
-from carom.scene import Scene
-from carom.specs import SceneSpec
+from carom import densities, theory
+from carom.plan.sections import SceneSpec
+from carom.scene import growth as dense
+from carom.scene import lattices, placement
+from carom.scene.scene import Scene
 
 NEAR_FREEZING = 0.93
 """Part of the freezing density from which order is watched, and crystals are melted before they are squeezed
@@ -53,7 +55,7 @@ def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
 
 def _crystal(
     asked: SceneSpec,
-    lattice: initial.Lattice,
+    lattice: lattices.Lattice,
     cells: int,
     packing_fraction: float,
     diameter: float,
@@ -61,9 +63,9 @@ def _crystal(
 ) -> Scene:
     """Return a crystal with vacancies."""
     assert asked.n is not None
-    block = initial.cells_along(lattice, cells)
+    block = lattices.cells_along(lattice, cells)
     sites = lattice.count(block)
-    rho = initial.reduced_density(lattice.dimension, packing_fraction=packing_fraction * sites / asked.n)
+    rho = densities.reduced_density(lattice.dimension, packing_fraction=packing_fraction * sites / asked.n)
     edge = lattice.edge(rho) * diameter
     kept = np.sort(rng.permutation(sites)[: asked.n])
     return Scene(
@@ -74,7 +76,7 @@ def _crystal(
     )
 
 
-def _melting(asked: SceneSpec) -> tuple[initial.Lattice, int, float] | None:
+def _melting(asked: SceneSpec) -> tuple[lattices.Lattice, int, float] | None:
     """Return a lattice, its cells along an edge and a packing fraction at which it melts at once, that asked
     for where it does; None where there may be none.
     """
@@ -86,8 +88,8 @@ def _melting(asked: SceneSpec) -> tuple[initial.Lattice, int, float] | None:
     assert asked.packing_fraction is not None
     if d not in theory.FREEZING or asked.packing_fraction > placement.random_limit(d):
         return None
-    lattice, cells = initial.dn(d), 1
-    while (sites := lattice.count(initial.cells_along(lattice, cells))) < asked.n:
+    lattice, cells = lattices.dn(d), 1
+    while (sites := lattice.count(lattices.cells_along(lattice, cells))) < asked.n:
         cells += 1
     freezing = theory.FREEZING[d]
     near = asked.packing_fraction > NEAR_FREEZING * freezing

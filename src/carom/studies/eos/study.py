@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from carom.errors import CaromWarning, FileError, InputError
-from carom.studies import engines
+from carom.studies import executors as engines
 from carom.studies.eos.result import EquationOfState, Failure
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import GRID, StudySpec, cost
-from carom.studies.folder import owned
+from carom.studies.runs.folder import owned
 from carom.studies.signals import Interrupted, stoppable
 from carom.studies.tasks import SETTINGS, Record, Task, TaskFolder, key
 from carom.theory import Equation
@@ -89,7 +89,7 @@ def equation_of_state(
         Further keys of a scene, as in the section ``[scene]`` of a file.
     executor : optional
         "processes" (default), "threads", "serial", "mpi", the address of a Dask scheduler, a Dask Client, or
-        any Executor; see :func:`carom.studies.engines.engine`.
+        any Executor; see :func:`carom.studies.executors.engine`.
     workers : int, optional
         Processes or threads; as many as cores if left out.
     out : path, optional

@@ -1,0 +1,145 @@
+"""Arrays without reference counts, for the inside of the kernel.
+
+Numba counts references to every array it takes out of a tuple: hundreds of atomic operations and opaque calls
+in a main cycle that owns nothing. An entry point borrows its arguments once; the caller holds them while the
+call lasts.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.datamodel import models, register_default
+from numba.extending import intrinsic, overload
+
+from carom.compiling.dispatch import INLINE
+
+
+class BorrowedArray(types.Array):
+    """An array that somebody else keeps alive."""
+
+    def __init__(self, owned: types.Array):
+        self.owned = owned
+        super().__init__(
+            owned.dtype,
+            owned.ndim,
+            owned.layout,
+            readonly=not owned.mutable,
+            aligned=owned.aligned,
+            name=f"borrowed({owned.name})",
+        )
+
+    def copy(self, *args: Any, **changes: Any) -> BorrowedArray:  # type: ignore[override]
+        """Return the type of a view, borrowed as well."""
+        return BorrowedArray(self.owned.copy(*args, **changes))
+
+
+class BorrowedTuple(types.NamedTuple):
+    """A model with nothing inside that is counted."""
+
+
+class BorrowedUniTuple(types.NamedUniTuple):
+    """The same, of parts of one type."""
+
+
+class _Whole:
+    """The layout of something that Numba need not take apart: neither to look for reference counts, nor to
+    hand it to a function, which is inlined.
+    """
+
+    def traverse(self, builder):
+        """Return the members in which there may be something to count: none."""
+        return []
+
+    def get_argument_type(self):
+        """Return the type of a value as it is handed over."""
+        return self.get_value_type()  # type: ignore[attr-defined]  # of the model that this is mixed into
+
+    def as_argument(self, builder, value):
+        """Return what is handed over."""
+        return value
+
+    def from_argument(self, builder, value):
+        """Return the value handed over."""
+        return value
+
+
+@register_default(BorrowedTuple)
+class _TupleModel(_Whole, models.TupleModel):
+    """The layout of a tuple."""
+
+
+@register_default(BorrowedUniTuple)
+class _UniTupleModel(_Whole, models.UniTupleModel):
+    """The layout of a tuple of parts of one type."""
+
+
+@register_default(BorrowedArray)
+class _ArrayModel(_Whole, models.StructModel):
+    """The layout of an array, with a plain pointer where the reference count was."""
+
+    def __init__(self, manager, kind):
+        members = [
+            ("meminfo", types.voidptr),
+            ("parent", types.voidptr),
+            ("nitems", types.intp),
+            ("itemsize", types.intp),
+            ("data", types.CPointer(kind.dtype)),
+            ("shape", types.UniTuple(types.intp, kind.ndim)),
+            ("strides", types.UniTuple(types.intp, kind.ndim)),
+        ]
+        super().__init__(manager, kind, members)
+
+
+def _borrowed_type(kind):
+    if isinstance(kind, types.Array):
+        return BorrowedArray(kind)
+    if isinstance(kind, types.NamedTuple):
+        return BorrowedTuple([_borrowed_type(part) for part in kind.types], kind.instance_class)
+    if isinstance(kind, types.NamedUniTuple):
+        part = _borrowed_type(kind.dtype)
+        return BorrowedUniTuple(part, kind.count, kind.instance_class)
+    return kind
+
+
+def _convert(context, builder, source, target, value):
+    if isinstance(source, types.Array):
+        owned = cgutils.create_struct_proxy(source)(context, builder, value)
+        lent = cgutils.create_struct_proxy(target)(context, builder)
+        for field in ("nitems", "itemsize", "data", "shape", "strides"):
+            setattr(lent, field, getattr(owned, field))
+        null = ir.Constant(context.get_value_type(types.voidptr), None)
+        lent.meminfo = null
+        lent.parent = null
+        return lent._getvalue()
+    if isinstance(source, (types.NamedTuple, types.NamedUniTuple)):
+        parts = cgutils.unpack_tuple(builder, value, len(source))
+        lent = [
+            _convert(context, builder, a, b, part) for a, b, part in zip(source, target, parts, strict=True)
+        ]
+        return context.make_tuple(builder, target, lent)
+    return value
+
+
+@intrinsic
+def _borrow(typingctx, value):
+    target = _borrowed_type(value)
+
+    def codegen(context, builder, signature, args):
+        return _convert(context, builder, value, target, args[0])
+
+    return target(value), codegen
+
+
+def borrowed(value):
+    """Return ``value``, an array or a tuple of models and arrays, without reference counts (compiled code
+    only).
+    """
+    return value
+
+
+@overload(borrowed, jit_options=INLINE)
+def _borrowed(value):
+    return lambda value: _borrow(value)  # type: ignore[call-arg]  # Numba supplies the context

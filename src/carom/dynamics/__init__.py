@@ -1,1 +1,0 @@
-"""A scene in motion: what a :class:`carom.Simulation` is made of."""

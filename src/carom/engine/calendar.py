@@ -1,0 +1,284 @@
+"""The event queue: buckets of time that are only ever appended to, and a small heap for the bucket at hand.
+
+An entry names a component, whose time is that of its new event or of its leaving the sector, whichever comes
+first. Nothing is removed. An entry is good if the time of its component falls into its bucket, and stale
+otherwise; stale entries are dropped when their bucket comes up. A pair event needs one entry: of a component
+that has it before leaving its sector. The buckets cover a *window* of time; what is due later waits in the
+rows and is found by one pass over them when the window is used up. Order is by (time, component), whatever
+the width of the buckets.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.dispatch import inner
+from carom.engine.constants import NEVER
+from carom.engine.images import index
+from carom.engine.neighbors.prefetch import HUGE, LARGE, look_ahead, prefetch
+from carom.engine.state import aligned
+
+ENTRIES = 14
+"""Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""
+
+ROOM = 8
+"""Entries that one cycle can add to the heap, at most."""
+
+# No field may have the name of an attribute of numpy scalars (size, say): the kernel runs as Python, too.
+CONTROL = np.dtype(
+    [
+        ("start", "f8"),
+        ("end", "f8"),
+        ("width", "f8"),
+        ("inverse", "f8"),
+        ("cursor", "i8"),
+        ("waiting", "i8"),
+        ("lines", "i8"),
+        ("full", "i8"),
+        ("cycles", "i8"),
+    ]
+)
+
+NARROWEST = 2.0**-40
+"""Width of a bucket in epochs, at least: what is closer in time, or simultaneous, fills one bucket anyway."""
+
+
+class Calendar(NamedTuple):
+    """A window of buckets and a heap."""
+
+    control: Any
+    """One record of type CONTROL."""
+    buckets: np.ndarray
+    """(buckets, 16) uint32: count, link, entries."""
+    lines: np.ndarray
+    """(lines, 16) uint32: full lines that buckets spilled; line 0 is no line."""
+    due: np.ndarray
+    """Heap: times."""
+    who: np.ndarray
+    """Heap: entries."""
+
+
+def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
+    """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
+    buckets = max(n // 8, 16)
+    # For buckets that fill unevenly; should that not do, the window is laid out anew.
+    lines = n // (4 * ENTRIES) + 64
+    heap = max(heap, 256)
+    control = np.zeros(1, CONTROL)
+    control["width"] = width
+    control["cursor"] = buckets
+    return Calendar(
+        control.view(np.recarray),
+        aligned(16 * buckets, np.uint32).reshape(-1, 16),
+        aligned(16 * lines, np.uint32).reshape(-1, 16),
+        np.zeros(heap),
+        np.zeros(heap, np.int32),
+    )
+
+
+@inner
+def time_of(state, i):
+    """Return the time of the first that is to happen to component i."""
+    return min(np.float64(state.rows[i].due), state.leave[i])
+
+
+@inner
+def push(calendar, time, i):
+    """Put an entry on the heap; the caller has seen to the room."""
+    control = calendar.control[0]
+    due, who = calendar.due, calendar.who
+    k = np.uint64(control.waiting)
+    control.waiting += 1
+    while k > 0:
+        parent = (k - np.uint64(1)) >> np.uint64(1)
+        if due[parent] < time or (due[parent] == time and who[parent] <= i):
+            break
+        due[k] = due[parent]
+        who[k] = who[parent]
+        k = parent
+    due[k] = time
+    who[k] = i
+
+
+@inner
+def pop(calendar):
+    """Drop the first entry of the heap."""
+    control = calendar.control[0]
+    due, who = calendar.due, calendar.who
+    control.waiting -= 1
+    size = np.uint64(control.waiting)
+    time = due[size]
+    i = who[size]
+    k = np.uint64(0)
+    child = np.uint64(1)
+    while child < size:
+        right = child + np.uint64(1)
+        if right < size and (
+            due[right] < due[child] or (due[right] == due[child] and who[right] < who[child])
+        ):
+            child = right
+        if time < due[child] or (time == due[child] and i <= who[child]):
+            break
+        due[k] = due[child]
+        who[k] = who[child]
+        k = child
+        child = (k << np.uint64(1)) + np.uint64(1)
+    due[k] = time
+    who[k] = i
+
+
+@inner
+def bucket_of(calendar, time):
+    """Return the bucket of a time inside the window."""
+    control = calendar.control[0]
+    return min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
+
+
+@inner
+def insert(calendar, i, time):
+    """Enter component i at ``time``; nothing to do beyond the window."""
+    control = calendar.control[0]
+    if time >= control.end:
+        return
+    bucket = bucket_of(calendar, time)
+    if bucket <= control.cursor:
+        push(calendar, time, np.int32(i))
+    else:
+        append(calendar, np.uint64(bucket), np.uint32(i))
+
+
+@inner
+def ask_calendar(calendar, state, boundary, word):
+    """Ask for what giving an event to the component that ``word`` names will touch: who its partner is, and
+    the bucket in which that one's event is, to become an advancement.
+    """
+    if word >= 0 and len(state.partner) >= HUGE:
+        j = np.int64(index(boundary, word))
+        prefetch(state.partner, j)
+        due = np.float64(state.rows[np.uint64(j)].due)
+        if due < calendar.control[0].end:
+            prefetch(calendar.buckets, bucket_of(calendar, due) * calendar.buckets.shape[1])
+
+
+@inner
+def append(calendar, bucket, i):
+    """Append an entry to a bucket that lies ahead."""
+    control = calendar.control[0]
+    buckets = calendar.buckets
+    count = buckets[bucket, 0]
+    if count == ENTRIES:
+        line = np.uint64(control.lines)
+        if line == np.uint64(len(calendar.lines)):
+            control.full = 1  # the entry is lost, and found again when the window is laid out anew
+            return
+        control.lines += 1
+        for k in range(1, 16):
+            calendar.lines[line, k] = buckets[bucket, k]
+        buckets[bucket, 1] = line
+        count = np.uint32(0)
+    buckets[bucket, np.uint64(count) + np.uint64(2)] = i
+    buckets[bucket, 0] = count + np.uint32(1)
+
+
+@inner
+def drain(calendar, state, bucket):
+    """Move what is still good in a bucket to the heap; return False, and do nothing, if the heap has too
+    little room.
+    """
+    control = calendar.control[0]
+    buckets = calendar.buckets
+    count = np.int64(buckets[bucket, 0])
+    link = buckets[bucket, 1]
+    total = count
+    while link > 0:
+        total += ENTRIES
+        link = calendar.lines[link, 1]
+    if control.waiting + total + ROOM > len(calendar.due):
+        return False
+    for k in range(count):
+        offer(calendar, state, bucket, buckets[bucket, np.uint64(k) + np.uint64(2)])
+    link = buckets[bucket, 1]
+    while link > 0:
+        for k in range(ENTRIES):
+            offer(calendar, state, bucket, calendar.lines[link, np.uint64(k) + np.uint64(2)])
+        link = calendar.lines[link, 1]
+    return True
+
+
+@inner
+def offer(calendar, state, bucket, i):
+    """Push component i if it is due in this bucket."""
+    time = time_of(state, np.uint64(i))
+    if time < calendar.control[0].end and bucket_of(calendar, time) <= np.int64(bucket):
+        push(calendar, time, np.int32(i))
+
+
+@inner
+def lay_out(calendar, state, boundary, start, end):
+    """Begin a window at ``start`` that reaches to ``end`` at most, and enter all that is due in it.
+
+    Returns
+    -------
+    earliest : float
+        The earliest time due, in the window or beyond it.
+    """
+    control = calendar.control[0]
+    size = np.int64(len(calendar.buckets))
+    if control.full != 0 and control.width > NARROWEST * end:
+        control.width *= 0.5  # more came into the window before than its lines could hold
+    control.start = start
+    control.end = min(start + size * control.width, end)
+    control.inverse = 1.0 / control.width
+    control.cursor = -1
+    control.waiting = 0
+    control.lines = 1
+    control.full = 0
+    control.cycles = 0
+    for b in range(size):
+        calendar.buckets[np.uint64(b), 0] = 0
+        calendar.buckets[np.uint64(b), 1] = 0
+    earliest = NEVER
+    for i in range(np.uint64(len(state.partner))):
+        time = time_of(state, i)
+        earliest = min(earliest, time)
+        if time < control.end:
+            word = np.int64(state.partner[i])
+            j = index(boundary, word) if word >= 0 else i
+            # The other of a pair enters, if it is there to collide.
+            if np.uint64(j) >= i or time == state.leave[i] or state.leave[np.uint64(j)] < time:
+                insert(calendar, i, time)
+    return earliest
+
+
+@inner
+def adapt(calendar, longest):
+    """Choose the width of the next window's buckets by the cycles counted in this one: a few a bucket."""
+    control = calendar.control[0]
+    passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
+    if control.cycles > 8.0 * passed:
+        control.width *= 0.5
+    elif control.cycles < 2.0 * passed and 2.0 * len(calendar.buckets) * control.width <= longest:
+        control.width *= 2.0
+
+
+@inner
+def first(calendar, state, neighbors, boundary, motion):
+    """Return the component that is first, left on the heap, or -1 at the end of the window, or -2 for want of
+    room.
+    """
+    control = calendar.control[0]
+    while True:
+        while control.waiting > 0:
+            i = np.uint64(calendar.who[0])
+            if time_of(state, i) == calendar.due[0]:
+                return np.int64(i)
+            pop(calendar)
+        if control.cursor + 1 >= len(calendar.buckets):
+            return np.int64(-1)
+        if not drain(calendar, state, np.uint64(control.cursor + 1)):
+            return np.int64(-2)
+        control.cursor += 1
+        if len(state.partner) >= LARGE:
+            look_ahead(calendar, state, neighbors, boundary, motion)

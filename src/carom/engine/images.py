@@ -1,0 +1,169 @@
+"""Periodic boxes: which image of a component is meant.
+
+A candidate is named by a *word*. In a wide box the word is the candidate's index and the image is the nearest
+one. In a small box one component can be met under several images (the paper's unsectored case), and the word
+says which: ``index << bits | code``, where ``code`` < 3^d names the neighbouring sector, image or not, in
+which it was found.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.dispatch import generic
+
+
+class NearestImage(NamedTuple):
+    """A periodic box in which no component can meet two images of another before one of the two changes
+    sector.
+    """
+
+    edges: tuple
+    """Edges of the box [length]."""
+    inverse: tuple
+    """Their inverses."""
+
+
+class SectorImage(NamedTuple):
+    """A periodic box with fewer than four sectors along an edge: the image is the one seen in the sector."""
+
+    edges: tuple
+    """Edges of the box [length]."""
+    inverse: tuple
+    """Their inverses."""
+    shape: tuple
+    """Number of sectors along each edge."""
+    place: np.ndarray
+    """Sector of each component, (n + 1, d) int32: the array of the sectors themselves."""
+    turn: np.ndarray
+    """Boxes between a component's position and its sector, (n + 1, d) int32, theirs too."""
+    digits: np.ndarray
+    """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
+    bits: int
+    """Bits of a word that hold the neighbouring sector."""
+
+
+@generic
+def index(boundary, word):
+    """Return the component that a word names."""
+    raise NotImplementedError(type(boundary))
+
+
+@index.register
+def _(boundary: NearestImage, word):
+    return word
+
+
+@index.register
+def _(boundary: SectorImage, word):
+    return np.int64(word) >> boundary.bits
+
+
+@generic
+def index_bits(boundary):
+    """Return how many low bits of a word are not the component's index."""
+    raise NotImplementedError(type(boundary))
+
+
+@index_bits.register
+def _(boundary: NearestImage):
+    return 0
+
+
+@index_bits.register
+def _(boundary: SectorImage):
+    return boundary.bits
+
+
+@generic
+def lasting(boundary):
+    """Tell whether a word stays right when its component, or the one that uses it, changes sector."""
+    raise NotImplementedError(type(boundary))
+
+
+@lasting.register
+def _(boundary: NearestImage):
+    return True
+
+
+@lasting.register
+def _(boundary: SectorImage):
+    return False
+
+
+@generic
+def mirror(boundary, i, word):
+    """Return the word under which the component named by ``word`` sees component ``i``."""
+    raise NotImplementedError(type(boundary))
+
+
+@mirror.register
+def _(boundary: NearestImage, i, word):
+    return i
+
+
+@mirror.register
+def _(boundary: SectorImage, i, word):
+    code = word & ((1 << boundary.bits) - 1)
+    return (i << boundary.bits) | (len(boundary.digits) - 1 - code)
+
+
+@generic
+def separation(boundary, i, word, axis, dx):
+    """Return the coordinate of the image named by ``word`` relative to i, from the difference ``dx`` of
+    their coordinates.
+    """
+    raise NotImplementedError(type(boundary))
+
+
+@separation.register
+def _(boundary: NearestImage, i, word, axis, dx):
+    return dx - boundary.edges[axis] * np.rint(dx * boundary.inverse[axis])
+
+
+@separation.register
+def _(boundary: SectorImage, i, word, axis, dx):
+    word = np.int64(word)
+    j = np.uint64(word >> boundary.bits)
+    code = np.uint64(word & ((1 << boundary.bits) - 1))
+    sectors = boundary.place[i, axis] + boundary.digits[code, axis] - boundary.place[j, axis]
+    turns = boundary.turn[i, axis] - boundary.turn[j, axis]
+    return dx + boundary.edges[axis] * (np.rint(sectors / boundary.shape[axis]) + turns)
+
+
+@generic
+def in_box(boundary, i, axis, x):
+    """Return a coordinate of component i as one in the box in which it flies.
+
+    At a face of the box rounding decides in which one a position lies; where the component may fly through
+    all of a box before it is looked at again, that is the box of its sector.
+    """
+    raise NotImplementedError(type(boundary))
+
+
+@in_box.register
+def _(boundary: NearestImage, i, axis, x):
+    return x - np.floor(x * boundary.inverse[axis]) * boundary.edges[axis]
+
+
+@in_box.register
+def _(boundary: SectorImage, i, axis, x):
+    return x - boundary.turn[i, axis] * boundary.edges[axis] if boundary.inverse[axis] > 0.0 else x
+
+
+@generic
+def count_images(images, i, axis, crossings):
+    """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
+    raise NotImplementedError(type(images))
+
+
+@count_images.register
+def _(images: None, i, axis, crossings):
+    return None
+
+
+@count_images.register
+def _(images: np.ndarray, i, axis, crossings):
+    images[i, axis] += crossings

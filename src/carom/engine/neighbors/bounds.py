@@ -1,0 +1,201 @@
+"""Bounds: spheres around reference points which the surfaces of components do not leave.
+
+A model of bounds says how large they are, how far each component may go in its own, how much room its list
+has and on which level it is. There are three, chosen by type: for components of one diameter, of several, and
+for those that grow.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.columns import line_up
+from carom.compiling.dispatch import generic
+
+
+class EqualBounds(NamedTuple):
+    """Bounds of components that are all of one diameter."""
+
+    square: float
+    """Square of the distance of reference points up to which two components are listed."""
+    margin: float
+    """Distance from its reference point that a component may reach [length]."""
+    room: int
+    """Neighbours a list can hold."""
+
+
+class UnequalBounds(NamedTuple):
+    """Bounds of components of several diameters."""
+
+    bounds: np.ndarray
+    """Radius of each bound, (n + 1,) float64 [length]."""
+    margins: np.ndarray
+    """Distance from its reference point that a component may reach, (n + 1,) float64 [length]."""
+    starts: np.ndarray
+    """Where each list begins, and where the last one ends, (n + 1,) int64."""
+    levels: np.ndarray
+    """Level of each component, (n + 1,) uint8."""
+    grids: int
+    """How many levels there are."""
+    largest: np.ndarray
+    """The largest bound in each, (grids,) float64."""
+
+
+class GrowingBounds(NamedTuple):
+    """Bounds of components that grow inside them."""
+
+    bounds: np.ndarray
+    """Radius of each bound, (n + 1,) float64 [length]."""
+    radii: np.ndarray
+    """Radii of the components at the beginning of the epoch: the array of the cores themselves."""
+    rates: np.ndarray
+    """Rates at which they grow, theirs too."""
+    starts: np.ndarray
+    """Where each list begins, and where the last one ends, (n + 1,) int64."""
+    levels: np.ndarray
+    """Level of each component, (n + 1,) uint8."""
+    grids: int
+    """How many levels there are."""
+    largest: np.ndarray
+    """The largest bound in each, (grids,) float64."""
+    slack: float
+    """Part of the margin that is used."""
+
+
+@generic
+def touching(bounds, i, j):
+    """Return the squared distance of reference points up to which i and j are listed."""
+    raise NotImplementedError(type(bounds))
+
+
+@touching.register
+def _(bounds: EqualBounds, i, j):
+    return bounds.square
+
+
+@touching.register
+def _(bounds: UnequalBounds | GrowingBounds, i, j):
+    both = bounds.bounds[i] + bounds.bounds[j]
+    return both * both
+
+
+@generic
+def line_up_bounds(bounds, found, k, sizes):
+    """Put the bounds of eight of those found, from the k-th on, side by side into ``sizes``."""
+    raise NotImplementedError(type(bounds))
+
+
+@line_up_bounds.register
+def _(bounds: EqualBounds, found, k, sizes):
+    return None
+
+
+@line_up_bounds.register
+def _(bounds: UnequalBounds | GrowingBounds, found, k, sizes):
+    line_up(bounds.bounds, found, k, np.int64(0), sizes, k)
+
+
+@generic
+def touching_found(bounds, i, k, sizes):
+    """Return ``touching`` of i and the k-th of those whose ``sizes`` are side by side."""
+    raise NotImplementedError(type(bounds))
+
+
+@touching_found.register
+def _(bounds: EqualBounds, i, k, sizes):
+    return bounds.square
+
+
+@touching_found.register
+def _(bounds: UnequalBounds | GrowingBounds, i, k, sizes):
+    both = bounds.bounds[i] + sizes[k]
+    return both * both
+
+
+@generic
+def margin(bounds, i, now):
+    """Return how far from its reference point component i may be, and how fast that shrinks."""
+    raise NotImplementedError(type(bounds))
+
+
+@margin.register
+def _(bounds: EqualBounds, i, now):
+    return bounds.margin, 0.0
+
+
+@margin.register
+def _(bounds: UnequalBounds, i, now):
+    return bounds.margins[i], 0.0
+
+
+@margin.register
+def _(bounds: GrowingBounds, i, now):
+    left = bounds.bounds[i] - bounds.radii[i] - bounds.rates[i] * now
+    return max(left, 0.0) * bounds.slack, bounds.rates[i]
+
+
+@generic
+def start(bounds, i):
+    """Return where the list of component i begins; that of i + 1 begins where its room ends."""
+    raise NotImplementedError(type(bounds))
+
+
+@start.register
+def _(bounds: EqualBounds, i):
+    return i * np.uint64(bounds.room)
+
+
+@start.register
+def _(bounds: UnequalBounds | GrowingBounds, i):
+    return np.uint64(bounds.starts[i])
+
+
+@generic
+def level(bounds, i):
+    """Return the level of component i."""
+    raise NotImplementedError(type(bounds))
+
+
+@level.register
+def _(bounds: EqualBounds, i):
+    return np.uint64(0)
+
+
+@level.register
+def _(bounds: UnequalBounds | GrowingBounds, i):
+    return np.uint64(bounds.levels[i])
+
+
+@generic
+def widest(bounds, i, level):
+    """Return the largest of the distances of ``touching`` between i and those of a level, squared."""
+    raise NotImplementedError(type(bounds))
+
+
+@widest.register
+def _(bounds: EqualBounds, i, level):
+    return bounds.square
+
+
+@widest.register
+def _(bounds: UnequalBounds | GrowingBounds, i, level):
+    both = bounds.bounds[i] + bounds.largest[level]
+    return both * both
+
+
+@generic
+def levels(bounds):
+    """Return how many levels there are."""
+    raise NotImplementedError(type(bounds))
+
+
+@levels.register
+def _(bounds: EqualBounds):
+    return 1
+
+
+@levels.register
+def _(bounds: UnequalBounds | GrowingBounds):
+    return bounds.grids

@@ -1,0 +1,64 @@
+"""Who can meet whom next: the interface of the two neighbour schemes (``sectors`` and ``lists``)."""
+
+from __future__ import annotations
+
+from carom.compiling.dispatch import generic
+
+
+@generic
+def candidates(neighbors, boundary, i, half):
+    """Return the words of all that component i can meet before one of them has a one-component event.
+
+    ``half`` (0 or 1) says which of two rooms to use where the words have to be put together.
+
+    Returns
+    -------
+    words : uint32 array
+        Holds the words; eight more can be read behind the last one, each of them a word of somebody.
+    begin : int
+        Where in the array they begin.
+    count : int
+        How many they are.
+    """
+    raise NotImplementedError(type(neighbors))
+
+
+@generic
+def transit_time(neighbors, motion, boundary, state, i, now):
+    """Return the time at which component i leaves its sector (or the sphere of its list)."""
+    raise NotImplementedError(type(neighbors))
+
+
+@generic
+def change_home(neighbors, motion, boundary, state, i, now):
+    """Put component i, whose velocity is new, into the sector that it will stay in longest.
+
+    Everybody near it has to be searched anyway.
+    """
+    raise NotImplementedError(type(neighbors))
+
+
+@generic
+def transit(neighbors, motion, boundary, state, i, now):
+    """Carry component i over into its next sector (or renew its list).
+
+    Returns
+    -------
+    done : bool
+        False if an array is too small; everything must then be built anew.
+    words, begin, count
+        Those that i can meet now and could not before, as ``candidates`` returns them.
+    """
+    raise NotImplementedError(type(neighbors))
+
+
+@generic
+def wrapped(neighbors, i, axis, crossings):
+    """Note that the coordinate of i was reduced by ``crossings`` boxes."""
+    raise NotImplementedError(type(neighbors))
+
+
+@generic
+def settle(neighbors, motion, boundary, state):
+    """Build the scheme from the positions at the present time; False if an array is too small for it."""
+    raise NotImplementedError(type(neighbors))

@@ -1,0 +1,123 @@
+"""Looking ahead: memory is asked for while earlier events are processed.
+
+Events come from all over the box, and in a large system nearly every row they touch is far down the memory
+hierarchy. But who is next is known: the calendar names it, several buckets before its time. What it will
+touch is found in three or four steps, each a bucket after the one before, so that no step waits: what belongs
+to the component; what that names (for a collision with lists, the partner and the candidates' rows; where a
+list is renewed, the cells); what that names (the rows of the partner's candidates; the reference points in
+the cells). Who collides may change its sector: there the third step foretells how the two will fly on, and
+asks for the sectors that they will look into, and the fourth for who is in those. Only requests are made:
+nothing is written, and a wrong guess costs a request. They are made to the second-level cache, which answers
+more of them at a time than the first, and holds them until they are needed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic, overload
+
+from carom.compiling.dispatch import INLINE, generic, inner
+
+LARGE = 10_000
+"""Components from which on it pays to ask for rows and lists: fewer fit into the second-level cache."""
+
+HUGE = 120_000
+"""Components from which on it pays to ask for what renewals of lists touch, and for what is given another
+event: fewer fit into the last cache.
+"""
+
+
+FEW = 2
+"""Members of a cell that are asked for in any case."""
+
+
+@intrinsic
+def _prefetch(typingctx, array, index):
+    kind = array.dtype
+    size = kind.size if isinstance(kind, types.Record) else kind.bitwidth // 8
+
+    def codegen(context, builder, signature, args):
+        byte, word = ir.IntType(8), ir.IntType(32)
+        data = cgutils.create_struct_proxy(array)(context, builder, args[0]).data
+        base = builder.bitcast(data, byte.as_pointer())
+        place = builder.gep(base, [builder.mul(args[1], ir.Constant(ir.IntType(64), size))])
+        signature = ir.FunctionType(ir.VoidType(), [place.type, word, word, word])
+        ask = cgutils.get_or_insert_function(builder.module, signature, "llvm.prefetch.p0")
+        read, second_level, data_cache = (ir.Constant(word, value) for value in (0, 2, 1))
+        builder.call(ask, [place, read, second_level, data_cache])
+        return context.get_dummy_value()
+
+    return types.void(array, types.int64), codegen
+
+
+def prefetch(array, index):
+    """Ask for the cache line of an element of a contiguous array; nothing without compilation."""
+
+
+@overload(prefetch, jit_options=INLINE)
+def _prefetch_compiled(array, index):
+    def body(array, index):
+        _prefetch(array, index)  # type: ignore[call-arg]  # Numba supplies the context
+
+    return body
+
+
+@generic
+def ask(neighbors, motion, boundary, state, i, step):
+    """Ask for what the event of component i will touch, as far as the answers to the step before say.
+
+    The steps are one function because they have code in common that the compiler then makes once.
+    """
+    raise NotImplementedError(type(neighbors))
+
+
+@generic
+def stages(neighbors):
+    """Return how many steps it takes to ask for everything that an event will touch: buckets ahead, and
+    answers on the way.
+    """
+    raise NotImplementedError(type(neighbors))
+
+
+@inner
+def ask_own(state, i):
+    """Ask for what every event of component i needs."""
+    prefetch(state.rows, np.int64(i))
+    prefetch(state.partner, np.int64(i))
+    prefetch(state.leave, np.int64(i))
+
+
+@inner
+def ask_members(array, cells, cell, count, who):
+    """Ask for the elements of an array that belong to the members of a cell; ``who`` is a component whose
+    element is there already.
+
+    It is asked for in the place of the first few where there are less: nobody can foretell how many there
+    are, and the processor would go astray at every cell.
+    """
+    for k in range(FEW):
+        member = np.int64(cells[cell, np.uint64(k)])
+        prefetch(array, member if k < count else np.int64(who))
+    for k in range(FEW, count):
+        prefetch(array, np.int64(cells[cell, np.uint64(k)]))
+
+
+@inner
+def leaves_first(state, i):
+    """Tell whether the event of i is that it leaves its sector."""
+    return state.leave[i] < state.rows[i].due
+
+
+@inner
+def look_ahead(calendar, state, neighbors, boundary, motion):
+    """Ask for what the events of the buckets after the present one will touch."""
+    buckets = calendar.buckets
+    last = stages(neighbors)
+    for step in range(last):
+        place = calendar.control[0].cursor + last - step
+        if place < len(buckets):
+            bucket = np.uint64(place)
+            for k in range(np.uint64(buckets[bucket, 0])):
+                ask(neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]), step)

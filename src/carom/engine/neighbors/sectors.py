@@ -1,0 +1,415 @@
+"""Sectors: the paper's grid of cells, at least a diameter wide; a component looks into the 3^d around its
+own.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.dispatch import generic, inner
+from carom.compiling.registers import STEP, copy_words, replace_words
+from carom.engine.constants import NEVER
+from carom.engine.images import index, index_bits, mirror, separation
+from carom.engine.neighbors.interface import candidates, change_home, settle, transit, transit_time, wrapped
+from carom.engine.neighbors.prefetch import ask, ask_members, ask_own, leaves_first, prefetch, stages
+from carom.engine.state import aligned
+from carom.models.free_flight import position
+
+ASKED = 50_000
+"""Components from which on it pays to ask for sectors ahead of time."""
+
+
+class Sectors(NamedTuple):
+    """Components by sector."""
+
+    shape: tuple
+    """Sectors along each axis."""
+    sides: tuple
+    """Sides of a sector [length]."""
+    slacks: tuple
+    """How far the largest component may be beyond the faces of its sector along each axis [length]."""
+    spare: np.ndarray | None
+    """How much further each component may be where there is slack, (n + 1,) float32, or None where all are
+    equal [length].
+    """
+    members: np.ndarray
+    """Who is in each sector, and in the last column how many, (sectors, room) uint32."""
+    digits: np.ndarray
+    """Offset -1, 0 or 1 along each axis of the 3^d sectors around one, (3^d, d) int64."""
+    place: np.ndarray
+    """Sector of each component along each axis, (n + 1, d) int32; the ghost has one, too."""
+    turn: np.ndarray
+    """Boxes from the component's position, which is not wrapped in flight, to that sector, (n + 1, d)
+    int32.
+    """
+    face: np.ndarray
+    """Face through which each component leaves its sector: twice the axis, plus one for the upper, (n,)
+    uint8.
+    """
+    ways: np.ndarray
+    """Difference of their numbers from that of the one between them, but across a face of the box, (3^d,)
+    int64.
+    """
+    moves: np.ndarray
+    """The same of the neighbour through each face, (2 d,) int64."""
+    faces: np.ndarray
+    """Neighbouring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d
+    - 1)) int64.
+    """
+    near: np.ndarray
+    """Room for the numbers of the 3^d sectors around one, (3^d,) int64."""
+    words: np.ndarray
+    """Room for the candidates of two components, uint32."""
+
+
+def make_sectors(n: int, edges, shape, capacity: int, slacks, spare=None) -> Sectors:
+    """Return empty sectors: ``shape`` of them along the edges, ``capacity`` components in each at most, who
+    may be beyond its faces by ``slacks``, and each by something to ``spare``.
+    """
+    dimension = len(shape)
+    room = -(-(capacity + 1) // STEP) * STEP
+    digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
+    steps = np.array([int(np.prod(shape[axis + 1 :])) for axis in range(dimension)])
+    return Sectors(
+        shape=tuple(int(size) for size in shape),
+        sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
+        slacks=tuple(slacks),
+        spare=spare,
+        members=aligned(int(np.prod(shape)) * room, np.uint32).reshape(-1, room),
+        digits=np.ascontiguousarray(digits, dtype=np.int64),
+        ways=np.ascontiguousarray(digits @ steps, dtype=np.int64),
+        moves=np.ravel(np.outer(steps, (-1, 1))),
+        place=np.zeros((n + 1, dimension), np.int32),
+        turn=np.zeros((n + 1, dimension), np.int32),
+        face=np.zeros(n, np.uint8),
+        faces=np.array([np.flatnonzero(digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
+        near=np.zeros(3**dimension, np.int64),
+        words=np.zeros(2 * (3**dimension * room + STEP), np.uint32),
+    )
+
+
+@inner
+def sector_of(sectors, i):
+    """Return the sector that holds component i."""
+    cell = np.int64(0)
+    for axis in range(len(sectors.sides)):
+        cell = cell * sectors.shape[axis] + np.int64(sectors.place[i, axis])
+    return np.uint64(cell)
+
+
+@inner
+def survey(sectors, i):
+    """Put the numbers of the 3^d sectors around component i into ``near``."""
+    near = sectors.near
+    near[0] = 0
+    count = np.int64(1)
+    for axis in range(len(sectors.sides)):
+        size, place = sectors.shape[axis], np.int64(sectors.place[i, axis])
+        below, above = wrap(sectors, axis, place - 1), wrap(sectors, axis, place + 1)
+        for k in range(count):
+            row = np.uint64(count - 1 - k)
+            base = near[row] * size
+            near[np.uint64(3) * row + np.uint64(2)] = base + above
+            near[np.uint64(3) * row + np.uint64(1)] = base + place
+            near[np.uint64(3) * row] = base + below
+        count *= 3
+
+
+@inner
+def unwrapped(sectors, i, axis):
+    """Return the place of component i's sector along an axis, counted on beyond the faces of the box."""
+    return np.int64(sectors.place[i, axis]) + sectors.shape[axis] * np.int64(sectors.turn[i, axis])
+
+
+@generic
+def slack(spare, sectors, i, axis):
+    """Return how far component i may be beyond the faces of its sector along an axis."""
+    raise NotImplementedError(type(spare))
+
+
+@slack.register
+def _(spare: None, sectors, i, axis):
+    return sectors.slacks[axis]
+
+
+@slack.register
+def _(spare: np.ndarray, sectors, i, axis):
+    return sectors.slacks[axis] + spare[i] if sectors.slacks[axis] > 0.0 else 0.0
+
+
+@inner
+def enter(sectors, cell, i):
+    """Add i to a sector; False, and nothing done, if the sector is full."""
+    last = np.uint64(sectors.members.shape[1] - 1)
+    count = np.uint64(sectors.members[cell, last])
+    if count == last:
+        return False
+    sectors.members[cell, count] = i
+    sectors.members[cell, last] = count + np.uint64(1)
+    return True
+
+
+@inner
+def leave(sectors, cell, i):
+    """Remove i from a sector."""
+    last = np.uint64(sectors.members.shape[1] - 1)
+    count = np.uint64(sectors.members[cell, last]) - np.uint64(1)
+    moved = np.int64(sectors.members[cell, count])
+    for start in range(np.uint64(0), last, np.uint64(STEP)):
+        replace_words(sectors.members, np.int64(cell), np.int64(start), np.int64(i), moved)
+    sectors.members[cell, last] = count
+
+
+@inner
+def look_into(sectors, boundary, code, total):
+    """Append the words of all in one of the sectors surveyed at ``total``; return where the next go.
+
+    Eight are copied at a time, whether so many are there or not: sectors hold a few each, and a loop over the
+    right number would be mispredicted at every one.
+    """
+    members = sectors.members
+    cell = np.uint64(sectors.near[np.uint64(code)])
+    count = np.uint64(members[cell, np.uint64(members.shape[1] - 1)])
+    bits = np.int64(index_bits(boundary))
+    code = np.int64(code) if bits > 0 else np.int64(0)
+    copy_words(members, np.int64(cell), np.int64(0), sectors.words, np.int64(total), bits, code)
+    for start in range(np.uint64(STEP), count, np.uint64(STEP)):
+        copy_words(
+            members, np.int64(cell), np.int64(start), sectors.words, np.int64(total + start), bits, code
+        )
+    return total + count
+
+
+@candidates.register
+def _(neighbors: Sectors, boundary, i, half):
+    begin = np.uint64(half * (len(neighbors.words) // 2))
+    total = begin
+    survey(neighbors, i)
+    for code in range(np.uint64(len(neighbors.digits))):
+        total = look_into(neighbors, boundary, np.int64(code), total)
+    return neighbors.words, begin, np.int64(total - begin)
+
+
+@transit_time.register
+def _(neighbors: Sectors, motion, boundary, state, i, now):
+    row = state.rows[i]
+    best = NEVER
+    face = np.int64(0)
+    for axis in range(len(neighbors.sides)):
+        v = np.float64(row.v[axis])
+        x = position(motion, axis, row.x[axis], v, now - row.t)
+        up = np.int64(v > 0.0)
+        end = neighbors.sides[axis] * (unwrapped(neighbors, i, axis) + up)
+        end += (2 * up - 1) * slack(neighbors.spare, neighbors, i, axis)
+        t = max((end - x) / v, 0.0) if v != 0.0 else NEVER
+        face = 2 * axis + up if t < best else face
+        best = min(t, best)
+    neighbors.face[i] = face
+    return now + best
+
+
+@inner
+def advice(sectors, i, axis, x, v):
+    """Return which sector along an axis component i would stay in longest with coordinate x and velocity v:
+    -1, 0 or 1 from its own.
+    """
+    up = np.int64(v > 0.0)
+    sign = 2 * up - 1
+    ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * sign
+    beyond = slack(sectors.spare, sectors, i, axis)
+    return sign if (v != 0.0) & (ahead < beyond) & (beyond > 0.0) else np.int64(0)
+
+
+@change_home.register
+def _(neighbors: Sectors, motion, boundary, state, i, now):
+    row = state.rows[i]
+    new = np.int64(0)
+    changed = False
+    for axis in range(len(neighbors.sides)):
+        v = np.float64(row.v[axis])
+        x = position(motion, axis, row.x[axis], v, now - row.t)
+        way = advice(neighbors, i, axis, x, v)
+        new = new * neighbors.shape[axis] + wrap(neighbors, axis, np.int64(neighbors.place[i, axis]) + way)
+        changed |= way != 0
+    if not changed or not enter(neighbors, np.uint64(new), np.uint32(i)):
+        return
+    leave(neighbors, sector_of(neighbors, i), np.uint32(i))
+    for axis in range(len(neighbors.sides)):
+        v = np.float64(row.v[axis])
+        x = position(motion, axis, row.x[axis], v, now - row.t)
+        move(neighbors, i, axis, advice(neighbors, i, axis, x, v))
+
+
+@inner
+def wrap(sectors, axis, place):
+    """Return a place along an axis that is at most one beyond the box as the one that it is an image of."""
+    size = sectors.shape[axis]
+    return place + size if place < 0 else (place - size if place >= size else place)
+
+
+@inner
+def move(sectors, i, axis, way):
+    """Note that component i is in the next sector along an axis, if ``way`` is 1 or -1."""
+    place = np.int64(sectors.place[i, axis]) + way
+    sectors.place[i, axis] = wrap(sectors, axis, place)
+    sectors.turn[i, axis] += np.int64(place >= sectors.shape[axis]) - np.int64(place < 0)
+
+
+@transit.register
+def _(neighbors: Sectors, motion, boundary, state, i, now):
+    face = np.int64(neighbors.face[i])
+    axis = face >> 1
+    old = sector_of(neighbors, i)
+    move(neighbors, i, axis, 2 * (face & 1) - 1)
+    new = sector_of(neighbors, i)
+    total = np.uint64(0)
+    done = True
+    if new != old:  # one sector along this axis is its own neighbour
+        done = enter(neighbors, new, np.uint32(i))
+        if done:
+            leave(neighbors, old, np.uint32(i))
+    survey(neighbors, i)
+    for k in range(np.uint64(neighbors.faces.shape[1])):
+        total = look_into(neighbors, boundary, neighbors.faces[face, k], total)
+    return done, neighbors.words, np.uint64(0), np.int64(total)
+
+
+@stages.register
+def _(neighbors: Sectors):
+    return 4
+
+
+@ask.register
+def _(neighbors: Sectors, motion, boundary, state, i, step):
+    if step == 0:
+        ask_own(state, i)
+        ask_place(neighbors, i)
+        prefetch(neighbors.face, np.int64(i))
+        return
+    if len(state.partner) < ASKED:
+        return
+    word = np.int64(state.partner[i])
+    if leaves_first(state, i):
+        if step < 3:
+            ask_ahead(neighbors, state, i, step)
+    elif word >= 0:
+        ask_both(neighbors, motion, boundary, state, i, word, step)
+    elif step < 3:
+        ask_around(neighbors, state, i, np.int64(sector_of(neighbors, i)), step)
+
+
+@inner
+def ask_ahead(sectors, state, i, step):
+    """Ask for the sectors that component i leaves and enters and those that come into view, or for who is in
+    them.
+    """
+    face = np.uint64(sectors.face[i])
+    old = np.int64(sector_of(sectors, i))
+    new = old + sectors.moves[face]
+    if step == 1:
+        ask_sector(sectors, old)
+        ask_sector(sectors, new)
+    for k in range(np.uint64(sectors.faces.shape[1])):
+        ask_near(sectors, state, i, new, np.uint64(sectors.faces[face, k]), step)
+
+
+@inner
+def ask_around(sectors, state, i, cell, step):
+    """Ask for all sectors around one near component i, or for who is in them."""
+    for code in range(np.uint64(len(sectors.digits))):
+        ask_near(sectors, state, i, cell, code, step)
+
+
+@inner
+def ask_both(sectors, motion, boundary, state, i, word, step):
+    """Ask for what the collision of component i with the one that ``word`` names will touch."""
+    j = np.uint64(index(boundary, word))
+    if step == 1:
+        ask_sector(sectors, np.int64(sector_of(sectors, i)))
+        prefetch(state.rows, np.int64(j))
+        prefetch(state.leave, np.int64(j))
+        ask_place(sectors, j)
+        return
+    if step == 2:
+        ask_sector(sectors, np.int64(sector_of(sectors, j)))
+    ask_after(sectors, motion, boundary, state, i, word, step)
+    ask_after(sectors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), word)), step)
+
+
+@inner
+def ask_after(sectors, motion, boundary, state, i, word, step):
+    """Ask for the sectors around the one in which component i will be after its collision with the one that
+    ``word`` names, as if they were of one mass; or for who is in them.
+    """
+    me, other = state.rows[i], state.rows[np.uint64(index(boundary, word))]
+    now = me.due
+    rr = 0.0
+    rv = 0.0
+    for axis in range(len(sectors.sides)):
+        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
+        r = separation(boundary, i, word, axis, y - x)
+        rr += r * r
+        rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
+    factor = rv / rr
+    cell = np.int64(sector_of(sectors, i))
+    scale = np.int64(1)
+    for back in range(len(sectors.sides)):
+        axis = len(sectors.sides) - 1 - back
+        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
+        v = me.v[axis] + factor * separation(boundary, i, word, axis, y - x)
+        cell += scale * advice(sectors, i, axis, x, v)
+        scale *= sectors.shape[axis]
+    ask_around(sectors, state, i, cell, step - 1)
+
+
+@inner
+def ask_place(sectors, i):
+    """Ask for where component i is."""
+    prefetch(sectors.place, np.int64(i) * len(sectors.sides))
+    prefetch(sectors.turn, np.int64(i) * len(sectors.sides))
+
+
+@inner
+def ask_sector(sectors, cell):
+    """Ask for a sector."""
+    prefetch(sectors.members, cell * sectors.members.shape[1])
+
+
+@inner
+def ask_near(sectors, state, i, cell, code, step):
+    """Ask for one of the sectors around one near component i, or for who is in it.
+
+    Across a face of the box it is a wrong one: what is asked for in vain harms nobody.
+    """
+    near = min(max(cell + sectors.ways[code], 0), len(sectors.members) - 1)
+    if step == 1:
+        ask_sector(sectors, near)
+        return
+    count = np.int64(sectors.members[np.uint64(near), np.uint64(sectors.members.shape[1] - 1)])
+    ask_members(state.rows, sectors.members, np.uint64(near), count, i)
+
+
+@wrapped.register
+def _(neighbors: Sectors, i, axis, crossings):
+    neighbors.turn[i, axis] -= np.int64(crossings)
+
+
+@settle.register
+def _(neighbors: Sectors, motion, boundary, state):
+    now = state.clock[0].now
+    neighbors.members[:, neighbors.members.shape[1] - 1] = 0
+    for i in range(np.uint64(len(state.partner))):
+        row = state.rows[i]
+        for axis in range(len(neighbors.sides)):
+            x = position(motion, axis, row.x[axis], row.v[axis], now - row.t)
+            place = np.int64(np.floor(x / neighbors.sides[axis]))
+            turn = place // neighbors.shape[axis]
+            neighbors.place[i, axis] = place - turn * neighbors.shape[axis]
+            neighbors.turn[i, axis] = turn
+        if not enter(neighbors, sector_of(neighbors, i), np.uint32(i)):
+            return False
+    return True

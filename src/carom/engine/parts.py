@@ -1,0 +1,273 @@
+"""Everything that a run consists of: built for a scene and its scheme, enlarged, saved and filled again."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.engine.calendar import Calendar, make_calendar
+from carom.engine.cycle import Model
+from carom.engine.images import NearestImage, SectorImage
+from carom.engine.meeting import FAR, FarSight
+from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
+from carom.engine.neighbors.choice import HAIR, Scheme
+from carom.engine.neighbors.grid import make_grid
+from carom.engine.neighbors.levels import bounds_of, cells_around, levels_of, shape_of, spans_of, starts_of
+from carom.engine.neighbors.lists import Lists, make_lists
+from carom.engine.neighbors.sectors import Sectors, make_sectors
+from carom.engine.obstacles import make_obstacles
+from carom.engine.requirements import Contents
+from carom.engine.state import State, make_state
+from carom.engine.tallies import TALLY, BySpecies
+from carom.models.free_flight import FreeFlight
+from carom.models.hard_cores import PLACES, EqualCores, GrowingCores, Inelastic, SpeciesCores, UnequalCores
+
+SLACK = 1.0 - 2.0**-20
+"""Flights end this fraction of the margin, or of the slack, early, so that rounding cannot hide a contact
+behind the end of a list, or two sectors away.
+"""
+
+
+class Engine(NamedTuple):
+    """Everything that a run consists of."""
+
+    model: Model
+    state: State
+    neighbors: Lists | Sectors
+    calendar: Calendar
+    tallies: Any
+    by_species: BySpecies | None
+
+
+def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
+    """Return the arrays of a run at time zero, nothing scheduled yet."""
+    n = contents.n
+    number = np.float32 if contents.single else np.float64
+    state = make_state(positions, velocities, scheme.epoch, contents.images, number)
+    pair = _cores(contents)
+    neighbors, boundary = build_neighbors(scheme, contents, pair)
+    inelastic = contents.restitution < 1.0
+    by_species = None
+    if contents.kinds is not None:
+        count = int(contents.kinds.max()) + 1
+        by_species = BySpecies(
+            _with_ghost(contents.kinds, np.int64),
+            np.zeros((count, count), np.int64),
+            np.zeros((count, count)),
+        )
+    return Engine(
+        Model(
+            pair,
+            FreeFlight(),
+            boundary,
+            Inelastic(float(contents.restitution), float(contents.threshold), np.zeros(1, np.int64))
+            if inelastic
+            else None,
+            make_obstacles(contents.box, [not wraps for wraps in contents.periodic], contents.obstacles),
+            FarSight() if _farthest(scheme, contents) > FAR else None,
+        ),
+        state,
+        neighbors,
+        make_calendar(n, scheme.width, scheme.heap),
+        np.zeros(1, TALLY).view(np.recarray),
+        by_species,
+    )
+
+
+def _farthest(scheme: Scheme, contents: Contents) -> float:
+    """Return from how many contact distances a contact may be found."""
+    if scheme.kind == "lists":
+        return scheme.reach / contents.smallest
+    sides = [edge / cells for edge, cells in zip(contents.box, scheme.shape, strict=True)]
+    spans = [side + slack for side, slack in zip(sides, slacks_of(scheme, contents), strict=True)]
+    return 2.0 * math.hypot(*spans) / contents.smallest
+
+
+def _with_ghost(values, dtype=np.float64) -> np.ndarray:
+    """Return an array with one item more, which is like the first."""
+    return np.concatenate([values, values[:1]]).astype(dtype)
+
+
+def _cores(contents: Contents):
+    """Return the pair interaction."""
+    if contents.radii is None:
+        return EqualCores(float(contents.diameter) ** 2, 0.5 * float(contents.diameter), float(contents.mass))
+    masses = contents.masses if contents.masses is not None else np.full(contents.n, contents.mass)
+    radii, masses = _with_ghost(contents.radii), _with_ghost(masses)
+    if contents.rates is not None:
+        return GrowingCores(radii, _with_ghost(contents.rates), masses, np.zeros(PLACES), np.zeros(PLACES))
+    if contents.contact is not None:
+        kinds = _with_ghost(contents.kinds, np.int64)
+        squares = np.ascontiguousarray(contents.contact, np.float64).ravel() ** 2
+        lined = np.zeros(PLACES, np.int64)
+        return SpeciesCores(kinds, squares, len(contents.contact), radii, masses, lined)
+    return UnequalCores(radii, masses, np.zeros(PLACES))
+
+
+def build_neighbors(scheme: Scheme, contents: Contents, pair):
+    """Return the empty neighbour scheme and the boundary that goes with it."""
+    edges = tuple(float(edge) for edge in contents.box)
+    # Along an axis with walls nothing is an image of anything: an inverse of zero rounds to no box at all.
+    inverse = tuple(
+        1.0 / edge if wraps else 0.0 for edge, wraps in zip(edges, contents.periodic, strict=True)
+    )
+    if scheme.kind == "lists":
+        return _build_lists(scheme, contents, pair), NearestImage(edges, inverse)
+    slacks = slacks_of(scheme, contents)
+    spare = _spare(scheme, contents, slacks)
+    sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks, spare)
+    if _is_wide(scheme, contents):
+        return sectors, NearestImage(edges, inverse)
+    return sectors, SectorImage(
+        # What is seen through a wall is so far away that a wall is met before it.
+        tuple(edge if wraps else 4.0 * edge for edge, wraps in zip(edges, contents.periodic, strict=True)),
+        inverse,
+        sectors.shape,
+        sectors.place,
+        sectors.turn,
+        sectors.digits,
+        (len(sectors.digits) - 1).bit_length(),
+    )
+
+
+def _is_wide(scheme: Scheme, contents: Contents) -> bool:
+    """Tell whether two neighbouring sectors hold no two components half a box apart."""
+    return all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, contents.periodic, strict=True))
+
+
+def slacks_of(scheme: Scheme, contents: Contents) -> list[float]:
+    """Return how far a component may be beyond its sector along each axis [length].
+
+    Two that touch are in neighbouring sectors as long as a sector is a diameter and two slacks wide.
+    Components that grow need that room, and beyond a wall of the box there is nothing. Small ones have more
+    (:func:`_spare`).
+    """
+    slacks = [0.0] * contents.dimension
+    if _is_wide(scheme, contents) and contents.rates is None:
+        for axis, (edge, size) in enumerate(zip(contents.box, scheme.shape, strict=True)):
+            if contents.periodic[axis]:
+                room = 0.5 * (edge / size - contents.diameter * (1.0 + HAIR))
+                # The images of neighbours must be told apart as before.
+                slacks[axis] = max(SLACK * min(room, 0.25 * edge - edge / size), 0.0)
+    return slacks
+
+
+def _spare(scheme: Scheme, contents: Contents, slacks: list[float]) -> np.ndarray | None:
+    """Return how much more slack each component has than the largest, (n + 1,) [length], or None where all
+    have the same: by as much as its radius is smaller.
+    """
+    if contents.radii is None or contents.contact is not None or contents.rates is not None:
+        return None
+    rooms = [
+        0.25 * edge - edge / size - slack
+        for edge, size, slack in zip(contents.box, scheme.shape, slacks, strict=True)
+        if slack > 0.0
+    ]
+    spare = np.minimum(0.5 * contents.diameter - contents.radii, min(rooms, default=0.0))
+    return _with_ghost(SLACK * spare, np.float32)
+
+
+def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
+    """Return empty lists."""
+    n, dimension = contents.n, contents.dimension
+    sizes = contents.reaches
+    # Reference points beyond a wall are no neighbours: a stretched axis keeps its two ends apart.
+    spans = spans_of(contents, scheme.reach)
+    if sizes is None:
+        margin = 0.5 * (scheme.reach - contents.diameter)
+        bounds: Any = EqualBounds(scheme.reach**2, margin * SLACK, scheme.capacity)
+        longest, words = scheme.capacity, n * scheme.capacity
+        shapes = [shape_of(spans, scheme.reach)]
+        around = [[[1] * dimension]]
+    else:
+        bound = bounds_of(contents, scheme.reach)
+        levels = levels_of(contents, scheme.reach)
+        shapes = levels.shapes
+        around = cells_around(levels, spans)
+        starts = starts_of(bound, contents, scheme.capacity)
+        longest, words = int(np.diff(starts).max()), int(starts[-1])
+        ghostly = _with_ghost(bound)
+        marks = _with_ghost(levels.levels, np.uint8)
+        largest = np.array(levels.reaches)
+        if contents.rates is not None:
+            bounds = GrowingBounds(
+                ghostly, pair.radii, pair.rates, starts, marks, len(shapes), largest, SLACK
+            )
+        else:
+            margins = _with_ghost(bound - sizes) * SLACK
+            bounds = UnequalBounds(ghostly, margins, starts, marks, len(shapes), largest)
+    return make_lists(n, spans, bounds, make_grid(shapes, around), scheme.cell_capacity, words, longest)
+
+
+def enlarge_neighbors(engine: Engine, scheme: Scheme, contents: Contents) -> Engine:
+    """Return the engine with empty, larger arrays for its neighbour scheme; everything must be scheduled
+    anew.
+    """
+    neighbors, boundary = build_neighbors(scheme, contents, engine.model.pair)
+    return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
+
+
+def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
+    """Copy what has been counted so far into an engine that takes the place of another, and whose unit of
+    time is longer by ``2**slower``.
+    """
+    new.tallies[:] = old.tallies
+    new.tallies["virial"] = np.ldexp(old.tallies["virial"], slower)
+    if old.by_species is not None and new.by_species is not None:
+        new.by_species.collisions[:] = old.by_species.collisions
+        new.by_species.virial[:] = np.ldexp(old.by_species.virial, slower)
+    if old.model.impact is not None:
+        new.model.impact.spared[:] = old.model.impact.spared
+    if old.model.obstacles is not None:
+        new.model.obstacles.hits[:] = old.model.obstacles.hits
+        new.model.obstacles.impulse[:] = np.ldexp(old.model.obstacles.impulse, slower)
+
+
+def enlarge_heap(engine: Engine, scheme: Scheme) -> Engine:
+    """Return the engine with a larger heap, its entries kept."""
+    calendar = engine.calendar
+    due, who = np.zeros(scheme.heap), np.zeros(scheme.heap, np.int32)
+    due[: len(calendar.due)], who[: len(calendar.who)] = calendar.due, calendar.who
+    return engine._replace(calendar=calendar._replace(due=due, who=who))
+
+
+def arrays(engine: Engine) -> dict[str, np.ndarray]:
+    """Return every array of the engine by a dotted name, the fields of records apart: what a checkpoint
+    holds.
+    """
+    found: dict[str, np.ndarray] = {}
+
+    def collect(name, value):
+        if isinstance(value, np.ndarray):
+            if value.dtype.names:
+                for field in value.dtype.names:
+                    found[f"{name}.{field}"] = value[field]
+            else:
+                found[name] = value
+        elif hasattr(value, "_fields"):
+            for field, part in zip(value._fields, value, strict=True):
+                collect(f"{name}.{field}" if name else field, part)
+
+    for part in ("state", "neighbors", "calendar", "tallies", "by_species"):
+        collect(part, getattr(engine, part))
+    for part in ("pair", "impact", "obstacles"):
+        collect(f"model.{part}", getattr(engine.model, part))
+    return found
+
+
+def restore(engine: Engine, saved: dict[str, np.ndarray]) -> None:
+    """Fill the arrays of a freshly built engine with those of a checkpoint.
+
+    Raises
+    ------
+    ValueError
+        If an array is missing or has another shape or type.
+    """
+    mine = arrays(engine)
+    for name, target in mine.items():
+        source = saved.get(name)
+        if source is None or source.shape != target.shape or source.dtype != target.dtype:
+            raise ValueError(f"The checkpoint's array {name!r} does not fit this scene.")
+        target[...] = source

@@ -1,0 +1,82 @@
+"""The arrays of a run: one row a component.
+
+The paper keeps two events a component. With its delayed update the old event is (position, velocity, time)
+and of the new one only (time, partner) is stored. Here the old event changes at a component's own
+interactions only: a sector crossing or an advancement reads the state, it does not rewrite it, so that
+neither the neighbour scheme nor a sample leaves a trace in the trajectory.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.engine.constants import LAMBDA, NEVER
+
+# What the clock of a run holds. Times are relative to the epoch, whose length is a power of two.
+CLOCK = np.dtype([("epoch", "i8"), ("now", "f8"), ("length", "f8")])
+
+
+class State(NamedTuple):
+    """All components."""
+
+    rows: Any
+    """Old event and time of the new one: fields x (d), t, v (d), due; n + 1 rows, the last one a ghost that
+    nobody meets.
+    """
+    partner: np.ndarray
+    """Partner of the new event, (n,) int32: a word, or LAMBDA for an advancement or no event."""
+    leave: np.ndarray
+    """Time at which each component leaves its sector (or the sphere of its list), (n,) float64."""
+    images: np.ndarray | None
+    """Boxes crossed, (n, d) int32, or None where nobody asks."""
+    clock: Any
+    """One record of type CLOCK."""
+    block: np.ndarray
+    """Room for the rows of some candidates side by side, for two searches, (2, fields, 32) float64."""
+
+
+def row_type(dimension: int, number: type = np.float64) -> np.dtype:
+    """Return the type of a row of numbers in double or single precision: 64 bytes, one cache line, or 32, in
+    three dimensions.
+    """
+    width = np.dtype(number).itemsize
+    columns = -(-(2 * dimension + 2) // 4) * 4
+    return np.dtype(
+        {
+            "names": ["x", "t", "v", "due"],
+            "formats": [(number, (dimension,)), number, (number, (dimension,)), number],
+            "offsets": [0, width * dimension, width * (dimension + 1), width * (2 * dimension + 1)],
+            "itemsize": width * columns,
+        }
+    )
+
+
+def aligned(count: int, dtype) -> np.ndarray:
+    """Return ``count`` zeroed items that start on a cache line."""
+    dtype = np.dtype(dtype)
+    raw = np.zeros(count * dtype.itemsize + 64, np.uint8)
+    start = -raw.ctypes.data % 64
+    return raw[start : start + count * dtype.itemsize].view(dtype)
+
+
+def make_state(positions, velocities, epoch_length: float, count_images: bool, number: type) -> State:
+    """Return the state at time zero, nothing scheduled yet; rows hold numbers of the type given."""
+    n, dimension = positions.shape
+    kind = row_type(dimension, number)
+    rows = aligned(n + 1, kind)
+    rows["x"][:n] = positions
+    rows["v"][:n] = velocities
+    rows["due"][:n] = NEVER
+    rows["due"][n] = -NEVER
+    clock = np.zeros(1, CLOCK)
+    clock["length"] = epoch_length
+    return State(
+        rows=rows.view(np.recarray),
+        partner=np.full(n, LAMBDA, np.int32),
+        leave=np.full(n, NEVER),
+        images=np.zeros((n, dimension), np.int32) if count_images else None,
+        clock=clock.view(np.recarray),
+        block=aligned(64 * kind.itemsize // np.dtype(number).itemsize, np.float64).reshape(2, -1, 32),
+    )

@@ -1,1 +1,0 @@
-"""The engine: Numba only, models chosen by type. It knows numpy and nothing of carom above it."""

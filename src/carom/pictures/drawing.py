@@ -1,0 +1,283 @@
+"""How particles are drawn, to scale, one function for each kind of space."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.models.obstacles import Ball, CylindricalContainer, Obstacle, Plane, SphericalContainer
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from carom.frame import Frame
+    from carom.observables.packing import PackingNetwork
+
+FACE = "#6f9bc8"
+EDGE = "#1f3b57"
+PALE_FACE = "#dbe6f1"
+PALE_EDGE = "#9fb3c7"
+BORDER = "#333333"
+# Of the species, the first as above; with more species than colours they begin again.
+FACES = (FACE, "#e3a857", "#7fb685", "#c26a77", "#9b8bb4", "#8c8c8c")
+SOLID = "#b9b4ab"
+BOND = "#c0392b"
+
+# Where the camera of the 3D picture stands: right of the box, above it.
+AZIMUTH = math.radians(30.0)
+ELEVATION = math.radians(20.0)
+
+
+def draw_rods(axes: Axes, frame: Frame) -> None:
+    """1D: rods on a line; one that crosses the border is drawn at both ends."""
+    from matplotlib.collections import PolyCollection
+
+    length = frame.box[0]
+    x = np.concatenate([frame.positions[:, 0] + shift for shift in (-length, 0.0, length)])
+    half = 0.5 * np.tile(frame.diameters, 3)
+    kept = (x + half > 0.0) & (x - half < length)
+    if not frame.periodic[0]:
+        kept &= np.repeat([False, True, False], frame.n)
+    faces = np.tile(_faces(frame), 3)[kept]
+    x, half = x[kept], half[kept]
+    corners = np.stack([[x - half, x - half, x + half, x + half], np.outer([-1, 1, 1, -1], 0.5 + 0 * x)])
+    rods = list(np.moveaxis(corners, (0, 1), (2, 1)))
+    axes.add_collection(PolyCollection(rods, facecolor=faces, edgecolor=EDGE, linewidth=0.6))
+    axes.set_xlim(0.0, length)
+    if not frame.periodic[0]:
+        axes.spines[["left", "right"]].set_visible(True)
+        axes.spines[["left", "right"]].set_linewidth(2.5)
+    axes.set_ylim(-1.0, 1.0)
+    axes.set_yticks([])
+    if frame.periodic[0]:
+        axes.spines[["left"]].set_visible(False)
+    axes.set_xlabel("x")
+
+
+def draw_disks(axes: Axes, frame: Frame) -> None:
+    """2D: disks in the box, and pale the periodic copies of those that cross its border."""
+    centres, owners, copies = _with_copies(frame.positions, frame.diameters, frame.box, frame.periodic)
+    radii = 0.5 * frame.diameters[owners]
+    _circles(axes, centres[copies], radii[copies], PALE_FACE, PALE_EDGE)
+    _circles(axes, centres[~copies], radii[~copies], _faces(frame)[owners[~copies]], EDGE)
+    _box_and_axes(axes, frame.box, float(frame.diameters.max()), frame.periodic)
+
+
+def draw_network(axes: Axes, network: PackingNetwork) -> None:
+    """2D: a packing, its backbone's contacts as bonds, its rattlers dotted."""
+    frame = network.frame
+    centres, owners, copies = _with_copies(frame.positions, frame.diameters, frame.box, frame.periodic)
+    radii, solid = 0.5 * frame.diameters[owners], network.backbone[owners]
+    for here, face, edge in ((copies, "none", PALE_EDGE), (~copies, PALE_FACE, EDGE)):
+        _circles(axes, centres[here & solid], radii[here & solid], face, edge)
+        _circles(axes, centres[here & ~solid], radii[here & ~solid], "none", edge, linestyle=":")
+    _bonds(axes, network, np.eye(2))
+    _box_and_axes(axes, frame.box, float(frame.diameters.max()), frame.periodic)
+
+
+def draw_network_in_space(axes: Axes, network: PackingNetwork) -> None:
+    """3D: the bonds of a packing's backbone in parallel projection, its rattlers as dotted circles."""
+    frame = network.frame
+    right, up, towards = _camera()
+    centre = 0.5 * np.asarray(frame.box)
+    _edges_of_box(axes, centre, right, up, towards)
+    plane = np.stack([right, up], axis=1)
+    _bonds(axes, network, plane, centre)
+    loose = network.rattlers
+    flat = (frame.positions[loose] - centre) @ plane
+    _circles(axes, flat, 0.5 * frame.diameters[loose], "none", EDGE, linestyle=":")
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+
+
+def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Frame) -> None:
+    """2D: planes, fixed balls with their images, and containers; obstacles of one's own are left out."""
+    from matplotlib.patches import Circle, Polygon
+
+    reach = math.hypot(*frame.box) + float(frame.diameters.max())
+    for obstacle in obstacles:
+        if isinstance(obstacle, Plane):
+            length = math.hypot(*obstacle.normal)
+            normal, centre = np.array(obstacle.normal) / length, 0.5 * np.array(frame.box)
+            middle = centre - (normal @ centre - obstacle.offset / length) * normal
+            along, behind = 2 * reach * np.array([-normal[1], normal[0]]), 2 * reach * normal
+            corners = [middle - along, middle + along, middle + along - behind, middle - along - behind]
+            axes.add_patch(Polygon(corners, facecolor=SOLID, edgecolor=BORDER, zorder=0.5))
+        elif isinstance(obstacle, Ball):
+            turns = [(-1, 0, 1) if repeats else (0,) for repeats in frame.periodic]
+            for shift in itertools.product(*turns):
+                place = np.array(obstacle.center) + np.array(shift) * np.array(frame.box)
+                spot = (float(place[0]), float(place[1]))
+                axes.add_patch(Circle(spot, obstacle.radius, facecolor=SOLID, edgecolor=BORDER, zorder=0.5))
+        elif isinstance(obstacle, SphericalContainer):
+            x, y = obstacle.center
+            axes.add_patch(Circle((x, y), obstacle.radius, fill=False, edgecolor=BORDER, linewidth=2.0))
+        elif isinstance(obstacle, CylindricalContainer):
+            middle_line = obstacle.center[1 - obstacle.axis]
+            line = axes.axhline if obstacle.axis == 0 else axes.axvline
+            for side in (-1, 1):
+                line(middle_line + side * obstacle.radius, color=BORDER, linewidth=2.0)
+
+
+def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.ndarray | float = 0.0) -> None:
+    """Bonds of the backbone, from both of their ends where they cross the border."""
+    from matplotlib.collections import LineCollection
+
+    frame, held = network.frame, network.held
+    starts, steps = network.bonds[held], network.vectors[held]
+    first = (frame.positions[starts[:, 0]] - centre) @ plane
+    pairs = starts[:, 1] < frame.n
+    second = (frame.positions[starts[pairs, 1]] - centre) @ plane
+    lines = [np.stack([first, first + steps @ plane], axis=1)]
+    lines.append(np.stack([second, second - steps[pairs] @ plane], axis=1))
+    axes.add_collection(LineCollection(list(np.concatenate(lines)), color=BOND, linewidth=0.9, zorder=3))
+
+
+def _faces(frame: Frame) -> np.ndarray:
+    """The colour of each particle, by its species."""
+    kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
+    return np.array(FACES)[kinds % len(FACES)]
+
+
+def draw_projection(axes: Axes, frame: Frame) -> None:
+    """Beyond 3D: the first two coordinates of every particle, as translucent disks."""
+    order = np.argsort(frame.positions[:, 2])
+    circles = (frame.positions[order, :2], 0.5 * frame.diameters[order])
+    _circles(axes, *circles, _faces(frame)[order], EDGE, alpha=max(0.08, min(0.5, 60.0 / frame.n)))
+    _box_and_axes(axes, frame.box[:2], float(frame.diameters.max()), frame.periodic[:2])
+
+
+def draw_spheres(axes: Axes, frame: Frame) -> None:
+    """3D: shaded spheres in parallel projection, the far ones first and hazier, in the edges of the box."""
+    right, up, towards = _camera()
+    centre = 0.5 * np.asarray(frame.box)
+    x = frame.positions - centre
+    depth = x @ towards
+    order = np.argsort(depth)
+    flat = np.stack([x @ right, x @ up], axis=1)[order]
+    radii = 0.5 * frame.diameters[order]
+    plane = _edges_of_box(axes, centre, right, up, towards)
+    haze = (depth[order] - depth.min()) / (np.ptp(depth) or 1.0)
+    _shaded(axes, flat, radii, haze, _faces(frame)[order])
+    reach = np.abs(plane).max(axis=0) + float(frame.diameters.max())
+    axes.set_xlim(-reach[0], reach[0])
+    axes.set_ylim(-reach[1], reach[1])
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+
+
+def _edges_of_box(
+    axes: Axes, centre: np.ndarray, right: np.ndarray, up: np.ndarray, towards: np.ndarray
+) -> np.ndarray:
+    """Draw the edges of a box around the origin; return its corners (8, 2) in the picture."""
+    from matplotlib.collections import LineCollection
+
+    corners = np.array(list(itertools.product((-1, 1), repeat=3))) * centre
+    # The corner farthest from the camera: its three edges lie behind the spheres, all others before them.
+    far = int(np.argmin(corners @ towards))
+    pairs = [(a, b) for a in range(8) for b in range(a) if np.count_nonzero(corners[a] != corners[b]) == 1]
+    plane = np.stack([corners @ right, corners @ up], axis=1)
+    for behind in (True, False):
+        lines = [plane[[a, b]] for a, b in pairs if (far in (a, b)) is behind]
+        order_in_picture = 1 if behind else 4
+        axes.add_collection(LineCollection(lines, color=BORDER, linewidth=0.9, zorder=order_in_picture))
+    return plane
+
+
+def _camera() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit vectors to the right, up, and towards the eye."""
+    towards = np.array(
+        [
+            math.cos(ELEVATION) * math.sin(AZIMUTH),
+            -math.cos(ELEVATION) * math.cos(AZIMUTH),
+            math.sin(ELEVATION),
+        ]
+    )
+    right = np.array([math.cos(AZIMUTH), math.sin(AZIMUTH), 0.0])
+    return right, np.cross(towards, right), towards
+
+
+def _shaded(
+    axes: Axes, centres: np.ndarray, radii: np.ndarray, nearness: np.ndarray, faces: np.ndarray
+) -> None:
+    """Spheres as stacks of discs that brighten towards a light at the upper left; far ones fade to white."""
+    from matplotlib.collections import PatchCollection
+    from matplotlib.colors import to_rgb
+    from matplotlib.patches import Circle
+
+    dark, light = np.array(to_rgb(EDGE)), np.array(to_rgb("#e9f2fb"))
+    layers = {}
+    for face in set(faces.tolist()):
+        body = np.array(to_rgb(face))
+        # Outline, body, and three highlights: (radius, shift towards the light, colour).
+        layers[face] = [(1.0, 0.0, dark), (0.94, 0.02, 0.72 * body + 0.28 * dark), (0.80, 0.11, body)]
+        layers[face] += [(0.55, 0.22, 0.6 * body + 0.4 * light), (0.25, 0.33, light)]
+    patches, colours = [], []
+    for centre, radius, near, face in zip(centres, radii, nearness, faces.tolist(), strict=True):
+        fade = 0.55 * (1.0 - near)
+        for size, shift, colour in layers[face]:
+            patches.append(Circle(centre + radius * shift * np.array([-0.7, 0.7]), size * radius))
+            colours.append(colour * (1.0 - fade) + fade)
+    axes.add_collection(PatchCollection(patches, facecolors=colours, edgecolors="none", zorder=2))
+
+
+def _circles(
+    axes: Axes,
+    centres: np.ndarray,
+    radii: np.ndarray,
+    face: str | np.ndarray,
+    edge: str,
+    alpha: float | None = None,
+    linestyle: str = "-",
+) -> None:
+    from matplotlib.collections import EllipseCollection
+
+    axes.add_collection(
+        EllipseCollection(
+            2.0 * radii, 2.0 * radii, np.zeros(radii.size), units="xy", offsets=centres,
+            offset_transform=axes.transData, facecolor=face, edgecolor=edge, linewidth=0.5, alpha=alpha,
+            linestyle=linestyle,
+        )
+    )  # fmt: skip
+
+
+def _with_copies(
+    positions: np.ndarray, diameters: np.ndarray, box: tuple[float, ...], periodic: tuple[bool, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Centres of the particles and of the copies that reach into the box; their owners; which are copies."""
+    edges = np.asarray(box)
+    centres, owners, copies = [], [], []
+    index = np.arange(len(positions))
+    turns = [(-1.0, 0.0, 1.0) if repeats else (0.0,) for repeats in periodic]
+    for shift in itertools.product(*turns):
+        moved = positions + np.array(shift) * edges
+        outside = np.maximum(np.maximum(-moved, moved - edges), 0.0)
+        near = np.linalg.norm(outside, axis=1) < 0.5 * diameters
+        kept = near if any(shift) else np.ones_like(near)
+        centres.append(moved[kept])
+        owners.append(index[kept])
+        copies.append(np.full(int(kept.sum()), any(shift)))
+    return np.concatenate(centres), np.concatenate(owners), np.concatenate(copies)
+
+
+def _box_and_axes(axes: Axes, box: tuple[float, ...], margin: float, periodic: tuple[bool, ...]) -> None:
+    from matplotlib.patches import Rectangle
+
+    # Walls are thick.
+    if not periodic[0]:
+        axes.vlines([0.0, box[0]], 0.0, box[1], color=BORDER, linewidth=3.0, zorder=5)
+    if not periodic[1]:
+        axes.hlines([0.0, box[1]], 0.0, box[0], color=BORDER, linewidth=3.0, zorder=5)
+
+    axes.add_patch(Rectangle((0.0, 0.0), *box, fill=False, edgecolor=BORDER, linewidth=1.2, zorder=5))
+    axes.set_xlim(-margin, box[0] + margin)
+    axes.set_ylim(-margin, box[1] + margin)
+    axes.set_aspect("equal")
+    # The box has its own border.
+    axes.spines[:].set_visible(False)
+    axes.set_xlabel("x")
+    axes.set_ylabel("y")

@@ -1,0 +1,451 @@
+"""Pictures: the pressure as it converges, g(r), and a snapshot, each as a Figure of the caller's own.
+
+No figure touches matplotlib's global state (pyplot), so that plotting neither needs a display nor changes a
+notebook's.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import theory
+from carom.errors import FileError, InputError
+from carom.scene import description as words
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from carom.frame import Frame
+    from carom.models.obstacles import Obstacle
+    from carom.observables.packing import PackingNetwork
+    from carom.observables.pressure import PressureEstimate
+    from carom.observables.rdf import RadialDistribution
+    from carom.observables.statistics import Estimate
+
+# Readable without colour too: one strong blue for data, greys and line styles for the rest.
+INK = "#1f4e79"
+PALE = "#9dbbd8"
+GREY = "#555555"
+WARM = "#c0392b"
+DPI = 160
+TITLE = 10.5
+
+# More blocks than this are drawn as their means, so that points stay points.
+_MOST_POINTS = 64
+
+
+def pressure(
+    estimate: PressureEstimate,
+    *,
+    equations: Mapping[str, theory.Equation] | None = None,
+    path: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """Z as it converges: block values, the running mean with its error band, and theory.
+
+    Parameters
+    ----------
+    estimate : PressureEstimate
+    equations : mapping of str to callable, optional
+        Equations of state to draw, by label; each is shifted to the finite n of the run. Without it, the
+        usual one and the best one known for the dimension.
+    path : path, optional
+        Where to save the picture; the suffix is the format (png, pdf, svg).
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If the estimate holds no block.
+    FileError
+        If the picture cannot be saved.
+
+    Notes
+    -----
+    The band is the final error times sqrt(total time / time so far): that of a stationary run of that length.
+    """
+    if not estimate.block_values:
+        raise InputError("The estimate holds no block of the run, so there is nothing to draw.")
+    figure, axes = _figure(7.0, 4.2)
+    durations = np.array(estimate.block_durations)
+    values = np.array(estimate.block_values)
+    time = np.cumsum(durations)
+    running = np.cumsum(durations * values) / time
+    z = estimate.compressibility_factor
+    group = math.ceil(values.size / _MOST_POINTS)
+    means, middles = _grouped(values, durations, group)
+    label = "blocks" if group == 1 else f"means of {group} blocks"
+    axes.plot(middles, means, ".", color=PALE, markersize=4, zorder=1, label=label)
+    if math.isfinite(z.error):
+        band = z.error * np.sqrt(time[-1] / time)
+        axes.fill_between(time, running - band, running + band, color=INK, alpha=0.18, linewidth=0, zorder=2)
+    axes.plot(time, running, color=INK, linewidth=1.6, zorder=4, label=f"running mean, $Z = {_tex(z)}$")
+    if equations is None:
+        equations = theory.equations(estimate.dimension)
+    styles = ("--", "-.", ":", (0, (6, 1, 1, 1)))
+    eta = estimate.packing_fraction
+    shown = [z.mean]
+    for (name, equation), style in zip(equations.items(), styles * len(equations), strict=False):
+        value = equation(eta) + theory.finite_size_shift(eta, estimate.n, equation)
+        shown.append(value)
+        axes.axhline(
+            value, color=WARM, linestyle=style, linewidth=1.1, zorder=3, label=f"{name}, {value:.4f}"
+        )
+    axes.set_xlim(0.0, time[-1])
+    _frame_values(axes, shown, means)
+    axes.set_xlabel(r"time $t\,/\,\sigma\sqrt{m/kT}$")
+    axes.set_ylabel(r"compressibility factor $Z$")
+    axes.set_title(_state(estimate.n, estimate.dimension, eta), fontsize=TITLE)
+    axes.legend(loc="best", fontsize=8.5, framealpha=0.92, edgecolor="none")
+    return saved(figure, path)
+
+
+def rdf(
+    distribution: RadialDistribution,
+    *,
+    contact_value: Estimate | None = None,
+    path: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """g(r), with the region of contact enlarged and its extrapolation.
+
+    Parameters
+    ----------
+    distribution : RadialDistribution
+    contact_value : Estimate, optional
+        The contact value that the pressure implies, drawn beside the extrapolated one.
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    FileError
+        If the picture cannot be saved.
+    """
+    figure, axes = _figure(7.0, 4.2)
+    unit = distribution.diameter or 1.0
+    r, g, error = distribution.r / unit, distribution.g, distribution.error
+    edges = distribution.edges / unit
+    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    axes.fill_between(r, g - error, g + error, color=INK, alpha=0.25, linewidth=0, zorder=2)
+    axes.plot(r, g, color=INK, linewidth=1.4, zorder=3)
+    if edges[0] > 0.0:
+        # Below contact g is zero, and it jumps there.
+        axes.plot([0.0, edges[0], edges[0]], [0.0, 0.0, g[0]], color=INK, linewidth=1.4, zorder=3)
+    axes.set_xlim(max(edges[0] - 0.15 * (edges[-1] - edges[0]), 0.0), edges[-1])
+    top = 1.12 * float(np.max(g + error))
+    if distribution.contact_value is not None:
+        # The enlarged part stands above the right half, from 0.4 of the height on.
+        far = (g + error)[edges[1:] > 0.5 * sum(axes.get_xlim())]
+        top = max(top, float(np.max(far)) / 0.38)
+    axes.set_ylim(0.0, top)
+    axes.set_xlabel(r"distance $r/\sigma$" if distribution.diameter else r"distance $r$")
+    axes.set_ylabel(r"radial distribution function $g(r)$")
+    frames = f"{distribution.frames} frame{'s' if distribution.frames > 1 else ''}"
+    state = _state(distribution.n, distribution.dimension, distribution.packing_fraction)
+    axes.set_title(f"{state}, {frames}", fontsize=TITLE)
+    if distribution.contact_value is not None:
+        _contact_inset(axes, distribution, contact_value)
+    return saved(figure, path)
+
+
+def partial_rdf(
+    distributions: Mapping[str, RadialDistribution], *, path: str | os.PathLike[str] | None = None
+) -> Figure:
+    """g(r) of every pair of species of a mixture, each from its own contact on.
+
+    Parameters
+    ----------
+    distributions : mapping of str to RadialDistribution
+        By the names of the two species, as :func:`carom.observables.partial_rdf.partial_rdf` returns them.
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    FileError
+        If the picture cannot be saved.
+    """
+    if not distributions:
+        raise InputError("There is no g(r), so there is nothing to draw.")
+    from matplotlib import colormaps
+
+    figure, axes = _figure(7.0, 4.2)
+    unit = max(found.diameter for found in distributions.values())
+    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+    for k, (name, found) in enumerate(distributions.items()):
+        r, g = found.r / unit, found.g
+        colour = colormaps["viridis"](k / len(distributions))
+        axes.fill_between(
+            r, g - found.error, g + found.error, color=colour, alpha=0.25, linewidth=0, zorder=2
+        )
+        # Below contact g is zero, and it jumps there.
+        contact = found.edges[0] / unit
+        axes.plot([contact, contact, *r], [0.0, g[0], *g], color=colour, linewidth=1.3, label=name, zorder=3)
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel(r"distance $r\,/\,\sigma_\mathrm{max}$")
+    axes.set_ylabel(r"partial distribution function $g_{ij}(r)$")
+    some = next(iter(distributions.values()))
+    axes.set_title(
+        f"{_state(some.n, some.dimension, some.packing_fraction)}, {some.frames} frames", fontsize=TITLE
+    )
+    axes.legend(fontsize=8.5, framealpha=0.92, edgecolor="none")
+    return saved(figure, path)
+
+
+def snapshot(
+    frame: Frame,
+    *,
+    obstacles: Sequence[Obstacle] = (),
+    path: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """The particles of a frame, to scale, in their box; species in different colours, walls thick.
+
+    Parameters
+    ----------
+    frame : Frame
+        In 1D rods on a line; in 2D disks, with periodic copies where they cross the border; in 3D shaded
+        spheres in parallel projection, near ones in front; beyond that the first two coordinates, which the
+        title says.
+    obstacles : sequence of obstacles, optional
+        Planes, balls and containers of the scene, drawn in 2D.
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    FileError
+        If the picture cannot be saved.
+    """
+    from carom.pictures.drawing import draw_disks, draw_obstacles, draw_projection, draw_rods, draw_spheres
+
+    draw = {1: draw_rods, 2: draw_disks, 3: draw_spheres}.get(frame.dimension, draw_projection)
+    figure, axes = _figure(6.0, 1.6 if frame.dimension == 1 else 6.4)
+    draw(axes, frame)
+    if frame.dimension == 2:
+        draw_obstacles(axes, obstacles, frame)
+    volume = sum(theory.ball_volume(frame.dimension, float(s)) for s in frame.diameters)
+    title = _state(frame.n, frame.dimension, volume / math.prod(frame.box))
+    if frame.dimension > 3:
+        title += "\nfirst two coordinates"
+    axes.set_title(title, fontsize=TITLE)
+    return saved(figure, path)
+
+
+def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None) -> Figure:
+    """A packing's network of contacts: bonds of the backbone, rattlers dotted.
+
+    Parameters
+    ----------
+    network : PackingNetwork
+        Of a packing in two or three dimensions; in three the spheres of the backbone are left out.
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If the packing has another dimension.
+    FileError
+        If the picture cannot be saved.
+    """
+    from carom.pictures.drawing import draw_network, draw_network_in_space, draw_obstacles
+
+    dimension = network.frame.dimension
+    if dimension not in (2, 3):
+        raise InputError(f"A network is drawn in two or three dimensions, found {dimension}.")
+    figure, axes = _figure(6.4, 6.8)
+    (draw_network if dimension == 2 else draw_network_in_space)(axes, network)
+    axes.autoscale_view()
+    if dimension == 2:
+        draw_obstacles(axes, network.obstacles, network.frame)
+    loose = len(network.rattlers)
+    axes.set_title(
+        f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{network.contacts} contacts in the "
+        f"backbone (isostatic: {network.isostatic}), {loose} rattler{'s' * (loose != 1)}",
+        fontsize=TITLE,
+    )
+    return saved(figure, path)
+
+
+def gaps(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None) -> Figure:
+    """How many pairs have a gap below h: the void between contacts and near contacts, and the chosen gap.
+
+    Parameters
+    ----------
+    network : PackingNetwork
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    FileError
+        If the picture cannot be saved.
+    """
+    figure, axes = _figure(6.4, 4.0)
+    # Pairs that overlap by rounding stand at the left border.
+    positive = network.gaps[network.gaps > 0.0]
+    least = float(positive.min()) if positive.size else network.gap
+    axes.step(np.maximum(network.gaps, least), np.arange(1, len(network.gaps) + 1), where="post", color=INK)
+    low, high = max(network.void[0], least), network.void[1]
+    axes.axvspan(low, high, color=PALE, alpha=0.4, linewidth=0, label="void")
+    axes.axvline(network.gap, color=WARM, linestyle="--", label=f"chosen gap {network.gap:.1e}")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel(r"gap $h = r / \sigma_{ij} - 1$")
+    axes.set_ylabel("pairs with a smaller gap")
+    axes.legend(frameon=False, fontsize=8.5)
+    return saved(figure, path)
+
+
+def compression(
+    history: np.ndarray,
+    jamming_fraction: float,
+    dimension: int,
+    *,
+    path: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """Reduced pressure against the density left to the jammed one, with the free-volume law.
+
+    Parameters
+    ----------
+    history : structured array
+        ``packing_fraction`` and ``pressure``, as a :class:`carom.studies.Packing` has it.
+    jamming_fraction : float
+        NaN where it is not known: then the density itself is the abscissa.
+    dimension : int
+        d.
+    path : path, optional
+        Where to save the picture.
+    """
+    figure, axes = _figure(7.0, 4.2)
+    fraction, pressure = history["packing_fraction"], history["pressure"]
+    if np.isfinite(jamming_fraction):
+        left = 1.0 - fraction / jamming_fraction
+        # The last differences are rounding, and the law is what the jamming density comes from.
+        shown = left > 64 * np.finfo(float).eps
+        axes.plot(left[shown], pressure[shown], ".", color=PALE, markersize=4, label="compression")
+        if shown.any():
+            ends = np.array([left[shown].min(), min(left[shown].max(), 0.1)])
+            axes.plot(ends, dimension / ends, color=WARM, linewidth=1.1, label=r"$d\,/\,(1 - \eta/\eta_J)$")
+        axes.set_xscale("log")
+        axes.invert_xaxis()
+        axes.set_xlabel(r"$1 - \eta/\eta_J$")
+        axes.set_title(rf"$\eta_J = {jamming_fraction:.6f}$", fontsize=TITLE)
+    else:
+        axes.plot(fraction, pressure, ".", color=PALE, markersize=4, label="compression")
+        axes.set_xlabel(r"packing fraction $\eta$")
+    axes.set_yscale("log")
+    axes.set_ylabel(r"reduced pressure $PV/NkT$")
+    axes.legend(loc="upper left", fontsize=8.5, framealpha=0.92, edgecolor="none")
+    return saved(figure, path)
+
+
+def _figure(width: float, height: float) -> tuple[Figure, Axes]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure, axes
+
+
+def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
+    """Save a figure, if a path is given, and return it; FileError if it cannot be written."""
+    if path is not None:
+        try:
+            figure.savefig(Path(path))
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise FileError(
+                f"The picture {path} cannot be written ({reason}); choose another place."
+            ) from error
+    return figure
+
+
+def _state(n: int, dimension: int, packing_fraction: float) -> str:
+    count = f"{n:,}".replace(",", "\u202f") if n >= 10_000 else str(n)
+    return f"{count} hard {words.particles(dimension, n)}, $\\eta = {packing_fraction:.4g}$"
+
+
+def _tex(estimate: Estimate) -> str:
+    return estimate.value_text.replace("+-", r"\pm").replace("inf", r"\infty")
+
+
+def _grouped(values: np.ndarray, durations: np.ndarray, group: int) -> tuple[np.ndarray, np.ndarray]:
+    """Means of `group` blocks each, and the time at the middle of each group."""
+    starts = np.arange(0, values.size, group)
+    lengths = np.add.reduceat(durations, starts)
+    return np.add.reduceat(values * durations, starts) / lengths, np.cumsum(lengths) - 0.5 * lengths
+
+
+def _frame_values(axes: Axes, shown: list[float], means: np.ndarray) -> None:
+    """Limits that show the convergence: most of the blocks, and every value in `shown`."""
+    low, high = np.quantile(means, [0.02, 0.98])
+    low, high = min(low, *shown), max(high, *shown)
+    margin = 0.12 * (high - low) or 0.05 * abs(high)
+    axes.set_ylim(low - margin, high + margin)
+
+
+def _contact_inset(axes: Axes, distribution: RadialDistribution, implied: Estimate | None) -> None:
+    """The first quarter of a diameter, with the contact values at its left border."""
+    fitted: Any = distribution.contact_value
+    unit = distribution.diameter
+    r, near = distribution.r / unit, distribution.r < 1.25 * unit
+    if near.sum() < 3:
+        return
+    inset = axes.inset_axes((0.52, 0.48, 0.46, 0.44))
+    inset.errorbar(
+        r[near],
+        distribution.g[near],
+        distribution.error[near],
+        fmt=".",
+        color=INK,
+        markersize=4,
+        linewidth=0.8,
+    )
+    shown = [(fitted, "extrapolated", "D", INK, 0.0)]
+    if implied is not None and math.isfinite(implied.mean):
+        shown.append((implied, "from the pressure", "o", WARM, -0.012))
+    for value, name, marker, colour, shift in shown:
+        error = value.error if math.isfinite(value.error) else 0.0
+        inset.errorbar(
+            [1.0 + shift], [value.mean], [error], fmt=marker, color=colour, markersize=4.5,
+            markerfacecolor="white", capsize=2, label=f"{name} ${_tex(value)}$",
+        )  # fmt: skip
+    inset.set_xlim(0.97, 1.25)
+    inset.set_title(r"contact value $g(\sigma^+)$", fontsize=8.5)
+    inset.tick_params(labelsize=7.5)
+    inset.legend(fontsize=7.5, frameon=False, loc="upper right", handletextpad=0.2)

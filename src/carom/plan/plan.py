@@ -1,0 +1,232 @@
+"""A scene and its run as a TOML file: the same words as the Python face, and nothing that can run code."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+from carom import checks
+from carom.errors import FileError, InputError
+from carom.models import obstacles
+from carom.models.obstacles import Obstacle
+from carom.plan.sections import OutputSpec, RunSpec, SceneSpec, SpeciesSpec
+from carom.scene.scene import Scene
+
+__all__ = ["OutputSpec", "Plan", "RunSpec", "SceneSpec", "SpeciesSpec", "template"]
+
+#: A scene file is about a page. Larger ones are something else, and would only keep the parser busy.
+LARGEST_FILE = 64 * 1024
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A scene, its run and its output: what ``carom run`` does.
+
+    Parameters
+    ----------
+    scene : SceneSpec
+        By default 2048 spheres at packing fraction 0.45, from fcc.
+    run : RunSpec
+        How long.
+    output : OutputSpec
+        What to write.
+    """
+
+    scene: SceneSpec = field(default_factory=lambda: SceneSpec(cells=8, packing_fraction=0.45))
+    run: RunSpec = field(default_factory=RunSpec)
+    output: OutputSpec = field(default_factory=OutputSpec)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a TOML file; a relative ``file`` in it is taken from its folder.
+
+        Raises
+        ------
+        FileError
+            If it is missing, unreadable, too large or not text in UTF-8.
+        InputError
+            As :meth:`from_toml`, with the name of the file.
+        """
+        path = Path(path)
+        text = _read(path)
+        try:
+            plan = cls.from_toml(text)
+        except InputError as problem:
+            raise InputError(f"{path}: {problem}") from problem
+        if plan.scene.file is None:
+            return plan
+        there = str((path.parent / plan.scene.file).absolute())
+        return dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, file=there))
+
+    @classmethod
+    def from_toml(cls, text: str) -> Self:
+        """Read a plan from TOML; sections and keys that are left out have their defaults.
+
+        Raises
+        ------
+        InputError
+            If it is no TOML (with the line), a section or key is unknown (with the nearest known one), a
+            value has the wrong type or range, or keys contradict each other.
+        """
+        # The parser loads lazily: a plan is not part of every import.
+        import tomllib
+
+        if len(text) > LARGEST_FILE:
+            raise InputError(f"A scene file has at most {LARGEST_FILE} characters, found {len(text)}.")
+        try:
+            tables = tomllib.loads(text)
+        except RecursionError as problem:
+            raise InputError("This is no scene file: its values are nested too deeply.") from problem
+        except ValueError as problem:
+            raise InputError(f"This is no valid TOML: {problem}.") from problem
+        specs = {f.name: f for f in dataclasses.fields(cls)}
+        values: dict[str, Any] = {}
+        for name, table in tables.items():
+            if name not in specs:
+                raise InputError(_unknown(name, tables[name], specs))
+            if not isinstance(table, dict):
+                raise InputError(f"[{name}] must be a section, found {checks.describe(table)}.")
+            values[name] = _section(name, table)
+        return cls(**values)
+
+    def to_toml(self) -> str:
+        """Return the plan as TOML from which :meth:`from_toml` makes an equal one."""
+        lines: list[str] = []
+        for section in dataclasses.fields(self):
+            spec = getattr(self, section.name)
+            lines.append(f"[{section.name}]")
+            tables: list[str] = []
+            for key in dataclasses.fields(spec):
+                value = getattr(spec, key.name)
+                if key.name in _TABLES:
+                    for each in value:
+                        tables += ["", f"[[{section.name}.{key.name}]]", *_pairs(_TABLES[key.name](each))]
+                elif value is not None:
+                    lines.append(f"{key.name} = {_toml(value)}")
+            lines += [*tables, ""]
+        return "\n".join(lines)
+
+    def build_scene(self) -> Scene:
+        """Return the scene, placed and checked; see :meth:`SceneSpec.build`."""
+        from numpy.random import SeedSequence, default_rng
+
+        # A stream of its own, so that places and velocities drawn from one seed are independent.
+        return self.scene.build(default_rng(SeedSequence(self.run.seed, spawn_key=(0,))))
+
+
+def template() -> str:
+    """Return the default plan as commented TOML, the start of one's own."""
+    from importlib.resources import files
+
+    return files("carom").joinpath("scene.toml").read_text(encoding="utf-8")
+
+
+def _obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
+    table = obstacles.to_json(obstacle)
+    if table["kind"] == "own":
+        raise InputError(
+            f"The obstacle {obstacle.name} is of a class of one's own, which a scene file cannot hold."
+        )
+    return table
+
+
+#: Keys whose values are tables, and what makes such a table.
+_TABLES: dict[str, Any] = {"species": dataclasses.asdict, "obstacles": _obstacle_table}
+
+_SPECS: dict[str, Any] = {"scene": SceneSpec, "run": RunSpec, "output": OutputSpec}
+
+
+def _section(name: str, table: dict[str, Any]) -> Any:
+    """Return the section as its dataclass, lists as tuples."""
+    known = {f.name for f in dataclasses.fields(_SPECS[name])}
+    for key in table:
+        if key not in known:
+            nearest = _nearest(key, known)
+            raise InputError(f"[{name}] {_shown(key)} is no known key{nearest}.")
+    values = {k: _tuples(v) for k, v in table.items()}
+    if name == "scene" and values.get("initial", "fcc") == "fcc":
+        # The default scene completes itself; of another nobody can guess the size and the density.
+        counted = any(isinstance(each, dict) and "count" in each for each in _listed(values.get("species")))
+        if not values.keys() & {"cells", "n"} and not counted:
+            values["cells"] = 8
+        if not values.keys() & {"packing_fraction", "density", "box"}:
+            values["packing_fraction"] = 0.45
+    return _SPECS[name](**values)
+
+
+def _tuples(value: Any) -> Any:
+    """Return lists as tuples, also those within lists and tables."""
+    if isinstance(value, list):
+        return tuple(_tuples(each) for each in value)
+    if isinstance(value, dict):
+        return {key: _tuples(each) for key, each in value.items()}
+    return value
+
+
+def _listed(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else ()
+
+
+def _pairs(table: dict[str, Any]) -> list[str]:
+    return [f"{key} = {_toml(value)}" for key, value in table.items() if value is not None]
+
+
+def _unknown(name: str, value: Any, specs: dict[str, Any]) -> str:
+    if isinstance(value, dict):
+        return f"[{_shown(name)}] is no known section{_nearest(name, set(specs))}."
+    for section, spec in _SPECS.items():
+        if name in {f.name for f in dataclasses.fields(spec)}:
+            return f"{name} stands outside of any section; write it below [{section}]."
+    return f"{_shown(name)} stands outside of any section and is no known key."
+
+
+def _nearest(name: str, known: set[str]) -> str:
+    matches = difflib.get_close_matches(name[:80], sorted(known), n=1, cutoff=0.5)
+    return f"; did you mean {matches[0]}" if matches else f" (known: {', '.join(sorted(known))})"
+
+
+def _shown(name: str) -> str:
+    shown = name if len(name) <= 40 else name[:37] + "..."
+    return shown if shown.isprintable() and shown else repr(shown)
+
+
+def _read(path: Path) -> str:
+    try:
+        there, regular = path.exists(), path.is_file()
+        data = b""
+        if regular:
+            with path.open("rb") as stream:
+                data = stream.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise FileError(f"{path} cannot be read: {reason}.") from problem
+    if not there:
+        raise FileError(f"{path} does not exist; `carom init` writes a scene file to start from.")
+    if not regular:
+        raise FileError(f"{path} is not a file; expected a scene file (TOML).")
+    if len(data) > LARGEST_FILE:
+        raise FileError(
+            f"{path} has more than {LARGEST_FILE} bytes; expected a scene file (TOML) of about a page."
+        )
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        raise FileError(
+            f"{path} is not text in UTF-8 (byte {problem.start}); expected a scene file (TOML)."
+        ) from problem
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        escaped = "".join(
+            "\\" + c if c in '"\\' else c if c.isprintable() else f"\\U{ord(c):08X}" for c in value
+        )
+        return f'"{escaped}"'
+    if isinstance(value, tuple):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return repr(value)

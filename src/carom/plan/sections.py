@@ -1,0 +1,523 @@
+"""The three sections of a plan as frozen dataclasses that check themselves: scene, run and output."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from carom import checks
+from carom.errors import InputError
+from carom.models import obstacles
+from carom.models.obstacles import Obstacle
+from carom.scene import lattices
+from carom.scene.box import LONGEST_EDGE
+from carom.scene.lattices import Lattice
+from carom.scene.scene import Scene
+
+INITIAL = ("fcc", "cubic", "triangular", "dn", "random", "file")
+NEIGHBORS = ("auto", "sectors", "lists")
+FORMATS = ("h5md", "extxyz", "gsd")
+
+#: Keys of [scene] that go with any start: what a trajectory does not hold.
+ADDED = ("restitution", "elastic_below", "contact", "obstacles")
+
+#: Collisions a particle that are measured where nothing else is said.
+DEFAULT_COLLISIONS = 10000.0
+
+#: More collisions a particle than any run reaches, few enough that their total fits an integer of 64 bits.
+MOST_COLLISIONS = 1e10
+
+
+@dataclass(frozen=True)
+class SpeciesSpec:
+    """One species of a mixture: a table ``[[scene.species]]``.
+
+    Parameters
+    ----------
+    name : str
+        What to call it; its number when left out.
+    count : int
+        How many; or, for all species,
+    fraction : float
+        its part of the n of the scene, in any ratio to the others.
+    diameter, mass : float
+        [length], [mass]; 1 when left out.
+    """
+
+    name: str | None = None
+    count: int | None = None
+    fraction: float | None = None
+    diameter: float = 1.0
+    mass: float = 1.0
+
+    def __post_init__(self) -> None:
+        check = _Checker("scene.species", self)
+        check.text("name")
+        check.integer("count", low=0, high=lattices.MOST)
+        check.number("fraction", low=0, high=checks.MAGNITUDE)
+        for name in ("diameter", "mass"):
+            check.number(name, low=1 / checks.MAGNITUDE, high=checks.MAGNITUDE)
+
+
+@dataclass(frozen=True)
+class SceneSpec:
+    """What to simulate: the section ``[scene]``. What is None, or empty, is left out.
+
+    Parameters
+    ----------
+    initial : str
+        "fcc", "cubic", "triangular", "dn", "random" or "file".
+    cells : int or tuple of ints
+        Cells along each axis, for lattices.
+    n : int
+        Number of spheres: of "random", or of a lattice with equal cells along every axis.
+    dimension : int
+        d, for "cubic", "dn" and "random" (3 when left out).
+    packing_fraction, density : float
+        Part of the volume filled, or spheres in diameter^d.
+    box : tuple of floats
+        Edges [length], for "random", instead of a density.
+    diameter, mass : float
+        [length], [mass]; 1 when left out.
+    kT : float
+        Temperature [energy]; 1 when left out. With "file" it replaces the velocities of the file.
+    file : str
+        What to start from.
+    frame : int
+        Which frame of it; -1, the last, when left out.
+    periodic : bool or tuple of bools
+        Which axes are; the others have walls at 0 and at the edge. All when left out.
+    restitution, elastic_below : float
+        As in :class:`carom.Scene`.
+    contact : tuple of tuples of floats
+        Contact distances between the species.
+    species : tuple of SpeciesSpec, or of mappings with its fields
+        What the mixture consists of.
+    obstacles : tuple of obstacles, or of mappings as ``{"kind": "ball", "center": ..., "radius": ...}``
+        See :mod:`carom.models.obstacles`.
+    """
+
+    initial: str = "fcc"
+    cells: int | tuple[int, ...] | None = None
+    n: int | None = None
+    dimension: int | None = None
+    packing_fraction: float | None = None
+    density: float | None = None
+    box: tuple[float, ...] | None = None
+    diameter: float | None = None
+    mass: float | None = None
+    kT: float | None = None
+    file: str | None = None
+    frame: int | None = None
+    periodic: bool | tuple[bool, ...] | None = None
+    restitution: float | None = None
+    elastic_below: float | None = None
+    contact: tuple[tuple[float, ...], ...] | None = None
+    species: tuple[SpeciesSpec, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
+
+    def __post_init__(self) -> None:
+        check = _Checker("scene", self)
+        check.choice("initial", INITIAL)
+        check.integers("cells", low=1, high=lattices.MOST)
+        check.integer("n", low=1, high=lattices.MOST)
+        check.integer("dimension", low=1, high=lattices.MOST_DIMENSIONS)
+        check.number("packing_fraction", low=0, high=1, open_low=True)
+        check.number("density", low=0, open_low=True)
+        check.edges("box")
+        for name in ("diameter", "mass"):
+            check.number(name, low=1 / checks.MAGNITUDE, high=checks.MAGNITUDE)
+        check.number("kT", low=0, high=checks.HOTTEST)
+        check.text("file")
+        check.integer("frame", low=-(2**31), high=2**31)
+        check.switches("periodic")
+        check.number("restitution", low=0, high=1, open_low=True)
+        check.number("elastic_below", low=0, high=checks.FASTEST, open_low=True)
+        check.table("contact")
+        check.each("species", _species)
+        check.each("obstacles", _obstacle)
+        self._check_together()
+        self._check_species()
+        # Made explicit, so that equal scenes are equal values.
+        defaults: dict[str, Any] = {"kT": 1.0}
+        if self.initial == "file":
+            defaults = {"frame": -1}
+        elif not self.species:
+            defaults |= {"diameter": 1.0, "mass": 1.0}
+        fixed = {"fcc": 3, "triangular": 2}.get(self.initial)
+        axes = fixed or (self.dimension or 3 if self.box is None else len(self.box))
+        if self.periodic is True or self.periodic == (True,) * axes:
+            object.__setattr__(self, "periodic", None)
+        if self.restitution == 1.0 and self.elastic_below is None:
+            object.__setattr__(self, "restitution", None)
+        for name, value in defaults.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+
+    def _given(self, *names: str) -> list[str]:
+        return [name for name in names if getattr(self, name) not in (None, ())]
+
+    def _check_together(self) -> None:
+        """Raise InputError where keys contradict each other or one is missing."""
+        every = tuple(f.name for f in dataclasses.fields(self))
+        needed, unused = {
+            "file": (
+                ("file",),
+                tuple(name for name in every if name not in ("initial", "file", "frame", "kT", *ADDED)),
+            ),
+            "random": (("n",), ("cells", "file", "frame")),
+        }.get(self.initial, ((), ("box", "file", "frame")))
+        where = f'with initial = "{self.initial}"'
+        if extra := self._given(*unused):
+            raise InputError(f"[scene] {extra[0]} has no meaning {where}; remove it.")
+        counted = bool(self.species) and self.species[0].count is not None
+        for name in needed:
+            if getattr(self, name) is None and not (name == "n" and counted):
+                raise InputError(f"[scene] {name} is needed {where}, found none.")
+        if self.initial == "file":
+            return
+        for group in (("cells", "n"), ("packing_fraction", "density", "box")):
+            if len(both := self._given(*group)) > 1:
+                raise InputError(f"[scene] {both[0]} and {both[1]} contradict each other; remove one.")
+        if self.initial != "random":
+            if not self._given("cells", "n") and not counted:
+                raise InputError(f"[scene] cells or n is needed {where}, found neither.")
+            if not self._given("packing_fraction", "density"):
+                raise InputError(f"[scene] packing_fraction or density is needed {where}, found neither.")
+        fixed = {"fcc": 3, "triangular": 2}.get(self.initial)
+        if fixed is not None and self.dimension not in (None, fixed):
+            raise InputError(f"[scene] dimension is {fixed} {where}, found {self.dimension}.")
+        if self.initial == "dn" and self.dimension is not None and self.dimension < 3:
+            raise InputError(f"[scene] dimension must be at least 3 {where}, found {self.dimension}.")
+        if self.box is not None and self.dimension not in (None, len(self.box)):
+            raise InputError(f"[scene] box must have {self.dimension} edges, found {len(self.box)}.")
+
+    def _check_species(self) -> None:
+        """Raise InputError where species contradict each other, or the rest of the section."""
+        if self.elastic_below is not None and self.restitution in (None, 1.0):
+            raise InputError("[scene] elastic_below has no meaning without restitution; remove it.")
+        if not self.species:
+            if self.contact is not None and self.initial != "file":
+                raise InputError("[scene] contact needs [[scene.species]], found none.")
+            return
+        if extra := self._given("diameter", "mass"):
+            raise InputError(
+                f"[scene] {extra[0]} has no meaning beside [[scene.species]]; give each its own."
+            )
+        counts = [each.count is not None for each in self.species]
+        fractions = [each.fraction is not None for each in self.species]
+        if any(a == b for a, b in zip(counts, fractions, strict=True)) or len({*counts}) > 1:
+            raise InputError("[[scene.species]] needs a count for each, or a fraction for each.")
+        if counts[0] and self.n is not None:
+            raise InputError("[scene] n has no meaning beside the counts of [[scene.species]]; remove it.")
+        if len({name for each in self.species if (name := each.name)}) < sum(
+            each.name is not None for each in self.species
+        ):
+            raise InputError("[[scene.species]] must have different names.")
+
+    def build(self, seed: Any) -> Scene:
+        """Return the scene; ``seed`` (int or Generator) is used by "random" and by mixtures.
+
+        Raises
+        ------
+        InputError
+            If the scene cannot be, e.g. packed too densely; FileError if the file to start from cannot be
+            read.
+        """
+        if self.initial == "file":
+            from carom.io import read
+
+            frame = read(self.file or "", -1 if self.frame is None else self.frame)
+            scene = Scene.from_frame(frame, contact=self.contact, obstacles=self.obstacles)
+            return self._elastic(scene if self.kT is None else scene.with_(velocities=None))
+        periodic = True if self.periodic is None else self.periodic
+        walls: dict[str, Any] = {"periodic": periodic, "obstacles": self.obstacles}
+        if self.species:
+            return self._elastic(self._mixture(walls, seed))
+        assert self.diameter is not None
+        assert self.mass is not None
+        if self.initial == "random":
+            return self._elastic(
+                Scene.random(
+                    self.n or 1,
+                    self.dimension,
+                    packing_fraction=self.packing_fraction,
+                    density=self.density,
+                    box=self.box,
+                    diameter=self.diameter,
+                    mass=self.mass,
+                    seed=seed,
+                    **walls,
+                )
+            )
+        lattice = self._lattice()
+        cells = lattices.cells_for(lattice, self.n) if self.cells is None else self.cells
+        return self._elastic(
+            Scene.on(
+                lattice,
+                cells,
+                packing_fraction=self.packing_fraction,
+                density=self.density,
+                diameter=self.diameter,
+                mass=self.mass,
+                **walls,
+            )
+        )
+
+    def _mixture(self, walls: dict[str, Any], seed: Any) -> Scene:
+        """Return the scene of several species."""
+        kinds = self.species
+        names = [str(k) if each.name is None else each.name for k, each in enumerate(kinds)]
+        counted = kinds[0].count is not None
+        return Scene.mixture(
+            [each.count or 0 for each in kinds] if counted else None,
+            n=self.n,
+            fractions=None if counted else [each.fraction or 0.0 for each in kinds],
+            diameters=[each.diameter for each in kinds],
+            masses=[each.mass for each in kinds],
+            names=names if any(each.name for each in kinds) else (),
+            contact=self.contact,
+            dimension=self.dimension if self.initial == "random" else None,
+            packing_fraction=self.packing_fraction,
+            density=self.density,
+            box=self.box,
+            lattice=None if self.initial == "random" else self._lattice(),
+            cells=self.cells,
+            seed=seed,
+            **walls,
+        )
+
+    def _elastic(self, scene: Scene) -> Scene:
+        """Return the scene with this restitution."""
+        if self.restitution is None:
+            return scene
+        return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)
+
+    def _lattice(self) -> Lattice:
+        if self.initial == "triangular":
+            return lattices.triangular()
+        dimension = 3 if self.dimension is None else self.dimension
+        return lattices.cubic(dimension) if self.initial == "cubic" else lattices.dn(dimension)
+
+
+@dataclass(frozen=True)
+class RunSpec:
+    """How long to simulate: the section ``[run]``.
+
+    Parameters
+    ----------
+    seed : int
+        Source of all randomness.
+    equilibration, collisions_per_particle : float
+        Collisions per particle before, and during, the measurement (10 000).
+    relative_error : float
+        Instead of ``collisions_per_particle``: measure until the error of Z is this part of it.
+    max_walltime : float
+        Seconds, of all sessions, after which ``relative_error`` is given up.
+    frames : int
+        How many frames to sample.
+    checkpoint_every : float
+        Seconds between checkpoints.
+    neighbors : str
+        "auto", "sectors" or "lists".
+    """
+
+    seed: int = 1
+    equilibration: float = 200.0
+    collisions_per_particle: float | None = None
+    relative_error: float | None = None
+    max_walltime: float | None = None
+    frames: int = 100
+    checkpoint_every: float = 10.0
+    neighbors: str = "auto"
+
+    def __post_init__(self) -> None:
+        check = _Checker("run", self)
+        check.integer("seed", low=0, high=2**63 - 1)
+        check.number("equilibration", low=0, high=MOST_COLLISIONS)
+        check.number("collisions_per_particle", low=0, high=MOST_COLLISIONS, open_low=True)
+        check.number("relative_error", low=checks.FINEST_ERROR, high=1)
+        check.number("max_walltime", low=0, high=1e9, open_low=True)
+        if self.relative_error is None:
+            if self.max_walltime is not None:
+                raise InputError("[run] max_walltime goes with relative_error, which is missing.")
+            if self.collisions_per_particle is None:
+                object.__setattr__(self, "collisions_per_particle", DEFAULT_COLLISIONS)
+        elif self.collisions_per_particle is not None:
+            raise InputError(
+                "[run] has collisions_per_particle and relative_error: each says how long; leave one out."
+            )
+        check.integer("frames", low=1, high=10**9)
+        check.number("checkpoint_every", low=0, high=1e9, open_low=True)
+        check.choice("neighbors", NEIGHBORS)
+
+
+@dataclass(frozen=True)
+class OutputSpec:
+    """What to write: the section ``[output]``.
+
+    Parameters
+    ----------
+    trajectory : tuple of str
+        Formats: "h5md", "extxyz", "gsd".
+    event_log : bool
+        Whether to write every collision.
+    pictures : bool
+        Whether to draw.
+    """
+
+    trajectory: tuple[str, ...] = ("h5md", "extxyz")
+    event_log: bool = False
+    pictures: bool = True
+
+    def __post_init__(self) -> None:
+        check = _Checker("output", self)
+        check.choices("trajectory", FORMATS)
+        check.switch("event_log")
+        check.switch("pictures")
+
+
+class _Checker:
+    """Checks the fields of a section, and replaces each by its value in the right type."""
+
+    def __init__(self, section: str, spec: Any) -> None:
+        self.section = section
+        self.spec = spec
+
+    def _replace(self, name: str, check: Callable[[Any, str], Any]) -> None:
+        value = getattr(self.spec, name)
+        optional = type(self.spec).__dataclass_fields__[name].default is None
+        if value is not None or not optional:
+            object.__setattr__(self.spec, name, check(value, f"[{self.section}] {name}"))
+
+    def number(
+        self, name: str, low: float = -math.inf, high: float = math.inf, open_low: bool = False
+    ) -> None:
+        self._replace(name, lambda v, k: checks.number(v, k, low=low, high=high, open_low=open_low))
+
+    def integer(self, name: str, low: int, high: int) -> None:
+        self._replace(name, lambda v, k: checks.integer(v, k, low=low, high=high))
+
+    def integers(self, name: str, low: int, high: int) -> None:
+        def check(value: Any, key: str) -> int | tuple[int, ...]:
+            if not isinstance(value, tuple):
+                return checks.integer(value, key, low=low, high=high)
+            return tuple(checks.integer(v, key, low=low, high=high) for v in _some(value, key))
+
+        self._replace(name, check)
+
+    def edges(self, name: str) -> None:
+        def check(value: Any, key: str) -> tuple[float, ...]:
+            if not isinstance(value, tuple):
+                raise InputError(f"{key} must be a list of edges, found {checks.describe(value)}.")
+            return tuple(
+                checks.number(v, key, low=1 / checks.MAGNITUDE, high=LONGEST_EDGE * checks.MAGNITUDE)
+                for v in _some(value, key)
+            )
+
+        self._replace(name, check)
+
+    def text(self, name: str) -> None:
+        def check(value: Any, key: str) -> str:
+            if not isinstance(value, str):
+                raise InputError(f"{key} must be a string, found {checks.describe(value)}.")
+            try:
+                value.encode("utf-8")
+            except UnicodeEncodeError:
+                value = ""
+            if not value or "\0" in value:
+                raise InputError(f"{key} must be the name of a file, found something else.")
+            return value
+
+        self._replace(name, check)
+
+    def choice(self, name: str, known: tuple[str, ...]) -> None:
+        self._replace(name, lambda v, k: _choice(v, k, known))
+
+    def choices(self, name: str, known: tuple[str, ...]) -> None:
+        def check(value: Any, key: str) -> tuple[str, ...]:
+            if not isinstance(value, tuple):
+                raise InputError(f"{key} must be a list of formats, found {checks.describe(value)}.")
+            result = tuple(_choice(v, key, known) for v in value)
+            if len(set(result)) < len(result):
+                raise InputError(f"{key} names a format twice: {', '.join(result)}.")
+            return result
+
+        self._replace(name, check)
+
+    def switches(self, name: str) -> None:
+        def check(value: Any, key: str) -> bool | tuple[bool, ...]:
+            for each in _some(value, key) if isinstance(value, tuple) else (value,):
+                if not isinstance(each, bool):
+                    raise InputError(f"{key} must be true or false, found {checks.describe(each)}.")
+            return value
+
+        self._replace(name, check)
+
+    def table(self, name: str) -> None:
+        def check(value: Any, key: str) -> tuple[tuple[float, ...], ...]:
+            if not isinstance(value, tuple) or not all(isinstance(row, tuple) for row in value):
+                raise InputError(f"{key} must be a list of lists of numbers, found {checks.describe(value)}.")
+            return tuple(tuple(checks.positive(x, key) for x in row) for row in value)
+
+        self._replace(name, check)
+
+    def each(self, name: str, make: Callable[[Any, str], Any]) -> None:
+        def check(value: Any, key: str) -> tuple[Any, ...]:
+            if not isinstance(value, tuple):
+                raise InputError(f"{key} must be a list of tables, found {checks.describe(value)}.")
+            return tuple(make(each, f"{key} {k}") for k, each in enumerate(value))
+
+        self._replace(name, check)
+
+    def switch(self, name: str) -> None:
+        def check(value: Any, key: str) -> bool:
+            if not isinstance(value, bool):
+                raise InputError(f"{key} must be true or false, found {checks.describe(value)}.")
+            return value
+
+        self._replace(name, check)
+
+
+def _species(value: Any, key: str) -> SpeciesSpec:
+    """Return a species from its table."""
+    if isinstance(value, SpeciesSpec):
+        return value
+    if not isinstance(value, Mapping):
+        raise InputError(f"{key} must be a table, found {checks.describe(value)}.")
+    known = {field.name for field in dataclasses.fields(SpeciesSpec)}
+    for name in value:
+        if name not in known:
+            raise InputError(f"{key} has no {str(name)[:40]!r}; known are {', '.join(sorted(known))}.")
+    return SpeciesSpec(**value)
+
+
+def _obstacle(value: Any, key: str) -> Obstacle:
+    """Return an obstacle from its table."""
+    if isinstance(value, Mapping):
+        try:
+            return obstacles.from_json(dict(value))
+        except InputError as problem:
+            raise InputError(f"{key}: {problem}") from problem
+    if isinstance(value, type) or not isinstance(value, Obstacle):
+        raise InputError(f"{key} must be an obstacle, found {checks.describe(value)}.")
+    return value
+
+
+def _some(values: tuple[Any, ...], key: str) -> tuple[Any, ...]:
+    if not 1 <= len(values) <= lattices.MOST_DIMENSIONS:
+        raise InputError(f"{key} must have one value an axis, found {len(values)}.")
+    return values
+
+
+def _choice(value: Any, key: str, known: tuple[str, ...]) -> str:
+    if isinstance(value, str) and value in known:
+        return value
+    hint = ""
+    if isinstance(value, str) and (near := difflib.get_close_matches(value[:80], known, n=1)):
+        hint = f" Did you mean {near[0]}?"
+    raise InputError(f"{key} must be one of {', '.join(known)}; found {checks.describe(value)}.{hint}")

@@ -1,0 +1,208 @@
+"""Scenes from what others hold, a Frame or an ``ase.Atoms``: ``Scene.from_frame`` and ``Scene.from_ase``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+from warnings import warn
+
+import numpy as np
+
+from carom import checks
+from carom.errors import CaromWarning, InputError
+from carom.scene import box, overlaps
+from carom.scene.overlaps import Room
+from carom.scene.species import Contacts, per_component
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import ase
+    from numpy.typing import ArrayLike
+
+    from carom.frame import Frame
+    from carom.models.obstacles import Obstacle
+    from carom.scene.scene import Scene
+
+
+def from_frame(
+    cls: type[Scene], frame: Frame, *, contact: ArrayLike | None = None, obstacles: Sequence[Obstacle] = ()
+) -> Scene:
+    """Take everything from a frame but its images and time.
+
+    Parameters
+    ----------
+    frame : Frame
+        Its axes that are not periodic get walls.
+    contact, obstacles
+        As in :class:`carom.Scene`; a frame does not hold them.
+
+    Raises
+    ------
+    InputError
+        As :class:`carom.Scene` does.
+
+    Warns
+    -----
+    CaromWarning
+        If spheres overlap by no more than single precision explains (a GSD file holds such numbers): they
+        are then moved apart by as little.
+    """
+    arguments = of_frame(frame) | {"contact": contact, "obstacles": obstacles}
+    if frame.positions.size:
+        sizes = per_component(arguments["diameter"], "diameter", frame.n)
+        edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
+        arguments["positions"] = parted(arguments, edges, box.periodicity(frame.periodic, frame.dimension))
+    return cls(**arguments)
+
+
+def from_ase(
+    cls: type[Scene], atoms: ase.Atoms, *, diameter: float | None = None, walls: bool = False
+) -> Scene:
+    """Take positions, cell, masses, momenta, radii and kinds from an ``ase.Atoms``.
+
+    Parameters
+    ----------
+    atoms : ase.Atoms
+        In a cell with right angles along the axes. Its periodic axes are the scene's: with ``pbc`` "T T
+        F" and all z equal it is a scene of disks, d = 2. Different chemical symbols become species of
+        these names.
+    diameter : float, optional
+        Of every sphere, where ``atoms`` has no array ``radius``; 1 by default.
+    walls : bool
+        Whether axes that are not periodic, but along which coordinates differ, become axes with walls at
+        the faces of the cell; else they are refused.
+
+    Raises
+    ------
+    InputError
+        If the cell is skew, no axis is periodic, coordinates differ along one that is not, the diameter
+        is given twice, and as :class:`carom.Scene` does.
+    """
+    return cls(**of_atoms(atoms, diameter, walls))
+
+
+def of_frame(frame: Frame) -> dict[str, Any]:
+    """Return what a scene takes from a frame; images and time are left behind."""
+    names = {
+        "species": frame.species,
+        "species_names": frame.species_names if frame.species is not None else (),
+    }
+    return {
+        "positions": frame.positions,
+        "box": frame.box,
+        "diameter": _each(frame.diameters, "diameters", frame.n),
+        "mass": _each(frame.masses, "masses", frame.n),
+        "velocities": frame.velocities,
+        "periodic": frame.periodic,
+        **names,
+    }
+
+
+def of_atoms(atoms: ase.Atoms, diameter: Any, walls: bool) -> dict[str, Any]:
+    """Return what a scene takes from an ``ase.Atoms``; see :meth:`carom.Scene.from_ase`."""
+    if not all(hasattr(atoms, name) for name in ("positions", "cell", "pbc", "arrays", "get_masses")):
+        raise InputError(f"atoms must be an ase.Atoms, found {checks.describe(atoms)}.")
+    n = len(atoms)
+    cell = checks.array(np.asarray(atoms.cell), "cell", "(3, 3)", ndim=2)
+    places = checks.array(atoms.positions, "positions", "(n, 3)", ndim=2)
+    periodic = np.asarray(atoms.pbc, dtype=bool)
+    kept = periodic.copy()
+    if n and walls:
+        kept |= np.ptp(places, axis=0) > 0
+    if not kept.any():
+        raise InputError(
+            "atoms has no periodic axis (pbc is False everywhere); make one periodic, or give walls=True for "
+            "walls at the faces of the cell."
+        )
+    off_axis = cell - np.diag(np.diag(cell))
+    if off_axis[kept].any() or off_axis[:, kept].any():
+        raise InputError("cell must have right angles along x, y and z, found a skew or rotated one.")
+    for axis in np.nonzero(~kept)[0]:
+        if n and np.ptp(places[:, axis]) > 0:
+            raise InputError(
+                f"Coordinates differ along {'xyz'[axis]}, where pbc is False; make the axis periodic, or all "
+                "of its coordinates equal (a scene of fewer dimensions), or give walls=True."
+            )
+    if "radius" in atoms.arrays:
+        if diameter is not None:
+            raise InputError("atoms has radii and diameter is given too; leave one of them out.")
+        diameter = 2 * _each(atoms.arrays["radius"], "radius", n)
+    masses = _each(atoms.get_masses(), "masses", n)
+    velocities = None
+    if "momenta" in atoms.arrays:
+        momenta = checks.array(atoms.arrays["momenta"], "momenta", "(n, 3)", ndim=2)
+        velocities = momenta[:, kept] / masses[:, None]
+    names, species = np.unique(atoms.get_chemical_symbols(), return_inverse=True)
+    return {
+        "positions": places[:, kept],
+        "box": np.diag(cell)[kept],
+        "diameter": 1.0 if diameter is None else diameter,
+        "mass": masses,
+        "velocities": velocities,
+        "periodic": periodic[kept],
+        "species": species if len(names) > 1 else None,
+        "species_names": tuple(map(str, names)) if len(names) > 1 else (),
+    }
+
+
+def parted(scene: dict[str, Any], edges: tuple[float, ...], periodic: tuple[bool, ...]) -> Any:
+    """Return positions without the overlaps that single precision makes.
+
+    Positions that overlap more, or not at all, are returned as they are.
+
+    Parameters
+    ----------
+    scene : dict
+        Arguments of a Scene.
+    edges, periodic : tuples
+        Its box, checked.
+
+    Warns
+    -----
+    CaromWarning
+        If spheres were moved apart.
+    """
+    places = checks.array(scene["positions"], "positions", "(n, d)", ndim=2)
+    diameters = per_component(scene["diameter"], "diameter", len(places))
+    room = Room(np.asarray(edges), np.asarray(periodic), scene.get("obstacles", ()))
+    contacts = Contacts(diameters, scene["species"], scene.get("contact"))
+    places = room.wrapped(places)
+    overlap = overlaps.deepest(places, room, contacts)
+    intruder = overlaps.intruder(places, room, 0.5 * diameters)
+    single = overlaps.rounding(room.box, float(np.finfo(np.float32).eps))
+    if overlap is None and intruder is None:
+        return scene["positions"]
+    if (overlap is not None and overlap.depth > single) or (intruder is not None and intruder[2] > single):
+        return scene["positions"]
+    from carom.scene import placement
+
+    # A fluid gives way in a few steps; what does not is jammed, and stays an error.
+    clearance = 1 + 2 * single / float(diameters.min())
+    moved = placement.separated(places, room, contacts, 0.5 * diameters, clearance=clearance, patience=200)
+    if moved is None:
+        return scene["positions"]
+    what = ""
+    if overlap is not None:
+        what = (
+            f"Spheres {overlap.i} and {overlap.j} overlap by {overlap.depth / overlap.contact:.2g} diameters"
+        )
+    elif intruder is not None:
+        i, obstacle, inside = intruder
+        what = f"Sphere {i} is {inside / diameters[i]:.2g} diameters inside {obstacle.name}"
+    warn(
+        f"{what}, as positions of single precision do; such spheres were moved apart. Start from a float64 "
+        "file (h5md, extxyz) to keep every digit.",
+        CaromWarning,
+        stacklevel=4,
+    )
+    return moved
+
+
+def _each(values: Any, name: str, n: int) -> np.ndarray:
+    """Return the values of all n components."""
+    each = checks.array(values, name, "(n,)", ndim=1)
+    if each.shape != (n,) or n == 0:
+        raise InputError(
+            f"{name} must hold one value for each of at least one particle, found {len(each)} for {n}."
+        )
+    return each

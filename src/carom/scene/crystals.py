@@ -1,0 +1,181 @@
+"""Scenes on lattices: ``Scene.cubic``, ``fcc``, ``triangular``, ``dn``, ``lattice`` and ``on``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from carom import checks, densities
+from carom.scene import box as _box
+from carom.scene import lattices
+
+if TYPE_CHECKING:
+    from carom.models.obstacles import Obstacle
+    from carom.scene.scene import Scene
+
+
+def cubic(
+    cls: type[Scene],
+    cells: int | Sequence[int],
+    dimension: int = 3,
+    *,
+    packing_fraction: float | None = None,
+    density: float | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+) -> Scene:
+    """Place spheres on the simple cubic lattice, one a cell.
+
+    Parameters
+    ----------
+    cells : int or d ints
+        Cells along each axis; the box is that many cells long.
+    dimension : int
+        d.
+    packing_fraction, density : float
+        Exactly one of the two: the part of the volume filled, or the number of spheres in diameter^d.
+    diameter, mass : float
+        As in :class:`carom.Scene`.
+
+    Raises
+    ------
+    InputError
+        If the spheres would overlap, or an argument is out of range.
+    """
+    lattice = lattices.cubic(_box.dimensions(dimension))
+    return on(
+        cls,
+        lattice,
+        cells,
+        packing_fraction=packing_fraction,
+        density=density,
+        diameter=diameter,
+        mass=mass,
+    )
+
+
+def fcc(
+    cls: type[Scene],
+    cells: int | Sequence[int],
+    *,
+    packing_fraction: float | None = None,
+    density: float | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+) -> Scene:
+    """Place spheres on the face-centred cubic lattice (d = 3), four a cell; as :meth:`carom.Scene.cubic`."""
+    return on(
+        cls,
+        lattices.dn(3),
+        cells,
+        packing_fraction=packing_fraction,
+        density=density,
+        diameter=diameter,
+        mass=mass,
+    )
+
+
+def triangular(
+    cls: type[Scene],
+    cells: int | Sequence[int],
+    *,
+    packing_fraction: float | None = None,
+    density: float | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+) -> Scene:
+    """Place disks on the triangular lattice (d = 2), two a cell of edges a and sqrt(3) a.
+
+    One number of cells counts those along x; along y as many are taken as make the box most nearly a
+    square. The other arguments are those of :meth:`carom.Scene.cubic`.
+    """
+    return on(
+        cls,
+        lattices.triangular(),
+        cells,
+        packing_fraction=packing_fraction,
+        density=density,
+        diameter=diameter,
+        mass=mass,
+    )
+
+
+def dn(
+    cls: type[Scene],
+    cells: int | Sequence[int],
+    dimension: int,
+    *,
+    packing_fraction: float | None = None,
+    density: float | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+) -> Scene:
+    """Place spheres on the lattice D_n (d >= 3), 2^(d-1) a cell; arguments as :meth:`carom.Scene.cubic`."""
+    lattice = lattices.dn(_box.dimensions(dimension, low=3))
+    return on(
+        cls,
+        lattice,
+        cells,
+        packing_fraction=packing_fraction,
+        density=density,
+        diameter=diameter,
+        mass=mass,
+    )
+
+
+def lattice(
+    cls: type[Scene],
+    cells: int | Sequence[int],
+    dimension: int = 3,
+    *,
+    packing_fraction: float | None = None,
+    density: float | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+) -> Scene:
+    """Place spheres on a dense lattice: a row, triangular, fcc, D_n (d = 1, 2, 3, more)."""
+    lattice = lattices.densest(_box.dimensions(dimension))
+    return on(
+        cls,
+        lattice,
+        cells,
+        packing_fraction=packing_fraction,
+        density=density,
+        diameter=diameter,
+        mass=mass,
+    )
+
+
+def on(
+    cls: type[Scene],
+    lattice: lattices.Lattice,
+    cells: int | Sequence[int],
+    *,
+    packing_fraction: float | None = None,
+    density: float | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+    periodic: bool | Sequence[bool] = True,
+    obstacles: Sequence[Obstacle] = (),
+) -> Scene:
+    """Place spheres on any :class:`carom.scene.lattices.Lattice`.
+
+    The arguments are those of :meth:`carom.Scene.cubic` and :class:`carom.Scene`. Along axes with walls the
+    lattice is compressed as far as the spheres at the walls need it.
+    """
+    sigma = checks.positive(diameter, "diameter")
+    # The densest packing of all first: beyond it no other lattice helps.
+    for limit, where in ((None, "any packing"), (lattice.limit, f"a {lattice.name} lattice")):
+        rho = densities.reduced_density(
+            lattice.dimension,
+            packing_fraction=packing_fraction,
+            density=density,
+            limit=limit,
+            where=where,
+        )
+    block = lattices.cells_along(lattice, cells)
+    edge = lattice.edge(rho) * sigma
+    box = _box.edges(lattice.box(block, edge), lattice.dimension, sigma, sigma)
+    repeats = _box.periodicity(periodic, lattice.dimension)
+    places = lattices.between_walls(lattice.points(block, edge), box, repeats, sigma)
+    return cls(places, box, diameter=sigma, mass=mass, periodic=repeats, obstacles=obstacles)

@@ -1,0 +1,59 @@
+"""A scene in words, for its ``repr``, notebooks, titles and tables."""
+
+from __future__ import annotations
+
+import html
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from carom.scene.scene import Scene
+
+
+def particles(dimension: int, number: int = 2) -> str:
+    """Return what so many particles are called: "rods", "disk", "spheres in 4D"."""
+    name = {1: "rod", 2: "disk"}.get(dimension, "sphere") + ("" if number == 1 else "s")
+    return f"{name} in {dimension}D" if dimension > 3 else name
+
+
+def facts(scene: Scene) -> dict[str, str]:
+    """Return what there is to tell of a scene, by name."""
+    facts = {
+        "n": str(scene.n),
+        "dimension": str(scene.dimension),
+        "box": "(" + ", ".join(f"{x:.6g}" for x in scene.box) + ("," if scene.dimension == 1 else "") + ")",
+        "diameter": _span(scene.diameters),
+        "mass": _span(scene.masses),
+        "packing_fraction": f"{scene.packing_fraction:.6g}",
+    }
+    if scene.species is not None:
+        counts = np.bincount(scene.species, minlength=scene.species_count)
+        names = scene.species_names or [str(k) for k in range(len(counts))]
+        facts["species"] = ", ".join(f"{name} {count}" for name, count in zip(names, counts, strict=True))
+    if scene.contact is not None:
+        facts["contact"] = "by species"
+    if scene.walls:
+        axes = [str(axis) for axis, repeats in enumerate(scene.periodic) if not repeats]
+        facts["walls"] = f"axis {', '.join(axes)}"
+    if scene.obstacles:
+        facts["obstacles"] = ", ".join(obstacle.name for obstacle in scene.obstacles)
+    if scene.restitution < 1:
+        facts["restitution"] = f"{scene.restitution:.6g}"
+    if scene.velocities is not None:
+        facts["velocities"] = "given"
+    return facts
+
+
+def table(scene: Scene) -> str:
+    """Return the same as a table in HTML."""
+    rows = "".join(
+        f"<tr><th>{html.escape(k.replace('_', ' '))}</th><td>{html.escape(v)}</td></tr>"
+        for k, v in facts(scene).items()
+    )
+    return f"<table><caption>carom.Scene</caption>{rows}</table>"
+
+
+def _span(values: np.ndarray) -> str:
+    low, high = float(values.min()), float(values.max())
+    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"

@@ -1,0 +1,100 @@
+"""Dense fluids by growth: spheres placed where there is room grow, while they move, to the size wanted.
+
+Random placement moves overlapping spheres apart, which takes ever more steps towards jamming, each a pass
+over all pairs. Growing spheres get out of each other's way by themselves, and only where they meet.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.scene import placement
+
+if TYPE_CHECKING:
+    from carom.scene.scene import Scene
+
+FAST, SLOW = 1.0, 0.05
+"""Growth of the mean diameter a time over the thermal speed, below the densities of random placement, and
+beyond, where faster growth would jam.
+"""
+
+STILL = 1e-6
+"""The same while a crystal melts: next to none, because a simulation that grows cannot begin without."""
+
+STRETCH = 0.02
+"""Slow growth between two rescalings, as a part of the diameter."""
+
+START = 0.4
+"""Packing fraction to start from, in those that random placement reaches: some ten steps do it."""
+
+LARGE = 20_000
+"""Components from which growth is the faster way to a density that placement reaches, too."""
+
+MOST = 1000
+"""Collisions a component in one stretch, by far more than any fluid has, after which it counts as jammed."""
+
+CLEAR = 1.0 + 1e-9
+"""Diameters grow by so much too far, so that rounding leaves no overlap."""
+
+
+def wanted(n: int, packing_fraction: float, dimension: int) -> bool:
+    """Tell whether growth is the way to a density: random placement cannot reach it, or would take longer."""
+    limit = placement.random_limit(dimension)
+    if dimension == 1 or packing_fraction > placement.growth_limit(dimension):
+        return False
+    return packing_fraction > limit or (n >= LARGE and packing_fraction > 1.5 * START * limit)
+
+
+def start_fraction(dimension: int) -> float:
+    """Return the packing fraction from which to grow."""
+    return START * placement.random_limit(dimension)
+
+
+def grown(
+    start: Scene, diameters: np.ndarray, seed: int | np.random.Generator, melting: float = 0.0
+) -> np.ndarray:
+    """Return positions (n, d) after the diameters of a scene have grown to those given.
+
+    Parameters
+    ----------
+    start : Scene
+        Its diameters are those given, times one factor below 1.
+    diameters : (n,) array
+        [length].
+    seed : int or numpy.random.Generator
+        Source of the velocities.
+    melting : float
+        Collisions a component before they grow.
+
+    Raises
+    ------
+    InputError
+        If the spheres jam on the way.
+    """
+    # Only now: this module serves the scene, which the simulation is made of.
+    from carom.simulation.simulation import Simulation
+
+    size, dimension = float(diameters.mean()), start.dimension
+    unit = diameters / (size * np.sqrt(start.mass))
+    velocities = int(checks.generator(seed).integers(2**63))
+    sim = Simulation(start, seed=velocities, growth=(STILL if melting else FAST) * unit)
+    sim.run(collisions_per_particle=melting)
+    fraction = start.packing_fraction * (size / float(start.diameters.mean())) ** dimension
+    dense = min((placement.random_limit(dimension) / fraction) ** (1.0 / dimension), CLEAR)
+    steps = math.ceil((CLEAR - dense) / STRETCH)
+    # Diameters at the ends of all stretches, as parts of the final ones, and the rate towards each.
+    ends = [(dense, FAST)] + [(dense + (CLEAR - dense) * (k + 1) / steps, SLOW) for k in range(steps)]
+    for end, rate in ends:
+        sim.rescale(1.0, growth=rate * unit)
+        time = (end * size - float(sim.diameters.mean())) / (rate * float(unit.mean()))
+        if sim.run(time=time, collisions=MOST * start.n).duration < time:
+            raise InputError(
+                f"The spheres jam at packing fraction {sim.packing_fraction:.4g} before {fraction:.4g} is "
+                "reached. Lower packing_fraction, or start from a lattice and equilibrate."
+            )
+    return sim.frame().positions

@@ -1,0 +1,272 @@
+"""Who overlaps whom, or an obstacle: the check of every initial state, in any dimension and any box.
+
+Two spheres overlap if and only if their *nearest* images do, and in a box with right angles the nearest image
+is the nearest one along each axis. So one distance a pair decides, in small boxes too; that a sphere does not
+meet its own image is the condition edge > diameter, which :class:`carom.Scene` checks apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.models.obstacles import Obstacle, walls
+from carom.scene.species import Contacts
+
+#: Overlap, relative to the contact distance, that the engine's own rounding may leave in a frame it writes.
+ENGINE_OVERLAP = 1e-12
+
+FEW = 400
+"""Components up to which looking at every pair is quicker than loading SciPy."""
+
+#: Overlap, in roundings of coordinates, that flights through the box may leave besides (see tolerance).
+FLIGHTS = 16
+
+
+class Overlap(NamedTuple):
+    """Two spheres that overlap.
+
+    Attributes
+    ----------
+    i, j : int
+        The pair, i < j.
+    distance : float
+        Distance of their nearest images [length].
+    contact : float
+        Distance at which they would touch [length].
+    """
+
+    i: int
+    j: int
+    distance: float
+    contact: float
+
+    @property
+    def depth(self) -> float:
+        """How far they overlap [length]."""
+        return self.contact - self.distance
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """Where the components are: a box, which of its axes are periodic, and what stands in it.
+
+    Attributes
+    ----------
+    box : (d,) array
+        Edges [length].
+    periodic : (d,) bool array
+        Which axes are.
+    obstacles : tuple of obstacles
+        Without the walls of the axes that are not periodic.
+    """
+
+    box: np.ndarray
+    periodic: np.ndarray
+    obstacles: Sequence[Obstacle] = ()
+
+    def wrapped(self, positions: np.ndarray) -> np.ndarray:
+        """Return positions (n, d) moved by whole edges into ``0 <= x < edge`` along the periodic axes."""
+        if self.periodic.all():
+            return wrapped(positions, self.box)
+        inside = positions.copy()
+        inside[:, self.periodic] = wrapped(positions[:, self.periodic], self.box[self.periodic])
+        return inside
+
+    def separations(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        """Return the vectors (m, d) from i to the nearest image of j, for ``pairs`` (m, 2)."""
+        i, j = pairs.T
+        result = np.empty((len(pairs), len(self.box)))
+        # An axis at a time, which takes half as long as all axes at once: that gathers rows of few numbers.
+        for axis, (edge, periodic) in enumerate(zip(self.box, self.periodic, strict=True)):
+            place = np.ascontiguousarray(positions[:, axis])
+            separation = place[j] - place[i]
+            if periodic:
+                separation -= edge * np.rint(separation / edge)
+            result[:, axis] = separation
+        return result
+
+    def distances(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        """Return the distances (m,) of the nearest images of ``pairs`` (m, 2)."""
+        separation = self.separations(positions, pairs)
+        return np.sqrt(np.einsum("ij,ij->i", separation, separation))
+
+    def pairs(
+        self, positions: np.ndarray, contacts: Contacts, factor: float = 1.0, skin: float = 0.0
+    ) -> np.ndarray:
+        """Return pairs (m, 2), i < j or not, among them all that are near contact.
+
+        Parameters
+        ----------
+        positions : (n, d) array
+            Centres [length].
+        contacts : Contacts
+            When they touch.
+        factor, skin : float
+            A pair of contact distance s, whose classes have the sizes a and b, is listed if it is nearer than
+            ``factor * s + skin * (a + b) / 2``.
+        """
+        from scipy.spatial import cKDTree
+
+        # Wrapped again, because a change of unit can round a coordinate up to the edge.
+        places = self.wrapped(positions)
+        period = np.where(self.periodic, self.box, 0.0)
+        classes = contacts.classes
+        several = len(classes) > 1
+        trees = [cKDTree(places[members], boxsize=period) for members in classes if several]
+        found = []
+        for a in range(len(classes)):
+            for b in range(a, len(classes)):
+                size = 0.5 * (contacts.size(a) + contacts.size(b))
+                within = factor * contacts.reach(a, b) + skin * size
+                if a == b:
+                    found.append(classes[a][self.near(places[classes[a]], within)])
+                    continue
+                near = trees[a].sparse_distance_matrix(trees[b], within, output_type="ndarray")
+                found.append(np.stack([classes[a][near["i"]], classes[b][near["j"]]], axis=1))
+        return np.concatenate(found) if len(found) > 1 else found[0]
+
+    def near(self, places: np.ndarray, within: float) -> np.ndarray:
+        """Return the pairs (m, 2) of places (n, d), inside the box, that are nearer than ``within``."""
+        from scipy.spatial import cKDTree
+
+        if not 4.0 * within < self.box.min():
+            period = np.where(self.periodic, self.box, 0.0)
+            return cKDTree(places, boxsize=period).query_pairs(within, output_type="ndarray")
+        # A tree without periods, of the places and their images, takes half the time of one with them.
+        points, names = self._with_images(places, within)
+        pairs = cKDTree(points, balanced_tree=False).query_pairs(within, output_type="ndarray")
+        return names[pairs[pairs[:, 0] < len(places)]]
+
+    def _with_images(self, places: np.ndarray, within: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the places, then those images that are near them and further along the last axis by which
+        they differ: of two images of a pair, one. And whose each is.
+        """
+        points, names = [places], [np.arange(len(places))]
+        for axis in np.flatnonzero(self.periodic):
+            near = np.flatnonzero(places[:, axis] < within)
+            images = places[near]
+            images[:, axis] += self.box[axis]
+            for other in np.flatnonzero(self.periodic[:axis]):
+                edge = self.box[other]
+                low, high = images[:, other] < within, images[:, other] > edge - within
+                step = edge * np.eye(len(self.box))[other]
+                images = np.concatenate([images, images[low] + step, images[high] - step])
+                near = np.concatenate([near, near[low], near[high]])
+            points.append(images)
+            names.append(near)
+        return np.concatenate(points), np.concatenate(names)
+
+    def everything(self) -> tuple[Obstacle, ...]:
+        """Return the walls, then the obstacles: the order in which the engine numbers them."""
+        return (*walls(self.box.tolist(), self.periodic.tolist()), *self.obstacles)
+
+    def gaps(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[Obstacle, np.ndarray]]:
+        """Yield each wall and obstacle with each component's distance (n,) from it, negative inside."""
+        box, periodic = tuple(self.box.tolist()), tuple(self.periodic.tolist())
+        for obstacle in self.everything():
+            yield obstacle, obstacle.gap(positions, radii, box, periodic)
+
+
+def rounding(box: np.ndarray, epsilon: float = float(np.finfo(np.float64).eps)) -> float:
+    """Overlap [length] that rounded coordinates can produce between spheres in exact contact.
+
+    Parameters
+    ----------
+    box : (d,) array
+        Edges [length].
+    epsilon : float
+        Spacing of the floating-point numbers at 1.
+
+    Notes
+    -----
+    A coordinate is below the edge L_k, so that each rounding moves it by at most epsilon L_k / 2. Four of
+    them (the product and the sum that make a lattice position, its wrapping, a change of unit) move it by
+    2 epsilon L_k, a difference of two by 4 epsilon L_k, and their distance by at most 4 epsilon |L|.
+    """
+    return 4 * epsilon * math.hypot(*map(float, box))
+
+
+def tolerance(box: np.ndarray, contact: float = 1.0) -> float:
+    """Overlap [length] that is let through: what the engine and the coordinates' rounding may leave.
+
+    Relative to lengths, so that it does not change with their unit.
+
+    Notes
+    -----
+    A flight is as long as four boxes, at twice the usual speed as eight, before its clock is set back, and
+    so is what is rounded in the product of speed and time, in its sum with the place it began at, and in the
+    time of the contact itself. Of two spheres this is 16 times what a change of unit does.
+    """
+    return ENGINE_OVERLAP * contact + FLIGHTS * rounding(box)
+
+
+def wrapped(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return positions (n, d) moved by whole edges into ``0 <= x < edge``."""
+    inside = np.mod(positions, box)
+    # A tiny negative coordinate is rounded up to the edge itself, which is the image of 0.
+    inside[inside >= box] = 0.0
+    return inside
+
+
+def deepest(positions: np.ndarray, room: Room, contacts: Contacts) -> Overlap | None:
+    """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None.
+
+    If very many spheres share one place, any one overlapping pair of them.
+
+    Parameters
+    ----------
+    positions : (n, d) array
+        Centres [length], inside the box.
+    room : Room
+        Where they are.
+    contacts : Contacts
+        When they touch.
+    """
+    # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Those it must have are found
+    # first.
+    crowds = [
+        members[_sharing_a_cell(positions[members], float(contacts.diameters[members].min()))]
+        for members in contacts.classes
+    ]
+    pairs = np.concatenate(crowds)
+    if not len(pairs):
+        few = len(positions) <= FEW
+        pairs = (
+            np.stack(np.triu_indices(len(positions), 1), axis=1) if few else room.pairs(positions, contacts)
+        )
+    distances, contact = room.distances(positions, pairs), contacts.of(pairs)
+    over = distances < contact - (ENGINE_OVERLAP * contact + FLIGHTS * rounding(room.box))
+    if not over.any():
+        return None
+    worst = int(np.argmin(np.where(over, distances / contact, np.inf)))
+    i, j = sorted(map(int, pairs[worst]))
+    return Overlap(i, j, float(distances[worst]), float(contact[worst]))
+
+
+def intruder(positions: np.ndarray, room: Room, radii: np.ndarray) -> tuple[int, Obstacle, float] | None:
+    """Return the component deepest inside an obstacle beyond :func:`tolerance`, that obstacle and the depth.
+
+    The first obstacle that has one decides; None if there is none.
+    """
+    allowed = 2 * ENGINE_OVERLAP * radii + FLIGHTS * rounding(room.box)
+    for obstacle, gap in room.gaps(positions, radii):
+        depth = -gap
+        if (depth > allowed).any():
+            worst = int(np.argmax(depth - allowed))
+            return worst, obstacle, float(depth[worst])
+    return None
+
+
+def _sharing_a_cell(positions: np.ndarray, contact: float) -> np.ndarray:
+    """Return neighbours in the same cell of diagonal (1 - 2^-20) contact, which surely overlap: (m, 2)."""
+    # Divided first: where the unit is far from 1, the inverse of a length is rounded too.
+    cells = np.floor(positions / contact * (math.sqrt(positions.shape[1]) / (1.0 - 2.0**-20)))
+    order = np.lexsort(cells.T)
+    cells = cells[order]
+    shared = np.nonzero((cells[1:] == cells[:-1]).all(axis=1))[0]
+    return np.stack([order[shared], order[shared + 1]], axis=1)

@@ -1,0 +1,335 @@
+"""What is simulated: components, box, walls and obstacles, checked once and then never again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn, Self
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models import obstacles as _obstacles
+from carom.models.obstacles import Obstacle
+from carom.scene import box as _box
+from carom.scene import checking, conversion
+from carom.scene import crystals as lattices
+from carom.scene import description as words
+from carom.scene import mixtures as disorder
+from carom.scene import species as _species
+from carom.scene.overlaps import Room
+from carom.scene.species import Contacts
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+class Scene:
+    """Hard spheres of any dimension in a box, with walls and obstacles: the one place where input is checked.
+
+    Parameters
+    ----------
+    positions : (n, d) array_like
+        Centres [length]; along periodic axes they are wrapped into ``0 <= x < edge``. Kept read-only.
+    box : float or d floats
+        Edges of the box [length]; one number makes a cube. Each must be *greater* than the largest diameter:
+        with edge = diameter a sphere would always touch its own image, or both walls.
+    diameter : float or (n,) array_like
+        sigma, of all or of each [length].
+    mass : float or (n,) array_like
+        m, of all or of each [mass].
+    velocities : (n, d) array_like, optional
+        Velocities [length / time]; left out, the simulation draws them (Maxwell).
+    species : (n,) array_like of int, optional
+        Which species each component is, from 0.
+    contact : (K, K) array_like, optional
+        Distances at which components of two species touch [length]: symmetric, the species' diameters on its
+        diagonal. Left out, contacts are additive: the mean of the two diameters.
+    periodic : bool or d bools
+        False gives an axis two hard walls, at 0 and at the edge, that the *surfaces* cannot pass: centres
+        stay in [radius, edge - radius].
+    obstacles : sequence of obstacles
+        Planes, balls, containers (:mod:`carom.models.obstacles`), or one's own.
+    restitution : float
+        Part of the normal relative velocity that is left after a collision, in (0, 1]; 1 is elastic.
+    elastic_below : float, optional
+        Normal relative speed below which a collision is elastic [length / time]. It keeps inelastic spheres
+        from colliding infinitely often in a finite time, so it must be positive where restitution < 1. Left
+        out, the simulation takes 1e-3 of the thermal speed sqrt(kT / m).
+    species_names : sequence of str, optional
+        Names of the species, for files and tables.
+
+    Raises
+    ------
+    OverlapError
+        If spheres overlap, or one an obstacle, by more than rounding explains: 1e-12 of the contact distance,
+        and what coordinates as large as the box lose (:func:`carom.scene.overlaps.tolerance`).
+        The message names the pair, or the component and the obstacle. Contact is legal.
+    InputError
+        If anything else cannot be simulated: a wrong type or shape, NaN, no particle, an edge too small.
+
+    Attributes
+    ----------
+    diameter : float
+        The common diameter; the largest where they differ.
+    mass : float
+        The common mass; the mean where they differ.
+    diameters, masses : (n,) arrays
+        Of each component, read-only.
+    equal : bool
+        Whether all have one diameter and one mass, without a contact matrix.
+    species : (n,) int64 array or None
+    species_names : tuple of str
+    contact : (K, K) array or None
+    periodic : tuple of d bools
+    obstacles : tuple
+        Without the walls of the axes.
+    restitution : float
+    elastic_below : float or None
+        None where the simulation is to choose it; 0 where collisions are elastic.
+
+    Examples
+    --------
+    >>> Scene([[0.5, 0.5], [2.0, 0.5]], box=3.0)
+    Scene(n=2, dimension=2, box=(3, 3), diameter=1, mass=1, packing_fraction=0.174533)
+    >>> Scene([[0.5, 0.5], [2.0, 0.5]], box=3.0, diameter=[1.0, 0.5], periodic=[True, False])
+    Scene(n=2, dimension=2, box=(3, 3), diameter=0.5 to 1, mass=1, packing_fraction=0.109083, walls=axis 1)
+    """
+
+    positions: np.ndarray
+    box: tuple[float, ...]
+    diameter: float
+    mass: float
+    diameters: np.ndarray
+    masses: np.ndarray
+    velocities: np.ndarray | None
+    equal: bool
+    species: np.ndarray | None
+    species_names: tuple[str, ...]
+    contact: np.ndarray | None
+    periodic: tuple[bool, ...]
+    obstacles: tuple[Obstacle, ...]
+    restitution: float
+    elastic_below: float | None
+
+    def __init__(
+        self,
+        positions: ArrayLike,
+        box: float | Sequence[float] | np.ndarray,
+        *,
+        diameter: float | ArrayLike = 1.0,
+        mass: float | ArrayLike = 1.0,
+        velocities: ArrayLike | None = None,
+        species: ArrayLike | None = None,
+        contact: ArrayLike | None = None,
+        periodic: bool | Sequence[bool] | np.ndarray = True,
+        obstacles: Sequence[Obstacle] = (),
+        restitution: float = 1.0,
+        elastic_below: float | None = None,
+        species_names: Sequence[str] = (),
+    ) -> None:
+        places = checks.array(positions, "positions", "(n, d)", ndim=2)
+        n, dimension = places.shape
+        if n == 0 or dimension == 0:
+            raise InputError(
+                f"A scene needs at least one particle and one dimension, found {n} in {dimension}."
+            )
+        diameters = _species.per_component(diameter, "diameter", n)
+        masses = _species.per_component(mass, "mass", n)
+        kinds = _species.labels(species, n)
+        matrix = _species.contact_matrix(contact, kinds, diameters)
+        edges = _box.edges(box, dimension, float(diameters.max()), float(diameters.min()))
+        repeats = _box.periodicity(periodic, dimension)
+        standing = _obstacles.checked(obstacles, edges, repeats)
+        room = Room(np.asarray(edges), np.asarray(repeats), standing)
+        places = room.wrapped(places)
+        checking.refuse_tight(room, diameters)
+        checking.refuse_overlap(places, room, Contacts(diameters, kinds, matrix))
+        places.setflags(write=False)
+        one_diameter, one_mass = np.ptp(diameters) == 0, np.ptp(masses) == 0
+        elasticity = checking.elasticity(restitution, elastic_below)
+        vars(self).update(
+            positions=places,
+            box=edges,
+            diameter=float(diameters.max()),
+            mass=float(masses[0] if one_mass else masses.mean()),
+            diameters=diameters,
+            masses=masses,
+            velocities=None if velocities is None else checking.speeds(velocities, places.shape),
+            equal=bool(one_diameter and one_mass and matrix is None),
+            species=kinds,
+            species_names=_species.names(species_names, kinds),
+            contact=matrix,
+            periodic=repeats,
+            obstacles=standing,
+            restitution=elasticity[0],
+            elastic_below=elasticity[1],
+        )
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"A Scene cannot be changed; make another: scene.with_({name}=...).")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        raise AttributeError(f"A Scene cannot be changed, so {name} stays.")
+
+    def with_(self, **changes: Any) -> Self:
+        """Return the same scene with some arguments of :class:`Scene` changed, checked again as a whole.
+
+        Raises
+        ------
+        InputError
+            If an argument is unknown, and as :class:`Scene` does.
+
+        Examples
+        --------
+        >>> Scene.fcc(2, packing_fraction=0.3).with_(restitution=0.9).restitution
+        0.9
+        """
+        arguments: dict[str, Any] = {
+            "positions": self.positions,
+            "box": self.box,
+            "diameter": self.diameters,
+            "mass": self.masses,
+            "velocities": self.velocities,
+            "species": self.species,
+            "contact": self.contact,
+            "periodic": self.periodic,
+            "obstacles": self.obstacles,
+            "restitution": self.restitution,
+            "elastic_below": self.elastic_below,
+            "species_names": self.species_names,
+        }
+        for name in changes:
+            if name not in arguments:
+                raise InputError(f"A scene has no {name}; known are {', '.join(arguments)}.")
+        if "restitution" in changes and "elastic_below" not in changes:
+            arguments["elastic_below"] = None
+        return type(self)(**{**arguments, **changes})
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Return the scene as arrays, and values that JSON holds, by name; for :meth:`from_arrays`."""
+        arrays = {"positions": self.positions}
+        attributes: dict[str, Any] = {
+            "box": list(self.box),
+            "periodic": list(self.periodic),
+            "obstacles": [_obstacles.to_json(o) for o in self.obstacles],
+            "restitution": self.restitution,
+            "elastic_below": self.elastic_below,
+            "species_names": list(self.species_names),
+        }
+        for name, values in (("diameter", self.diameters), ("mass", self.masses)):
+            if np.ptp(values) == 0:
+                attributes[name] = float(values[0])
+            else:
+                arrays[name] = values
+        for name in ("velocities", "species", "contact"):
+            if getattr(self, name) is not None:
+                arrays[name] = getattr(self, name)
+        return arrays, attributes
+
+    @classmethod
+    def from_arrays(
+        cls,
+        arrays: Mapping[str, np.ndarray],
+        attributes: Mapping[str, Any],
+        *,
+        obstacles: Sequence[Obstacle] | None = None,
+    ) -> Self:
+        """Return the scene that :meth:`to_arrays` took apart, bit for bit.
+
+        Parameters
+        ----------
+        arrays, attributes : mappings
+            What it returned; other names among the arrays are left alone.
+        obstacles : sequence of obstacles, optional
+            Needed where some are of a class of one's own, which no file holds: all of them, in order.
+
+        Raises
+        ------
+        InputError
+            If something is missing or damaged, or an obstacle of one's own is not given.
+        """
+        try:
+            kept = attributes["obstacles"]
+            if obstacles is None:
+                obstacles = tuple(_obstacles.from_json(each) for each in kept)
+            elif len(obstacles) != len(kept):
+                raise InputError(f"The scene has {len(kept)} obstacles, found {len(obstacles)}.")
+            return cls(
+                arrays["positions"],
+                tuple(attributes["box"]),
+                diameter=arrays["diameter"] if "diameter" in arrays else attributes["diameter"],
+                mass=arrays["mass"] if "mass" in arrays else attributes["mass"],
+                velocities=arrays.get("velocities"),
+                species=arrays.get("species"),
+                contact=arrays.get("contact"),
+                periodic=tuple(attributes["periodic"]),
+                obstacles=obstacles,
+                restitution=attributes["restitution"],
+                elastic_below=attributes["elastic_below"] if attributes["restitution"] < 1 else None,
+                species_names=tuple(attributes["species_names"]),
+            )
+        except (KeyError, TypeError) as problem:
+            raise InputError(f"These arrays and attributes are no scene: {problem}.") from None
+
+    @property
+    def n(self) -> int:
+        """Number of components."""
+        return self.positions.shape[0]
+
+    @property
+    def dimension(self) -> int:
+        """Number of dimensions, d."""
+        return len(self.box)
+
+    @property
+    def volume(self) -> float:
+        """Volume of the box [length^d]."""
+        return math.prod(self.box)
+
+    @property
+    def number_density(self) -> float:
+        """Components a volume [length^-d]."""
+        return self.n / self.volume
+
+    @property
+    def packing_fraction(self) -> float:
+        """Volume of the spheres over that of the box, eta; what obstacles take is not subtracted."""
+        return _box.packing_fraction(self.diameters, self.box)
+
+    @property
+    def walls(self) -> bool:
+        """Whether any axis has walls instead of being periodic."""
+        return not all(self.periodic)
+
+    @property
+    def simple(self) -> bool:
+        """Whether all are equal and elastic, and alone in a periodic box: what theory knows most about."""
+        return self.equal and not self.walls and not self.obstacles and self.restitution == 1.0
+
+    @property
+    def species_count(self) -> int:
+        """Number of species, K: 1 where none are given."""
+        if self.species is None:
+            return 1
+        contacts = 0 if self.contact is None else len(self.contact)
+        return max(int(self.species.max()) + 1, len(self.species_names), contacts)
+
+    # On a lattice, at random, from what others hold: each a function of the class, in a module of its kind.
+    cubic = classmethod(lattices.cubic)
+    fcc = classmethod(lattices.fcc)
+    triangular = classmethod(lattices.triangular)
+    dn = classmethod(lattices.dn)
+    lattice = classmethod(lattices.lattice)
+    on = classmethod(lattices.on)
+    random = classmethod(disorder.random)
+    mixture = classmethod(disorder.mixture)
+    from_frame = classmethod(conversion.from_frame)
+    from_ase = classmethod(conversion.from_ase)
+
+    def __repr__(self) -> str:
+        return f"Scene({', '.join(f'{k}={v}' for k, v in words.facts(self).items())})"
+
+    def _repr_html_(self) -> str:
+        return words.table(self)

@@ -1,0 +1,70 @@
+"""Velocities of Maxwell's distribution."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.scene.lattices import MOST
+
+
+def maxwell_velocities(
+    n: int,
+    dimension: int,
+    masses: float | np.ndarray = 1.0,
+    kT: float = 1.0,
+    seed: int | np.random.Generator = 0,
+    conserved: Sequence[bool] | None = None,
+) -> np.ndarray:
+    """Draw velocities with zero total momentum and an exact temperature.
+
+    Parameters
+    ----------
+    n, dimension : int
+        Number of components and of dimensions, d.
+    masses : float or (n,) array
+        Mass of each [mass].
+    kT : float
+        Temperature [energy]; 0 leaves all at rest.
+    seed : int or numpy.random.Generator
+        Source of randomness.
+    conserved : d bools, optional
+        Axes along which momentum is conserved, and zero: all by default. Walls and obstacles take up that of
+        others.
+
+    Returns
+    -------
+    (n, d) array
+        Velocities with ``2 K = kT (d n - c)`` for c axes with momentum zero: on a torus d (n - 1) degrees of
+        freedom move. One component alone keeps its momentum and has ``2 K = kT d``.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+    n = checks.integer(n, "n", low=1, high=MOST)
+    dimension = checks.integer(dimension, "dimension", low=1)
+    kT = checks.number(kT, "kT", low=0, high=checks.HOTTEST)
+    rng = checks.generator(seed)
+    if np.ndim(masses) == 0:
+        mass = np.full(n, checks.positive(masses, "masses"))
+    else:
+        mass = checks.array(masses, "masses", "(n,)", ndim=1)
+        if len(mass) != n or (mass <= 0).any():
+            least = mass.min(initial=np.inf)
+            raise InputError(f"masses must be {n} positive numbers, found {len(mass)}, the least {least:g}.")
+    velocities = rng.standard_normal((n, dimension)) / np.sqrt(mass)[:, None]
+    still = np.ones(dimension, bool) if conserved is None else np.array(conserved, bool)
+    if n == 1:
+        still[:] = False
+    if still.any():
+        for _ in range(2):  # the second time takes away what rounding left
+            velocities -= np.where(still, mass @ velocities, 0.0) / mass.sum()
+    twice_kinetic = float(mass @ np.einsum("ij,ij->i", velocities, velocities))
+    freedoms = dimension * n - int(still.sum())
+    return velocities * math.sqrt(kT * freedoms / twice_kinetic)

@@ -1,0 +1,108 @@
+"""What a checkpoint holds: everything that a run goes on from, bit for bit."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Sequence
+from fractions import Fraction
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+from carom.errors import FileError
+from carom.scene.scene import Scene
+from carom.simulation.machine import Machine
+from carom.simulation.preparation import contents_of
+from carom.simulation.recorder import Recorder
+from carom.units import TimeUnit
+
+if TYPE_CHECKING:
+    from carom.models.obstacles import Obstacle
+
+
+def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> None:
+    """Write a checkpoint; see :meth:`carom.Simulation.save`."""
+    import carom
+    from carom.engine.parts import arrays as arrays_of
+    from carom.io import checkpoint
+
+    machine.flush_log()
+    contents, clock = machine.contents, machine.clock
+    arrays = {**arrays_of(machine.engine), "initial_velocities": machine.velocities}
+    scene_arrays, scene_attributes = machine.scene.to_arrays()
+    arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
+    if contents.rates is not None and contents.radii is not None:
+        arrays["contents.radii"] = contents.radii
+        arrays["contents.rates"] = contents.rates
+    attributes = {
+        "carom": carom.__version__,
+        "scene": json.dumps(scene_attributes),
+        "time_unit": machine.unit.exponent,
+        "threshold": contents.threshold,
+        "base": f"{clock.base.numerator}/{clock.base.denominator}",
+        "counted": machine.counted,
+        "wish": json.dumps(machine.wish),
+        "scheme": json.dumps(dataclasses.asdict(machine.scheme)),
+        "images": machine.engine.state.images is not None,
+        "single": contents.single,
+        "epoch": clock.epoch,
+        "offset": clock.offset,
+        "seconds": machine.seconds,
+        "event_log": "" if machine.log is None else str(machine.log.path),
+        "extra": json.dumps(extra),
+    }
+    checkpoint.save(path, arrays, attributes)
+
+
+def load(
+    path: str | PathLike[str],
+    event_log: str | PathLike[str] | None,
+    obstacles: Sequence[Obstacle] | None,
+) -> tuple[Machine, dict[str, Any]]:
+    """Return what runs, and the notes kept with it; see :meth:`carom.Simulation.load`."""
+    import carom
+    from carom.engine.neighbors.choice import Scheme
+    from carom.engine.parts import restore
+    from carom.io import checkpoint
+
+    arrays, attributes = checkpoint.load(path)
+    try:
+        version = str(attributes["carom"])
+        if version != carom.__version__:
+            raise FileError(
+                f"{path} was written by Carom {version}, this is {carom.__version__}, and the same bits "
+                "are only promised within one version; go on with that version, or start from a frame."
+            )
+        settings = json.loads(str(attributes["scheme"]))
+        chosen = Scheme(**{**settings, "shape": tuple(settings["shape"])})
+        scene = Scene.from_arrays(
+            {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
+            json.loads(str(attributes["scene"])),
+            obstacles=obstacles,
+        )
+        unit = TimeUnit(int(attributes["time_unit"]))
+        rates = arrays.get("contents.rates")
+        contents = contents_of(
+            scene, rates, 0.0, bool(attributes["images"]), bool(attributes["single"]), unit
+        )
+        contents = dataclasses.replace(contents, threshold=float(attributes["threshold"]), rates=rates)
+        if rates is not None:
+            radii = arrays["contents.radii"]
+            contents = dataclasses.replace(contents, radii=radii, diameter=2.0 * float(radii.max()))
+        neighbors, shell = json.loads(str(attributes["wish"]))
+        machine = Machine(scene, arrays["initial_velocities"], contents, unit, (neighbors, shell), chosen)
+        restore(machine.engine, arrays)
+        machine.counted = int(attributes["counted"])
+        clock = machine.clock
+        clock.base = Fraction(str(attributes["base"]))
+        clock.epoch, clock.offset = int(attributes["epoch"]), float(attributes["offset"])
+        machine.seconds = float(attributes["seconds"])
+        notes = json.loads(str(attributes["extra"]))
+    except (KeyError, TypeError, ValueError) as error:
+        if isinstance(error, FileError):
+            raise
+        raise FileError(f"{path} is not a checkpoint of a simulation: {error}.") from None
+    log = event_log or str(attributes.get("event_log", ""))
+    if log:
+        machine.log = Recorder(log, machine, resumed=True)
+    return machine, notes

@@ -1,0 +1,247 @@
+"""What a scene requires and what not: the models compiled in, the arrays, the neighbour scheme and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.scene.scene import Scene
+from carom.simulation.machine import Wish, wish_of
+from carom.simulation.preparation import contents_of, growth_rates, in_single
+from carom.simulation.simulation import Simulation
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from carom.engine.neighbors.choice import Scheme
+    from carom.engine.parts import Engine
+    from carom.engine.requirements import Contents
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array of a run.
+
+    Attributes
+    ----------
+    name : str
+        Where the engine keeps it, such as ``state.rows``.
+    shape : tuple of int
+    dtype : str
+        Type of an item; the fields of a record, with its size.
+    nbytes : int
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    dtype: str
+    nbytes: int
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What a run of a scene consists of.
+
+    Attributes
+    ----------
+    scene : str
+        The scene in one line.
+    n : int
+        Components.
+    models : dict of str to str
+        The model of each kind that is compiled in, by the name of its type.
+    absent : tuple of str
+        What this scene does not require: no array, no branch, no byte of it exists.
+    arrays : tuple of Array
+        All arrays, the largest first.
+    neighbors : str
+        The neighbour scheme and why it was chosen.
+    """
+
+    scene: str
+    n: int
+    models: dict[str, str]
+    absent: tuple[str, ...]
+    arrays: tuple[Array, ...]
+    neighbors: str
+
+    @property
+    def bytes_per_particle(self) -> float:
+        """Memory of all arrays over the number of components."""
+        return sum(array.nbytes for array in self.arrays) / self.n
+
+    def __str__(self) -> str:
+        lines = [self.scene, "", "Compiled in"]
+        lines += [f"  {kind:<12} {model}" for kind, model in self.models.items()]
+        lines += [
+            "",
+            "Not there",
+            "  " + ", ".join(self.absent) if self.absent else "  (nothing is left out)",
+        ]
+        lines += ["", "Neighbours", f"  {self.neighbors}"]
+        lines += ["", f"Arrays: {self.bytes_per_particle:.4g} bytes a particle"]
+        lines += [
+            f"  {array.nbytes / self.n:10.4g}  {array.name:<26} {array.shape} {array.dtype}"
+            for array in self.arrays
+        ]
+        return "\n".join(lines)
+
+
+def explain(
+    scene: Scene | Simulation,
+    *,
+    neighbors: str = "auto",
+    shell: float | None = None,
+    images: bool = True,
+    growth: float | ArrayLike | None = None,
+    precision: str = "double",
+    event_log: bool = False,
+) -> Explanation:
+    """Tell what a simulation of a scene compiles, which arrays it has, and which neighbours it looks at.
+
+    Nothing is compiled and nothing moves.
+
+    Parameters
+    ----------
+    scene : Scene or Simulation
+        A simulation is told about as it is now; it takes no other argument.
+    neighbors, shell, images, growth, precision
+        As in :class:`carom.Simulation`.
+    event_log : bool
+        Whether collisions go to an event log. Its buffer, of one size for all scenes, is not among the
+        arrays.
+
+    Returns
+    -------
+    Explanation
+        Printed, a page.
+
+    Raises
+    ------
+    InputError
+        If such a simulation cannot be had.
+
+    Examples
+    --------
+    >>> import carom
+    >>> found = carom.explain(carom.Scene.fcc(cells=8, packing_fraction=0.3), images=False)
+    >>> found.models["pair"]
+    'EqualCores'
+    >>> "masses of their own" in found.absent
+    True
+    """
+    if isinstance(scene, Simulation):
+        machine = scene.machine
+        return _explanation(
+            scene.scene,
+            machine.contents,
+            machine.scheme,
+            machine.engine,
+            machine.wish,
+            machine.log is not None,
+        )
+    from carom.engine.neighbors import choice as scheme
+    from carom.engine.parts import build
+
+    wish = wish_of(neighbors, shell)
+    at_rest = np.zeros_like(scene.positions)
+    single = in_single(precision, scene, at_rest if scene.velocities is None else scene.velocities)
+    contents = contents_of(scene, growth_rates(growth, scene), 0.0, images, single)
+    try:
+        chosen = scheme.choose(contents, 1.0, *wish)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    engine = build(chosen, contents, scene.positions, at_rest)
+    return _explanation(scene, contents, chosen, engine, wish, event_log)
+
+
+def _explanation(
+    scene: Scene,
+    contents: Contents,
+    chosen: Scheme,
+    engine: Engine,
+    wish: Wish,
+    logged: bool,
+) -> Explanation:
+    models = {kind: type(part).__name__ for kind, part in engine.model._asdict().items() if part is not None}
+    models["neighbours"] = type(engine.neighbors).__name__
+    missing = {
+        "diameters of their own": contents.radii is None,
+        "masses of their own": contents.radii is None,
+        "a contact matrix": contents.contact is None,
+        "species": engine.by_species is None,
+        "growth": contents.rates is None,
+        "walls and obstacles": engine.model.obstacles is None,
+        "restitution": engine.model.impact is None,
+        "image counts": engine.state.images is None,
+        "an event log": not logged,
+    }
+    return Explanation(
+        scene=repr(scene),
+        n=scene.n,
+        models=models,
+        absent=tuple(name for name, absent in missing.items() if absent),
+        arrays=_arrays(engine),
+        neighbors=_reason(contents, chosen, wish),
+    )
+
+
+def _arrays(engine: Engine) -> tuple[Array, ...]:
+    """Return every array once, the largest first."""
+    found: dict[int, Array] = {}
+
+    def collect(name: str, value: Any) -> None:
+        if isinstance(value, np.ndarray):
+            fields = value.dtype.names
+            kind = f"({', '.join(fields)}), {value.dtype.itemsize} bytes" if fields else str(value.dtype)
+            # The neighbour scheme and the boundary may hold the same array.
+            found.setdefault(
+                value.__array_interface__["data"][0], Array(name, value.shape, kind, value.nbytes)
+            )
+        elif isinstance(value, tuple) and hasattr(value, "_fields"):
+            for field, part in zip(value._fields, value, strict=True):
+                collect(f"{name}.{field}" if name else field, part)
+        elif isinstance(value, tuple):
+            for index, part in enumerate(value):
+                collect(f"{name}[{index}]", part)
+
+    for part in ("state", "neighbors", "calendar", "tallies", "by_species", "model"):
+        collect(part, getattr(engine, part))
+    return tuple(sorted(found.values(), key=lambda array: -array.nbytes))
+
+
+def _reason(contents: Contents, chosen: Scheme, wish: Wish) -> str:
+    """Say which neighbour scheme there is, and why."""
+    from carom.engine.neighbors import choice as scheme
+
+    cells = " x ".join(map(str, chosen.shape))
+    fraction, dimension = contents.packing_fraction, contents.dimension
+    limit = scheme.dilute(dimension)
+    widest = (contents.narrowest + 2.0 * contents.diameter) / 4.0
+    if chosen.kind == "lists":
+        what = f"lists with a reach of {chosen.reach / contents.diameter:.3g} diameters, from {cells} cells"
+    else:
+        what = f"{cells} sectors"
+    if wish[0] != "auto":
+        why = "asked for"
+    elif wish[1] is not None and chosen.kind == "lists":
+        why = "a shell was asked for"
+    elif chosen.kind == "lists" and fraction > limit:
+        why = f"faster above a packing fraction of {limit:g} in d = {dimension}, and this is {fraction:.3g}"
+    elif chosen.kind == "lists":
+        why = "the largest components are larger than a sector should be"
+    elif fraction > limit:
+        why = (
+            "the box is too small for lists, which could reach no further than "
+            f"{widest / contents.diameter:.3g} diameters without confusing images"
+        )
+    else:
+        why = f"faster below a packing fraction of {limit:g} in d = {dimension}, and this is {fraction:.3g}"
+    if chosen.kind == "sectors" and any(
+        size < 4 and wraps for size, wraps in zip(chosen.shape, contents.periodic, strict=True)
+    ):
+        why += "; fewer than four along an edge, so that images are told apart by their sectors"
+    return f"{what}: {why}."

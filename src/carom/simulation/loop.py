@@ -1,0 +1,181 @@
+"""The running loop: the compiled cycle, some 10 ms at a time, and between two calls all that may stop it."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.block import Block
+from carom.errors import CaromWarning
+from carom.simulation.mechanics import impulses
+from carom.simulation.stalling import Reach
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+
+CYCLES = 20_000
+"""Cycles between two looks at the wall clock and at Ctrl-C: some 10 ms."""
+
+PATIENCE = 1000.0
+"""Mean free times without any collision after which a run towards a number of collisions gives up."""
+
+UNLIMITED = 2**62
+"""As a number of collisions or an epoch: never reached."""
+
+
+def advance(
+    machine: Machine,
+    collisions: int | None,
+    end: Fraction | None,
+    walltime: float | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Block:
+    """Run on until so many more collisions, an instant, or seconds: see :meth:`carom.Simulation.run`.
+
+    Where the collisions asked for cannot be had, a :class:`carom.CaromWarning` says so.
+
+    Raises
+    ------
+    InputError
+        If a time that is the only limit is out of reach, because components have no room.
+    """
+    from carom.engine import constants, cycle
+
+    before = machine.engine.tallies[0].copy()
+    taken = impulses(machine)
+    start = machine.clock.instant
+    target = np.int64(
+        UNLIMITED if collisions is None else min(int(before.collisions) + collisions, UNLIMITED)
+    )
+    deadline = math.inf if walltime is None else time.perf_counter() + walltime
+    last_seen, last_instant = int(before.collisions), start
+    only_end = end if walltime is None and collisions is None else None
+    reach = None
+    patience = None if collisions is not None and end is None else math.inf
+    while True:
+        stop, final = _stop(machine, end)
+        log = None if machine.log is None else machine.log.buffer
+        began = time.perf_counter()
+        code = cycle.run(*machine.engine, log, *stop, target, np.int64(CYCLES))
+        now = time.perf_counter()
+        machine.seconds += now - began
+        clock, record = machine.clock, machine.engine.state.clock[0]
+        if code == constants.IDLE and (end is not None or not final):
+            machine.rest_until(stop)
+            code = constants.REACHED_TIME
+        if code == constants.REACHED_TIME:
+            clock.epoch, clock.offset = int(stop[0]), float(stop[1])
+            if final:
+                break
+            machine.refit()
+        else:
+            # Where a run ended at a time, the last event lies behind the present.
+            clock.epoch, clock.offset = max(
+                (clock.epoch, clock.offset), (int(record.epoch), float(record.now))
+            )
+        if code == constants.REACHED_COLLISIONS:
+            break
+        if code == constants.IDLE:
+            if collisions is not None:
+                _warn("Nothing moves, so nobody will ever collide: the run ended.")
+            break
+        if code == constants.NEEDS_HEAP:
+            machine.enlarge_heap()
+        elif code == constants.NEEDS_NEIGHBORS:
+            machine.enlarge_neighbors()
+            machine.schedule()
+        elif code == constants.NEEDS_LOG:
+            machine.flush_log()
+        if progress is not None:
+            progress(_fraction(machine, int(before.collisions), start, int(target), end))
+        if now >= deadline:
+            break
+        # Only now: many short runs would spend their time with looking at all velocities, or at the clock.
+        if patience is None and machine.collisions == last_seen:
+            patience = _patience(machine)
+            if walltime is None and patience < math.inf:
+                reach = Reach(machine, last_instant + Fraction(patience))
+        if only_end is not None and reach is None:
+            reach = Reach(machine, only_end)
+        if reach is not None and (end is not None or machine.collisions == last_seen):
+            reach.look()
+        if machine.collisions > last_seen:
+            last_seen, last_instant = machine.collisions, machine.clock.instant
+        elif patience is not None and machine.clock.instant - last_instant > patience:
+            _warn(
+                "One component alone meets nobody: the run ended; ask for time= instead of collisions."
+                if machine.scene.n == 1
+                else f"No collision in {PATIENCE:g} mean free times, after {machine.collisions} in all: "
+                "the components seem to miss each other for ever, and the run ended; "
+                "ask for time= instead of collisions."
+            )
+            break
+    if progress is not None:
+        progress(1.0)
+    after = machine.engine.tallies[0]
+    return Block(
+        float(machine.clock.instant - start),
+        int(after.collisions - before.collisions),
+        machine.unit.to_scene(float(after.virial - before.virial), -1),
+        tuple(b - a for a, b in zip(taken, impulses(machine), strict=True)),
+    )
+
+
+def _stop(machine: Machine, end: Fraction | None) -> tuple[tuple[np.int64, float], bool]:
+    """Return where the kernel has to return, as an epoch and an offset, and whether the run ends so."""
+    clock, final = machine.clock, True
+    if machine.contents.rates is not None:
+        refit = clock.base + machine.unit.to_scene(Fraction(machine.scheme.horizon), 1)
+        if end is None or refit < end:
+            end, final = refit, False
+    if end is None:
+        return (np.int64(UNLIMITED), 0.0), True
+    epoch, offset = clock.split(end)
+    return (np.int64(epoch), float(offset)), final
+
+
+def _fraction(machine: Machine, before: int, start: Fraction, target: int, end: Fraction | None) -> float:
+    """Return the part that is done: of the collisions or of the time, whichever is more."""
+    done = [0.0]
+    if before < target < UNLIMITED:
+        done.append((machine.collisions - before) / (target - before))
+    if end is not None:
+        span = end - start
+        done.append(float((machine.clock.instant - start) / span) if span else 1.0)
+    return min(max(done), 1.0)
+
+
+def _patience(machine: Machine) -> float:
+    """Return the time without a collision after which none is to be expected [time]."""
+    growing = machine.contents.rates is not None and machine.scene.n > 1
+    return math.inf if growing else machine.unit.to_scene(_lonely(machine), 1)
+
+
+def _lonely(machine: Machine) -> float:
+    """Return the same in the kernel's unit, for diameters that do not grow."""
+    from carom.engine.neighbors import choice as scheme
+
+    scene, epoch = machine.scene, machine.scheme.epoch
+    if scene.n == 1:  # there is nobody to meet
+        return epoch
+    v, masses = machine.speeds, scene.masses
+    fastest = float(np.abs(v).max())
+    if machine.engine.model.obstacles is None:
+        v = v - np.average(v, axis=0, weights=masses)  # a common drift meets nobody
+    speed = math.sqrt(float(np.sum(masses[:, None] * v * v)) / (scene.mass * scene.n))
+    if speed <= 8.0 * np.finfo(float).eps * fastest:
+        return epoch
+    if machine.contents.restitution < 1.0:  # they cool until contacts are slower than this, hence elastic
+        speed = min(speed, machine.contents.threshold)
+    rate = scheme.collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
+    return PATIENCE / rate + epoch if rate > 0.0 else epoch
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, CaromWarning, stacklevel=4)

@@ -1,0 +1,265 @@
+"""What runs: the engine of a scene with its clock, and how both are renewed on the way."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.simulation.clock import Clock
+from carom.simulation.mechanics import Mechanics
+from carom.simulation.preparation import unit_of
+from carom.units import TimeUnit
+
+if TYPE_CHECKING:
+    from carom.engine.neighbors.choice import Scheme
+    from carom.engine.parts import Engine
+    from carom.engine.requirements import Contents
+    from carom.scene.scene import Scene
+    from carom.simulation.recorder import Recorder
+
+Wish = tuple[str, float | None]
+"""The neighbour scheme that was asked for, and the reach of its lists."""
+
+
+def wish_of(neighbors: str, shell: float | None) -> Wish:
+    """Return what is asked for of the neighbour scheme, checked.
+
+    Raises
+    ------
+    InputError
+        If there is no such scheme, or lists cannot have such a reach.
+    """
+    if neighbors not in ("auto", "lists", "sectors"):
+        raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists' or 'sectors'.")
+    if shell is not None:
+        shell = checks.number(shell, "shell", low=1.0, open_low=True)
+    return neighbors, shell
+
+
+class Machine:
+    """The engine of a scene, its clock, and what they were made for.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is simulated.
+    velocities : (n, d) array
+        At the start [length / time].
+    contents : Contents
+        What the kernel has to know of the scene, in ``unit``.
+    unit : TimeUnit
+        The kernel's unit of time.
+    wish : tuple
+        What was asked for of the neighbour scheme.
+    scheme : Scheme, optional
+        The neighbour scheme; chosen for the scene, if left out.
+
+    Raises
+    ------
+    InputError
+        If the neighbour scheme that was asked for cannot be had.
+
+    Attributes
+    ----------
+    engine : Engine
+        Model, state, neighbours, calendar, tallies: the kernel's arrays.
+    clock : Clock
+        The present.
+    counted : int
+        Collisions before the clock's base.
+    start : Mechanics
+        Energy and momentum at the start.
+    seconds : float
+        Wall time spent in the engine [s].
+    log : Recorder or None
+        Where collisions go.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        velocities: np.ndarray,
+        contents: Contents,
+        unit: TimeUnit,
+        wish: Wish,
+        scheme: Scheme | None = None,
+    ):
+        from carom.engine.parts import build
+
+        self.scene = scene
+        self.velocities = np.array(velocities)
+        self.contents = contents
+        self.unit = unit
+        self.wish = wish
+        self.scheme = self._choose(velocities, wish) if scheme is None else scheme
+        self.engine: Engine = build(
+            self.scheme, contents, scene.positions, unit.to_kernel(self.velocities, -1)
+        )
+        self.clock = Clock(unit, self.scheme.epoch)
+        self.counted = 0
+        self.start = Mechanics.of(scene.masses, self.speeds, unit)
+        self.seconds = 0.0
+        self.log: Recorder | None = None
+
+    def _choose(self, velocities: np.ndarray, wish: Wish, rate: float | None = None) -> Scheme:
+        """Return the scheme for velocities [length / time]; ``rate`` is in the kernel's unit."""
+        from carom.engine.neighbors import choice as scheme
+
+        v = self.unit.to_kernel(velocities, -1)
+        speed = math.sqrt(float(np.mean(np.sum(v * v, axis=1))))
+        if self.contents.rates is not None:
+            speed += 2.0 * float(self.contents.rates.max())
+        try:
+            return scheme.choose(self.contents, speed, *wish, rate)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+
+    @property
+    def collisions(self) -> int:
+        """Pair collisions since the start."""
+        return int(self.engine.tallies.collisions[0])
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """Velocities in the kernel's unit, (n, d) float64: in single precision squares overflow."""
+        return np.asarray(self.engine.state.rows["v"][: self.scene.n], np.float64)
+
+    @property
+    def diameters(self) -> np.ndarray:
+        """Diameter of each component at the present time, (n,) [length]."""
+        if self.contents.rates is None:
+            return self.scene.diameters
+        pair = self.engine.model.pair
+        return 2.0 * (pair.radii + pair.rates * self._in_epoch())[: self.scene.n]
+
+    def _in_epoch(self) -> float:
+        """Return the present time relative to the epoch that the kernel is in, in the kernel's unit."""
+        ahead = self.clock.epoch - int(self.engine.state.clock[0].epoch)
+        return self.clock.offset + float(ahead) * self.scheme.epoch
+
+    def obstacle_numbers(self) -> list[int]:
+        """Return the kernel's number of each wall and obstacle, in the scene's order."""
+        from carom.engine.obstacles import numbering
+
+        walls = [
+            2 * axis + side for axis, wraps in enumerate(self.scene.periodic) if not wraps for side in (0, 1)
+        ]
+        first = 2 * self.scene.dimension
+        return walls + [first + k for k in numbering(self.contents.obstacles)]
+
+    def frame(self) -> Frame:
+        """Return all components at the present time; changes no bit of the run."""
+        from carom.engine.projection import project
+
+        scene, state = self.scene, self.engine.state
+        positions, velocities = np.empty((scene.n, scene.dimension)), np.empty((scene.n, scene.dimension))
+        images = None if state.images is None else state.images.copy()
+        project(self.engine.model, state, self._in_epoch(), positions, velocities, images)
+        return Frame(
+            time=float(self.clock.instant),
+            step=self.collisions,
+            positions=positions,
+            velocities=self.unit.to_scene(velocities, -1),
+            box=scene.box,
+            diameters=self.diameters,
+            masses=scene.masses,
+            images=images,
+            species=scene.species,
+            species_names=scene.species_names,
+            periodic=scene.periodic,
+        )
+
+    def schedule(self) -> None:
+        """Give every component its first event."""
+        from carom.engine import cycle
+
+        while not cycle.schedule(*self.engine):
+            self.enlarge_neighbors()
+
+    def enlarge_neighbors(self) -> None:
+        """Make more room in sectors, cells and lists; everything has then to be scheduled anew."""
+        from carom.engine import parts as engine
+
+        neighbors = self.engine.neighbors
+        full_cell = self.scheme.kind == "sectors" or neighbors.members.max() == self.scheme.cell_capacity
+        self.scheme = self.scheme.with_larger_neighbors(full_cell)
+        self.engine = engine.enlarge_neighbors(self.engine, self.scheme, self.contents)
+
+    def enlarge_heap(self) -> None:
+        """Make more room in the calendar."""
+        from carom.engine import parts as engine
+
+        self.scheme = self.scheme.with_larger_heap()
+        self.engine = engine.enlarge_heap(self.engine, self.scheme)
+
+    def flush_log(self) -> None:
+        """Write what the event log has in memory, if there is one."""
+        if self.log is not None:
+            self.log.flush(self)
+
+    def close_log(self) -> None:
+        """Flush and close the event log, if there is one."""
+        if self.log is not None:
+            self.log.flush(self)
+            self.log.close()
+            self.log = None
+
+    def rest_until(self, end: tuple[np.int64, float]) -> None:
+        """Let time pass where nothing moves."""
+        record = self.engine.state.clock[0]
+        record.epoch, record.now = end
+        self.engine.state.rows["t"] = end[1]
+        self.engine.calendar.control.end[0] = self.scheme.epoch
+
+    def refit(self, velocities: np.ndarray | None = None, rates: np.ndarray | None = None) -> None:
+        """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything.
+
+        Parameters
+        ----------
+        velocities : (n, d) array, optional
+            New ones [length / time].
+        rates : (n,) array, optional
+            New rates at which the radii grow [length / time].
+        """
+        from carom.engine.parts import build, keep_tallies
+
+        frame = self.frame()
+        velocities = frame.velocities if velocities is None else velocities
+        instant, old, before = self.clock.instant, self.engine, self.unit
+        if self.contents.rates is not None and rates is None:
+            rates = before.to_scene(self.contents.rates, -1)
+        self.unit = unit = unit_of(self.scene, velocities, rates)
+        threshold = before.to_scene(self.contents.threshold, -1)
+        self.contents = dataclasses.replace(self.contents, threshold=unit.to_kernel(threshold, -1))
+        if rates is not None:
+            radii = 0.5 * frame.diameters
+            self.contents = dataclasses.replace(
+                self.contents,
+                radii=radii,
+                diameter=2.0 * float(radii.max()),
+                rates=unit.to_kernel(rates, -1),
+            )
+        passed, seen = float(self.clock.since_base(instant)), self.collisions - self.counted
+        rate = None
+        if seen >= self.scene.n and passed > 0.0:
+            rate = before.to_scene(2.0 * seen / (self.scene.n * passed), -1)
+            quicker = float(np.abs(velocities).max()) / float(np.abs(frame.velocities).max())
+            rate = unit.to_kernel(math.ldexp(rate, round(math.log2(quicker))), -1)
+        try:
+            self.scheme = self._choose(velocities, self.wish, rate)
+        except InputError:  # components have outgrown the lists that were asked for
+            self.scheme = self._choose(velocities, ("sectors", None), rate)
+        self.engine = build(self.scheme, self.contents, frame.positions, unit.to_kernel(velocities, -1))
+        keep_tallies(old, self.engine, unit.exponent - before.exponent)
+        images = self.engine.state.images
+        if frame.images is not None and images is not None:
+            images[:] = frame.images
+        self.clock = Clock(unit, self.scheme.epoch, instant)
+        self.counted = self.collisions
+        self.schedule()

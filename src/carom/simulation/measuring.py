@@ -1,0 +1,209 @@
+"""Observables with their error bars: the method :meth:`carom.Simulation.measure`."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+import warnings
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from carom import checks
+from carom.block import Block
+from carom.errors import CaromWarning, InputError
+from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
+
+if TYPE_CHECKING:
+    from carom.simulation.simulation import Simulation
+
+
+def measure(
+    sim: Simulation,
+    observable: Any,
+    *,
+    collisions: int | None = None,
+    collisions_per_particle: float | None = None,
+    time: float | None = None,
+    relative_error: float | None = None,
+    max_walltime: float | None = None,
+    progress: Callable[[float], object] | None = None,
+    predicted: Callable[[Prediction], object] | None = None,
+):
+    """Run on and measure an observable of the collisions, such as :class:`carom.Pressure`.
+
+    The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in:
+    blocks that end with a collision would bias the mean. A number of collisions is turned into a time by
+    the rate seen so far, or in a short pilot.
+
+    Parameters
+    ----------
+    observable : carom.Pressure, carom.WallPressure, or what has their ``blocks`` and ``of_scene``
+        What is measured.
+    collisions, collisions_per_particle, time : float, optional
+        How long, as in :meth:`carom.Simulation.run`.
+    relative_error : float, optional
+        Instead of these: until one standard error is at most this part of the mean (of Z, for the
+        pressure), and at least 64 independent blocks say so.
+    max_walltime : float, optional
+        Seconds after which that is given up.
+    progress : callable, optional
+        Called with the fraction done; with ``relative_error``, of what is expected so far.
+    predicted : callable, optional
+        Called with a :class:`carom.observables.Prediction` after a pilot of 64 collisions per particle
+        and again whenever the error bar was looked at.
+
+    Returns
+    -------
+    The observable's estimate, with its error bar.
+
+    Raises
+    ------
+    InputError
+        If not exactly one length is given, or nobody collides.
+
+    Warns
+    -----
+    CaromWarning
+        If ``max_walltime`` came first.
+    """
+    given = {
+        "collisions": collisions,
+        "collisions_per_particle": collisions_per_particle,
+        "time": time,
+        "relative_error": relative_error,
+    }
+    if sum(value is not None for value in given.values()) != 1:
+        raise InputError(f"measure() needs exactly one of {', '.join(given)}.")
+    for name in ("collisions", "collisions_per_particle", "time"):
+        if given[name] is not None:
+            checks.number(given[name], name, low=0.0)
+    if relative_error is not None:
+        seconds = (
+            math.inf
+            if max_walltime is None
+            else checks.number(max_walltime, "max_walltime", low=0.0, open_low=True)
+        )
+        return until(
+            sim,
+            observable,
+            Goal(relative_error),
+            max_walltime=seconds,
+            progress=progress,
+            predicted=predicted,
+        )
+    if max_walltime is not None or predicted is not None:
+        raise InputError("max_walltime and predicted go with relative_error, which is missing.")
+    if time is None:
+        if collisions_per_particle is not None:
+            collisions = round(0.5 * sim.scene.n * collisions_per_particle)
+        assert collisions is not None
+        time = sim.time_for(collisions)
+    blocks = []
+    for block in sim.blocks(time / observable.blocks, observable.blocks):
+        blocks.append(block)
+        if progress is not None:
+            progress(len(blocks) / observable.blocks)
+    return sim.estimate(observable, blocks)
+
+
+def until(
+    sim: Simulation,
+    observable: Any,
+    goal: Goal,
+    *,
+    max_walltime: float = math.inf,
+    progress: Callable[[float], object] | None = None,
+    predicted: Callable[[Prediction], object] | None = None,
+) -> Any:
+    """Run on until the observable's error bar reaches the goal, and return the estimate.
+
+    Notes
+    -----
+    The error is looked at after a pilot of 64 blocks and then where the last look predicted the end, the
+    stretch never more than four times as long as at the look before. When there are twice
+    ``observable.blocks`` blocks, neighbours are merged. The length depends on what was measured and on
+    nothing else, except for ``max_walltime``.
+    """
+    deadline = clock.perf_counter() + max_walltime
+    duration = sim.time_for(block_collisions(sim.scene.n))
+    capacity = 2 * max(int(observable.blocks), 2 * FLOOR)
+    blocks: list[Block] = []
+    look = FLOOR  # in blocks of the first kind
+    size = 1  # of a block, in blocks of the first kind
+    expected = math.inf
+    rate = _Rate(sim)
+    while True:
+        while size * len(blocks) < look and (len(blocks) < 2 or clock.perf_counter() < deadline):
+            blocks.extend(sim.blocks(size * duration, 1))
+            rate.tick()
+            if len(blocks) == capacity:
+                blocks = [merged(*pair) for pair in zip(blocks[::2], blocks[1::2], strict=True)]
+                size *= 2
+            if progress is not None:
+                late = (
+                    1.0 - (deadline - clock.perf_counter()) / max_walltime if max_walltime < math.inf else 0.0
+                )
+                progress(min(max(size * len(blocks) / expected, late), 1.0))
+        enough = size * len(blocks) >= look
+        with warnings.catch_warnings():
+            if enough:  # a run that goes on need not be told that it was short so far
+                warnings.simplefilter("ignore", CaromWarning)
+            result = sim.estimate(observable, blocks)
+        found = result.primary
+        if goal.reached(found):
+            break
+        if not enough:
+            warnings.warn(
+                f"max_walltime = {max_walltime:g} s ended the measurement at a relative error of "
+                f"{found.relative_error:.2g}; {goal.relative_error:g} was asked for.",
+                CaromWarning,
+                stacklevel=3,
+            )
+            break
+        length = size * len(blocks)
+        expected = length * goal.remaining(found)
+        if predicted is not None:
+            more = (expected / length - 1.0) * sum(block.collisions for block in blocks)
+            predicted(Prediction(found.relative_error, more, more / rate.collisions_per_second))
+        look = goal.next_look(length, found)
+        rate.pause()
+    if progress is not None:
+        progress(1.0)
+    return result
+
+
+class _Rate:
+    """Collisions per second of wall time, the first block left out: it may have waited for the compiler."""
+
+    def __init__(self, sim: Simulation):
+        self._sim = sim
+        self._collisions, self._seconds = 0, 0.0
+        self._last: tuple[int, float] | None = None
+
+    def tick(self) -> None:
+        """Count what came since the last tick."""
+        now = self._sim.collisions, clock.perf_counter()
+        if self._last is not None:
+            self._collisions += now[0] - self._last[0]
+            self._seconds += now[1] - self._last[1]
+        self._last = now
+
+    def pause(self) -> None:
+        """Leave out the time from the last tick until now."""
+        if self._last is not None:
+            self._last = self._last[0], clock.perf_counter()
+
+    @property
+    def collisions_per_second(self) -> float:
+        """Seen so far; infinite before anything was."""
+        return self._collisions / self._seconds if self._seconds else math.inf
+
+
+def merged(one: Block, other: Block) -> Block:
+    """Return two neighbouring blocks as one."""
+    return Block(
+        one.duration + other.duration,
+        one.collisions + other.collisions,
+        one.virial + other.virial,
+        tuple(a + b for a, b in zip(one.impulses, other.impulses, strict=True)),
+    )

@@ -1,0 +1,189 @@
+"""Energy, momentum and impulses of a run, and how well they were kept."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.simulation.preparation import conserved, degrees_of_freedom
+from carom.units import TimeUnit
+
+if TYPE_CHECKING:
+    from carom.scene.scene import Scene
+    from carom.simulation.machine import Machine
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a run did, and how well.
+
+    Attributes
+    ----------
+    collisions : int
+        Pair collisions, each counted once.
+    transits : int
+        Sector crossings, or renewals of a neighbour list.
+    advancements : int
+        Events left without a partner by a preemption.
+    advancement_fraction : float
+        Advancements over all processed events, a collision counting as two, as in the paper's section 6.
+    third_party_first : int
+        Pairs that scheduled each other again right after colliding: the paper's m* = i*.
+    clamped_roots : int
+        Negative times until contact replaced by zero.
+    collisions_per_second : float
+        Pair collisions per second of wall time spent in the engine.
+    worst_overlap : float
+        Largest depth of two cores seen at a collision, in diameters.
+    energy_drift, momentum_drift : float
+        Change since the start: of the energy, relative to it (also what inelastic contacts took and growth
+        brought); of the momentum, relative to ``sum(m |v|)`` (NaN where walls or obstacles take it up).
+    """
+
+    collisions: int
+    transits: int
+    advancements: int
+    advancement_fraction: float
+    third_party_first: int
+    clamped_roots: int
+    collisions_per_second: float
+    worst_overlap: float
+    energy_drift: float
+    momentum_drift: float
+
+
+class Impacts(NamedTuple):
+    """What a wall or an obstacle took up.
+
+    Attributes
+    ----------
+    name : str
+        Which one.
+    hits : int
+        Collisions with it.
+    impulse : float
+        Sum of the momentum along its normal [mass length / time]; over time and area this is a pressure.
+    """
+
+    name: str
+    hits: int
+    impulse: float
+
+
+class Mechanics(NamedTuple):
+    """Energy and momentum of all components.
+
+    Attributes
+    ----------
+    energy : float
+        Kinetic energy [mass length^2 / time^2].
+    momentum : (d,) array
+        [mass length / time].
+    scale : float
+        The momentum that the same speeds would have in one direction.
+    """
+
+    energy: float
+    momentum: np.ndarray
+    scale: float
+
+    @classmethod
+    def of(cls, masses: np.ndarray, v: np.ndarray, unit: TimeUnit) -> Mechanics:
+        """Return those of masses (n,) and velocities (n, d) in the kernel's unit of time."""
+        masses = masses[:, None]
+        energy = 0.5 * math.fsum((masses * v * v).ravel())
+        momentum = np.array([math.fsum(column) for column in (masses * v).T])
+        scale = float(np.sum(masses[:, 0] * np.sqrt(np.sum(v * v, axis=1))))
+        return cls(unit.to_scene(energy, -2), unit.to_scene(momentum, -1), unit.to_scene(scale, -1))
+
+    def momentum_drift(self, start: Mechanics) -> float:
+        """Return the change of the momentum since the start, in terms of its scale."""
+        change = float(np.linalg.norm(self.momentum - start.momentum))
+        return change / start.scale if start.scale else 0.0
+
+
+def statistics(machine: Machine) -> Statistics:
+    """Return what the run did so far, and how well."""
+    tally = machine.engine.tallies[0]
+    start, present = machine.start, Mechanics.of(machine.scene.masses, machine.speeds, machine.unit)
+    events = 2 * tally.collisions + tally.advancements + tally.transits
+    return Statistics(
+        collisions=int(tally.collisions),
+        transits=int(tally.transits),
+        advancements=int(tally.advancements),
+        advancement_fraction=float(tally.advancements / events) if events else 0.0,
+        third_party_first=int(tally.returns),
+        clamped_roots=int(tally.clamped),
+        collisions_per_second=float(tally.collisions / machine.seconds) if machine.seconds else 0.0,
+        worst_overlap=1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0,
+        energy_drift=abs(present.energy - start.energy) / start.energy if start.energy else 0.0,
+        momentum_drift=present.momentum_drift(start) if machine.engine.model.obstacles is None else math.nan,
+    )
+
+
+def temperature(machine: Machine) -> float:
+    """Return twice the kinetic energy over the degrees of freedom [energy]."""
+    v = machine.speeds
+    kT = float(np.sum(machine.scene.masses[:, None] * v * v) / degrees_of_freedom(machine.scene))
+    return machine.unit.to_scene(kT, -2)
+
+
+def at_temperature(velocities: np.ndarray, scene: Scene, kT: float) -> np.ndarray:
+    """Return velocities, scaled so that the temperature is ``kT``, without momentum that is conserved.
+
+    Raises
+    ------
+    InputError
+        If nothing moves.
+    """
+    masses = scene.masses[:, None]
+    momentum = np.where(conserved(scene), np.sum(masses * velocities, axis=0), 0.0)
+    velocities = velocities - momentum / masses.sum()
+    twice = float(np.sum(masses * velocities * velocities))
+    if twice == 0.0:
+        raise InputError("Nothing moves, so there is no temperature to scale; give the scene velocities.")
+    half = math.frexp(twice)[1] // 2  # a temperature over another may be no double; their roots are
+    factor = math.sqrt(kT * degrees_of_freedom(scene) / math.ldexp(twice, -2 * half))
+    return np.ldexp(factor * velocities, -half)
+
+
+def impacts(machine: Machine) -> tuple[Impacts, ...]:
+    """Return what each wall and obstacle took up since the start."""
+    from carom.observables.wall_pressure import obstacle_names
+
+    tally = machine.engine.model.obstacles
+    return tuple(
+        Impacts(name, int(tally.hits[k]), machine.unit.to_scene(float(tally.impulse[k]), -1))
+        for name, k in zip(obstacle_names(machine.scene), machine.obstacle_numbers(), strict=True)
+    )
+
+
+def impulses(machine: Machine) -> tuple[float, ...]:
+    """Return the momentum that each wall and obstacle took up since the start."""
+    if machine.engine.model.obstacles is None:
+        return ()
+    return tuple(impact.impulse for impact in impacts(machine))
+
+
+def collisions_by_species(machine: Machine) -> np.ndarray:
+    """Return the pair collisions of every pair of species, (K, K), symmetric."""
+    return _symmetric(_by_species(machine).collisions)
+
+
+def virial_by_species(machine: Machine) -> np.ndarray:
+    """Return the virial of every pair of species, (K, K), symmetric [mass length^2 / time]."""
+    return _symmetric(machine.unit.to_scene(_by_species(machine).virial, -1))
+
+
+def _by_species(machine: Machine):
+    if machine.engine.by_species is None:
+        raise InputError("The scene has no species: build it with species=, or with Scene.mixture().")
+    return machine.engine.by_species
+
+
+def _symmetric(sums: np.ndarray) -> np.ndarray:
+    return sums + np.triu(sums, 1).T

@@ -1,0 +1,230 @@
+"""From a scene to what the kernel has to know of it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models.obstacles import CylindricalContainer, Plane
+from carom.units import TimeUnit
+
+if TYPE_CHECKING:
+    from carom.engine.requirements import Contents
+    from carom.scene.scene import Scene
+
+CAUTIOUS = 1e-3
+"""Normal speed, in thermal speeds, below which contacts are elastic in a scene with restitution below one."""
+
+LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
+"""Temperatures must not be below the one, nor kinetic energies above the other: as doubles they have all
+their digits, with some room for their products.
+"""
+
+SINGLE = 2.0**-23
+"""Spacing of single precision at 1."""
+
+COARSEST = 2.0**-6
+"""Part of a diameter, or of the speeds, that single precision may round off."""
+
+CLOSEST = (1.0, math.pi / math.sqrt(12.0), math.pi / math.sqrt(18.0), math.pi**2 / 16.0)
+"""Packing fractions of the densest lattices in d = 1 to 4."""
+
+SAME = TimeUnit()
+"""The kernel's unit of time is the scene's."""
+
+
+def conserved(scene: Scene) -> tuple[bool, ...]:
+    """Tell for every axis whether the total momentum along it is conserved.
+
+    Walls and obstacles take it up, but planes only along their normals and cylinders only across their axis;
+    of an obstacle of one's own nothing is known. One component alone needs no exception: nothing is conserved
+    that it does not have itself, and all its velocities are free.
+    """
+    if scene.n == 1:
+        return (False,) * scene.dimension
+
+    def glides(obstacle: Any, axis: int) -> bool:
+        if isinstance(obstacle, Plane):
+            return obstacle.normal[axis] == 0.0
+        return isinstance(obstacle, CylindricalContainer) and obstacle.axis == axis
+
+    return tuple(
+        wraps and all(glides(obstacle, axis) for obstacle in scene.obstacles)
+        for axis, wraps in enumerate(scene.periodic)
+    )
+
+
+def degrees_of_freedom(scene: Scene) -> int:
+    """Return how many coordinates of velocity are free: :attr:`carom.Simulation.degrees_of_freedom`."""
+    return scene.dimension * scene.n - sum(conserved(scene))
+
+
+def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> TimeUnit:
+    """Return the kernel's unit of time for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    velocities : (n, d) array
+        Of its components [length / time].
+    rates : (n,) array or None
+        Radius that each component gains a time.
+
+    Raises
+    ------
+    InputError
+        If the energy is out of range.
+    """
+    fastest = float(np.abs(velocities).max())
+    unit = TimeUnit.of(max(fastest, 0.0 if rates is None else 2.0 * float(rates.max())), scene.diameter)
+    v = unit.to_kernel(velocities, -1)
+    twice = unit.to_scene(float(np.sum(scene.masses[:, None] * v * v)), -2)
+    if fastest > 0.0 and not (LEAST_ENERGY * degrees_of_freedom(scene) <= twice <= MOST_ENERGY):
+        raise InputError(
+            f"Velocities of up to {fastest:g} make a kinetic energy of {0.5 * twice:g}; expected between "
+            f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all "
+            "digits: choose another unit of time or of mass."
+        )
+    return unit
+
+
+def thermal_speed(scene: Scene, velocities: np.ndarray, unit: TimeUnit) -> float:
+    """Return ``sqrt(kT / m)`` with the mean mass [length / kernel's time]."""
+    v = unit.to_kernel(velocities, -1)
+    twice = float(np.sum(scene.masses[:, None] * v * v))
+    return math.sqrt(twice / (degrees_of_freedom(scene) * scene.mass))
+
+
+def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
+    """Return the rate at which each radius grows, (n,), or None where nothing grows.
+
+    Parameters
+    ----------
+    growth : None, float or (n,) array_like
+        Rate at which diameters grow [length / time], not negative.
+    scene : Scene
+        What grows.
+
+    Raises
+    ------
+    InputError
+        If a rate is negative or not a number, or they are not one a component, or the scene has a contact
+        matrix.
+    """
+    if growth is None:
+        return None
+    rates = checks.array(growth, "growth", "(n,)", ndim=1) if checks.several(growth) else None
+    if rates is None:
+        rates = np.full(scene.n, checks.number(growth, "growth", low=0.0, high=checks.FASTEST))
+    if rates.shape != (scene.n,) or not ((rates >= 0.0) & (rates <= checks.FASTEST)).all():
+        raise InputError(
+            f"growth must be one rate, at least zero and at most {checks.FASTEST:g}, or {scene.n} of them."
+        )
+    if scene.contact is not None:
+        raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
+    rates = 0.5 * rates
+    return rates if rates.any() else None
+
+
+def in_single(precision: str, scene: Scene, velocities: np.ndarray) -> bool:
+    """Tell whether a scene is to be kept in single precision.
+
+    Parameters
+    ----------
+    precision : {"double", "single"}
+        What was asked for.
+    scene : Scene
+        The scene.
+    velocities : (n, d) array
+        Of its components [length / time].
+
+    Raises
+    ------
+    InputError
+        If the precision is neither, or single precision cannot tell contact from overlap, gap or rest.
+    """
+    if precision not in ("double", "single"):
+        raise InputError(f"precision is {precision!r}; expected 'double' or 'single'.")
+    if precision == "double":
+        return False
+    otherwise = "leave out precision='single'."
+    rounding = 16.0 * SINGLE * max(scene.box)  # what flights through the box leave, as measured
+    smallest = float(scene.diameters.min())
+    if rounding > COARSEST * smallest:
+        raise InputError(
+            f"Single precision leaves overlaps of {rounding / smallest:.2g} diameters in a box of "
+            f"{max(scene.box) / smallest:.6g}; expected an edge of at most {COARSEST / (16.0 * SINGLE):.6g} "
+            f"diameters, or {otherwise}"
+        )
+    d = scene.dimension
+    if scene.simple and d <= len(CLOSEST):
+        room = 1.0 - min(scene.packing_fraction / CLOSEST[d - 1], 1.0) ** (1.0 / d)
+        if room * scene.diameter < rounding:
+            raise InputError(
+                f"This near to close packing gaps are {room:.2g} diameters wide, and single precision rounds "
+                f"positions by {rounding / scene.diameter:.2g}; lower packing_fraction (now "
+                f"{scene.packing_fraction:.9g}), or {otherwise}"
+            )
+    mean = velocities.mean(axis=0)
+    drift, fastest = float(np.abs(mean).max()), float(np.abs(velocities - mean).max())
+    if scene.n > 1 and SINGLE * drift > COARSEST * fastest:
+        raise InputError(
+            f"Everybody drifts at {drift:.3g}, and at most at {fastest:.3g} relative to that, which single "
+            f"precision loses: take the drift out of the velocities, or {otherwise}"
+        )
+    return True
+
+
+def contents_of(
+    scene: Scene,
+    rates: np.ndarray | None,
+    speed: float,
+    images: bool,
+    single: bool,
+    unit: TimeUnit = SAME,
+) -> Contents:
+    """Return what the kernel has to know of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    rates : (n,) array or None
+        Radius that each component gains a time.
+    speed : float
+        The thermal speed [length / kernel's time].
+    images : bool
+        Whether to count crossings of the box.
+    single : bool
+        Whether to keep the state in single precision.
+    unit : TimeUnit
+        The kernel's unit of time.
+    """
+    from carom.engine.requirements import Contents
+
+    equal = scene.equal and rates is None
+    threshold = scene.elastic_below
+    threshold = CAUTIOUS * speed if threshold is None else unit.to_kernel(threshold, -1)
+    largest = scene.diameter if scene.contact is None else float(scene.contact.max())
+    return Contents(
+        n=scene.n,
+        box=scene.box,
+        periodic=scene.periodic,
+        diameter=largest,
+        mass=scene.mass,
+        radii=None if equal else 0.5 * scene.diameters,
+        masses=None if equal else scene.masses,
+        kinds=scene.species,
+        contact=scene.contact,
+        rates=None if rates is None else unit.to_kernel(rates, -1),
+        obstacles=tuple(obstacle.model() for obstacle in scene.obstacles),
+        restitution=scene.restitution,
+        threshold=threshold,
+        images=images,
+        single=single,
+    )

@@ -1,0 +1,113 @@
+"""The event log of a run: from the kernel's buffer to a file."""
+
+from __future__ import annotations
+
+import json
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+
+BUFFER = 1 << 16
+"""Collisions kept in memory before they go to the file."""
+
+
+class Recorder:
+    """Writer of every collision of a run.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    machine : Machine
+        What runs.
+    resumed : bool
+        Whether to go on with the file: what it holds beyond the present is dropped.
+
+    Raises
+    ------
+    FileError
+        As :class:`carom.io.events.EventLog` does.
+
+    Attributes
+    ----------
+    buffer : carom.engine.tallies.Log
+        What the kernel writes into.
+    """
+
+    def __init__(self, path: str | PathLike[str], machine: Machine, *, resumed: bool = False):
+        from carom.engine.tallies import make_log
+        from carom.io.events import EventLog
+
+        self._file = EventLog(path, keep=_logged(machine)) if resumed else EventLog(path, _header(machine))
+        self.buffer = make_log(BUFFER)
+
+    @property
+    def path(self) -> Any:
+        """The file."""
+        return self._file.path
+
+    def flush(self, machine: Machine) -> None:
+        """Write what the buffer holds."""
+        from carom.engine.constants import LAMBDA, OBSTACLE
+
+        used = int(self.buffer.used[0])
+        bits = _bits(machine)
+        word = self.buffer.word[:used]
+        other, image = word >> bits, word & ((1 << bits) - 1)
+        fixed = word < LAMBDA
+        if fixed.any():  # the paper's partners N + k
+            public = np.argsort(machine.obstacle_numbers())
+            order = np.sort(machine.obstacle_numbers())
+            k = public[np.searchsorted(order, OBSTACLE - word[fixed])]
+            other[fixed], image[fixed] = machine.scene.n + k, 0
+        self._file.append(
+            self.buffer.epoch[:used],
+            machine.unit.to_scene(self.buffer.time[:used], 1),
+            self.buffer.i[:used],
+            other,
+            image,
+            machine.unit.to_scene(self.buffer.impulse[:used], -1),
+        )
+        self.buffer.used[0] = 0
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def _header(machine: Machine) -> dict[str, Any]:
+    """Return the state before the first event, and what its words mean."""
+    scene, attributes = machine.scene.to_arrays()
+    return {
+        **{name: values for name, values in scene.items() if name not in ("diameter", "mass")},
+        "diameters": machine.scene.diameters,
+        "masses": machine.scene.masses,
+        "scene": np.frombuffer(json.dumps(attributes).encode(), np.uint8),
+        "threshold": np.float64(machine.unit.to_scene(machine.contents.threshold, -1)),
+        "positions": machine.scene.positions,
+        "velocities": machine.velocities,
+        "box": np.asarray(machine.scene.box),
+        "diameter": np.float64(machine.scene.diameter),
+        "mass": np.float64(machine.scene.mass),
+        "epoch_length": np.float64(machine.unit.to_scene(machine.scheme.epoch, 1)),
+        "shape": np.asarray(machine.scheme.shape, np.int64),
+        "bits": np.int64(_bits(machine)),
+    }
+
+
+def _bits(machine: Machine) -> int:
+    """Return how many bits of a word name the image: none in a wide box."""
+    from carom.engine.images import SectorImage
+
+    boundary = machine.engine.model.boundary
+    return boundary.bits if isinstance(boundary, SectorImage) else 0
+
+
+def _logged(machine: Machine) -> int:
+    """Return how many entries the log has by now: collisions of pairs and with obstacles."""
+    tally = machine.engine.model.obstacles
+    return machine.collisions + (0 if tally is None else int(tally.hits.sum()))

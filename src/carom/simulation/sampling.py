@@ -1,0 +1,85 @@
+"""Frames at exact times: the method :meth:`carom.Simulation.sample`."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from carom import checks
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.simulation.loop import advance
+
+if TYPE_CHECKING:
+    from carom.simulation.simulation import Simulation
+
+
+def sample(
+    sim: Simulation,
+    *,
+    every: float | None = None,
+    count: int | None = None,
+    times: Iterable[float] | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Iterator[Frame]:
+    """Run on and yield Frames exactly at the given times; changes no bit of the run.
+
+    Parameters
+    ----------
+    every : float
+        Time between two frames; the first one is ``every`` after the present.
+    count : int, optional
+        How many frames; without end if left out.
+    times : iterable of float
+        Times since the start of the run instead, not decreasing, none of them past. An iterator, which may
+        have no end, is asked for one at a time.
+    progress : callable, optional
+        Called with the fraction of the frames done.
+
+    Raises
+    ------
+    InputError
+        If neither or both of ``every`` and ``times`` are given, or a time lies in the past.
+    """
+    if (every is None) == (times is None):
+        raise InputError("sample() needs either every= (with count=) or times=.")
+    if every is None:
+        several = times if isinstance(times, Iterable) else [times]
+        if isinstance(several, Iterator):  # of any length, perhaps without end
+            return _frames(sim, map(_instant, several), None, progress)
+        given = [_instant(time) for time in several]
+        return _frames(sim, given, len(given), progress)
+    step = Fraction(checks.number(every, "every", low=0.0, open_low=True))
+    count = None if count is None else checks.integer(count, "count", low=0)
+    return _frames(sim, step, count, progress)
+
+
+def _instant(time: Any) -> Fraction:
+    """Return a sample's time, checked, as an exact number."""
+    return Fraction(checks.number(time, "a sample's time", low=0.0))
+
+
+def _frames(
+    sim: Simulation,
+    times: Fraction | Iterable[Fraction],
+    count: int | None,
+    progress: Callable[[float], object] | None,
+) -> Iterator[Frame]:
+    """Yield frames at exact times, or at so many multiples of one from the present on."""
+    if isinstance(times, Fraction):
+        start, step = sim.machine.clock.instant, times
+        times = (start + k * step for k in (itertools.count(1) if count is None else range(1, count + 1)))
+    for k, instant in enumerate(times, start=1):
+        present = sim.machine.clock.instant
+        if instant < present and float(instant) == float(present):
+            instant = present  # the present, as `sim.time` rounds it
+        if instant < present:
+            raise InputError(
+                f"A sample at time {float(instant):g} is asked for at {sim.time:g}; times must not decrease."
+            )
+        advance(sim.machine, None, instant)
+        if progress is not None and count:
+            progress(k / count)
+        yield sim.frame()

@@ -1,0 +1,392 @@
+"""A simulation: a scene set in motion. Compile, run, sample, measure, checkpoint, resume."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import checks, densities
+from carom.block import Block
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.scene.scene import Scene
+from carom.scene.velocities import maxwell_velocities
+from carom.simulation import checkpoint, loop, measuring, mechanics, sampling
+from carom.simulation.machine import Machine, wish_of
+from carom.simulation.mechanics import Impacts, Statistics
+from carom.simulation.preparation import (
+    conserved,
+    contents_of,
+    degrees_of_freedom,
+    growth_rates,
+    in_single,
+    thermal_speed,
+    unit_of,
+)
+from carom.simulation.recorder import Recorder
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from carom.models.obstacles import Obstacle
+
+__all__ = ["Impacts", "Simulation", "Statistics"]
+
+
+class Simulation:
+    """Event-driven dynamics of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is simulated.
+    kT : float, optional
+        Temperature of the Maxwell velocities drawn for a scene that has none; 1 if left out.
+    seed : int
+        Seed of those velocities. The same scene, seed and version give the same bits.
+    neighbors : {"auto", "lists", "sectors"}
+        Neighbour scheme; changes the speed, not the physics.
+    shell : float, optional
+        Reach of the neighbour lists in diameters.
+    images : bool
+        Count the boxes that each component crosses, for unwrapped positions.
+    precision : {"double", "single"}
+        What positions, velocities and times are kept in; what is computed with them is in double precision
+        either way. Single precision halves the rows of the state, and its overlaps are of 1e-7 of the box: it
+        is refused for boxes of more than 8192 diameters, very near close packing, and for fast drifts.
+    growth : float or (n,) array_like, optional
+        Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
+        in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
+    event_log : path, optional
+        Write every collision to this HDF5 file (see ``docs/files``).
+
+    Raises
+    ------
+    InputError
+        If the scene has velocities and ``kT`` is given too, or a parameter is out of range.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    >>> block = sim.run(collisions_per_particle=10)
+    >>> block.collisions
+    540
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        kT: float | None = None,
+        seed: int = 0,
+        neighbors: str = "auto",
+        shell: float | None = None,
+        images: bool = True,
+        precision: str = "double",
+        growth: float | ArrayLike | None = None,
+        event_log: str | PathLike[str] | None = None,
+    ):
+        if not isinstance(scene, Scene):
+            raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
+        wish = wish_of(neighbors, shell)
+        if scene.velocities is None:
+            velocities = maxwell_velocities(
+                scene.n, scene.dimension, scene.masses, 1.0 if kT is None else kT, seed, conserved(scene)
+            )
+        elif kT is None:
+            velocities = scene.velocities
+        else:
+            raise InputError("The scene has velocities and kT is given too: leave out one of them.")
+        rates = growth_rates(growth, scene)
+        if rates is not None and event_log is not None:
+            raise InputError(
+                "An event log holds one diameter a component, but growth is given: leave out one."
+            )
+        single = in_single(precision, scene, velocities)
+        unit = unit_of(scene, velocities, rates)
+        speed = thermal_speed(scene, velocities, unit)
+        contents = contents_of(scene, rates, speed, images, single, unit)
+        self._face(Machine(scene, velocities, contents, unit, wish), {})
+        self.machine.schedule()
+        if event_log is not None:
+            self.machine.log = Recorder(event_log, self.machine)
+
+    def _face(self, machine: Machine, notes: dict[str, Any]) -> None:
+        # What moves is all in the machine; it is no part of the public interface.
+        self.machine = machine
+        self.scene = machine.scene
+        self.notes = notes  # what the caller kept with the checkpoint this was loaded from
+
+    @property
+    def time(self) -> float:
+        """Time since the start [sigma sqrt(m / kT)], rounded to a double."""
+        return float(self.machine.clock.instant)
+
+    @property
+    def epoch_length(self) -> float:
+        """Length of an epoch [time]: a power of two."""
+        return self.machine.unit.to_scene(self.machine.scheme.epoch, 1)
+
+    @property
+    def collisions(self) -> int:
+        """Pair collisions since the start."""
+        return self.machine.collisions
+
+    @property
+    def tally(self) -> Block:
+        """Duration, collisions and virial since the start."""
+        record = self.machine.engine.tallies[0]
+        virial = self.machine.unit.to_scene(float(record.virial), -1)
+        return Block(self.time, int(record.collisions), virial)
+
+    @property
+    def seconds(self) -> float:
+        """Wall time spent in the engine [s]."""
+        return self.machine.seconds
+
+    @property
+    def kT(self) -> float:
+        """Temperature [energy]: twice the kinetic energy over the :attr:`degrees_of_freedom`."""
+        return mechanics.temperature(self.machine)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Coordinates of velocity that are free: d n, less one for every axis along which the momentum is
+        conserved, so d (n - 1) in a periodic box. Walls and obstacles take up momentum; a single component is
+        free along all axes.
+        """
+        return degrees_of_freedom(self.scene)
+
+    @property
+    def diameters(self) -> np.ndarray:
+        """Diameter of each component at the present time, (n,) [length]."""
+        return self.machine.diameters
+
+    @property
+    def packing_fraction(self) -> float:
+        """Part of the box that the components fill at the present time."""
+        dimension = self.scene.dimension
+        volume = densities.sphere_volume(dimension) * float(np.sum(self.diameters**dimension))
+        return volume / self.scene.volume
+
+    @property
+    def collisions_by_species(self) -> np.ndarray:
+        """Pair collisions since the start of every pair of species, (K, K), symmetric.
+
+        Raises
+        ------
+        InputError
+            If the scene has no species.
+        """
+        return mechanics.collisions_by_species(self.machine)
+
+    @property
+    def virial_by_species(self) -> np.ndarray:
+        """Sum of ``r_ij . dp_ij`` since the start of every pair of species, (K, K), symmetric
+        [mass length^2 / time].
+
+        Raises
+        ------
+        InputError
+            If the scene has no species.
+        """
+        return mechanics.virial_by_species(self.machine)
+
+    @property
+    def obstacles(self) -> tuple[Impacts, ...]:
+        """What walls and obstacles took up since the start, in the order of their numbers: the walls of each
+        axis without periodicity, lower before upper, then the scene's obstacles.
+        """
+        return mechanics.impacts(self.machine)
+
+    @property
+    def spared_contacts(self) -> int:
+        """Contacts that were elastic because they were slower than ``Scene.elastic_below``."""
+        impact = self.machine.engine.model.impact
+        return 0 if impact is None else int(impact.spared[0])
+
+    @property
+    def statistics(self) -> Statistics:
+        """What the run did so far, and how well."""
+        return mechanics.statistics(self.machine)
+
+    def run(
+        self,
+        *,
+        collisions: int | None = None,
+        collisions_per_particle: float | None = None,
+        time: float | None = None,
+        walltime: float | None = None,
+        progress: Callable[[float], object] | None = None,
+    ) -> Block:
+        """Run on, until the first of the given limits.
+
+        Parameters
+        ----------
+        collisions : int, optional
+            Pair collisions to add.
+        collisions_per_particle : float, optional
+            The same per component: every collision counts for two components.
+        time : float, optional
+            Time to add [sigma sqrt(m / kT)]; the run then ends exactly there.
+        walltime : float, optional
+            Seconds.
+        progress : callable, optional
+            Called now and then with the fraction done; changes no bit of the run.
+
+        Returns
+        -------
+        Block
+            Duration, collisions and virial of this stretch.
+
+        Raises
+        ------
+        InputError
+            If no limit is given or one is not a number at least zero; or if a time is out of reach, because
+            components that grow jam before it, or have no room at all. The state is then that of the moment.
+
+        Warns
+        -----
+        CaromWarning
+            If the collisions asked for cannot be had: nothing moves, there is one component alone, or nobody
+            is met in a thousand mean free times.
+        """
+        limits = {
+            "collisions": collisions,
+            "collisions_per_particle": collisions_per_particle,
+            "time": time,
+            "walltime": walltime,
+        }
+        for name, value in limits.items():
+            if value is not None:
+                checks.number(value, name, low=0.0)
+        if all(value is None for value in limits.values()):
+            raise InputError(f"run() needs a limit: one of {', '.join(limits)}.")
+        if collisions_per_particle is not None:
+            added = round(collisions_per_particle * self.scene.n / 2)
+            collisions = added if collisions is None else min(collisions, added)
+        end = None if time is None else self.machine.clock.instant + Fraction(float(time))
+        return loop.advance(
+            self.machine, None if collisions is None else int(collisions), end, walltime, progress
+        )
+
+    def rescale(self, kT: float = 1.0, *, growth: float | ArrayLike | None = None) -> None:
+        """Scale all velocities, so that the temperature is ``kT``; momentum that is conserved is made zero.
+
+        For diameters that grow: every contact adds energy, and what counts is their rate of growth in units
+        of the thermal speed. Everything is then scheduled anew.
+
+        Parameters
+        ----------
+        kT : float
+            The new temperature [energy].
+        growth : float or (n,) array_like, optional
+            Rate at which the diameters grow from now on, where they grew before [length / time].
+
+        Raises
+        ------
+        InputError
+            If nothing moves, or a growth that is not positive takes the place of another, or of none; or if
+            there is an event log, which holds collisions only.
+        """
+        kT = checks.number(kT, "kT", low=0.0, open_low=True)
+        if self.machine.log is not None:
+            raise InputError(
+                "After rescale() no state could be rebuilt from the event log: close() the log first."
+            )
+        rates = growth_rates(growth, self.scene)
+        if growth is not None and (rates is None or self.machine.contents.rates is None):
+            raise InputError(
+                "rescale() changes one growth into another: give Simulation() a positive growth, too."
+            )
+        self.machine.refit(mechanics.at_temperature(self.frame().velocities, self.scene, kT), rates)
+
+    def frame(self) -> Frame:
+        """Return all components at the present time; changes no bit of the run."""
+        return self.machine.frame()
+
+    # Long enough for modules of their own.
+    sample = sampling.sample
+    measure = measuring.measure
+
+    def estimate(self, observable, blocks: Sequence[Block]):
+        """Return the observable's estimate from blocks of this run, such as :meth:`blocks` yields."""
+        return observable.of_scene(blocks, self.scene, kT=self.kT)
+
+    def blocks(self, duration: float, count: int) -> Iterator[Block]:
+        """Run on for ``count`` blocks of equal time and yield each."""
+        start, step = self.machine.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
+        for k in range(1, checks.integer(count, "count", low=0) + 1):
+            yield loop.advance(self.machine, None, start + k * step)
+
+    def time_for(self, collisions: float) -> float:
+        """Return the time in which about so many pair collisions happen, from the rate so far.
+
+        A run with fewer than 1000 collisions behind it first runs a pilot of as many.
+        """
+        if self.scene.n == 1 or self.machine.start.energy == 0.0:
+            raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
+        if self.collisions < 1000:
+            self.run(collisions=1000 - self.collisions)
+        if self.collisions == 0:
+            raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
+        return float(collisions) * self.time / self.collisions
+
+    def save(self, path: str | PathLike[str], **extra: Any) -> None:
+        """Write a checkpoint: the continued run equals the uninterrupted one, bit for bit.
+
+        Parameters
+        ----------
+        path : path
+            An HDF5 file, replaced atomically.
+        **extra
+            Small JSON-able values kept with it (what the caller was doing).
+        """
+        checkpoint.save(path, self.machine, extra)
+
+    @classmethod
+    def load(
+        cls,
+        path: str | PathLike[str],
+        *,
+        event_log: str | PathLike[str] | None = None,
+        obstacles: Sequence[Obstacle] | None = None,
+    ) -> Simulation:
+        """Return the simulation that a checkpoint holds.
+
+        Parameters
+        ----------
+        path : path
+            A file that :meth:`save` wrote.
+        event_log : path, optional
+            Where the event log is now, if it was moved; what it holds beyond the checkpoint is dropped.
+        obstacles : sequence of obstacles, optional
+            All of the scene's, where some are of a class of one's own, which no file holds.
+
+        Raises
+        ------
+        FileError
+            If the file is missing, truncated, foreign, or of another version of Carom, or an obstacle of
+            one's own is not given.
+        """
+        sim = cls.__new__(cls)
+        sim._face(*checkpoint.load(path, event_log, obstacles))
+        return sim
+
+    def close(self) -> None:
+        """Flush and close the event log, if there is one."""
+        self.machine.close_log()
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Simulation of {self.scene!r} at time {self.time:g}, {self.collisions} collisions>"

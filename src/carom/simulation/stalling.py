@@ -1,0 +1,98 @@
+"""Whether a run can reach its end: components without room collide for ever before any time."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import InputError
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+
+WINDOW = 100
+"""Events a component over which their rate is taken."""
+
+CLUSTER = 1000
+"""Events a component that may come at one time besides: n touching rods in a row sort out n / 2 each."""
+
+MOST_EVENTS = 1e15
+"""Events that no run gets through: years of them."""
+
+NARROW = 1e-3
+"""Mean free path in mean diameters below which components that grow have jammed, or are a dense crystal."""
+
+BEYOND = 100.0
+"""Growth in mean free paths for which neither has room: there is room for about two."""
+
+
+class Reach:
+    """Looks now and then whether the end of a run comes nearer.
+
+    Parameters
+    ----------
+    machine : Machine
+        What runs.
+    end : Fraction
+        The instant that is to be reached.
+    """
+
+    def __init__(self, machine: Machine, end: Fraction):
+        self._machine, self._end = machine, end
+        self._begin()
+
+    def _begin(self) -> None:
+        self._since, (self._contacts, self._transits) = self._machine.clock.instant, self._counts()
+
+    def _counts(self) -> tuple[int, int]:
+        """Return the contacts of every component, added up, and the crossings of sectors."""
+        tally, obstacles = self._machine.engine.tallies[0], self._machine.engine.model.obstacles
+        hits = 0 if obstacles is None else int(obstacles.hits.sum())
+        return 2 * int(tally.collisions) + hits, int(tally.transits)
+
+    def look(self) -> None:
+        """Look, if there have been enough events since the last time.
+
+        Raises
+        ------
+        InputError
+            If the end is out of reach.
+        """
+        contacts, transits = self._counts()
+        contacts, transits = contacts - self._contacts, transits - self._transits
+        events, n = contacts + transits, self._machine.scene.n
+        if events < WINDOW * n:
+            return
+        refusal = self._refusal(contacts, events)
+        if refusal is None:
+            self._begin()
+        elif events >= (WINDOW + min(n, CLUSTER)) * n:
+            raise InputError(refusal)
+
+    def _refusal(self, contacts: int, events: int) -> str | None:
+        """Return why the end is out of reach, or None."""
+        machine, now = self._machine, self._machine.clock.instant
+        passed = float(machine.unit.to_kernel(now - self._since, 1))
+        left = float(machine.unit.to_kernel(max(self._end - now, Fraction(0)), 1))
+        if machine.contents.rates is not None and contacts:
+            speed = math.sqrt(float(np.mean(np.sum(machine.speeds**2, axis=1))))
+            path = speed * passed * machine.scene.n / contacts
+            growth = 2.0 * float(machine.contents.rates.mean()) * left
+            diameter = float(machine.diameters.mean())
+            if path < NARROW * diameter and growth > BEYOND * path:
+                return (
+                    f"The components jam: they fly {path / diameter:.2g} diameters between contacts, and "
+                    f"would grow by {growth / diameter:.2g} until the time asked for. Ask for less time or "
+                    "for collisions=, or let them grow less."
+                )
+        if events * left > MOST_EVENTS * passed:
+            ahead = events * left / passed if passed > 0.0 else math.inf
+            return (
+                f"The run would take {ahead:.2g} collisions and crossings more; expected at most "
+                f"{MOST_EVENTS:g}. Ask for less time, or for walltime=, and see whether components have next "
+                "to no room, slide along a container, or drift far faster than they move apart."
+            )
+        return None

@@ -1,0 +1,212 @@
+"""What is asked of every way to move hard spheres: how fast, how true, how reversible, how biased."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom import theory
+from carom.block import Block
+from carom.errors import CaromError, CaromWarning
+from carom.observables import Pressure, PressureEstimate
+from carom.reference import NaiveSystem
+from carom.scene.scene import Scene
+from carom.studies.accuracy.methods import Method, Motion
+
+NUDGE = 1e-30
+"""By how much the oracle's twin is moved, in boxes: far above its rounding, and never near saturation."""
+
+APART = 1e-3
+"""Distance from the true position at which a trajectory counts as lost [diameters]."""
+
+SAMPLES = 4
+"""Looks at a trajectory in a mean free time."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """The true trajectory, from the oracle.
+
+    Attributes
+    ----------
+    times : (m,) array
+        Of the samples [time].
+    positions : (m, n, d) array
+        Centres, up to whole boxes [length].
+    collisions : (m,) int array
+        So far, at each sample.
+    order : list of (int, int)
+        The pairs that collided.
+    lyapunov : float
+        The largest Lyapunov exponent [1 / time], from a twin moved by 10^-30.
+    """
+
+    times: np.ndarray
+    positions: np.ndarray
+    collisions: np.ndarray
+    order: list[tuple[int, int]]
+    lyapunov: float
+
+    @property
+    def rate(self) -> float:
+        """Collisions of one particle a time."""
+        return 2.0 * float(self.collisions[-1]) / (self.positions.shape[1] * float(self.times[-1]))
+
+
+def true_track(
+    scene: Scene,
+    method: Method,
+    mean_free_time: float,
+    collisions_per_particle: float,
+    progress: Callable[[float], object],
+) -> Track:
+    """Follow the oracle, and its twin for the first half of the way."""
+    interval = mean_free_time / SAMPLES
+    count = max(round(collisions_per_particle * SAMPLES), 8 * SAMPLES)
+    motion, twin = method.start(scene), _twin(scene)
+    origin = twin.time
+    positions, collisions, apart = [], [], []
+    for k in range(1, count + 1):
+        motion.run(interval)
+        positions.append(motion.positions())
+        collisions.append(motion.tally()[1])
+        if 2 * k <= count:
+            twin.advance_to(origin + twin.arithmetic.number(interval) * k)
+            difference = motion.system.positions - twin.positions  # type: ignore[attr-defined]
+            apart.append(0.5 * math.log(float((difference * difference).sum())))
+        progress(k / count)
+    times = interval * np.arange(1, count + 1)
+    # The first mean free times turn a difference of positions into the fastest growing one.
+    late = slice(len(apart) // 5, None)
+    slope = np.polyfit(times[: len(apart)][late], np.array(apart)[late], 1)[0]
+    return Track(times, np.array(positions), np.array(collisions), motion.order(), float(slope))
+
+
+def _twin(scene: Scene) -> NaiveSystem:
+    """Return the oracle at a state moved by ``NUDGE``, without a second look for overlaps of that size."""
+    rng = np.random.default_rng(0)
+    system = NaiveSystem(
+        scene.positions, scene.velocities, scene.box, diameter=scene.diameter, masses=[scene.mass] * scene.n
+    )
+    number = np.vectorize(system.arithmetic.number, otypes=[object])
+    moved = number(rng.normal(size=scene.positions.shape)) * system.arithmetic.number(NUDGE * max(scene.box))
+    return NaiveSystem(
+        number(scene.positions) + moved,
+        scene.velocities,
+        scene.box,
+        diameter=scene.diameter,
+        masses=[scene.mass] * scene.n,
+    )
+
+
+@dataclass(frozen=True)
+class Faithfulness:
+    """How long a trajectory follows the true one.
+
+    Attributes
+    ----------
+    order, position : float
+        Collisions a particle until the order of collisions, and until any position by 10^-3 diameters,
+        differs; infinite if it never did.
+    error : float
+        Median distance from the true positions after one collision a particle [diameters]; 0 where no double
+        can tell the difference.
+    """
+
+    order: float = math.inf
+    position: float = math.inf
+    error: float = 0.0
+
+
+def faithfulness(scene: Scene, method: Method, track: Track) -> Faithfulness:
+    """Follow the true trajectory with a method until it is lost."""
+    motion = method.start(scene)
+    box, n = np.asarray(scene.box), scene.n
+    one = int(np.searchsorted(2.0 * track.collisions / n, 1.0))
+    lost, error, step = math.inf, math.nan, float(track.times[0])
+    for k, right in enumerate(track.positions):
+        motion.run(step)
+        away = motion.positions() - right
+        away -= box * np.rint(away / box)
+        distances = np.sqrt((away * away).sum(axis=1)) / scene.diameter
+        if k == one:
+            error = float(np.median(distances))
+        if math.isinf(lost) and distances.max() > APART:
+            lost = 2.0 * track.collisions[k] / n
+        # The order is lost soon after the positions are, and a slow method has better things to do.
+        if k >= one and 2.0 * track.collisions[k] / n > lost + 8.0:
+            break
+    order = motion.order()
+    same = next((k for k, (a, b) in enumerate(zip(order, track.order, strict=False)) if a != b), None)
+    return Faithfulness(math.inf if same is None else 2.0 * same / n, lost, error)
+
+
+def reversal(scene: Scene, method: Method, duration: float) -> float:
+    """Return the largest distance from the start after running forward and back [diameters]."""
+    motion = method.start(scene)
+    motion.run(duration)
+    back = motion.reversed()
+    motion.order()
+    back.run(duration)
+    box = np.asarray(scene.box)
+    away = back.positions() - scene.positions
+    away -= box * np.rint(away / box)
+    return float(np.sqrt((away * away).sum(axis=1)).max()) / scene.diameter
+
+
+def speed(scene: Scene, method: Method, interval: float, seconds: float) -> tuple[float, Motion]:
+    """Return collisions per CPU second, and the motion that showed them."""
+    motion = method.start(scene)
+    motion.run(interval)
+    before, began = motion.tally()[1], clock.process_time()
+    while (spent := clock.process_time() - began) < seconds:
+        motion.run(interval)
+    return (motion.tally()[1] - before) / spent, motion
+
+
+def pressure(
+    scene: Scene, method: Method, interval: float, seconds: float
+) -> tuple[PressureEstimate, Motion]:
+    """Return the pressure from a run of so many CPU seconds, in blocks of ``interval``."""
+    motion = method.start(scene)
+    motion.run(8.0 * interval)
+    blocks: list[Block] = []
+    last, began = motion.tally(), clock.process_time()
+    while clock.process_time() - began < seconds or len(blocks) < 16:
+        motion.run(interval)
+        now = motion.tally()
+        blocks.append(Block(*(b - a for a, b in zip(last, now, strict=True))))  # type: ignore[arg-type]
+        last = now
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)  # the table shows the error bar
+        found = Pressure.estimate(
+            blocks,
+            n=scene.n,
+            dimension=scene.dimension,
+            volume=scene.volume,
+            diameter=scene.diameter,
+            kT=_temperature(scene),
+            mass=scene.mass,
+        )
+    return found, motion
+
+
+def expected_pressure(scene: Scene) -> float | None:
+    """Return Z of as many particles by the best equation of state, or None where there is none."""
+    eta = scene.packing_fraction
+    try:
+        equation = theory.best(scene.dimension)
+        return float(equation(eta) + theory.finite_size_shift(eta, scene.n, equation))
+    except CaromError:
+        return None
+
+
+def _temperature(scene: Scene) -> float:
+    v = scene.velocities
+    assert v is not None
+    return scene.mass * float(np.sum(v * v)) / (scene.dimension * (scene.n - 1))

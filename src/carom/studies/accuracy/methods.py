@@ -1,0 +1,284 @@
+"""The ways to move hard spheres that are compared: same scene, same questions."""
+
+from __future__ import annotations
+
+import math
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+import numpy as np
+
+from carom.errors import CaromWarning
+from carom.reference import NaiveSystem
+from carom.reference.arithmetic import ArithmeticName
+from carom.reference.stepping import SteppedSystem
+from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
+
+
+class Motion(Protocol):
+    """A scene in motion, whatever moves it."""
+
+    def run(self, time: float) -> None:
+        """Move on by a time (a stepping method: by the nearest number of steps)."""
+
+    def order(self) -> list[tuple[int, int]]:
+        """Return the pairs that collided so far, in order, the smaller index first; ends the motion."""
+
+    def positions(self) -> np.ndarray:
+        """Return the centres (n, d), up to whole boxes."""
+
+    def reversed(self) -> Motion:
+        """Return a motion from here with all velocities reversed."""
+
+    def tally(self) -> tuple[float, int, float]:
+        """Return time, collisions and virial so far."""
+
+    def faults(self) -> tuple[float, float, float]:
+        """Return the worst overlap [diameters], nan where nobody looks, and the relative drifts of energy and
+        momentum so far.
+        """
+
+    def bytes_per_particle(self) -> float:
+        """Return the memory that the state and its search structures take."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to move hard spheres.
+
+    Attributes
+    ----------
+    name : str
+        As the table shows it.
+    kind : {"event-driven", "naive", "time-driven"}
+        Which algorithm.
+    start : callable
+        ``start(scene)`` returns a :class:`Motion`; the scene has velocities.
+    fast : bool
+        Whether its speed is measured on the scene itself; else on the small one.
+    many_digits : bool
+        Whether its rounding is far below that of doubles, so that it is what others are compared with.
+    """
+
+    name: str
+    kind: str
+    start: Callable[[Scene], Motion]
+    fast: bool = True
+    many_digits: bool = False
+
+
+def engine(name: str = "float64", **settings: Any) -> Method:
+    """Return the engine; ``settings`` are those of :class:`carom.Simulation`."""
+    return Method(name, "event-driven", lambda scene: _Engine(scene, settings))
+
+
+def oracle(digits: int = 50) -> Method:
+    """Return the naive algorithm with that many decimal digits."""
+    return Method(
+        f"{digits} digits",
+        "naive",
+        lambda scene: _Naive(_system(scene, scene.velocities, arithmetic="mpmath", digits=digits)),
+        fast=False,
+        many_digits=True,
+    )
+
+
+def naive() -> Method:
+    """Return the naive algorithm in doubles."""
+    return Method(
+        "float64 naive",
+        "naive",
+        lambda scene: _Naive(_system(scene, scene.velocities, arithmetic="float")),
+        fast=False,
+    )
+
+
+def stepping(fraction: float, mean_free_time: float) -> Method:
+    """Return time-driven stepping with a step of that fraction of the mean free time [time]."""
+    return Method(
+        f"step {fraction:g}",
+        "time-driven",
+        lambda scene: _Stepping(
+            SteppedSystem(
+                scene.positions,
+                scene.velocities,
+                scene.box,
+                step=fraction * mean_free_time,
+                diameter=scene.diameter,
+                mass=scene.mass,
+            )
+        ),
+    )
+
+
+@dataclass
+class _Engine:
+    """The engine; its order of collisions comes from an event log."""
+
+    scene: Scene
+    settings: dict[str, Any]
+    logged: bool = True
+    _folder: Any = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        settings = dict(self.settings)
+        if self.logged:
+            self._folder = tempfile.TemporaryDirectory(prefix="carom-trade-")
+            settings["event_log"] = Path(self._folder.name) / "events.h5"
+        self.sim = Simulation(self.scene, images=False, **settings)
+
+    def run(self, time: float) -> None:
+        self.sim.run(time=time)
+
+    def order(self) -> list[tuple[int, int]]:
+        from carom.io.events import read_events
+
+        self.sim.close()
+        events = read_events(Path(self._folder.name) / "events.h5")
+        self._folder.cleanup()
+        return [(min(i, j), max(i, j)) for i, j in zip(events.i.tolist(), events.j.tolist(), strict=True)]
+
+    def positions(self) -> np.ndarray:
+        return self.sim.frame().positions
+
+    def reversed(self) -> Motion:
+        frame = self.sim.frame()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # single precision leaves overlaps of its own
+            back = Scene.from_frame(replace(frame, velocities=-frame.velocities))
+        return _Engine(back, self.settings, logged=False)
+
+    def tally(self) -> tuple[float, int, float]:
+        block = self.sim.tally
+        return block.duration, block.collisions, block.virial
+
+    def faults(self) -> tuple[float, float, float]:
+        found = self.sim.statistics
+        return found.worst_overlap, found.energy_drift, found.momentum_drift
+
+    def bytes_per_particle(self) -> float:
+        from carom.simulation.explanation import explain
+
+        return explain(self.sim).bytes_per_particle
+
+
+@dataclass
+class _Naive:
+    """The naive algorithm, in whatever arithmetic."""
+
+    system: NaiveSystem
+    pairs: list[tuple[int, int]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._energy, self._momentum = self.system.energy, self.system.momentum
+        self._start = self.system.time
+
+    def run(self, time: float) -> None:
+        later = self.system.time + self.system.arithmetic.number(time)
+        self.pairs += [(c.i, c.j) for c in self.system.advance_to(later)]
+
+    def order(self) -> list[tuple[int, int]]:
+        return self.pairs
+
+    def positions(self) -> np.ndarray:
+        return self.system.positions.astype(float)
+
+    def reversed(self) -> Motion:
+        system = self.system
+        back = NaiveSystem(
+            system.positions,
+            -system.velocities,
+            system.box,
+            diameter=system.diameters,
+            masses=list(system.masses),
+            arithmetic=cast(ArithmeticName, system.arithmetic.name),
+        )
+        return _Naive(back)
+
+    def tally(self) -> tuple[float, int, float]:
+        system = self.system
+        return float(system.time - self._start), system.collisions, float(system.virial)
+
+    def faults(self) -> tuple[float, float, float]:
+        system = self.system
+        energy = float(abs(system.energy - self._energy) / self._energy)
+        change = system.momentum - self._momentum
+        speeds = np.sqrt((system.velocities.astype(float) ** 2).sum(axis=1))
+        scale = float(system.masses.astype(float) @ speeds)
+        return math.nan, energy, float(sum(change * change)) ** 0.5 / scale
+
+    def bytes_per_particle(self) -> float:
+        number = self.system.positions.flat[0]
+        if isinstance(number, float):
+            size = 8
+        else:
+            parts = number._mpf_
+            size = 8 + sum(sys.getsizeof(part) for part in (number, parts, *parts))
+        return 2.0 * self.system.positions.shape[1] * size
+
+
+@dataclass
+class _Stepping:
+    """Time-driven stepping."""
+
+    system: SteppedSystem
+    pairs: list[tuple[int, int]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._asked = 0.0
+        self._speeds = self.system.velocities.copy()
+
+    def run(self, time: float) -> None:
+        self._asked += time
+        steps = round(self._asked / self.system.step) - self.system.steps
+        self.pairs += [(min(c.i, c.j), max(c.i, c.j)) for c in self.system.run(steps)]
+
+    def order(self) -> list[tuple[int, int]]:
+        return self.pairs
+
+    def positions(self) -> np.ndarray:
+        # At the time asked for, which lies within half a step of the present.
+        return self.system.positions + self.system.velocities * (self._asked - self.system.time)
+
+    def reversed(self) -> Motion:
+        system = self.system
+        back = SteppedSystem(
+            system.positions,
+            -system.velocities,
+            system.box,
+            step=system.step,
+            diameter=system.diameter,
+            mass=system.mass,
+        )
+        return _Stepping(back)
+
+    def tally(self) -> tuple[float, int, float]:
+        return self.system.time, self.system.collisions, self.system.virial
+
+    def faults(self) -> tuple[float, float, float]:
+        before, after = self._speeds, self.system.velocities
+        energy = abs(float(np.sum(after * after) / np.sum(before * before)) - 1.0)
+        change = after.sum(axis=0) - before.sum(axis=0)
+        scale = float(np.sqrt((after * after).sum(axis=1)).sum())
+        return self.system.worst_overlap, energy, float(np.linalg.norm(change)) / scale
+
+    def bytes_per_particle(self) -> float:
+        n, dimension = self.system.positions.shape
+        return 16.0 * dimension + 16.0 * self.system.pairs / n
+
+
+def _system(scene: Scene, velocities: Any, **arithmetic: Any) -> NaiveSystem:
+    return NaiveSystem(
+        scene.positions,
+        velocities,
+        scene.box,
+        diameter=scene.diameter,
+        masses=[scene.mass] * scene.n,
+        **arithmetic,
+    )

@@ -1,0 +1,91 @@
+"""The picture of ``carom trade``: speed against error, and where event-driven simulation stands."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.pictures import plots
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from carom.studies.accuracy.trade import TradeResult
+
+LOOKS = {"event-driven": ("o", plots.INK), "naive": ("s", plots.GREY), "time-driven": ("^", plots.WARM)}
+"""Marker and colour of each algorithm."""
+
+
+FLOOR = 2.0**-53
+"""Where an error of zero is drawn: half a rounding."""
+
+
+def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) -> Figure:
+    """Draw what each method makes of a second: the error of positions, the bias of Z, and error against N.
+
+    Parameters
+    ----------
+    result : TradeResult
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.0, 4.2), dpi=plots.DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(1, 3)
+    first = axes[0]
+    for panel in axes:
+        panel.spines[["top", "right"]].set_visible(False)
+    rates = [row.collisions_per_second for row in result.rows]
+    # Below half a rounding no double can tell a position from the true one.
+    _panel(first, result, rates, [max(row.error_1, FLOOR) for row in result.rows])
+    first.set_ylabel(r"error after one collision a particle [$\sigma$]")
+    # A bias that is not seen is no smaller than the error with which it was looked for.
+    biases = [max(abs(row.z_bias), row.z_error) for row in result.rows]
+    _panel(axes[1], result, rates, biases, bars=[row.z_error for row in result.rows])
+    axes[1].set_ylabel(r"bias of $Z$, relative (or what hides it)")
+    for panel in (first, axes[1]):
+        panel.set_xlabel("collisions per CPU second")
+    n = np.array([row.n for row in result.sizes])
+    axes[2].loglog(n, [row.relative_error_1s for row in result.sizes], "o-", color=plots.INK)
+    axes[2].loglog(n, np.abs([row.finite_size_bias for row in result.sizes]), "--", color=plots.GREY)
+    axes[2].set_xlabel("particles")
+    axes[2].set_ylabel(r"relative error of $Z$")
+    axes[2].legend(["statistical, after 1 CPU second", "of finite size"], frameon=False, fontsize=8)
+    if path is not None:
+        figure.savefig(path)
+    return figure
+
+
+def _panel(
+    axes: Axes, result: TradeResult, rates: list[float], errors: list[float], bars: list[float] | None = None
+) -> None:
+    for k, row in enumerate(result.rows):
+        marker, colour = LOOKS[row.algorithm]
+        axes.plot(rates[k], errors[k], marker, color=colour)
+        if bars is not None:
+            axes.plot([rates[k]] * 2, [errors[k], errors[k] + bars[k]], color=colour, lw=1)
+        axes.annotate(row.method, (rates[k], errors[k]), (4, 4), textcoords="offset points", fontsize=7)
+    front = pareto(rates, errors)
+    axes.plot([rates[k] for k in front], [errors[k] for k in front], "-", color=plots.PALE, lw=2, zorder=0)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.margins(x=0.2, y=0.1)
+
+
+def pareto(speeds: list[float], errors: list[float]) -> list[int]:
+    """Return the indices, by speed, of those of which no other is both faster and more accurate."""
+    front: list[int] = []
+    for k in sorted(range(len(speeds)), key=lambda k: (-speeds[k], errors[k])):
+        if np.isfinite(errors[k]) and (not front or errors[k] < errors[front[-1]]):
+            front.append(k)
+    return front[::-1]

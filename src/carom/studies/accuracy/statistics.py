@@ -1,0 +1,159 @@
+"""Where the CPU is best spent: the error of Z against N, and that of g(r) against the sampling interval."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from carom import theory
+from carom.errors import CaromError
+from carom.observables import Pressure
+from carom.observables.rdf import rdf
+from carom.scene import lattices
+from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
+
+SIZES = (108, 256, 500, 864, 2048, 4000, 10976, 32000)
+"""Numbers of particles that are compared; the nearest that fill a lattice."""
+
+INTERVALS = (0.1, 0.3, 1.0, 3.0, 10.0)
+"""Sampling intervals that are compared [mean free times]."""
+
+MELTING = 100
+"""Collisions per particle from a lattice to a fluid."""
+
+
+@dataclass(frozen=True)
+class SizeRow:
+    """What N costs and gives.
+
+    Attributes
+    ----------
+    n : int
+    collisions_per_second : float
+        Per CPU second.
+    z, error : float
+        Compressibility factor and its standard error.
+    relative_error_1s : float
+        The relative error after one CPU second; it falls with the square root of the time.
+    finite_size_bias : float
+        By how much Z of n particles differs from that of infinitely many, relative; nan without a theory.
+    corrected_bias, corrected_error : float
+        The same after the correction to leading order, as measured against theory, and its error.
+    break_even : float
+        CPU seconds after which the bias, uncorrected, is the larger part of the error.
+    """
+
+    n: int
+    collisions_per_second: float
+    z: float
+    error: float
+    relative_error_1s: float
+    finite_size_bias: float
+    corrected_bias: float
+    corrected_error: float
+    break_even: float
+
+
+@dataclass(frozen=True)
+class SamplingRow:
+    """What sampling more often gives.
+
+    Attributes
+    ----------
+    interval : float
+        Between two frames [mean free times].
+    frames : int
+    contact_error : float
+        Relative error of the contact value from g(r).
+    g_error : float
+        Mean relative error of g in bins of 0.02 diameters, up to two diameters.
+    cpu_seconds : float
+        Of the run, the frames and g(r).
+    """
+
+    interval: float
+    frames: int
+    contact_error: float
+    g_error: float
+    cpu_seconds: float
+
+
+def sizes(
+    dimension: int, packing_fraction: float, seed: int, seconds: float, progress: Callable[[float], object]
+) -> list[SizeRow]:
+    """Measure Z with different N, for as many CPU seconds each."""
+    lattice = lattices.densest(dimension)
+    rows, seen = [], set()
+    for k, wanted in enumerate(SIZES):
+        progress(k / len(SIZES))
+        cells = round((wanted / len(lattice.basis) * math.prod(lattice.shape)) ** (1.0 / dimension))
+        scene = Scene.lattice(max(cells, 2), dimension, packing_fraction=packing_fraction)
+        if scene.n not in seen:
+            seen.add(scene.n)
+            rows.append(_size(scene, seed, seconds))
+    return rows
+
+
+def _size(scene: Scene, seed: int, seconds: float) -> SizeRow:
+    sim = Simulation(scene, seed=seed, images=False)
+    sim.run(collisions=1)  # compiles
+    sim.run(collisions_per_particle=MELTING)
+    began, before = clock.process_time(), sim.collisions
+    sim.run(walltime=0.1 * seconds)
+    pace = (sim.collisions - before) / (clock.process_time() - began)
+    began, before = clock.process_time(), sim.collisions
+    # Twenty collisions a particle at least: less would not show how the virial is correlated.
+    found = sim.measure(Pressure(blocks=512), collisions=round(max(pace * seconds, 10.0 * scene.n)))
+    spent = clock.process_time() - began
+    z = found.compressibility_factor
+    relative = z.relative_error * math.sqrt(spent)
+    try:
+        equation = theory.best(scene.dimension)
+        true = float(equation(scene.packing_fraction))
+        bias = float(theory.finite_size_shift(scene.packing_fraction, scene.n, equation)) / true
+        corrected = found.infinite_size().mean / true - 1.0
+    except CaromError:
+        bias = corrected = math.nan
+    return SizeRow(
+        n=scene.n,
+        collisions_per_second=(sim.collisions - before) / spent,
+        z=z.mean,
+        error=z.error,
+        relative_error_1s=relative,
+        finite_size_bias=bias,
+        corrected_bias=corrected,
+        corrected_error=z.relative_error,
+        break_even=(relative / bias) ** 2 if bias else math.nan,
+    )
+
+
+def sampling(
+    scene: Scene, mean_free_time: float, seed: int, frames: int, progress: Callable[[float], object]
+) -> list[SamplingRow]:
+    """Measure g(r) of one stretch of a run, sampled at different intervals."""
+    rows = []
+    duration = frames * INTERVALS[0] * mean_free_time
+    for k, interval in enumerate(INTERVALS):
+        progress(k / len(INTERVALS))
+        sim = Simulation(scene, seed=seed, images=False)
+        sim.run(collisions_per_particle=MELTING)
+        began = clock.process_time()
+        every = interval * mean_free_time
+        count = max(round(duration / every), 2)
+        found = rdf(sim.sample(every=every, count=count), width=0.02 * scene.diameter)
+        spent = clock.process_time() - began
+        near = found.r < 2.0 * scene.diameter
+        contact = found.contact_value
+        rows.append(
+            SamplingRow(
+                interval=interval,
+                frames=count,
+                contact_error=math.nan if contact is None else contact.relative_error,
+                g_error=float((found.error[near] / found.g[near]).mean()),
+                cpu_seconds=spent,
+            )
+        )
+    return rows

@@ -1,0 +1,426 @@
+"""``carom trade``: what a digit costs, measured on one's own machine and scene."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom.errors import FileError, InputError
+from carom.io.paths import replacing, writing
+from carom.plan.plan import Plan
+from carom.plan.sections import SceneSpec
+from carom.scene import lattices
+from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
+from carom.studies.accuracy.measures import (
+    Faithfulness,
+    Track,
+    expected_pressure,
+    faithfulness,
+    pressure,
+    reversal,
+    speed,
+    true_track,
+)
+from carom.studies.accuracy.methods import Method, engine, naive, oracle, stepping
+from carom.studies.accuracy.statistics import SamplingRow, SizeRow, sampling, sizes
+
+SMALL = 64
+"""Particles that the 50-digit oracle can follow for as long as doubles can."""
+
+STARTS = 3
+"""Small scenes that are followed: by chance a graze ends one trajectory long before its rounding does."""
+
+STEPS = (1e-1, 1e-2, 1e-3, 1e-4)
+"""Steps of the time-driven method [mean free times]."""
+
+BACK = (5, 10, 20)
+"""Collisions a particle forward, and as many back."""
+
+FILES = ("trade.csv", "sizes.csv", "sampling.csv", "trade.json", "trade.png")
+
+LYAPUNOV = {
+    (2, 0.3): (2.396, 1.6329),
+    (2, 0.7): (5.17, 9.2789),
+    (3, 0.5): (5.671, 7.6846),
+}
+"""Largest Lyapunov exponent and collision rate of a particle by (d, density), N = 64, kT = 1, to 0.5 %:
+tangent-space dynamics after Dellago, Posch and Hoover, Phys. Rev. E 53, 1485 (1996).
+"""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A way to move hard spheres, and what was found out about it; nan where it was not asked.
+
+    Attributes
+    ----------
+    method, algorithm : str
+    n_speed : int
+        Particles of the scene on which the speed was measured.
+    collisions_per_second : float
+        Per CPU second, on one core.
+    bytes_per_particle : float
+    worst_overlap : float
+        Deepest overlap [diameters].
+    energy_drift, momentum_drift : float
+        In a million collisions, relative.
+    horizon_order, horizon_position : float
+        Collisions a particle until the order of collisions, and any position by 10^-3 diameters, is not the
+        oracle's, the median of three starts; infinite if that did not happen while it was looked at.
+    error_1 : float
+        Median distance from the true position after one collision a particle, of the three [diameters].
+    back_5, back_10, back_20 : float
+        Largest distance from the start after so many collisions a particle forward and back [diameters]; 0
+        where no double can tell the difference, nan beyond half of what the oracle was followed for.
+    z_bias, z_error : float
+        Z over what it should be less one, and its standard error.
+    contact_bias, contact_error : float
+        The same of g(sigma+), from the number of collisions.
+    """
+
+    method: str
+    algorithm: str
+    n_speed: int
+    collisions_per_second: float
+    bytes_per_particle: float
+    worst_overlap: float
+    energy_drift: float
+    momentum_drift: float
+    horizon_order: float
+    horizon_position: float
+    error_1: float
+    back_5: float
+    back_10: float
+    back_20: float
+    z_bias: float
+    z_error: float
+    contact_bias: float
+    contact_error: float
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """How long doubles can follow a trajectory: what theory says, in collisions a particle.
+
+    Attributes
+    ----------
+    lyapunov, rate : float
+        Largest Lyapunov exponent and collision rate of a particle, from two oracles side by side [1 / time].
+    to_one, to_apart : float
+        Until one rounding, 2.2e-16, has grown to one diameter, and to 10^-3 diameters.
+    published_to_one : float
+        The first from published exponents; nan where there are none for this density.
+    followed : float
+        Collisions a particle that the oracle was followed for.
+    """
+
+    lyapunov: float
+    rate: float
+    to_one: float
+    to_apart: float
+    published_to_one: float
+    followed: float
+
+
+@dataclass(frozen=True)
+class TradeResult:
+    """What ``carom trade`` found.
+
+    Attributes
+    ----------
+    folder : Path
+    scene, small : str
+        The scene, and the small one of the same density in which trajectories were followed.
+    rows : list of Row
+    horizon : Horizon
+    sizes : list of SizeRow
+    sampling : list of SamplingRow
+    """
+
+    folder: Path
+    scene: str
+    small: str
+    rows: list[Row]
+    horizon: Horizon
+    sizes: list[SizeRow]
+    sampling: list[SamplingRow]
+
+
+def methods(mean_free_time: float) -> list[Method]:
+    """Return what is compared: one line a row of the table."""
+    return [
+        engine("float64"),
+        engine("float32", precision="single"),
+        oracle(50),
+        naive(),
+        *(stepping(fraction, mean_free_time) for fraction in STEPS),
+    ]
+
+
+def default_plan() -> Plan:
+    """Return the plan of ``carom trade`` without a scene file: 2048 spheres at density 0.5."""
+    return dataclasses.replace(Plan(), scene=SceneSpec(cells=8, density=0.5))
+
+
+def trade(
+    plan: Plan | None = None,
+    out: str | PathLike[str] = "carom-trade",
+    *,
+    seconds: float = 8.0,
+    overwrite: bool = False,
+    progress: Callable[[str, float], object] | None = None,
+) -> TradeResult:
+    """Measure speed against accuracy, and write a table, a picture and the numbers to a folder.
+
+    Parameters
+    ----------
+    plan : Plan, optional
+        Whose scene to take: equal spheres in a periodic box; its seed, and nothing else of it.
+    out : path
+        The folder; made if needed.
+    seconds : float
+        CPU seconds for each row's statistics; the whole takes some thirty times as long.
+    overwrite : bool
+        Whether files of an earlier comparison may be replaced.
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``.
+
+    Returns
+    -------
+    TradeResult
+
+    Raises
+    ------
+    InputError
+        If the scene is none of equal spheres in a periodic box.
+    FileError
+        If the folder cannot be written, or holds a comparison already.
+    """
+    from carom import checks
+    from carom.studies.accuracy.picture import picture
+
+    checks.number(seconds, "seconds", low=0.0, open_low=True)
+    plan = default_plan() if plan is None else plan
+    report = (lambda stage, fraction: None) if progress is None else progress
+    folder = _folder(Path(out), overwrite)
+    report("Preparing", 0.0)
+    scene, _ = melted(simple_scene(plan.build_scene()), plan.run.seed)
+    followed_from = [melted(small_scene(scene), plan.run.seed + k) for k in range(STARTS)]
+    small, mean_free_time = followed_from[0]
+    followed = methods(mean_free_time)
+    exact = next(method for method in followed if method.many_digits)
+    followings = []
+    for k, (start, _) in enumerate(followed_from):
+        track = true_track(
+            start,
+            exact,
+            mean_free_time,
+            _reach(seconds),
+            lambda fraction, k=k: report("Oracle", (k + fraction) / STARTS),  # type: ignore[misc]
+        )
+        followings.append((start, track))
+    rows: list[Row] = []
+    true_z = expected_pressure(small)  # without a theory, the engine's own Z
+    for k, method in enumerate(followed):
+        report(method.name, k / len(followed))
+        where = scene if method.fast else small
+        row, z = _row(method, where, followings, mean_free_time, seconds, true_z)
+        true_z = z if true_z is None else true_z
+        rows.append(row)
+    by_size = sizes(
+        scene.dimension, scene.packing_fraction, plan.run.seed, 0.5 * seconds, lambda f: report("Sizes", f)
+    )
+    by_interval = sampling(
+        _medium(scene), mean_free_time, plan.run.seed, round(250 * seconds), lambda f: report("Sampling", f)
+    )
+    result = TradeResult(folder, repr(scene), repr(small), rows, _horizon(followings), by_size, by_interval)
+    _write(folder, result)
+    with replacing(folder / "trade.png") as temporary:
+        picture(result, path=temporary)
+    report("Done", 1.0)
+    return result
+
+
+def _reach(seconds: float) -> float:
+    """Return for how many collisions a particle the oracle is followed: with 8 s, all that doubles can do."""
+    return min(max(7.5 * seconds, 12.0), 60.0)
+
+
+def _row(
+    method: Method,
+    where: Scene,
+    followings: list[tuple[Scene, Track]],
+    mean_free_time: float,
+    seconds: float,
+    true_z: float | None,
+) -> tuple[Row, float]:
+    small, track = followings[0]
+    interval = float(track.times[0])
+    rate, moving = speed(where, method, interval, 0.25 * seconds)
+    size = moving.bytes_per_particle()
+    moving.order()
+    # The oracle would only be compared with itself.
+    follows = Faithfulness()
+    if not method.many_digits:
+        follows = median([faithfulness(start, method, true) for start, true in followings])
+    longest = 0.5 * 2.0 * float(track.collisions[-1]) / small.n
+    back = [
+        reversal(small, method, count * mean_free_time) if count <= longest else math.nan for count in BACK
+    ]
+    found, motion = pressure(small, method, 4.0 * interval, seconds)
+    overlap, energy, momentum = motion.faults()
+    collisions = motion.tally()[1]
+    motion.order()
+    z, count = found.compressibility_factor, found.compressibility_factor_from_rate
+    true = z.mean if true_z is None else true_z
+    # g(sigma+) is proportional to Z - 1.
+    from_rate = count.scaled(1.0 / (true - 1.0), offset=-1.0 / (true - 1.0))
+    row = Row(
+        method=method.name,
+        algorithm=method.kind,
+        n_speed=where.n,
+        collisions_per_second=rate,
+        bytes_per_particle=size,
+        worst_overlap=overlap,
+        energy_drift=energy * 1e6 / collisions,
+        momentum_drift=momentum * 1e6 / collisions,
+        horizon_order=follows.order,
+        horizon_position=follows.position,
+        error_1=follows.error,
+        back_5=back[0],
+        back_10=back[1],
+        back_20=back[2],
+        z_bias=z.mean / true - 1.0,
+        z_error=z.error / true,
+        contact_bias=from_rate.mean - 1.0,
+        contact_error=from_rate.error,
+    )
+    return row, z.mean
+
+
+def melted(scene: Scene, seed: int) -> tuple[Scene, float]:
+    """Return the scene in motion, after a hundred collisions a particle, and its mean free time."""
+    sim = Simulation(scene, seed=seed, images=False)
+    if scene.n < 2:
+        raise InputError("A scene of one particle has nothing to compare; take more.")
+    sim.run(collisions_per_particle=100)
+    start, before = sim.time, sim.collisions
+    sim.run(collisions_per_particle=100)
+    frame = sim.frame()
+    moving = scene.with_(positions=frame.positions, velocities=frame.velocities)
+    return moving, (sim.time - start) * scene.n / (2 * (sim.collisions - before))
+
+
+def small_scene(scene: Scene) -> Scene:
+    """Return a scene of the same density that the oracle can follow: the scene itself, if it is small."""
+    if scene.n <= SMALL:
+        return scene.with_(velocities=None)
+    d, eta = scene.dimension, scene.packing_fraction
+    for lattice in (lattices.cubic(d), lattices.densest(d)):
+        cells = 1
+        while lattice.count(lattices.cells_along(lattice, cells + 1)) <= SMALL:
+            cells += 1
+        if eta < 0.95 * lattice.limit:
+            return Scene.on(lattice, cells, packing_fraction=eta, diameter=scene.diameter, mass=scene.mass)
+    raise InputError(
+        f"A packing fraction of {eta:.6g} is too near close packing for the oracle's small scene; lower it."
+    )
+
+
+def _medium(scene: Scene) -> Scene:
+    """Return a scene of the same density in which g(r) is cheap and has room."""
+    lattice = lattices.densest(scene.dimension)
+    cells = max(2, round((500 / len(lattice.basis) * math.prod(lattice.shape)) ** (1.0 / scene.dimension)))
+    return Scene.lattice(
+        cells,
+        scene.dimension,
+        packing_fraction=scene.packing_fraction,
+        diameter=scene.diameter,
+        mass=scene.mass,
+    )
+
+
+def simple_scene(scene: Scene) -> Scene:
+    """Return the scene, or raise InputError if the reference algorithms cannot move it."""
+    if not (scene.equal and all(scene.periodic) and not scene.obstacles and scene.restitution == 1.0):
+        raise InputError(
+            "carom trade compares elastic, equal spheres in a periodic box, and this scene has more; "
+            "leave out what it has beyond that."
+        )
+    return scene
+
+
+def median(found: list[Faithfulness]) -> Faithfulness:
+    """Return the median of each of the figures."""
+    middle = np.median([dataclasses.astuple(one) for one in found], axis=0)
+    return Faithfulness(*(float(x) for x in middle))
+
+
+def _horizon(followings: list[tuple[Scene, Track]]) -> Horizon:
+    eps = float(np.finfo(float).eps)
+    small, track = followings[0]
+    density = small.n / math.prod(edge / small.diameter for edge in small.box)
+    published = next(
+        (
+            -math.log(eps) / exponent * rate
+            for (d, rho), (exponent, rate) in LYAPUNOV.items()
+            if d == small.dimension and abs(density / rho - 1.0) < 0.01
+        ),
+        math.nan,
+    )
+    lyapunov = float(np.mean([each.lyapunov for _, each in followings]))
+    rate = float(np.mean([each.rate for _, each in followings]))
+    return Horizon(
+        lyapunov=lyapunov,
+        rate=rate,
+        to_one=-math.log(eps) / lyapunov * rate,
+        to_apart=math.log(1e-3 / eps) / lyapunov * rate,
+        published_to_one=published,
+        followed=2.0 * float(track.collisions[-1]) / small.n,
+    )
+
+
+def _folder(path: Path, overwrite: bool) -> Path:
+    with writing(path):
+        path.mkdir(parents=True, exist_ok=True)
+        found = [name for name in FILES if (path / name).exists()]
+    if found and not overwrite:
+        raise FileError(
+            f"{path} holds a comparison already ({found[0]}); choose another folder with --out, "
+            "or replace it with --overwrite."
+        )
+    return path
+
+
+def _write(folder: Path, result: TradeResult) -> None:
+    tables: dict[str, list[Any]] = {
+        "trade.csv": result.rows,
+        "sizes.csv": result.sizes,
+        "sampling.csv": result.sampling,
+    }
+    for name, rows in tables.items():
+        table = [[field.name for field in dataclasses.fields(rows[0])]]
+        for row in rows:
+            values = dataclasses.astuple(row)
+            table.append([format(v, ".6g") if isinstance(v, float) else str(v) for v in values])
+        with replacing(folder / name) as temporary, writing(folder / name):
+            temporary.write_text("".join(",".join(line) + "\n" for line in table), encoding="utf-8")
+    facts = {
+        "scene": result.scene,
+        "small": result.small,
+        "horizon": {
+            name: value if math.isfinite(value) else None
+            for name, value in dataclasses.asdict(result.horizon).items()
+        },
+    }
+    with replacing(folder / "trade.json") as temporary, writing(folder / "trade.json"):
+        temporary.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")

@@ -1,0 +1,467 @@
+"""Compression to a jammed packing: spheres that move and grow until they cannot (the paper's sec. 8).
+
+Every contact of growing spheres adds energy. So the run is cut into stretches of a fixed number of
+collisions; after each, the velocities are scaled back to kT = 1 and balanced, and the pressure of the
+stretch is looked at.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time as clock
+from collections.abc import Callable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.errors import FileError, InputError
+from carom.io import checkpoint
+from carom.io.paths import writing
+from carom.scene.overlaps import rounding
+from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
+from carom.studies.packings.packing import HISTORY, Packing, parted
+from carom.studies.runs.folder import RunFolder
+from carom.studies.signals import Interrupted, Stop, stoppable
+
+FAST, SLOW = 0.02, 1e-3
+"""Rates without a wish: fast as long as spheres could order, then slowly enough to close the contacts."""
+
+DENSE = 1e3
+"""Reduced pressure between the two."""
+
+PRESSURE = 1e10
+"""Reduced pressure at which a compression ends without a wish."""
+
+HEATING = 0.4
+"""Growth rate times collisions per particle between two rescalings: the energy grows by about a quarter."""
+
+LONGEST = 100.0
+"""Collisions per particle between two rescalings, at most."""
+
+PART = 50_000
+"""Collisions between two looks at Ctrl-C; some 50 ms."""
+
+POINT = 1e-6
+"""Diameter, in final diameters, of what is to be a point: the first collisions come much later."""
+
+CHECKPOINT_EVERY = 10.0
+"""Seconds between checkpoints."""
+
+Progress = Callable[[str, float], object]
+
+
+class Stage(NamedTuple):
+    """Part of a compression.
+
+    Attributes
+    ----------
+    rate : float
+        Growth of the mean diameter a time over the thermal speed.
+    until_pressure : float or None
+        Reduced pressure at which it ends.
+    """
+
+    rate: float
+    until_pressure: float | None
+
+
+class PackingInterrupted(Interrupted):
+    """A compression was stopped by Ctrl-C or SIGTERM.
+
+    Attributes
+    ----------
+    packing : Packing
+        What there is.
+    """
+
+    packing: Packing
+
+
+class PackingFolder(RunFolder):
+    """Where the files of a compression stand."""
+
+    def __init__(self, path: Path):
+        super().__init__(path)
+        self.checkpoint = path / "compression.h5"
+
+    def _files(self) -> list[Path]:
+        names = (
+            "packing.h5md",
+            "packing.extxyz",
+            "history.csv",
+            "packing.png",
+            "gaps.png",
+            "compression.png",
+        )
+        return [self.summary, self.checkpoint, *(self.path / name for name in names)]
+
+    def clear(self) -> None:
+        """Take an older compression out of the folder."""
+        with writing(self.path):
+            for path in self._files():
+                path.unlink(missing_ok=True)
+
+
+def points(
+    n: int | None = None,
+    dimension: int = 3,
+    *,
+    counts: Sequence[int] | None = None,
+    diameters: Sequence[float] = (1.0,),
+    periodic: bool | Sequence[bool] = True,
+    seed: int | np.random.Generator = 0,
+) -> Scene:
+    """Return random points that are to grow into spheres: the start of the paper's sec. 8.
+
+    Parameters
+    ----------
+    n, dimension : int
+        How many, and in how many dimensions.
+    counts, diameters : sequences
+        How many of each species instead of n, and their diameters at the end, about.
+    periodic : bool or d bools
+        False gives an axis two hard walls.
+    seed : int or numpy.random.Generator
+        Source of randomness.
+
+    Returns
+    -------
+    Scene
+        Diameters are ``POINT`` of those given. In its cubic box those given would fill 0.64 / 2^(d - 3), so
+        that they come out close to that.
+    """
+    if counts is None:
+        counts = [checks.integer(n, "n", low=2)]
+    sizes = [checks.positive(s, "diameters") for s in diameters]
+    d = checks.integer(dimension, "dimension", low=1)
+    fraction = min(0.64 / 2.0 ** (d - 3), 0.9)
+    return Scene.mixture(
+        counts,
+        n=n,
+        diameters=[POINT * s for s in sizes],
+        dimension=d,
+        packing_fraction=fraction * POINT**d,
+        periodic=periodic,
+        seed=seed,
+    )
+
+
+def pack(
+    scene: Scene,
+    *,
+    rate: float | None = None,
+    until_pressure: float | None = None,
+    collisions: int | None = None,
+    stages: Sequence[tuple[float, float | None]] | None = None,
+    common: bool = False,
+    seed: int = 0,
+    neighbors: str = "auto",
+    out: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    pictures: bool = True,
+    progress: Progress | None = None,
+) -> Packing:
+    """Let spheres grow while they move, until they jam (Lubachevsky and Stillinger; the paper's sec. 8).
+
+    Parameters
+    ----------
+    scene : Scene
+        The start: :func:`points`, or spheres of any density, in a box of any kind.
+    rate : float, optional
+        Growth of the mean diameter a time over the thermal speed: gamma. Left out, 0.02 up to a reduced
+        pressure of 1e3, then 1e-3.
+    until_pressure : float, optional
+        Reduced pressure PV / NkT to reach; 1e10 where neither it nor a number of collisions is given. Beyond
+        1e13 gaps are rounding.
+    collisions : int, optional
+        End after so many pair collisions, whatever the pressure.
+    stages : sequence of (rate, until_pressure), optional
+        Instead of one rate and pressure: fast, then slow, say. The last pressure may be None.
+    common : bool
+        Whether all diameters grow at one rate, instead of in proportion to themselves.
+    seed : int
+        Seed of the velocities, where the scene has none.
+    neighbors : {"auto", "lists", "sectors"}
+        As in :class:`carom.Simulation`.
+    out : path, optional
+        Folder for results and checkpoints, from which :func:`resume_packing` goes on.
+    overwrite : bool
+        Whether a packing that the folder holds may be replaced.
+    pictures : bool
+        Whether to draw pictures in the folder.
+    progress : callable, optional
+        Called as ``progress("Packing", fraction)``.
+
+    Returns
+    -------
+    Packing
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, nobody moves, or the spheres become as wide as the box.
+    PackingInterrupted
+        After Ctrl-C; its ``packing`` is what there is.
+
+    Notes
+    -----
+    Between two rescalings there are ``HEATING / rate`` collisions per particle, at most ``LONGEST``. Z comes
+    from the virial of each stretch, with the mean of kT before and after it. To raise Z by a factor e takes
+    some ``3.4 / rate`` collisions per particle (d = 3): growth at 1e-3 from 1e3 to 1e12 takes 70 000.
+
+    Examples
+    --------
+    >>> packing = pack(points(30, dimension=2, seed=1), rate=0.1, until_pressure=1e6, seed=1)
+    >>> packing.note
+    'reduced pressure 1e+06 reached'
+    """
+    plan = _stages(rate, until_pressure, collisions, stages)
+    limit = None if collisions is None else checks.integer(collisions, "collisions", low=1)
+    if scene.n < 2:
+        raise InputError("A packing needs at least two components, found one.")
+    unit = np.full(scene.n, 1.0) if common else scene.diameters / scene.diameters.mean()
+    unit = unit / math.sqrt(scene.mass)
+    compression = _Compression(plan, limit, unit, checks.integer(seed, "seed", low=0), pictures, progress)
+    sim = Simulation(scene, seed=seed, neighbors=neighbors, growth=plan[0].rate * unit)
+    if out is None:
+        with stoppable() as stop:
+            return compression.run(sim, None, stop)
+    folder = PackingFolder(Path(out))
+    folder.check_free(overwrite)
+    folder.make()
+    with folder.owned(), stoppable() as stop:
+        folder.sweep()
+        folder.clear()
+        return compression.run(sim, folder, stop)
+
+
+def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
+    """Go on with the compression in a folder; its result is that of the uninterrupted one, bit for bit.
+
+    Raises
+    ------
+    FileError
+        If the folder holds none, or its checkpoint is damaged or of another version of Carom.
+    PackingInterrupted
+        As in :func:`pack`.
+    """
+    folder = PackingFolder(Path(out))
+    if not holds_packing(out):
+        raise FileError(f"{out} holds no packing of Carom; start one with `carom pack --out {out}`.")
+    _, attributes = checkpoint.load(folder.checkpoint)
+    with folder.owned(), stoppable() as stop:
+        folder.sweep()
+        try:
+            compression = _Compression.restored(json.loads(attributes["extra"]), progress)
+        except (KeyError, TypeError, ValueError) as error:
+            raise FileError(f"{folder.checkpoint} is not the checkpoint of a packing: {error}.") from None
+        return compression.run(Simulation.load(folder.checkpoint), folder, stop)
+
+
+def holds_packing(out: str | PathLike[str]) -> bool:
+    """Tell whether a folder holds a compression that can go on."""
+    return PackingFolder(Path(out)).checkpoint.is_file()
+
+
+def _stages(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage, ...]:
+    """Return the stages that the arguments ask for."""
+    if stages is None:
+        if until is None and collisions is None:
+            until = PRESSURE
+        stages = [(FAST, DENSE), (SLOW, until)] if rate is None else [(rate, until)]
+        if rate is None and until is not None and until <= DENSE:
+            stages = [(FAST, until)]
+    elif rate is not None or until is not None:
+        raise InputError("Give stages, or rate and until_pressure, not both.")
+    result = []
+    for each in stages:
+        if not isinstance(each, Sequence) or len(each) != 2:
+            raise InputError(f"A stage is (rate, until_pressure), found {checks.describe(each)}.")
+        speed = checks.number(each[0], "rate", low=0.0, high=10.0, open_low=True)
+        last = None if each[1] is None else checks.number(each[1], "until_pressure", low=1.0)
+        result.append(Stage(speed, last))
+    if not result:
+        raise InputError("stages must hold at least one (rate, until_pressure).")
+    if any(stage.until_pressure is None for stage in result[:-1]):
+        raise InputError("Only the last stage can do without a pressure at which it ends.")
+    if result[-1].until_pressure is None and collisions is None:
+        raise InputError("The last stage needs a pressure at which it ends, or give collisions.")
+    return tuple(result)
+
+
+class _Compression:
+    """A compression under way.
+
+    Attributes
+    ----------
+    plan, limit, seed, pictures
+        What is asked for.
+    unit : (n,) array
+        Growth of each diameter at a rate of one.
+    stage : int
+        Which stage it is in.
+    history : list
+        Rows of HISTORY.
+    left : int
+        Collisions left in the present stretch.
+    virial, duration, kT : float
+        Of the present stretch so far; kT at its beginning.
+    note : str
+        Why it ended; empty before.
+    """
+
+    def __init__(
+        self,
+        plan: tuple[Stage, ...],
+        limit: int | None,
+        unit: np.ndarray,
+        seed: int,
+        pictures: bool,
+        progress: Progress | None,
+    ):
+        self.plan, self.limit, self.unit = plan, limit, unit
+        self.seed, self.pictures, self.progress = seed, pictures, progress
+        self.stage = 0
+        self.history: list[tuple[int, float, float, float]] = []
+        self.left = 0
+        self.virial = self.duration = 0.0
+        self.kT = 1.0
+        self.note = ""
+        self.sim: Simulation
+
+    @classmethod
+    def restored(cls, notes: dict[str, Any], progress: Progress | None) -> _Compression:
+        """Return the compression that a checkpoint's notes tell of."""
+        plan = tuple(Stage(*stage) for stage in notes["plan"])
+        self = cls(plan, notes["limit"], np.array(notes["unit"]), notes["seed"], notes["pictures"], progress)
+        self.history = [tuple(row) for row in notes["history"]]
+        for name in ("stage", "left", "virial", "duration", "kT", "note"):
+            setattr(self, name, notes[name])
+        return self
+
+    def _save(self, folder: PackingFolder) -> None:
+        self.sim.save(
+            folder.checkpoint,
+            plan=self.plan,
+            limit=self.limit,
+            unit=self.unit.tolist(),
+            seed=self.seed,
+            pictures=self.pictures,
+            history=self.history,
+            stage=self.stage,
+            left=self.left,
+            virial=self.virial,
+            duration=self.duration,
+            kT=self.kT,
+            note=self.note,
+        )
+
+    def run(self, sim: Simulation, folder: PackingFolder | None, stop: Stop) -> Packing:
+        """Run to the end, and write the results to the folder if there is one."""
+        self.sim = sim
+        self._report()
+        if not self.history and not self.left:
+            sim.rescale(1.0)
+            self._begin()
+        due = -math.inf
+        stop.deferred = True
+        while not self.note:
+            if folder is not None and (stop.asked or clock.perf_counter() >= due):
+                self._save(folder)
+                due = clock.perf_counter() + CHECKPOINT_EVERY
+            if stop.asked:
+                raise self._interrupted(folder)
+            self._part()
+        packing = self._packing(self.note)
+        if folder is not None:
+            self._save(folder)
+            stop.deferred = False
+            packing.save(folder.path, pictures=self.pictures)
+        return packing
+
+    def _interrupted(self, folder: PackingFolder | None) -> PackingInterrupted:
+        text = "Stopped." if folder is None else f"Stopped; `carom resume {folder.path}` goes on."
+        interrupted = PackingInterrupted(text)
+        interrupted.packing = self._packing("stopped")
+        return interrupted
+
+    def _begin(self) -> None:
+        """Begin a stretch."""
+        n, rate = self.sim.scene.n, self.plan[self.stage].rate
+        self.left = max(round(0.5 * n * min(max(HEATING / rate, 1.0), LONGEST)), 1)
+        if self.limit is not None:
+            self.left = min(self.left, self.limit - self.sim.collisions)
+        self.virial = self.duration = 0.0
+        self.kT = self.sim.kT
+
+    def _part(self) -> None:
+        """Run on for at most PART collisions, and end the stretch if it is over."""
+        block = self.sim.run(collisions=min(self.left, PART))
+        self.left -= block.collisions
+        self.virial += block.virial
+        self.duration += block.duration
+        if self.left:
+            return
+        sim, stage = self.sim, self.plan[self.stage]
+        pressure = math.inf
+        if self.duration > 0.0:
+            kT = 0.5 * (self.kT + sim.kT)
+            pressure = 1.0 + self.virial / (sim.scene.dimension * sim.scene.n * kT * self.duration)
+        self.history.append((sim.collisions, sim.packing_fraction, pressure, stage.rate))
+        self._judge(pressure)
+        sim.rescale(1.0, growth=self.plan[self.stage].rate * self.unit)
+        self._begin()
+        self._report()
+
+    def _judge(self, pressure: float) -> None:
+        """Decide whether the stage, or all, is over."""
+        sim = self.sim
+        scene, diameters = sim.scene, sim.diameters
+        # A gap is about a diameter over the pressure.
+        finest = rounding(np.asarray(scene.box)) / float(diameters.min())
+        until = self.plan[self.stage].until_pressure
+        while until is not None and pressure >= until and not self.note:
+            self.stage += 1
+            if self.stage == len(self.plan):
+                self.stage -= 1
+                self.note = f"reduced pressure {until:g} reached"
+            until = self.plan[self.stage].until_pressure
+        if self.note:
+            return
+        if self.limit is not None and sim.collisions >= self.limit:
+            self.note = f"{self.limit} collisions reached"
+        elif pressure * finest >= 1.0:
+            self.note = (
+                f"gaps are down to the rounding of coordinates at reduced pressure {pressure:.3g}, "
+                "which grows no further"
+            )
+
+    def _report(self) -> None:
+        if self.progress is None:
+            return
+        done = 0.0
+        if self.history:
+            collisions, _, pressure, _ = self.history[-1]
+            until = self.plan[-1].until_pressure
+            if until is not None and until > 1.0 and pressure > 1.0:
+                done = math.log(pressure) / math.log(until)
+            if self.limit is not None:
+                done = max(done, collisions / self.limit)
+        self.progress("Packing", min(done, 1.0))
+
+    def _packing(self, note: str) -> Packing:
+        scene = self.sim.scene
+        frame, shrunk = parted(self.sim.frame(), scene.obstacles)
+        return Packing(
+            frame=frame,
+            history=np.array(self.history, dtype=HISTORY),
+            note=note,
+            seed=self.seed,
+            shrunk=shrunk,
+            obstacles=scene.obstacles,
+        )

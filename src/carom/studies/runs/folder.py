@@ -1,0 +1,157 @@
+"""The folder of a run: the names of its files, and who may write there."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import carom
+from carom.errors import FileError
+from carom.io.paths import reason, replacing, writing
+from carom.plan.plan import Plan
+from carom.plan.sections import FORMATS
+
+PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
+
+
+class RunFolder:
+    """Where the files of one run stand.
+
+    Parameters
+    ----------
+    path : Path
+        The folder; it need not exist yet.
+
+    Attributes
+    ----------
+    scene, checkpoint, summary, events, rdf : Path
+        The plan that runs, the state to go on from, the result (written last), the event log, g(r).
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.scene = path / "scene.toml"
+        self.checkpoint = path / "checkpoint.h5"
+        self.summary = path / "summary.json"
+        self.events = path / "events.h5"
+        self.rdf = path / "rdf.csv"
+
+    def trajectory(self, form: str) -> Path:
+        """Return the trajectory of a format."""
+        return self.path / f"trajectory.{form}"
+
+    def _files(self) -> list[Path]:
+        """All files of a run, in the order in which an old run is taken away."""
+        # Without a summary the run is no longer finished, without a checkpoint no longer under way.
+        trajectories = [self.trajectory(form) for form in FORMATS]
+        pictures = [self.path / name for name in PICTURES]
+        return [self.summary, self.checkpoint, self.scene, *trajectories, self.events, self.rdf, *pictures]
+
+    def check_free(self, overwrite: bool) -> None:
+        """Refuse early what :meth:`begin` could not do; touches nothing.
+
+        Raises
+        ------
+        FileError
+            If the folder holds a run and `overwrite` is false, is no folder, or cannot be written to.
+        """
+        there = next((path for path in (self.path, *self.path.absolute().parents) if path.exists()), None)
+        with writing(self.path):
+            if there is not None and not there.is_dir():
+                raise FileError(f"{self.path} cannot be a folder, because {there} is a file; choose another.")
+            if there is not None and not os.access(there, os.W_OK | os.X_OK):
+                raise FileError(
+                    f"{self.path} cannot be written: {there} allows it not; choose another folder."
+                )
+            found = [path.name for path in self._files() if os.path.lexists(path)]
+        if found and not overwrite:
+            raise FileError(
+                f"{self.path} holds a run already ({found[0]}); go on with `carom resume {self.path}`, "
+                "choose another folder with --out, or replace the run with --overwrite."
+            )
+
+    def make(self) -> None:
+        """Make the folder, unless it is there."""
+        with writing(self.path):
+            self.path.mkdir(parents=True, exist_ok=True)
+
+    def begin(self, plan: Plan) -> None:
+        """Take an older run out of the folder and write the plan.
+
+        At whatever moment this is cut short, what is left starts again as the old run, or as the new one.
+        """
+        with writing(self.path):
+            for path in (self.summary, self.checkpoint):
+                path.unlink(missing_ok=True)
+        title = f"# Written by Carom {carom.__version__}; `carom run` with this file repeats the run."
+        with replacing(self.scene) as temporary, writing(self.scene):
+            temporary.write_text(f"{title}\n\n{plan.to_toml()}", encoding="utf-8")
+        with writing(self.path):
+            for path in self._files():
+                if path != self.scene:
+                    path.unlink(missing_ok=True)
+
+    def sweep(self) -> None:
+        """Remove what a kill left half-written."""
+        with writing(self.path):
+            for path in self._files():
+                for remnant in self.path.glob(f".{path.stem}.*.tmp{path.suffix}"):
+                    remnant.unlink(missing_ok=True)
+
+    def owned(self) -> contextlib.AbstractContextManager[None]:
+        """Keep other processes from running in the folder; see :func:`owned`."""
+        return owned(self.path)
+
+
+def existing_run(path: Path) -> RunFolder:
+    """Return the folder of a run that was begun.
+
+    Raises
+    ------
+    FileError
+        If there is none.
+    """
+    folder = RunFolder(path)
+    try:
+        if not path.is_dir():
+            missing = "is a file" if path.exists() else "does not exist"
+            raise FileError(f"{path} {missing}; expected the folder of a run, as `carom run --out` makes it.")
+        if not any(file.is_file() for file in (folder.checkpoint, folder.summary, folder.scene)):
+            raise FileError(f"{path} holds no run of Carom; start one with `carom run --out {path}`.")
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {reason(error)}.") from error
+    return folder
+
+
+@contextlib.contextmanager
+def owned(path: Path) -> Iterator[None]:
+    """Keep other processes from running in a folder; a kill gives it back.
+
+    Raises
+    ------
+    FileError
+        If a run is under way there.
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows has no such locks, and gets along without.
+        yield
+        return
+    with writing(path):
+        descriptor = os.open(path, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise FileError(
+            f"Another process is running in {path}; wait for it or choose another folder."
+        ) from None
+    except OSError:
+        # Some network drives know no locks.
+        pass
+    try:
+        yield
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,289 @@
+"""The results of a run: pressure, g(r), theory beside them, pictures, and the summary, written last."""
+
+from __future__ import annotations
+
+import json
+import math
+import time as clock
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import carom
+from carom import io, theory
+from carom.block import Block
+from carom.errors import CaromError, CaromWarning, InputError
+from carom.io.paths import replacing, writing
+from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
+from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
+from carom.observables.rdf import rdf
+from carom.observables.wall_pressure import obstacle_names
+from carom.plan.plan import Plan
+from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
+from carom.studies.runs.folder import RunFolder
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a run leaves to report on.
+
+    Attributes
+    ----------
+    plan : Plan
+    sim : Simulation
+        At the end of the run.
+    blocks : list of Block
+        The measured stretch.
+    equilibration : (int, float)
+        Collisions and time before it.
+    frames : int
+        Frames sampled.
+    rate : float
+        Collisions per second of wall time in the engine, in the measured stretch.
+    began : float
+        Reading of the performance counter when the run began, earlier sessions counted in.
+    """
+
+    plan: Plan
+    sim: Simulation
+    blocks: list[Block]
+    equilibration: tuple[int, float]
+    frames: int
+    rate: float
+    began: float
+
+
+def write(
+    folder: RunFolder, facts: Facts, trajectories: list[Path], report: Callable[[str, float], None]
+) -> dict[str, Any]:
+    """Write g(r), the pictures and the summary, in this order, and return the summary."""
+    pressure = pressure_of(facts.sim, facts.blocks)
+    reason = without_rdf(facts.sim.scene, trajectories)
+    distributions = {} if reason else _distributions(facts, trajectories, report)
+    if distributions:
+        with replacing(folder.rdf) as temporary:
+            if facts.sim.scene.equal:
+                distributions[""].to_csv(temporary)
+            else:
+                write_partial(distributions, temporary)
+    if facts.plan.output.pictures:
+        report("Drawing", 0.0)
+        _draw(folder, facts, pressure, distributions)
+    summary = _summary(facts, pressure, distributions, reason)
+    text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    with replacing(folder.summary) as temporary, writing(folder.summary):
+        temporary.write_text(text, encoding="utf-8")
+    report("Done", 1.0)
+    return summary
+
+
+def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureEstimate | None:
+    """Return the pressure, or None where nothing moves."""
+    return None if sim.kT == 0.0 else sim.estimate(Pressure(), blocks)
+
+
+def without_rdf(scene: Scene, trajectories: list[Path]) -> str | None:
+    """Return why a run has no g(r), a sentence; None if it has one."""
+    if scene.walls or scene.obstacles:
+        what = "walls" if scene.walls else "obstacles"
+        return f"No g(r): with {what} the fluid is not the same everywhere, and g depends on more than r."
+    if not trajectories:
+        return "No g(r): it comes from the frames of a trajectory, and none was asked for."
+    species = np.zeros(scene.n, dtype=np.int64) if scene.equal else species_of(scene)
+    if species is None:
+        return f"No g(r): there are more than {MOST_SPECIES} sizes, too many for a g(r) of every pair."
+    narrowest = float(scene.diameters.min())
+    if scene.n < 2 or min(scene.box) <= 2.0 * narrowest:
+        return "No g(r): it needs two particles, and a box with edges of more than two diameters."
+    return None
+
+
+def _distributions(
+    facts: Facts, trajectories: list[Path], report: Callable[[str, float], None]
+) -> dict[str, RadialDistribution]:
+    """Return g(r), named "", or that of each pair of species of a mixture."""
+    # From the file rather than on the way: a resumed run then sees every frame as well.
+    with io.open(trajectories[0]) as reader:
+        assert isinstance(reader, io.Reader)
+
+        def frames() -> Iterator[carom.Frame]:
+            for k, frame in enumerate(reader):
+                report("Computing g(r)", k / len(reader))
+                yield frame
+
+        scene = facts.sim.scene
+        return {"": rdf(frames())} if scene.equal else partial_rdf(scene, frames)
+
+
+def _draw(
+    folder: RunFolder,
+    facts: Facts,
+    pressure: PressureEstimate | None,
+    distributions: dict[str, RadialDistribution],
+) -> None:
+    from carom.pictures import plots
+
+    implied = None if pressure is None else pressure.contact_value
+    if pressure is not None:
+        with replacing(folder.path / "pressure.png") as temporary:
+            plots.pressure(pressure, path=temporary)
+    if distributions:
+        with replacing(folder.path / "rdf.png") as temporary:
+            if facts.sim.scene.equal:
+                plots.rdf(distributions[""], contact_value=implied, path=temporary)
+            else:
+                plots.partial_rdf(distributions, path=temporary)
+    with replacing(folder.path / "snapshot.png") as temporary:
+        plots.snapshot(facts.sim.frame(), obstacles=facts.sim.scene.obstacles, path=temporary)
+
+
+def _summary(
+    facts: Facts,
+    pressure: PressureEstimate | None,
+    distributions: dict[str, RadialDistribution],
+    reason: str | None,
+) -> dict[str, Any]:
+    sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
+    statistics = sim.statistics
+    contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
+    whole = contacts.pop("", _number(None))
+
+    def measured(name: str) -> dict[str, float | None]:
+        return _number(None if pressure is None else getattr(pressure, name))
+
+    return {
+        "version": carom.__version__,
+        "seed": plan.run.seed,
+        "n": scene.n,
+        "dimension": scene.dimension,
+        "packing_fraction": scene.packing_fraction,
+        "box": list(scene.box),
+        "diameter": scene.diameter,
+        "mass": scene.mass,
+        "kT": sim.kT,
+        "equilibration": {"collisions": facts.equilibration[0], "time": facts.equilibration[1]},
+        "collisions": sum(block.collisions for block in facts.blocks),
+        "time": math.fsum(block.duration for block in facts.blocks),
+        "frames": facts.frames,
+        "relative_error": plan.run.relative_error,
+        "compressibility_factor": measured("compressibility_factor"),
+        "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),
+        "compressibility_factor_infinite": _number(_infinite(pressure)),
+        "reduced_pressure": measured("reduced_pressure"),
+        "collision_rate": measured("collision_rate"),
+        "contact_value": measured("contact_value"),
+        "contact_value_from_rdf": whole,
+        "contact_values_from_rdf": contacts,
+        "without_rdf": reason,
+        "obstacles": _obstacles(facts),
+        "collisions_by_species": _by_species(sim),
+        "spared_contacts": sim.spared_contacts,
+        "theory": _theory(scene),
+        "energy_drift": statistics.energy_drift,
+        "momentum_drift": _finite(statistics.momentum_drift),
+        "worst_overlap": statistics.worst_overlap,
+        "advancement_fraction": statistics.advancement_fraction,
+        "clamped_roots": statistics.clamped_roots,
+        "transits": statistics.transits,
+        "collisions_per_second": facts.rate,
+        "seconds": clock.perf_counter() - facts.began,
+    }
+
+
+def _obstacles(facts: Facts) -> list[dict[str, Any]]:
+    """Return what every wall and obstacle bore while it was measured."""
+    # A plane ends where the box does, and nobody knows its area: it has a force alone.
+    return [
+        {"name": name, "force": _borne(facts, k, 1.0), "pressure": _borne(facts, k, None)}
+        for k, name in enumerate(obstacle_names(facts.sim.scene))
+    ]
+
+
+def _borne(facts: Facts, k: int, area: float | None) -> dict[str, float | None]:
+    """Return the pressure on wall or obstacle k, or nulls where there is none."""
+    with warnings.catch_warnings():
+        # Of few blocks: the pressure of the fluid has said so already.
+        warnings.simplefilter("ignore", CaromWarning)
+        try:
+            request = WallPressure(k, area=area)
+            return _number(request.of_scene(facts.blocks, facts.sim.scene, kT=facts.sim.kT).pressure)
+        except InputError:
+            return _number(None)
+
+
+def _by_species(sim: Simulation) -> dict[str, int]:
+    """Return the collisions of every pair of species since the start, by their names or numbers."""
+    if sim.scene.species is None:
+        return {}
+    counts = sim.collisions_by_species
+    names = sim.scene.species_names or tuple(map(str, range(len(counts))))
+    return {f"{a}-{b}": int(counts[i, i + j]) for i, a in enumerate(names) for j, b in enumerate(names[i:])}
+
+
+def _infinite(pressure: PressureEstimate | None) -> Estimate | None:
+    """Return Z of the infinite fluid, or None where no theory gives the correction."""
+    if pressure is None or pressure.n == 1:
+        return None
+    try:
+        return pressure.infinite_size()
+    except InputError:
+        return None
+
+
+def _theory(scene: Scene) -> list[dict[str, Any]]:
+    """Return what the equations of state say, for infinitely many particles and for n of them."""
+    n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
+    rows: list[dict[str, Any]] = []
+    if not scene.simple:
+        return _mixture_theory(scene)
+    for name, equation in theory.equations(dimension).items():
+        try:
+            infinite = float(equation(eta))
+            finite = infinite + float(theory.finite_size_shift(eta, n, equation))
+        except CaromError:
+            continue
+        contact = float(theory.contact_value(finite, eta, dimension, n)) if n > 1 else math.nan
+        rows.append(
+            {
+                "name": name,
+                "compressibility_factor": _finite(finite),
+                "compressibility_factor_infinite": _finite(infinite),
+                "contact_value": _finite(contact),
+            }
+        )
+    return rows
+
+
+def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
+    """Return what is known of additive mixtures in periodic boxes, infinitely large; nothing of others."""
+    if scene.walls or scene.obstacles or scene.contact is not None or scene.restitution < 1.0:
+        return []
+    diameters, counts = np.unique(scene.diameters, return_counts=True)
+    arguments = scene.packing_fraction, counts / scene.n, diameters
+    values = {"Santos-Yuste-Lopez de Haro": theory.santos_yuste_lopez_de_haro(*arguments, scene.dimension)}
+    if scene.dimension == 3:
+        values = {"BMCSL": theory.bmcsl(*arguments), **values}
+    # What N does to a mixture's Z is not known here; where N is large, neither does it matter.
+    return [
+        {
+            "name": f"{name}, infinite N",
+            "compressibility_factor": float(value),
+            "compressibility_factor_infinite": float(value),
+            "contact_value": None,
+        }
+        for name, value in values.items()
+    ]
+
+
+def _number(estimate: Estimate | None) -> dict[str, float | None]:
+    """Return an estimate as plain numbers; JSON knows neither NaN nor infinity, so they are null."""
+    return {name: _finite(getattr(estimate, name, math.nan)) for name in ("mean", "error", "n_eff")}
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
