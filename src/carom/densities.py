@@ -36,6 +36,11 @@ def sphere_volume(dimension: int) -> float:
     return unit_ball_volume(dimension) / 2**dimension
 
 
+def sphere_area(dimension: int, radius: float) -> float:
+    """Return the surface of a sphere: the derivative of its volume by the radius [length^(d-1)]."""
+    return dimension * unit_ball_volume(dimension) * radius ** (dimension - 1)
+
+
 def packing_fraction(n: int, box: Sequence[float], diameter: float = 1.0) -> float:
     """Return the part of the box's volume that ``n`` spheres fill.
 

@@ -112,19 +112,29 @@ def _spread_compiled(rows, words, begin, bits, block, half, lane):
     return body
 
 
+def store_lane(context, builder, values, words, begin, bits, target, offset):
+    """Emit the code that copies the values of eight candidates side by side.
+
+    ``values``, ``words`` and ``target`` are types and values of arrays, the others are 64-bit integers.
+    """
+
+    def data(kind, value):
+        return cgutils.create_struct_proxy(kind)(context, builder, value).data
+
+    source, names, places = data(*values), data(*words), data(*target)
+    word = ir.IntType(64)
+    for k in range(LANES):
+        name = builder.load(builder.gep(names, [builder.add(begin, ir.Constant(word, k))]))
+        row = builder.lshr(builder.zext(name, word), bits)
+        value = builder.load(builder.gep(source, [row]))
+        builder.store(value, builder.gep(places, [builder.add(offset, ir.Constant(word, k))]), align=8)
+
+
 @intrinsic
 def _line_up(typingctx, values, words, begin, bits, target, offset):
     def codegen(context, builder, signature, args):
-        def data(kind, value):
-            return cgutils.create_struct_proxy(kind)(context, builder, value).data
-
-        source, names, places = data(values, args[0]), data(words, args[1]), data(target, args[4])
-        word = ir.IntType(64)
-        for k in range(LANES):
-            name = builder.load(builder.gep(names, [builder.add(args[2], ir.Constant(word, k))]))
-            row = builder.lshr(builder.zext(name, word), args[3])
-            value = builder.load(builder.gep(source, [row]))
-            builder.store(value, builder.gep(places, [builder.add(args[5], ir.Constant(word, k))]), align=8)
+        given = (values, args[0]), (words, args[1]), args[2], args[3], (target, args[4]), args[5]
+        store_lane(context, builder, *given)
         return context.get_dummy_value()
 
     return types.void(values, words, types.int64, types.int64, target, types.int64), codegen

@@ -1,16 +1,13 @@
-"""Choosing code by the type of a model: ``functools.singledispatch``, understood by Numba.
+"""The compiler of what the registry notes: Numba chooses an answer by a model's type while it infers types.
 
-A scene is a handful of small models (``NamedTuple``s). A basic function of the paper is written once per type
-of model and registered here; inside compiled code the choice is made while Numba infers types, so what a
-scene does not have leaves no branch and no byte behind. The same source runs as plain Python under
-``NUMBA_DISABLE_JIT=1``.
+The same source runs as plain Python under ``NUMBA_DISABLE_JIT=1``.
 """
 
 from __future__ import annotations
 
 import gc
 import hashlib
-from functools import lru_cache, singledispatch
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +15,7 @@ import numpy as np
 from numba import njit, types
 from numba.core import config
 
+from carom.compiling import registry
 from carom.compiling.inlining import InlinedCompiler, compile_once
 
 # Division must not test for zero, or no loop that divides can be vectorised.
@@ -39,23 +37,6 @@ INLINE: Any = {
 FAST: Any = {**INLINE, "fastmath": {"nsz"}}
 
 
-def inlined(**options):
-    """Make a function one that compiled code inlines; called from Python it stays as it is."""
-
-    def decorate(function):
-        """Register the function as the compiled code of itself."""
-        compile_once(function, lambda *args: function, options)
-        return function
-
-    return decorate
-
-
-inner = inlined(**INLINE)
-"""Inlined into compiled code."""
-fast = inlined(**FAST)
-"""Inlined, and its loops vectorised."""
-
-
 def _class_of(model):
     """Return the Python class that stands for a Numba type in the registry."""
     if isinstance(model, types.NoneType):
@@ -65,19 +46,21 @@ def _class_of(model):
     return getattr(model, "instance_class", None)
 
 
-def generic(function):
-    """Make ``function(model, ...)`` generic in the type of its first argument, compiled or not.
+def _compile(function, how: str) -> None:
+    """Register the compiled code of a function that :mod:`carom.compiling.registry` noted."""
 
-    Implementations are added with ``@function.register``; every one has the same parameters.
-    """
-    face = singledispatch(function)
+    def itself(*args):
+        return function
 
-    def choose(model, *args):
+    def answer(model, *args):
         cls = _class_of(model)
-        return face.dispatch(cls) if cls in face.registry else None
+        known = cls is not None if how == "optional" else cls in function.registry
+        return function.dispatch(cls) if known else None
 
-    compile_once(face, choose, INLINE)
-    return face
+    compile_once(function, itself if how in ("inner", "fast") else answer, FAST if how == "fast" else INLINE)
+
+
+registry.attach(_compile)
 
 
 @lru_cache(maxsize=1)

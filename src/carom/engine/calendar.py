@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.dispatch import inner
-from carom.engine.constants import NEVER
+from carom.compiling.registry import inner
 from carom.engine.images import index
 from carom.engine.neighbors.prefetch import HUGE, LARGE, look_ahead, prefetch
 from carom.engine.state import aligned
+from carom.models.interface import NEVER
 
 ENTRIES = 14
 """Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""

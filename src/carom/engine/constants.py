@@ -1,9 +1,4 @@
-"""The values that stand for 'nothing': one place, shared by every module of the kernel."""
-
-import numpy as np
-
-NEVER = np.inf
-"""Time of an event that is not scheduled (the paper's + infinity)."""
+"""The values that stand for 'nothing': one place, shared by every module of the engine."""
 
 LAMBDA = -1
 """Partner of an advancement: nobody (the paper's Lambda)."""

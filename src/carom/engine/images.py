@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.dispatch import generic
+from carom.compiling.registry import required
 
 
 class NearestImage(NamedTuple):
@@ -45,10 +45,9 @@ class SectorImage(NamedTuple):
     """Bits of a word that hold the neighbouring sector."""
 
 
-@generic
+@required
 def index(boundary, word):
     """Return the component that a word names."""
-    raise NotImplementedError(type(boundary))
 
 
 @index.register
@@ -61,10 +60,9 @@ def _(boundary: SectorImage, word):
     return np.int64(word) >> boundary.bits
 
 
-@generic
+@required
 def index_bits(boundary):
     """Return how many low bits of a word are not the component's index."""
-    raise NotImplementedError(type(boundary))
 
 
 @index_bits.register
@@ -77,10 +75,9 @@ def _(boundary: SectorImage):
     return boundary.bits
 
 
-@generic
+@required
 def lasting(boundary):
     """Tell whether a word stays right when its component, or the one that uses it, changes sector."""
-    raise NotImplementedError(type(boundary))
 
 
 @lasting.register
@@ -93,10 +90,9 @@ def _(boundary: SectorImage):
     return False
 
 
-@generic
+@required
 def mirror(boundary, i, word):
     """Return the word under which the component named by ``word`` sees component ``i``."""
-    raise NotImplementedError(type(boundary))
 
 
 @mirror.register
@@ -110,12 +106,11 @@ def _(boundary: SectorImage, i, word):
     return (i << boundary.bits) | (len(boundary.digits) - 1 - code)
 
 
-@generic
+@required
 def separation(boundary, i, word, axis, dx):
     """Return the coordinate of the image named by ``word`` relative to i, from the difference ``dx`` of
     their coordinates.
     """
-    raise NotImplementedError(type(boundary))
 
 
 @separation.register
@@ -133,14 +128,13 @@ def _(boundary: SectorImage, i, word, axis, dx):
     return dx + boundary.edges[axis] * (np.rint(sectors / boundary.shape[axis]) + turns)
 
 
-@generic
+@required
 def in_box(boundary, i, axis, x):
     """Return a coordinate of component i as one in the box in which it flies.
 
     At a face of the box rounding decides in which one a position lies; where the component may fly through
     all of a box before it is looked at again, that is the box of its sector.
     """
-    raise NotImplementedError(type(boundary))
 
 
 @in_box.register
@@ -153,10 +147,9 @@ def _(boundary: SectorImage, i, axis, x):
     return x - boundary.turn[i, axis] * boundary.edges[axis] if boundary.inverse[axis] > 0.0 else x
 
 
-@generic
+@required
 def count_images(images, i, axis, crossings):
     """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
-    raise NotImplementedError(type(images))
 
 
 @count_images.register

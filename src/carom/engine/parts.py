@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.compiling.lanes import make_lanes
 from carom.engine.calendar import Calendar, make_calendar
-from carom.engine.cycle import Model
 from carom.engine.images import NearestImage, SectorImage
-from carom.engine.meeting import FAR, FarSight
 from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
 from carom.engine.neighbors.choice import HAIR, Scheme
 from carom.engine.neighbors.grid import make_grid
@@ -19,15 +18,31 @@ from carom.engine.neighbors.lists import Lists, make_lists
 from carom.engine.neighbors.sectors import Sectors, make_sectors
 from carom.engine.obstacles import make_obstacles
 from carom.engine.requirements import Contents
+from carom.engine.search import FarSight
 from carom.engine.state import State, make_state
 from carom.engine.tallies import TALLY, BySpecies
-from carom.models.free_flight import FreeFlight
-from carom.models.hard_cores import PLACES, EqualCores, GrowingCores, Inelastic, SpeciesCores, UnequalCores
+from carom.models.contact import FAR
 
 SLACK = 1.0 - 2.0**-20
 """Flights end this fraction of the margin, or of the slack, early, so that rounding cannot hide a contact
 behind the end of a list, or two sectors away.
 """
+
+
+class Model(NamedTuple):
+    """What the basic functions are, by type, and their parameters, by value."""
+
+    pair: Any
+    lanes: Any
+    """Room for what the search reads of candidates, or None."""
+    motion: Any
+    boundary: Any
+    impact: Any
+    """What a contact of two components loses, or None where it is elastic."""
+    obstacles: Any
+    """Everything fixed that components can meet, or None."""
+    sight: Any
+    """Whether contacts are found from so far away that they are computed again from nearby, or None."""
 
 
 class Engine(NamedTuple):
@@ -43,34 +58,32 @@ class Engine(NamedTuple):
 
 def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     """Return the arrays of a run at time zero, nothing scheduled yet."""
-    n = contents.n
     number = np.float32 if contents.single else np.float64
     state = make_state(positions, velocities, scheme.epoch, contents.images, number)
-    pair = _cores(contents)
+    particles = contents.particles
+    pair = contents.interaction.model(particles)
     neighbors, boundary = build_neighbors(scheme, contents, pair)
-    inelastic = contents.restitution < 1.0
     by_species = None
     if contents.kinds is not None:
         count = int(contents.kinds.max()) + 1
         by_species = BySpecies(
-            _with_ghost(contents.kinds, np.int64),
+            particles.with_ghost(contents.kinds, np.int64),
             np.zeros((count, count), np.int64),
             np.zeros((count, count)),
         )
     return Engine(
         Model(
             pair,
-            FreeFlight(),
+            make_lanes(pair),
+            contents.motion.model(particles),
             boundary,
-            Inelastic(float(contents.restitution), float(contents.threshold), np.zeros(1, np.int64))
-            if inelastic
-            else None,
-            make_obstacles(contents.box, [not wraps for wraps in contents.periodic], contents.obstacles),
+            contents.impact.model(particles),
+            make_obstacles(contents.dimension, contents.walls, contents.obstacles),
             FarSight() if _farthest(scheme, contents) > FAR else None,
         ),
         state,
         neighbors,
-        make_calendar(n, scheme.width, scheme.heap),
+        make_calendar(contents.n, scheme.width, scheme.heap),
         np.zeros(1, TALLY).view(np.recarray),
         by_species,
     )
@@ -83,27 +96,6 @@ def _farthest(scheme: Scheme, contents: Contents) -> float:
     sides = [edge / cells for edge, cells in zip(contents.box, scheme.shape, strict=True)]
     spans = [side + slack for side, slack in zip(sides, slacks_of(scheme, contents), strict=True)]
     return 2.0 * math.hypot(*spans) / contents.smallest
-
-
-def _with_ghost(values, dtype=np.float64) -> np.ndarray:
-    """Return an array with one item more, which is like the first."""
-    return np.concatenate([values, values[:1]]).astype(dtype)
-
-
-def _cores(contents: Contents):
-    """Return the pair interaction."""
-    if contents.radii is None:
-        return EqualCores(float(contents.diameter) ** 2, 0.5 * float(contents.diameter), float(contents.mass))
-    masses = contents.masses if contents.masses is not None else np.full(contents.n, contents.mass)
-    radii, masses = _with_ghost(contents.radii), _with_ghost(masses)
-    if contents.rates is not None:
-        return GrowingCores(radii, _with_ghost(contents.rates), masses, np.zeros(PLACES), np.zeros(PLACES))
-    if contents.contact is not None:
-        kinds = _with_ghost(contents.kinds, np.int64)
-        squares = np.ascontiguousarray(contents.contact, np.float64).ravel() ** 2
-        lined = np.zeros(PLACES, np.int64)
-        return SpeciesCores(kinds, squares, len(contents.contact), radii, masses, lined)
-    return UnequalCores(radii, masses, np.zeros(PLACES))
 
 
 def build_neighbors(scheme: Scheme, contents: Contents, pair):
@@ -158,15 +150,16 @@ def _spare(scheme: Scheme, contents: Contents, slacks: list[float]) -> np.ndarra
     """Return how much more slack each component has than the largest, (n + 1,) [length], or None where all
     have the same: by as much as its radius is smaller.
     """
-    if contents.radii is None or contents.contact is not None or contents.rates is not None:
+    radii = contents.radii
+    if not contents.by_radii or radii is None or contents.contact is not None or contents.rates is not None:
         return None
     rooms = [
         0.25 * edge - edge / size - slack
         for edge, size, slack in zip(contents.box, scheme.shape, slacks, strict=True)
         if slack > 0.0
     ]
-    spare = np.minimum(0.5 * contents.diameter - contents.radii, min(rooms, default=0.0))
-    return _with_ghost(SLACK * spare, np.float32)
+    spare = np.minimum(0.5 * contents.diameter - radii, min(rooms, default=0.0))
+    return contents.particles.with_ghost(SLACK * spare, np.float32)
 
 
 def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
@@ -188,15 +181,15 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
         around = cells_around(levels, spans)
         starts = starts_of(bound, contents, scheme.capacity)
         longest, words = int(np.diff(starts).max()), int(starts[-1])
-        ghostly = _with_ghost(bound)
-        marks = _with_ghost(levels.levels, np.uint8)
+        ghostly = contents.particles.with_ghost(bound)
+        marks = contents.particles.with_ghost(levels.levels, np.uint8)
         largest = np.array(levels.reaches)
         if contents.rates is not None:
             bounds = GrowingBounds(
                 ghostly, pair.radii, pair.rates, starts, marks, len(shapes), largest, SLACK
             )
         else:
-            margins = _with_ghost(bound - sizes) * SLACK
+            margins = contents.particles.with_ghost(bound - sizes) * SLACK
             bounds = UnequalBounds(ghostly, margins, starts, marks, len(shapes), largest)
     return make_lists(n, spans, bounds, make_grid(shapes, around), scheme.cell_capacity, words, longest)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from carom.compiling.dispatch import entry
 from carom.engine.images import count_images
-from carom.models.free_flight import position, velocity
+from carom.models.interface import position, velocity
 
 
 def _project(digest):

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+
+from carom.models.interface import Impact, Interaction, Motion, Particles
+from carom.units import TimeUnit
 
 
 @dataclass(frozen=True)
@@ -28,14 +32,21 @@ class Contents:
         Of each component, where they differ or grow.
     kinds : (n,) int64 array, optional
         Species of each component, 0 to K - 1.
+    interaction, motion, impact : values
+        Which make the models of the scene (:mod:`carom.models.interface`).
+    walls : model or None
+        Walls of the box.
+    unit : TimeUnit
+        The engine's unit of time.
     contact : (K, K) float64 array, optional
         Distances of contact between species, where they are not the sums of the radii.
+    by_radii : bool
+        Whether no two act on each other from further apart than their radii, or ``contact``, say; else all
+        do so up to ``diameter``.
     rates : (n,) float64 array, optional
         Radius gained a time.
     obstacles : tuple of NamedTuples
         Kernel models of the obstacles.
-    restitution, threshold : float
-        Normal speed after over before a contact, and the speed below which a contact is elastic.
     images : bool
         Whether to count the boxes that each component crosses.
     single : bool
@@ -47,14 +58,18 @@ class Contents:
     periodic: tuple[bool, ...]
     diameter: float
     mass: float
+    interaction: Interaction
+    motion: Motion
+    impact: Impact
+    walls: Any = None
+    unit: TimeUnit = TimeUnit()  # noqa: RUF009 (a NamedTuple does not change)
     radii: np.ndarray | None = None
     masses: np.ndarray | None = None
     kinds: np.ndarray | None = None
     contact: np.ndarray | None = None
     rates: np.ndarray | None = None
+    by_radii: bool = True
     obstacles: tuple = field(default=())
-    restitution: float = 1.0
-    threshold: float = 0.0
     images: bool = True
     single: bool = False
 
@@ -62,6 +77,25 @@ class Contents:
     def dimension(self) -> int:
         """Number of dimensions."""
         return len(self.box)
+
+    @property
+    def threshold(self) -> float:
+        """Normal speed below which contacts are elastic; 0 where there is no such."""
+        return float(self.unit.to_kernel(getattr(self.impact, "elastic_below", None) or 0.0, -1))
+
+    @property
+    def particles(self) -> Particles:
+        """The components, for values that make models."""
+        radii, masses = self.radii, self.masses
+        return Particles(
+            self.box,
+            np.broadcast_to(0.5 * self.diameter, self.n) if radii is None else radii,
+            np.broadcast_to(self.mass, self.n) if masses is None else masses,
+            self.kinds,
+            self.rates,
+            radii is None,
+            self.unit,
+        )
 
     @property
     def packing_fraction(self) -> float:
@@ -74,6 +108,8 @@ class Contents:
     @property
     def reaches(self) -> np.ndarray | None:
         """Radii whose sums are no smaller than any distance of contact, (n,), or None where all are equal."""
+        if not self.by_radii:
+            return None
         if self.radii is None or self.contact is None or self.kinds is None:
             return self.radii
         sums = np.zeros_like(self.contact)

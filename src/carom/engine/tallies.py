@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.dispatch import generic
+from carom.compiling.registry import required
 
 TALLY = np.dtype(
     [
@@ -32,10 +32,9 @@ class BySpecies(NamedTuple):
     """(K, K) float64, likewise."""
 
 
-@generic
+@required
 def count_pair(by_species, i, j, virial):
     """Add a collision to its pair of species."""
-    raise NotImplementedError(type(by_species))
 
 
 @count_pair.register
@@ -80,10 +79,9 @@ def make_log(size: int) -> Log:
     )
 
 
-@generic
+@required
 def log_full(log):
     """Tell whether the next collision would find no room in the log."""
-    raise NotImplementedError(type(log))
 
 
 @log_full.register
@@ -96,10 +94,9 @@ def _(log: Log):
     return log.used[0] == len(log.time)
 
 
-@generic
+@required
 def record(log, clock, i, word, impulse):
     """Write a collision to the log."""
-    raise NotImplementedError(type(log))
 
 
 @record.register

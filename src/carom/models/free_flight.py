@@ -1,36 +1,34 @@
-"""How a component moves between its events: the paper's ``advance``."""
+"""Free flight: components move uniformly along straight lines between their events."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from carom.compiling.dispatch import generic
+from carom.models.interface import Particles, position, velocity
 
 
-class FreeFlight(NamedTuple):
+@dataclass(frozen=True)
+class FreeFlight:
+    """Uniform motion along straight lines."""
+
+    def model(self, particles: Particles) -> Inertial:
+        """Return what the engine compiles."""
+        return Inertial()
+
+
+class Inertial(NamedTuple):
     """Uniform motion along straight lines."""
 
     inertial: bool = True
     """Always true: the frame of reference is inertial (Numba has no empty tuples of its own class)."""
 
 
-@generic
-def position(motion, axis, x, v, t):
-    """Return the coordinate a time ``t`` later; ``t`` may be negative."""
-    raise NotImplementedError(type(motion))
-
-
 @position.register
-def _(motion: FreeFlight, axis, x, v, t):
+def _(motion: Inertial, axis, x, v, t):
     return x + v * t
 
 
-@generic
-def velocity(motion, axis, v, t):
-    """Return the velocity's coordinate a time ``t`` later."""
-    raise NotImplementedError(type(motion))
-
-
 @velocity.register
-def _(motion: FreeFlight, axis, v, t):
+def _(motion: Inertial, axis, v, t):
     return v

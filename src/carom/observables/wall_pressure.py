@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom import checks, theory
+from carom import checks
 from carom.block import Block
 from carom.errors import InputError
-from carom.models.obstacles import Ball, CylindricalContainer, SphericalContainer, walls
+from carom.models.planes import walls
 from carom.observables.statistics import Estimate, ratio
 
 if TYPE_CHECKING:
@@ -138,18 +138,10 @@ def obstacle_names(scene: Scene) -> tuple[str, ...]:
 
 def _area(scene: Scene, k: int) -> float:
     """Return the surface of wall or obstacle k."""
-    d = scene.dimension
     axes = [axis for axis, wraps in enumerate(scene.periodic) if not wraps]
     if k < 2 * len(axes):
         return scene.volume / scene.box[axes[k // 2]]
     obstacle = scene.obstacles[k - 2 * len(axes)]
-    if isinstance(obstacle, Ball | SphericalContainer):
-        return _sphere_area(d, obstacle.radius)
-    if isinstance(obstacle, CylindricalContainer):
-        return _sphere_area(d - 1, obstacle.radius) * scene.box[obstacle.axis]
+    if hasattr(obstacle, "area"):
+        return float(obstacle.area(scene.box))
     raise InputError(f"Nobody knows the area of {obstacle.name}; give WallPressure(area=...).")
-
-
-def _sphere_area(dimension: int, radius: float) -> float:
-    """Return the surface of a sphere: the derivative of its volume by the radius."""
-    return dimension * theory.ball_volume(dimension, 2.0 * radius) / radius

@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.models.obstacles import Ball, CylindricalContainer, Obstacle, Plane, SphericalContainer
+from carom.models import outlines
+from carom.models.interface import Obstacle
+from carom.models.outlines import Disk, HalfPlane
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,32 +97,27 @@ def draw_network_in_space(axes: Axes, network: PackingNetwork) -> None:
 
 
 def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Frame) -> None:
-    """2D: planes, fixed balls with their images, and containers; obstacles of one's own are left out."""
+    """2D: planes, fixed balls with their images, containers, and all others that have an outline."""
     from matplotlib.patches import Circle, Polygon
 
     reach = math.hypot(*frame.box) + float(frame.diameters.max())
-    for obstacle in obstacles:
-        if isinstance(obstacle, Plane):
-            length = math.hypot(*obstacle.normal)
-            normal, centre = np.array(obstacle.normal) / length, 0.5 * np.array(frame.box)
-            middle = centre - (normal @ centre - obstacle.offset / length) * normal
+    solid: dict[str, Any] = {"facecolor": SOLID, "edgecolor": BORDER, "zorder": 0.5}
+    shapes = [
+        obstacle.outline(frame.box, frame.periodic) for obstacle in obstacles if hasattr(obstacle, "outline")
+    ]
+    for shape in itertools.chain.from_iterable(shapes):
+        if isinstance(shape, HalfPlane):
+            normal = np.array(shape.normal)
             along, behind = 2 * reach * np.array([-normal[1], normal[0]]), 2 * reach * normal
-            corners = [middle - along, middle + along, middle + along - behind, middle - along - behind]
-            axes.add_patch(Polygon(corners, facecolor=SOLID, edgecolor=BORDER, zorder=0.5))
-        elif isinstance(obstacle, Ball):
-            turns = [(-1, 0, 1) if repeats else (0,) for repeats in frame.periodic]
-            for shift in itertools.product(*turns):
-                place = np.array(obstacle.center) + np.array(shift) * np.array(frame.box)
-                spot = (float(place[0]), float(place[1]))
-                axes.add_patch(Circle(spot, obstacle.radius, facecolor=SOLID, edgecolor=BORDER, zorder=0.5))
-        elif isinstance(obstacle, SphericalContainer):
-            x, y = obstacle.center
-            axes.add_patch(Circle((x, y), obstacle.radius, fill=False, edgecolor=BORDER, linewidth=2.0))
-        elif isinstance(obstacle, CylindricalContainer):
-            middle_line = obstacle.center[1 - obstacle.axis]
-            line = axes.axhline if obstacle.axis == 0 else axes.axvline
-            for side in (-1, 1):
-                line(middle_line + side * obstacle.radius, color=BORDER, linewidth=2.0)
+            ends = shape.point - along, shape.point + along
+            axes.add_patch(Polygon([*ends, ends[1] - behind, ends[0] - behind], **solid))
+        elif isinstance(shape, Disk):
+            axes.add_patch(Circle(shape.center, shape.radius, **solid))
+        elif isinstance(shape, outlines.Circle):
+            axes.add_patch(Circle(shape.center, shape.radius, fill=False, edgecolor=BORDER, linewidth=2.0))
+        else:
+            line = axes.axhline if shape.axis == 0 else axes.axvline
+            line(shape.offset, color=BORDER, linewidth=2.0)
 
 
 def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.ndarray | float = 0.0) -> None:

@@ -9,26 +9,15 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError, OverlapError
-from carom.models.obstacles import CylindricalContainer, SphericalContainer
 from carom.scene import box, overlaps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
 
 
-def elasticity(restitution: Any, elastic_below: Any) -> tuple[float, float | None]:
-    """Return both, checked: a threshold of zero where collisions are elastic anyway, None for the default."""
-    part = checks.number(restitution, "restitution", low=0, high=1, open_low=True)
-    if elastic_below is None:
-        return part, 0.0 if part == 1 else None
-    speed = checks.number(elastic_below, "elastic_below", low=0, high=checks.FASTEST)
-    if part == 1 and speed > 0:
-        raise InputError("elastic_below has no meaning where restitution is 1; remove it.")
-    if part < 1 and speed == 0:
-        raise InputError(
-            "elastic_below must be positive where restitution is below 1: else spheres collide infinitely "
-            "often in a finite time. Leave it out for 1e-3 of the thermal speed."
-        )
-    return part, speed
+def refuse_both(kind: str, value: Any, keyword: str, given: bool) -> None:
+    """Raise InputError where a value of one's own and the keyword that it takes the place of are given."""
+    if value is not None and given:
+        raise InputError(f"{kind} and {keyword} say the same thing in two ways: leave one of them out.")
 
 
 def speeds(velocities: Any, shape: tuple[int, ...]) -> np.ndarray:
@@ -47,17 +36,19 @@ def refuse_tight(room: Room, diameters: np.ndarray) -> None:
     """Raise InputError where a container leaves its largest component no room that coordinates can tell."""
     largest = float(diameters.max())
     for container in room.obstacles:
-        if not isinstance(container, SphericalContainer | CylindricalContainer):
+        inside = getattr(container, "inside", None)
+        if inside is None:
             continue
-        if 2.0 * container.radius - largest <= overlaps.tolerance(room.box, largest):
+        width = inside(tuple(room.box))
+        if width - largest <= overlaps.tolerance(room.box, largest):
             raise InputError(
                 f"The inside of {container.name} must be wider than the largest diameter ({largest:.6g}), by "
-                f"more than rounding: found a radius of {container.radius:.6g}. Enlarge it."
+                f"more than rounding: found a radius of {0.5 * width:.6g}. Enlarge it."
             )
 
 
-def refuse_overlap(places: np.ndarray, room: Room, contacts: Contacts) -> None:
-    """Raise OverlapError where two spheres overlap, or one an obstacle or a wall."""
+def refuse_overlap(places: np.ndarray, room: Room, contacts: Contacts, interaction: Any) -> None:
+    """Raise OverlapError where two spheres overlap, unless they may, or one an obstacle or a wall."""
     inside = overlaps.intruder(places, room, 0.5 * contacts.diameters)
     if inside is not None:
         i, obstacle, depth = inside
@@ -65,6 +56,8 @@ def refuse_overlap(places: np.ndarray, room: Room, contacts: Contacts) -> None:
             f"sphere {i} is inside an obstacle, {obstacle.name}, by {depth:.3g} (diameter "
             f"{contacts.diameters[i]:.6g}, center {', '.join(f'{x:.6g}' for x in places[i])}). Move it out."
         )
+    if getattr(interaction, "penetrable", False):
+        return
     overlap = overlaps.deepest(places, room, contacts)
     if overlap is None:
         return

@@ -10,8 +10,13 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.models import choice
 from carom.models import obstacles as _obstacles
+from carom.models.free_flight import FreeFlight
+from carom.models.hard_cores import HardCores
+from carom.models.interface import Impact, Interaction, Motion
 from carom.models.obstacles import Obstacle
+from carom.models.restitution import Restitution
 from carom.scene import box as _box
 from carom.scene import checking, conversion
 from carom.scene import crystals as lattices
@@ -59,6 +64,13 @@ class Scene:
         out, the simulation takes 1e-3 of the thermal speed sqrt(kT / m).
     species_names : sequence of str, optional
         Names of the species, for files and tables.
+    interaction : value, optional
+        How two components act on each other; hard cores of these diameters and ``contact`` if left out.
+    motion : value, optional
+        How components move between events; free flight if left out.
+    impact : value, optional
+        What a contact of two components loses; what ``restitution`` says if left out. For these three see
+        docs/models.
 
     Raises
     ------
@@ -88,6 +100,7 @@ class Scene:
     restitution : float
     elastic_below : float or None
         None where the simulation is to choose it; 0 where collisions are elastic.
+    interaction, motion, impact : values
 
     Examples
     --------
@@ -112,6 +125,9 @@ class Scene:
     obstacles: tuple[Obstacle, ...]
     restitution: float
     elastic_below: float | None
+    interaction: Interaction
+    motion: Motion
+    impact: Impact
 
     def __init__(
         self,
@@ -128,6 +144,9 @@ class Scene:
         restitution: float = 1.0,
         elastic_below: float | None = None,
         species_names: Sequence[str] = (),
+        interaction: Interaction | None = None,
+        motion: Motion | None = None,
+        impact: Impact | None = None,
     ) -> None:
         places = checks.array(positions, "positions", "(n, d)", ndim=2)
         n, dimension = places.shape
@@ -138,6 +157,13 @@ class Scene:
         diameters = _species.per_component(diameter, "diameter", n)
         masses = _species.per_component(mass, "mass", n)
         kinds = _species.labels(species, n)
+        if isinstance(interaction, HardCores):  # the same in other words
+            contact, interaction = interaction.contact, None
+        if isinstance(impact, Restitution):
+            restitution, elastic_below, impact = impact.restitution, impact.elastic_below, None
+        elasticity = Restitution(restitution, elastic_below)
+        checking.refuse_both("interaction", interaction, "contact", contact is not None)
+        checking.refuse_both("impact", impact, "restitution", elasticity.restitution < 1.0)
         matrix = _species.contact_matrix(contact, kinds, diameters)
         edges = _box.edges(box, dimension, float(diameters.max()), float(diameters.min()))
         repeats = _box.periodicity(periodic, dimension)
@@ -145,10 +171,9 @@ class Scene:
         room = Room(np.asarray(edges), np.asarray(repeats), standing)
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)
-        checking.refuse_overlap(places, room, Contacts(diameters, kinds, matrix))
+        checking.refuse_overlap(places, room, Contacts(diameters, kinds, matrix), interaction)
         places.setflags(write=False)
         one_diameter, one_mass = np.ptp(diameters) == 0, np.ptp(masses) == 0
-        elasticity = checking.elasticity(restitution, elastic_below)
         vars(self).update(
             positions=places,
             box=edges,
@@ -163,9 +188,15 @@ class Scene:
             contact=matrix,
             periodic=repeats,
             obstacles=standing,
-            restitution=elasticity[0],
-            elastic_below=elasticity[1],
+            restitution=elasticity.restitution,
+            elastic_below=elasticity.elastic_below,
+            interaction=choice.checked("interaction", interaction) or HardCores(matrix),
+            motion=choice.checked("motion", motion) or FreeFlight(),
+            impact=choice.checked("impact", impact) or elasticity,
         )
+        for value in (self.interaction, self.motion, self.impact):
+            if hasattr(value, "check"):
+                value.check(self)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"A Scene cannot be changed; make another: scene.with_({name}=...).")
@@ -199,6 +230,7 @@ class Scene:
             "restitution": self.restitution,
             "elastic_below": self.elastic_below,
             "species_names": self.species_names,
+            **{kind: None if self.usual(kind) else getattr(self, kind) for kind in choice.USUAL},
         }
         for name in changes:
             if name not in arguments:
@@ -218,6 +250,9 @@ class Scene:
             "elastic_below": self.elastic_below,
             "species_names": list(self.species_names),
         }
+        for kind in choice.USUAL:
+            if not self.usual(kind):  # files hold no code
+                attributes[kind] = {"class": type(getattr(self, kind)).__name__}
         for name, values in (("diameter", self.diameters), ("mass", self.masses)):
             if np.ptp(values) == 0:
                 attributes[name] = float(values[0])
@@ -235,6 +270,9 @@ class Scene:
         attributes: Mapping[str, Any],
         *,
         obstacles: Sequence[Obstacle] | None = None,
+        interaction: Interaction | None = None,
+        motion: Motion | None = None,
+        impact: Impact | None = None,
     ) -> Self:
         """Return the scene that :meth:`to_arrays` took apart, bit for bit.
 
@@ -244,6 +282,8 @@ class Scene:
             What it returned; other names among the arrays are left alone.
         obstacles : sequence of obstacles, optional
             Needed where some are of a class of one's own, which no file holds: all of them, in order.
+        interaction, motion, impact : values, optional
+            Needed where one is of a class of one's own.
 
         Raises
         ------
@@ -269,6 +309,9 @@ class Scene:
                 restitution=attributes["restitution"],
                 elastic_below=attributes["elastic_below"] if attributes["restitution"] < 1 else None,
                 species_names=tuple(attributes["species_names"]),
+                interaction=choice.recalled("interaction", attributes.get("interaction"), interaction),
+                motion=choice.recalled("motion", attributes.get("motion"), motion),
+                impact=choice.recalled("impact", attributes.get("impact"), impact),
             )
         except (KeyError, TypeError) as problem:
             raise InputError(f"These arrays and attributes are no scene: {problem}.") from None
@@ -306,7 +349,12 @@ class Scene:
     @property
     def simple(self) -> bool:
         """Whether all are equal and elastic, and alone in a periodic box: what theory knows most about."""
-        return self.equal and not self.walls and not self.obstacles and self.restitution == 1.0
+        usual = all(self.usual(kind) for kind in choice.USUAL)
+        return usual and self.equal and not self.walls and not self.obstacles and self.restitution == 1.0
+
+    def usual(self, kind: str) -> bool:
+        """Tell whether an interaction, motion or impact is what the other keywords say, not one's own."""
+        return type(getattr(self, kind)) is choice.USUAL[kind]
 
     @property
     def species_count(self) -> int:

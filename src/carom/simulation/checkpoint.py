@@ -10,6 +10,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import FileError
+from carom.models.restitution import Restitution
 from carom.scene.scene import Scene
 from carom.simulation.machine import Machine
 from carom.simulation.preparation import contents_of
@@ -58,6 +59,7 @@ def load(
     path: str | PathLike[str],
     event_log: str | PathLike[str] | None,
     obstacles: Sequence[Obstacle] | None,
+    **own: Any,
 ) -> tuple[Machine, dict[str, Any]]:
     """Return what runs, and the notes kept with it; see :meth:`carom.Simulation.load`."""
     import carom
@@ -79,13 +81,17 @@ def load(
             {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
             json.loads(str(attributes["scene"])),
             obstacles=obstacles,
+            **own,
         )
         unit = TimeUnit(int(attributes["time_unit"]))
         rates = arrays.get("contents.rates")
         contents = contents_of(
             scene, rates, 0.0, bool(attributes["images"]), bool(attributes["single"]), unit
         )
-        contents = dataclasses.replace(contents, threshold=float(attributes["threshold"]), rates=rates)
+        contents = dataclasses.replace(contents, rates=rates)
+        if isinstance(scene.impact, Restitution):
+            speed = unit.to_scene(float(attributes["threshold"]), -1)
+            contents = dataclasses.replace(contents, impact=scene.impact.below(speed))
         if rates is not None:
             radii = arrays["contents.radii"]
             contents = dataclasses.replace(contents, radii=radii, diameter=2.0 * float(radii.max()))

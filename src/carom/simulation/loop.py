@@ -171,7 +171,7 @@ def _lonely(machine: Machine) -> float:
     speed = math.sqrt(float(np.sum(masses[:, None] * v * v)) / (scene.mass * scene.n))
     if speed <= 8.0 * np.finfo(float).eps * fastest:
         return epoch
-    if machine.contents.restitution < 1.0:  # they cool until contacts are slower than this, hence elastic
+    if machine.contents.threshold > 0.0:  # they cool until contacts are slower than this, hence elastic
         speed = min(speed, machine.contents.threshold)
     rate = scheme.collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
     return PATIENCE / rate + epoch if rate > 0.0 else epoch

@@ -235,8 +235,7 @@ class Machine:
         if self.contents.rates is not None and rates is None:
             rates = before.to_scene(self.contents.rates, -1)
         self.unit = unit = unit_of(self.scene, velocities, rates)
-        threshold = before.to_scene(self.contents.threshold, -1)
-        self.contents = dataclasses.replace(self.contents, threshold=unit.to_kernel(threshold, -1))
+        self.contents = dataclasses.replace(self.contents, unit=unit)
         if rates is not None:
             radii = 0.5 * frame.diameters
             self.contents = dataclasses.replace(

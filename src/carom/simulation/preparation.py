@@ -9,15 +9,15 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models.obstacles import CylindricalContainer, Plane
+from carom.models import choice
+from carom.models.growing_cores import Growing
+from carom.models.restitution import Restitution
+from carom.models.walls import cushions
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
     from carom.engine.requirements import Contents
     from carom.scene.scene import Scene
-
-CAUTIOUS = 1e-3
-"""Normal speed, in thermal speeds, below which contacts are elastic in a scene with restitution below one."""
 
 LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
 """Temperatures must not be below the one, nor kinetic energies above the other: as doubles they have all
@@ -48,12 +48,11 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
         return (False,) * scene.dimension
 
     def glides(obstacle: Any, axis: int) -> bool:
-        if isinstance(obstacle, Plane):
-            return obstacle.normal[axis] == 0.0
-        return isinstance(obstacle, CylindricalContainer) and obstacle.axis == axis
+        return hasattr(obstacle, "glides") and obstacle.glides(axis)
 
+    moves = getattr(scene.motion, "conserves", lambda axis: True)
     return tuple(
-        wraps and all(glides(obstacle, axis) for obstacle in scene.obstacles)
+        wraps and moves(axis) and all(glides(obstacle, axis) for obstacle in scene.obstacles)
         for axis, wraps in enumerate(scene.periodic)
     )
 
@@ -207,24 +206,34 @@ def contents_of(
     """
     from carom.engine.requirements import Contents
 
-    equal = scene.equal and rates is None
-    threshold = scene.elastic_below
-    threshold = CAUTIOUS * speed if threshold is None else unit.to_kernel(threshold, -1)
-    largest = scene.diameter if scene.contact is None else float(scene.contact.max())
-    return Contents(
+    interaction = scene.interaction if rates is None else Growing()
+    by_radii = getattr(interaction, "by_radii", False)
+    equal = scene.equal and rates is None and by_radii
+    impact = scene.impact
+    if isinstance(impact, Restitution):
+        impact = impact.at(unit.to_scene(speed, -1))
+    contents = Contents(
         n=scene.n,
         box=scene.box,
         periodic=scene.periodic,
-        diameter=largest,
+        diameter=float(interaction.reach(scene)),
         mass=scene.mass,
+        interaction=interaction,
+        motion=scene.motion,
+        impact=impact,
+        walls=cushions(scene.box, scene.periodic),
+        unit=unit,
         radii=None if equal else 0.5 * scene.diameters,
         masses=None if equal else scene.masses,
         kinds=scene.species,
         contact=scene.contact,
+        by_radii=by_radii,
         rates=None if rates is None else unit.to_kernel(rates, -1),
         obstacles=tuple(obstacle.model() for obstacle in scene.obstacles),
-        restitution=scene.restitution,
-        threshold=threshold,
         images=images,
         single=single,
     )
+    for kind in choice.USUAL:
+        if not scene.usual(kind):
+            choice.answered(kind, getattr(contents, kind).model(contents.particles))
+    return contents

@@ -32,7 +32,7 @@ from carom.simulation.recorder import Recorder
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from carom.models.obstacles import Obstacle
+    from carom.models.interface import Impact, Interaction, Motion, Obstacle
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
 
@@ -356,6 +356,9 @@ class Simulation:
         *,
         event_log: str | PathLike[str] | None = None,
         obstacles: Sequence[Obstacle] | None = None,
+        interaction: Interaction | None = None,
+        motion: Motion | None = None,
+        impact: Impact | None = None,
     ) -> Simulation:
         """Return the simulation that a checkpoint holds.
 
@@ -367,6 +370,8 @@ class Simulation:
             Where the event log is now, if it was moved; what it holds beyond the checkpoint is dropped.
         obstacles : sequence of obstacles, optional
             All of the scene's, where some are of a class of one's own, which no file holds.
+        interaction, motion, impact : values, optional
+            The scene's, where one is of a class of one's own.
 
         Raises
         ------
@@ -375,7 +380,8 @@ class Simulation:
             one's own is not given.
         """
         sim = cls.__new__(cls)
-        sim._face(*checkpoint.load(path, event_log, obstacles))
+        own = {"interaction": interaction, "motion": motion, "impact": impact}
+        sim._face(*checkpoint.load(path, event_log, obstacles, **own))
         return sim
 
     def close(self) -> None:

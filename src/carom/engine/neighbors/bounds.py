@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.columns import line_up
-from carom.compiling.dispatch import generic
+from carom.compiling.registry import required
 
 
 class EqualBounds(NamedTuple):
@@ -64,10 +64,9 @@ class GrowingBounds(NamedTuple):
     """Part of the margin that is used."""
 
 
-@generic
+@required
 def touching(bounds, i, j):
     """Return the squared distance of reference points up to which i and j are listed."""
-    raise NotImplementedError(type(bounds))
 
 
 @touching.register
@@ -81,10 +80,9 @@ def _(bounds: UnequalBounds | GrowingBounds, i, j):
     return both * both
 
 
-@generic
+@required
 def line_up_bounds(bounds, found, k, sizes):
     """Put the bounds of eight of those found, from the k-th on, side by side into ``sizes``."""
-    raise NotImplementedError(type(bounds))
 
 
 @line_up_bounds.register
@@ -97,10 +95,9 @@ def _(bounds: UnequalBounds | GrowingBounds, found, k, sizes):
     line_up(bounds.bounds, found, k, np.int64(0), sizes, k)
 
 
-@generic
+@required
 def touching_found(bounds, i, k, sizes):
     """Return ``touching`` of i and the k-th of those whose ``sizes`` are side by side."""
-    raise NotImplementedError(type(bounds))
 
 
 @touching_found.register
@@ -114,10 +111,9 @@ def _(bounds: UnequalBounds | GrowingBounds, i, k, sizes):
     return both * both
 
 
-@generic
+@required
 def margin(bounds, i, now):
     """Return how far from its reference point component i may be, and how fast that shrinks."""
-    raise NotImplementedError(type(bounds))
 
 
 @margin.register
@@ -136,10 +132,9 @@ def _(bounds: GrowingBounds, i, now):
     return max(left, 0.0) * bounds.slack, bounds.rates[i]
 
 
-@generic
+@required
 def start(bounds, i):
     """Return where the list of component i begins; that of i + 1 begins where its room ends."""
-    raise NotImplementedError(type(bounds))
 
 
 @start.register
@@ -152,10 +147,9 @@ def _(bounds: UnequalBounds | GrowingBounds, i):
     return np.uint64(bounds.starts[i])
 
 
-@generic
+@required
 def level(bounds, i):
     """Return the level of component i."""
-    raise NotImplementedError(type(bounds))
 
 
 @level.register
@@ -168,10 +162,9 @@ def _(bounds: UnequalBounds | GrowingBounds, i):
     return np.uint64(bounds.levels[i])
 
 
-@generic
+@required
 def widest(bounds, i, level):
     """Return the largest of the distances of ``touching`` between i and those of a level, squared."""
-    raise NotImplementedError(type(bounds))
 
 
 @widest.register
@@ -185,10 +178,9 @@ def _(bounds: UnequalBounds | GrowingBounds, i, level):
     return both * both
 
 
-@generic
+@required
 def levels(bounds):
     """Return how many levels there are."""
-    raise NotImplementedError(type(bounds))
 
 
 @levels.register

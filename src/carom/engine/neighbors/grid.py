@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.dispatch import inner
+from carom.compiling.registry import inner
 
 
 class Grid(NamedTuple):

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from carom.compiling.dispatch import generic
+from carom.compiling.registry import required
 
 
-@generic
+@required
 def candidates(neighbors, boundary, i, half):
     """Return the words of all that component i can meet before one of them has a one-component event.
 
@@ -20,25 +20,22 @@ def candidates(neighbors, boundary, i, half):
     count : int
         How many they are.
     """
-    raise NotImplementedError(type(neighbors))
 
 
-@generic
+@required
 def transit_time(neighbors, motion, boundary, state, i, now):
     """Return the time at which component i leaves its sector (or the sphere of its list)."""
-    raise NotImplementedError(type(neighbors))
 
 
-@generic
+@required
 def change_home(neighbors, motion, boundary, state, i, now):
     """Put component i, whose velocity is new, into the sector that it will stay in longest.
 
     Everybody near it has to be searched anyway.
     """
-    raise NotImplementedError(type(neighbors))
 
 
-@generic
+@required
 def transit(neighbors, motion, boundary, state, i, now):
     """Carry component i over into its next sector (or renew its list).
 
@@ -49,16 +46,13 @@ def transit(neighbors, motion, boundary, state, i, now):
     words, begin, count
         Those that i can meet now and could not before, as ``candidates`` returns them.
     """
-    raise NotImplementedError(type(neighbors))
 
 
-@generic
+@required
 def wrapped(neighbors, i, axis, crossings):
     """Note that the coordinate of i was reduced by ``crossings`` boxes."""
-    raise NotImplementedError(type(neighbors))
 
 
-@generic
+@required
 def settle(neighbors, motion, boundary, state):
     """Build the scheme from the positions at the present time; False if an array is too small for it."""
-    raise NotImplementedError(type(neighbors))

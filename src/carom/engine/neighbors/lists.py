@@ -17,9 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.columns import LANES, line_up
-from carom.compiling.dispatch import inner
 from carom.compiling.registers import STEP, copy_words
-from carom.engine.constants import NEVER
+from carom.compiling.registry import inner
 from carom.engine.images import index
 from carom.engine.neighbors.bounds import (
     EqualBounds,
@@ -36,7 +35,7 @@ from carom.engine.neighbors.grid import Grid, between, bits, cell_of, cells_near
 from carom.engine.neighbors.interface import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.engine.neighbors.prefetch import HUGE, ask, ask_members, ask_own, leaves_first, prefetch, stages
 from carom.engine.state import aligned
-from carom.models.free_flight import position
+from carom.models.interface import NEVER, position
 
 
 class Lists(NamedTuple):

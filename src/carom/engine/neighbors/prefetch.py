@@ -18,7 +18,8 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic, overload
 
-from carom.compiling.dispatch import INLINE, generic, inner
+from carom.compiling.dispatch import INLINE
+from carom.compiling.registry import inner, required
 
 LARGE = 10_000
 """Components from which on it pays to ask for rows and lists: fewer fit into the second-level cache."""
@@ -64,21 +65,19 @@ def _prefetch_compiled(array, index):
     return body
 
 
-@generic
+@required
 def ask(neighbors, motion, boundary, state, i, step):
     """Ask for what the event of component i will touch, as far as the answers to the step before say.
 
     The steps are one function because they have code in common that the compiler then makes once.
     """
-    raise NotImplementedError(type(neighbors))
 
 
-@generic
+@required
 def stages(neighbors):
     """Return how many steps it takes to ask for everything that an event will touch: buckets ahead, and
     answers on the way.
     """
-    raise NotImplementedError(type(neighbors))
 
 
 @inner

@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.dispatch import generic, inner
 from carom.compiling.registers import STEP, copy_words, replace_words
-from carom.engine.constants import NEVER
+from carom.compiling.registry import inner, required
 from carom.engine.images import index, index_bits, mirror, separation
 from carom.engine.neighbors.interface import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.engine.neighbors.prefetch import ask, ask_members, ask_own, leaves_first, prefetch, stages
 from carom.engine.state import aligned
-from carom.models.free_flight import position
+from carom.models.interface import NEVER, position
 
 ASKED = 50_000
 """Components from which on it pays to ask for sectors ahead of time."""
@@ -123,10 +122,9 @@ def unwrapped(sectors, i, axis):
     return np.int64(sectors.place[i, axis]) + sectors.shape[axis] * np.int64(sectors.turn[i, axis])
 
 
-@generic
+@required
 def slack(spare, sectors, i, axis):
     """Return how far component i may be beyond the faces of its sector along an axis."""
-    raise NotImplementedError(type(spare))
 
 
 @slack.register

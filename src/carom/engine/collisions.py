@@ -1,0 +1,102 @@
+"""What an event does: advance, jump, settle, for both halves of a collision; and the next epoch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.registry import inner, required
+from carom.engine.constants import LAMBDA, OBSTACLE
+from carom.engine.images import count_images, index, separation
+from carom.engine.neighbors.interface import wrapped
+from carom.engine.obstacles import Obstacles, bounce
+from carom.engine.tallies import count_pair, record
+from carom.models.interface import NEVER, age, core_square, growth, jump, position, transfer, velocity
+
+
+@inner
+def advance(model, state, neighbors, i, now):
+    """Bring the old event of component i to the time now, its position into the box."""
+    row = state.rows[i]
+    t = now - row.t
+    row.t = now
+    for axis in range(len(model.boundary.edges)):
+        x = position(model.motion, axis, row.x[axis], row.v[axis], t)
+        crossings = np.floor(x * model.boundary.inverse[axis])
+        if crossings != 0.0:
+            x -= crossings * model.boundary.edges[axis]
+            count_images(state.images, i, axis, np.int64(crossings))
+            wrapped(neighbors, i, axis, crossings)
+        row.x[axis] = x
+        row.v[axis] = velocity(model.motion, axis, row.v[axis], t)
+
+
+@inner
+def collide(model, state, neighbors, tally, by_species, log, i, word, now):
+    """Process both halves of a collision: advance, jump, settle."""
+    rows = state.rows
+    j = np.uint64(index(model.boundary, word))
+    advance(model, state, neighbors, i, now)
+    advance(model, state, neighbors, j, now)
+    me = rows[i]
+    other = rows[j]
+    rr = 0.0
+    rv = 0.0
+    for axis in range(len(model.boundary.edges)):
+        r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+        rr += r * r
+        rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
+    a, b, virial = jump(model.pair, np.int64(i), np.int64(j), rr, rv, now)
+    # By surfaces that grow towards each other a contact is faster than by the centres.
+    rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
+    part = transfer(model.impact, rr, rv - np.sqrt(rr) * rate)
+    a *= part
+    b *= part
+    virial *= part
+    for axis in range(len(model.boundary.edges)):
+        r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+        me.v[axis] += a * r
+        other.v[axis] -= b * r
+    tally.collisions += 1
+    tally.virial += virial
+    tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
+    count_pair(by_species, np.int64(i), np.int64(j), virial)
+    record(log, state.clock[0], np.int64(i), word, virial / np.sqrt(rr))
+    rows[i].due = NEVER
+    rows[j].due = NEVER
+    state.partner[i] = LAMBDA
+    state.partner[j] = LAMBDA
+
+
+@required
+def rebound(obstacles, model, state, neighbors, log, i, partner, now):
+    """Process the collision of i with an obstacle; False if its event is an advancement."""
+
+
+@rebound.register
+def _(obstacles: None, model, state, neighbors, log, i, partner, now):
+    return False
+
+
+@rebound.register
+def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
+    if partner == LAMBDA:
+        return False
+    advance(model, state, neighbors, i, now)
+    momentum = bounce(model, state, i, OBSTACLE - partner, now)
+    record(log, state.clock[0], np.int64(i), partner, momentum)
+    return True
+
+
+@inner
+def new_epoch(model, state, neighbors):
+    """Begin the next epoch: every old event is brought to its beginning, every time reduced by its length."""
+    clock = state.clock[0]
+    length = clock.length
+    for i in range(np.uint64(len(state.partner))):
+        advance(model, state, neighbors, i, length)
+        state.rows[i].t = 0.0
+        state.rows[i].due -= length
+        state.leave[i] -= length
+    age(model.pair, length)
+    clock.epoch += 1
+    clock.now = 0.0

@@ -1,0 +1,167 @@
+"""Which event a component has next: pairs are made, parted and entered into the calendar (lines 14 to 23)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.registry import inner, required
+from carom.engine.calendar import insert, time_of
+from carom.engine.constants import LAMBDA, OBSTACLE
+from carom.engine.images import index, mirror
+from carom.engine.neighbors.interface import transit_time
+from carom.engine.obstacles import Obstacles, soonest
+from carom.engine.search import NOBODY_MET, meet, search
+from carom.models.interface import NEVER
+
+
+@inner
+def predict(model, state, neighbors, calendar, tally, i, now, met, word):
+    """Schedule the next event of component i (lines 14 to 23 of Figure 2).
+
+    ``word`` is what the search for i found. ``met`` is the word under which i has just collided, or none:
+    those two do not collide again at the same time (condition V), even where rounding has them overlap and
+    approach; in a small box they may, under another word.
+    """
+    rows = state.rows
+    held = np.int64(state.partner[i])
+    rows[i].due = NEVER
+    state.partner[i] = LAMBDA
+    due = NEVER
+    j = np.int64(-1)
+    clamped = False
+    searched = False
+    while word >= 0:
+        j = np.int64(index(model.boundary, word))
+        due, clamped = meet(model.sight, model, state, i, word, now)
+        again = word == met and due == now
+        if not again and (searched or due <= rows[np.uint64(j)].due):
+            break
+        # The two just met, or the search was made before the other half of a collision took this candidate.
+        searched = True
+        due = NEVER
+        word = search(model, state, neighbors, i, now, 0, met if again else NOBODY_MET)
+    blocked = head_for_obstacle(model.obstacles, model, state, i, now, due, True)
+    if due < NEVER and not blocked:
+        pair_up(model, state, calendar, i, word, due)
+        tally.clamped += np.int64(clamped)
+        tally.returns += np.int64(met >= 0 and j == np.int64(index(model.boundary, met)))
+    if held >= 0:
+        release(model, state, calendar, i, held)
+
+
+@required
+def head_for_obstacle(obstacles, model, state, i, now, due, every):
+    """Give i an event with the obstacle that it touches before the time ``due``; False if there is none."""
+
+
+@head_for_obstacle.register
+def _(obstacles: None, model, state, i, now, due, every):
+    return False
+
+
+@head_for_obstacle.register
+def _(obstacles: Obstacles, model, state, i, now, due, every):
+    t, number = soonest(obstacles, model, state, i, now, every)
+    if now + t >= due:
+        return False
+    state.rows[i].due = now + t
+    state.partner[i] = OBSTACLE - number
+    return True
+
+
+@inner
+def recheck_obstacles(model, state, calendar, i, now):
+    """Look for obstacles in the images of the box that have come into view with the last change of sector."""
+    held = np.int64(state.partner[i])
+    if head_for_obstacle(model.obstacles, model, state, i, now, state.rows[i].due, False):
+        enqueue(state, calendar, i)
+        if held >= 0:
+            release(model, state, calendar, i, held)
+
+
+@inner
+def release(model, state, calendar, i, held):
+    """Leave the partner that i was given before it chose for itself with an advancement, unless i chose the
+    same.
+    """
+    j = np.uint64(index(model.boundary, held))
+    back = np.int64(state.partner[j])
+    if back < 0 or np.uint64(index(model.boundary, back)) != i:
+        return
+    chosen = np.int64(state.partner[i])
+    if chosen < 0 or np.uint64(index(model.boundary, chosen)) != j:
+        state.partner[j] = LAMBDA
+        enqueue(state, calendar, j)
+
+
+@inner
+def pair_up(model, state, calendar, i, word, due):
+    """Give i and the component that ``word`` names their new event; a third party is left with an
+    advancement.
+    """
+    rows = state.rows
+    j = np.uint64(index(model.boundary, word))
+    third = np.int64(state.partner[j])
+    if third >= 0:
+        m = np.uint64(index(model.boundary, third))
+        if m != np.uint64(i):
+            state.partner[m] = LAMBDA
+            insert(calendar, m, np.float64(rows[j].due))
+    rows[i].due = due
+    rows[j].due = due
+    state.partner[i] = word
+    state.partner[j] = mirror(model.boundary, np.int64(i), word)
+
+
+@inner
+def enqueue(state, calendar, i):
+    """Enter component i into the calendar: at its new event, or where it leaves its sector before that.
+
+    The partner of i needs no entry. If it leaves its sector first, it is in the calendar with that; if i
+    does, i is noted again then.
+    """
+    insert(calendar, i, time_of(state, i))
+
+
+@inner
+def schedule_transit(model, state, neighbors, i, now):
+    """Find when component i leaves its sector (the paper's line 5)."""
+    state.leave[i] = transit_time(neighbors, model.motion, model.boundary, state, i, now)
+
+
+@inner
+def offer_newcomer(model, state, calendar, tally, i, now, word):
+    """Schedule i with a newcomer to its neighbourhood, if they meet before the event that i has."""
+    if word < 0:
+        return
+    rows = state.rows
+    j = np.int64(index(model.boundary, word))
+    due, clamped = meet(model.sight, model, state, i, word, now)
+    if due < rows[i].due and due <= rows[np.uint64(j)].due:
+        held = np.int64(state.partner[i])
+        pair_up(model, state, calendar, i, word, due)
+        tally.clamped += np.int64(clamped)
+        enqueue(state, calendar, i)
+        if held >= 0:
+            release(model, state, calendar, i, held)
+
+
+@inner
+def start_over(model, state, neighbors, calendar, tally, i, now):
+    """Schedule i anew where its change of sector made its partner's word void."""
+    rows = state.rows
+    held = np.int64(state.partner[i])
+    held_due = rows[i].due
+    j = np.uint64(0)
+    if held >= 0:
+        j = np.uint64(index(model.boundary, held))
+        rows[j].due = NEVER
+        state.partner[j] = LAMBDA
+        state.partner[i] = LAMBDA
+    found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
+    predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
+    if held >= 0 and state.partner[j] == LAMBDA and rows[j].due == NEVER:
+        rows[j].due = held_due
+    if held >= 0:
+        enqueue(state, calendar, j)
+    enqueue(state, calendar, i)

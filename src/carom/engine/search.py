@@ -1,0 +1,135 @@
+"""Whom a component meets next, and when: the minimum of the paper's line 4, over all candidates."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.columns import LANES, WIDTH, spread
+from carom.compiling.lanes import candidate, line_up_fields, lined
+from carom.compiling.registry import fast, inner, required
+from carom.engine.images import index, index_bits, separation
+from carom.engine.neighbors.interface import candidates
+from carom.models.contact import FAR
+from carom.models.interface import NEVER, contact_time, core_square, interaction_time, position, velocity
+
+NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
+"""Bits of the largest finite float: nobody found."""
+
+NOBODY_MET = np.int64(-1)
+"""No word: nothing is left out of a search."""
+
+
+@fast
+def nearest(model, state, i, now, words, begin, count, half, avoided):
+    """Return the word of the candidate that i meets first, ``avoided`` left out, or -1 (the paper's line 4).
+
+    The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of
+    the time's last five bits, and the smallest integer is the earliest candidate.
+    """
+    me = state.rows[i]
+    room = np.uint64(half)
+    block = state.block
+    dimension = len(model.boundary.edges)
+    bits = np.int64(index_bits(model.boundary))
+    best = NOBODY
+    chosen = np.int64(-1)
+    for start in range(0, count, WIDTH):
+        size = min(count - start, WIDTH)
+        full = (size + LANES - 1) & ~(LANES - 1)
+        for lane in range(0, full, LANES):
+            first = np.int64(begin) + start + lane
+            spread(state.rows, words, first, bits, block, half, np.int64(lane))
+            line_up_fields(model.pair, model.lanes, words, first, bits, half * WIDTH + np.int64(lane))
+        earliest = NOBODY
+        for k in range(np.uint64(full)):
+            word = words[begin + np.uint64(start) + k]
+            rr = 0.0
+            rv = 0.0
+            vv = 0.0
+            elapsed = now - block[room, dimension, k]
+            for axis in range(dimension):
+                x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
+                y = position(
+                    model.motion, axis, block[room, axis, k], block[room, dimension + 1 + axis, k], elapsed
+                )
+                r = separation(model.boundary, i, word, axis, y - x)
+                v = velocity(model.motion, axis, block[room, dimension + 1 + axis, k], elapsed) - velocity(
+                    model.motion, axis, me.v[axis], now - me.t
+                )
+                rr += r * r
+                rv += r * v
+                vv += v * v
+            j = candidate(index(model.boundary, word), room * np.uint64(WIDTH) + k)
+            t = interaction_time(lined(model.pair, model.lanes), i, j, rr, rv, vv, now)
+            free = (block[room, 2 * dimension + 1, k] >= now + t) & (np.int64(word) != avoided)
+            free &= np.int64(k) < size  # what follows the last candidate is somebody's word, but not i's
+            t = t if free else NEVER
+            key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | np.int64(k)
+            earliest = min(earliest, key)
+        if earliest < best:
+            best = earliest
+            chosen = np.int64(words[begin + np.uint64(start + (earliest & (WIDTH - 1)))])
+    return chosen
+
+
+@inner
+def search(model, state, neighbors, i, now, half, avoided):
+    """Search among all that i can meet, under any word but ``avoided``."""
+    words, begin, count = candidates(neighbors, model.boundary, i, half)
+    return nearest(model, state, i, now, words, begin, count, half, avoided)
+
+
+class FarSight(NamedTuple):
+    """Sectors so wide that contacts are found from far away."""
+
+    nearness: float = 1.0 / FAR**2
+    """Contact distance over distance, squared, below which one is far away."""
+
+
+@inner
+def relative(model, state, i, word, now):
+    """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
+    rows = state.rows
+    me = rows[i]
+    other = rows[np.uint64(index(model.boundary, word))]
+    rr = 0.0
+    rv = 0.0
+    vv = 0.0
+    for axis in range(len(model.boundary.edges)):
+        x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
+        r = separation(model.boundary, i, word, axis, y - x)
+        # As the search does, whatever the rows hold: in double precision.
+        v = np.float64(velocity(model.motion, axis, other.v[axis], now - other.t)) - np.float64(
+            velocity(model.motion, axis, me.v[axis], now - me.t)
+        )
+        rr += r * r
+        rv += r * v
+        vv += v * v
+    return rr, rv, vv
+
+
+@required
+def meet(sight, model, state, i, word, now):
+    """Return when i touches the candidate that a search found, and whether a negative time was clamped."""
+
+
+@meet.register
+def _(sight: None, model, state, i, word, now):
+    rr, rv, vv = relative(model, state, i, word, now)
+    t, clamped = contact_time(model.pair, np.int64(i), np.int64(index(model.boundary, word)), rr, rv, vv, now)
+    return now + t, clamped
+
+
+@meet.register
+def _(sight: FarSight, model, state, i, word, now):
+    due, clamped = meet(None, model, state, i, word, now)
+    rr, _, vv = relative(model, state, i, word, now)
+    nearness = core_square(model.pair, np.int64(i), np.int64(index(model.boundary, word)), now) / rr
+    if nearness < sight.nearness:
+        # Two diameters of flight before the contact.
+        near = max(due - 2.0 * np.sqrt(nearness * rr / vv), now)
+        due, _ = meet(None, model, state, i, word, near)
+    return due, clamped

@@ -1,0 +1,82 @@
+"""Interaction, motion and impact of a scene: what is given, checked, or what the usual keywords mean."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from carom import checks
+from carom.compiling import registry
+from carom.errors import InputError
+from carom.models import interface
+from carom.models.free_flight import FreeFlight
+from carom.models.hard_cores import HardCores
+from carom.models.restitution import Restitution
+
+USUAL: dict[str, type] = {"interaction": HardCores, "motion": FreeFlight, "impact": Restitution}
+"""The kinds that keywords and files describe."""
+
+REQUIRED: dict[str, tuple[Any, ...]] = {
+    "interaction": (interface.interaction_time, interface.jump),
+    "motion": (interface.position, interface.velocity),
+    "impact": (interface.transfer,),
+}
+"""The questions that the model of each kind must answer."""
+
+METHODS: dict[str, tuple[str, ...]] = {
+    "interaction": ("reach", "model"),
+    "motion": ("model",),
+    "impact": ("model",),
+}
+"""What the value of each kind must have."""
+
+
+def checked(kind: str, value: Any) -> Any:
+    """Return the value of an interaction, a motion or an impact, or None where none is given.
+
+    Raises
+    ------
+    InputError
+        If it lacks a method.
+    """
+    if value is None:
+        return None
+    wanted = f"{kind} must be a value with {' and '.join(METHODS[kind])}, such as {USUAL[kind].__name__}()"
+    if isinstance(value, type):
+        raise InputError(f"{wanted}; found the class {value.__name__}, not a value of it.")
+    for name in METHODS[kind]:
+        if not callable(getattr(value, name, None)):
+            raise InputError(f"{wanted}; found {checks.describe(value)}, which has no {name}.")
+    return value
+
+
+def answered(kind: str, model: Any) -> Any:
+    """Return a model, all of whose required questions are answered.
+
+    Raises
+    ------
+    InputError
+        If one is not.
+    """
+    for question in REQUIRED[kind]:
+        if not registry.answers(question, type(model)):
+            raise InputError(
+                f"The {kind} {type(model).__name__} does not answer {question.__name__}: register a function "
+                f"with @{question.__name__}.register (docs/models.md)."
+            )
+    return model
+
+
+def recalled(kind: str, kept: Any, given: Any) -> Any:
+    """Return the value for a scene from a file, or None for the usual one.
+
+    Raises
+    ------
+    InputError
+        If the file names a class of one's own, and none is given.
+    """
+    if kept is not None and given is None:
+        raise InputError(
+            f"The {kind} of this scene is of the class {kept.get('class')}, which no file holds; "
+            f"give {kind}=."
+        )
+    return given

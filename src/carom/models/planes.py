@@ -1,0 +1,118 @@
+"""Planes: flat walls in any orientation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.interface import NEVER, encounter, outward
+from carom.models.outlines import HalfPlane
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A flat wall in any orientation: centres stay where normal . x >= offset + radius.
+
+    Parameters
+    ----------
+    normal : d floats
+        Points to the allowed side; of any length. Zero along periodic axes.
+    offset : float
+        ``normal . x`` on the plane, in units of the normal's length.
+    name : str
+        What to call it.
+
+    Raises
+    ------
+    InputError
+        If the normal is zero or a number is none.
+    """
+
+    normal: tuple[float, ...]
+    offset: float
+    name: str = "plane"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", fields.vector(self.normal, "normal of a plane"))
+        object.__setattr__(self, "offset", checks.number(self.offset, "offset of a plane"))
+        fields.check_name(self)
+        if not any(self.normal):
+            raise InputError("The normal of a plane must not be zero: it points to the allowed side.")
+
+    def _unit(self) -> tuple[tuple[float, ...], float]:
+        """Return the normal of length 1, and the plane's distance from the origin along it."""
+        length = math.hypot(*self.normal)
+        return tuple(x / length for x in self.normal), self.offset / length
+
+    def gap(self, positions, radii, box, periodic):
+        """Return how far each component's surface is from the plane (n,) [length]."""
+        normal, distance = self._unit()
+        return positions @ np.array(normal) - distance - radii
+
+    def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
+        """Raise InputError if the normal has another dimension, or a component along a periodic axis."""
+        fields.check_dimensions(self.normal, box, f"normal of {self.name}")
+        for axis, (component, repeats) in enumerate(zip(self.normal, periodic, strict=True)):
+            if component and repeats:
+                raise InputError(
+                    f"The normal of {self.name} has a component along axis {axis}, which is periodic: the "
+                    "plane would end at the box. Set periodic to false for that axis."
+                )
+
+    def model(self) -> HalfSpace:
+        """Return what the engine compiles."""
+        return HalfSpace(*self._unit())
+
+    def glides(self, axis: int) -> bool:
+        """Tell whether it takes up no momentum along an axis."""
+        return self.normal[axis] == 0.0
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HalfPlane]:
+        """Return what to draw in two dimensions."""
+        normal, distance = self._unit()
+        centre = 0.5 * np.asarray(box)
+        point = centre - (np.dot(normal, centre) - distance) * np.asarray(normal)
+        return [HalfPlane((float(point[0]), float(point[1])), (normal[0], normal[1]))]
+
+
+def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
+    """Return the hard walls of the axes that are not periodic: at 0, then at the edge, axis after axis."""
+    result = []
+    for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
+        if not repeats:
+            inwards = tuple(float(k == axis) for k in range(len(box)))
+            outwards = tuple(-x for x in inwards)
+            result.append(Plane(inwards, 0.0, f"lower wall of axis {axis}"))
+            result.append(Plane(outwards, -edge, f"upper wall of axis {axis}"))
+    return tuple(result)
+
+
+class HalfSpace(NamedTuple):
+    """The half space ``normal . x >= offset`` is free."""
+
+    normal: tuple
+    """Unit vector into the free side."""
+    offset: float
+    """Distance from the origin along the normal [length]."""
+
+
+@encounter.register
+def _(obstacle: HalfSpace, x, v, radius, growth):
+    height = -obstacle.offset - radius
+    approach = growth
+    for axis in range(len(obstacle.normal)):
+        height += obstacle.normal[axis] * x[axis]
+        approach -= obstacle.normal[axis] * v[axis]
+    return max(height / approach, 0.0) if approach > 0.0 else NEVER
+
+
+@outward.register
+def _(obstacle: HalfSpace, x, axis):
+    return obstacle.normal[axis]
