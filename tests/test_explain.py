@@ -36,7 +36,7 @@ def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
     found = carom.explain(PLAIN, images=False)
     assert found.models == {
         "pair": "EqualCores",
-        "motion": "FreeFlight",
+        "motion": "Inertial",
         "boundary": "NearestImage",
         "neighbours": "Lists",
     }

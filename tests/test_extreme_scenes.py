@@ -12,7 +12,7 @@ from test_engine_scenes import plain_python
 
 import carom
 from carom.errors import InputError
-from carom.models.obstacles import Ball, CylindricalContainer, SphericalContainer
+from carom.obstacles import Ball, CylindricalContainer, SphericalContainer
 
 START = """
 import warnings

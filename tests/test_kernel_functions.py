@@ -13,14 +13,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import carom
-from carom.engine.constants import NEVER
 from carom.engine.parts import arrays
-from carom.models.free_flight import FreeFlight, position, velocity
-from carom.models.hard_cores import EqualCores, contact_time, depth, interaction_time, jump
+from carom.models.free_flight import Inertial
+from carom.models.hard_cores import EqualCores
+from carom.models.interface import (
+    NEVER,
+    contact_time,
+    core_square,
+    interaction_time,
+    jump,
+    position,
+    velocity,
+)
 
 SIGMA = 1.0
 CORES = EqualCores(SIGMA**2, 0.5 * SIGMA, 1.5)
-FLIGHT = FreeFlight()
+FLIGHT = Inertial()
 coordinate = st.floats(-8.0, 8.0, allow_subnormal=False).filter(lambda x: x == 0.0 or abs(x) > 1e-6)
 
 
@@ -55,7 +63,7 @@ def advanced(x, v, time):
 
 def meeting(x, v, order=(0, 1)):
     with np.errstate(all="ignore"):
-        return float(interaction_time(CORES, *order, 0, *map(np.float64, invariants(x, v, order)), 0.0))
+        return float(interaction_time(CORES, *order, *map(np.float64, invariants(x, v, order)), 0.0))
 
 
 def jumped(x, v, order=(0, 1)):
@@ -149,62 +157,47 @@ def test_an_overlap_by_rounding_meets_now_if_it_approaches_and_is_let_go_if_not(
     for rv, expected in ((-1.0, 0.0), (1.0, NEVER)):
         with np.errstate(all="ignore"):
             assert (
-                interaction_time(CORES, 0, 1, 0, np.float64(rr), np.float64(rv), np.float64(1.0), 0.0)
+                interaction_time(CORES, 0, 1, np.float64(rr), np.float64(rv), np.float64(1.0), 0.0)
                 == expected
             )
     t, clamped = contact_time(CORES, 0, 1, np.float64(rr), np.float64(-1.0), np.float64(1.0), 0.0)
     assert t == 0.0
     assert clamped == (rr < 1.0)
-    assert depth(CORES, 0, 1, rr, 0.0) >= 1.0
+    assert core_square(CORES, 0, 1, 0.0) / rr >= 1.0
 
 
 CLAY = """
 from typing import NamedTuple
 import carom
-from carom.engine import cycle
-from carom.models.hard_cores import (
-    EqualCores, age, contact_time, depth, growth, interaction_time, jump, line_up_cores
-)
+from carom.models.contact import first_contact
+from carom.models.interface import interaction_time, jump, mass
 
 class Clay(NamedTuple):
     square: float
-    mass: float
+    weight: float
     restitution: float
 
 @interaction_time.register
-def _(pair: Clay, i, j, place, rr, rv, vv, now):
-    return interaction_time(EqualCores(pair.square, 0.5, pair.mass), i, j, place, rr, rv, vv, now)
-
-@line_up_cores.register
-def _(pair: Clay, words, begin, bits, place):
-    return None
-
-@contact_time.register
 def _(pair: Clay, i, j, rr, rv, vv, now):
-    return contact_time(EqualCores(pair.square, 0.5, pair.mass), i, j, rr, rv, vv, now)
+    return first_contact(rr - pair.square, rv, vv)
 
 @jump.register
 def _(pair: Clay, i, j, rr, rv, now):
     factor = 0.5 * (1.0 + pair.restitution) * rv / rr
-    return factor, factor, -pair.mass * factor * rr
+    return factor, factor, -pair.weight * factor * rr
 
-@depth.register
-def _(pair: Clay, i, j, rr, now):
-    return pair.square / rr
-
-@age.register
-def _(pair: Clay, duration):
-    return None
-
-@growth.register
+@mass.register
 def _(pair: Clay, i):
-    return 0.0
+    return pair.weight
 
-scene = carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]])
+class Sticky:
+    def reach(self, scene):
+        return 1.0
+    def model(self, particles):
+        return Clay(1.0, 1.0, 0.5)
+
+scene = carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]], interaction=Sticky())
 sim = carom.Simulation(scene, neighbors="sectors")
-model = sim.machine.engine.model
-sim.machine.engine = sim.machine.engine._replace(model=model._replace(pair=Clay(1.0, 1.0, 0.5)))
-assert cycle.schedule(*sim.machine.engine)
 sim.run(collisions=3)
 print(sorted(sim.frame().velocities[:, 0].tolist()))
 """
@@ -232,7 +225,7 @@ def test_a_model_of_an_unknown_type_does_not_compile():
 
     sim = carom.Simulation(carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]]))
     engine = sim.machine.engine._replace(model=sim.machine.engine.model._replace(pair=Unknown(1.0)))
-    with pytest.raises((NumbaError, NotImplementedError)):
+    with pytest.raises((NumbaError, TypeError)):
         cycle.schedule(*engine)
 
 

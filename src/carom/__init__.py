@@ -17,6 +17,7 @@ _LAZY = {
     "Pressure": "carom.observables.pressure",
     "WallPressure": "carom.observables.wall_pressure",
     "explain": "carom.simulation.explanation",
+    "check": "carom.simulation.conditions",
     "rdf": "carom.observables.rdf",
     "CaromError": "carom.errors",
     "InputError": "carom.errors",

@@ -79,6 +79,11 @@ class Contents:
         return len(self.box)
 
     @property
+    def straight(self) -> bool:
+        """Whether components move along straight lines, uniformly, between two events."""
+        return bool(getattr(self.motion, "straight", True))
+
+    @property
     def threshold(self) -> float:
         """Normal speed below which contacts are elastic; 0 where there is no such."""
         return float(self.unit.to_kernel(getattr(self.impact, "elastic_below", None) or 0.0, -1))

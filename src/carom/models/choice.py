@@ -66,6 +66,11 @@ def answered(kind: str, model: Any) -> Any:
     return model
 
 
+def answers_any(kind: str, model: Any) -> bool:
+    """Tell whether a model answers one of the required questions of a kind."""
+    return any(registry.answers(question, type(model)) for question in REQUIRED[kind])
+
+
 def recalled(kind: str, kept: Any, given: Any) -> Any:
     """Return the value for a scene from a file, or None for the usual one.
 

@@ -81,8 +81,9 @@ class Interaction(Protocol):
 class Motion(Protocol):
     """A motion as users write it.
 
-    It may also have ``check(scene)``; and ``conserves(axis)``, whether it leaves the total momentum along an
-    axis as it is: taken for granted else.
+    It may also have ``check(scene)``; ``conserves(axis)``, whether it leaves the total momentum along an axis
+    as it is, which is taken for granted else; and ``straight = False``, where components do not move along
+    straight lines, uniformly, between two events.
     """
 
     def model(self, particles: Particles) -> Any:
@@ -200,7 +201,7 @@ def age(pair, duration):
     return
 
 
-# Of a motion. Two components must move along a straight line, uniformly, relative to each other.
+# Of a motion. Relative to each other, two components must move along a straight line, uniformly.
 
 
 @required
@@ -216,18 +217,9 @@ def velocity(motion, axis, v, t):
 
 
 @optional
-def straight(motion):
-    """Tell whether a component moves along a straight line, uniformly, between two events: yes.
-
-    A motion that does not answers ``crossing_time``.
-    """
-    return True
-
-
-@optional
-def crossing_time(motion, axis, x, v, end, way):
-    """Return the time until the coordinate passes ``end`` on the way up (``way`` is 1) or down (-1), not
-    negative, or NEVER.
+def exit_time(motion, axis, x, v, low, high):
+    """Return the time until a coordinate leaves the interval from ``low`` to ``high``, and whether it is at
+    the upper end.
 
     Parameters
     ----------
@@ -236,13 +228,25 @@ def crossing_time(motion, axis, x, v, end, way):
     axis : int
         The axis.
     x, v : float
-        Coordinate and velocity now; x is not beyond ``end``, but by rounding.
-    end : float
-        Where the sector ends.
-    way : int
-        1 or -1.
+        Coordinate and velocity now; x is in the interval, but for rounding.
+    low, high : float
+        The ends [length].
+
+    Returns
+    -------
+    t : float
+        Not negative; NEVER if it stays.
+    up : int
+        1 or 0.
+
+    Notes
+    -----
+    The default is that of straight, uniform motion: only the end ahead can be reached. A motion that bends
+    answers for both, and its value says ``straight = False``.
     """
-    return max((end - x) / v, 0.0) if v * way > 0.0 else NEVER
+    up = np.int64(v > 0.0)
+    end = high if up else low
+    return max((end - x) / v, 0.0) if v != 0.0 else NEVER, up
 
 
 # Of an impact.

@@ -3,6 +3,7 @@
 Nothing here shares code with the engine, so that it cannot share its faults: this is the oracle of the tests.
 """
 
+from carom.reference.any_model import Step, follow
 from carom.reference.billiard import Billiard, State
 from carom.reference.figures import Cycle, Figure1, Figure2, InvariantError, Scheduled
 from carom.reference.meeting import NoMeetingFound
@@ -19,5 +20,7 @@ __all__ = [
     "NoMeetingFound",
     "Scheduled",
     "State",
+    "Step",
     "collisions",
+    "follow",
 ]

@@ -128,6 +128,8 @@ class Machine:
     @property
     def speeds(self) -> np.ndarray:
         """Velocities in the kernel's unit, (n, d) float64: in single precision squares overflow."""
+        if not self.contents.straight:
+            return np.asarray(self.unit.to_kernel(self.frame().velocities, -1))
         return np.asarray(self.engine.state.rows["v"][: self.scene.n], np.float64)
 
     @property

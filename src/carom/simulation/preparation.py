@@ -233,6 +233,11 @@ def contents_of(
         images=images,
         single=single,
     )
+    if not contents.straight and (contents.walls is not None or contents.obstacles):
+        raise InputError(
+            f"Walls and obstacles are met in straight flight only, and {type(scene.motion).__name__} bends: "
+            "make all axes periodic and leave out obstacles."
+        )
     for kind in choice.USUAL:
         if not scene.usual(kind):
             choice.answered(kind, getattr(contents, kind).model(contents.particles))

@@ -5,6 +5,9 @@ the component and the wall or obstacle), the periodic image and the impulse. Bet
 component flies freely, so that this is enough. Rounding is the engine's: a position is advanced at the
 component's own collisions and at the beginning of every epoch, by the same operations in the same order, and
 nowhere else. The impulse is computed anew and must come out as logged.
+
+What happens at an event is asked of the models of the scene, in the unit of time of the engine; from
+Python, the same functions run uncompiled.
 """
 
 from __future__ import annotations
@@ -15,15 +18,29 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from os import PathLike
+from typing import Any
 
 import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import Events, read_events, read_initial
-from carom.models.obstacles import Ball, CylindricalContainer, Obstacle, Plane, SphericalContainer, walls
+from carom.models.interface import (
+    Obstacle,
+    anchor,
+    core_square,
+    jump,
+    mass,
+    outward,
+    position,
+    repeated,
+    transfer,
+    velocity,
+)
+from carom.models.planes import walls
+from carom.models.restitution import Restitution
 from carom.scene.scene import Scene
-from carom.scene.species import Contacts
+from carom.simulation.preparation import contents_of, unit_of
 
 CHUNK = 1 << 16
 """Events read at a time."""
@@ -36,12 +53,14 @@ class Replay:
     ----------
     path : path
         An event log that :class:`carom.Simulation` wrote.
+    obstacles, interaction, motion, impact : optional
+        Those of the scene that are of a class of one's own, which no file holds.
 
     Raises
     ------
     FileError
-        If the file is missing, truncated, foreign, lacks a part of the initial state, or has obstacles of a
-        class of one's own, which no file holds.
+        If the file is missing, truncated, foreign, lacks a part of the initial state, or needs what is of a
+        class of one's own and is not given.
 
     Examples
     --------
@@ -50,18 +69,28 @@ class Replay:
     >>> run.frame().velocities  # doctest: +SKIP
     """
 
-    def __init__(self, path: str | PathLike[str]):
+    def __init__(self, path: str | PathLike[str], **own: Any):
         self._path = path
         initial = read_initial(path)
         try:
+            scene = _scene(initial, own)
+            velocities = np.array(initial["velocities"], dtype=np.float64)
             self._x = np.array(initial["positions"], dtype=np.float64)
-            self._v = np.array(initial["velocities"], dtype=np.float64)
             self._box = np.array(initial["box"], dtype=np.float64)
             self._shape = np.array(initial["shape"], dtype=np.int64)
-            self._scene = _scene(initial)
-            self._threshold = float(initial["threshold"])
-            self._length = float(initial["epoch_length"])
+            self._unit = unit_of(scene, velocities, None)
+            self._v = self._unit.to_kernel(velocities, -1)
+            self._length = self._unit.to_kernel(float(initial["epoch_length"]), 1)
             self._bits = int(initial["bits"])
+            contents = contents_of(scene, None, 0.0, True, False, self._unit)
+            impact = contents.impact
+            if isinstance(impact, Restitution):
+                impact = impact.below(float(initial["threshold"]))
+            particles = contents.particles
+            self._pair = contents.interaction.model(particles)
+            self._motion = contents.motion.model(particles)
+            self._impact = impact.model(particles)
+            self._scene = scene
         except KeyError as missing:
             raise FileError(
                 f"{path} has no {missing} in its initial state; expected a log that a Simulation wrote."
@@ -70,7 +99,6 @@ class Replay:
             raise FileError(f"{path} cannot be replayed: {problem}") from None
         # Along axes with walls nothing is wrapped.
         self._inverse = np.where(self._scene.periodic, 1.0 / self._box, 0.0)
-        self._contacts = Contacts(self._scene.diameters, self._scene.species, self._scene.contact)
         self._fixed = (*walls(self._scene.box, self._scene.periodic), *self._scene.obstacles)
         n, dimension = self._x.shape
         self._t = np.zeros(n)
@@ -87,12 +115,20 @@ class Replay:
             events: Events = read_events(self._path, start, start + CHUNK)
             if not len(events.time):
                 return
+            events = events._replace(
+                time=self._unit.to_kernel(events.time, 1), impulse=self._unit.to_kernel(events.impulse, -1)
+            )
             yield from zip(*(column.tolist() for column in events), strict=True)
 
     @property
     def time(self) -> float:
         """Time since the start of the run [sigma sqrt(m / kT)], rounded to a double."""
-        return float(self._epoch * Fraction(self._length) + Fraction(self._offset))
+        return float(self._instant)
+
+    @property
+    def _instant(self) -> Fraction:
+        passed = self._epoch * Fraction(self._length) + Fraction(self._offset)
+        return self._unit.to_scene(passed, 1)
 
     @property
     def collisions(self) -> int:
@@ -143,7 +179,7 @@ class Replay:
             raise InputError(
                 f"time is {time!r}; expected a finite number, at least the present {self.time:g}."
             )
-        instant, length = Fraction(float(time)), Fraction(self._length)
+        instant, length = self._unit.to_kernel(Fraction(float(time)), 1), Fraction(self._length)
         epoch = int(instant // length)
         offset = float(instant - epoch * length)
         while self._next is not None and self._next[:2] <= (epoch, offset):
@@ -153,7 +189,7 @@ class Replay:
 
     def frame(self) -> Frame:
         """Return all components at the present time, equal to ``Simulation.frame()`` of the logged run."""
-        x = self._x + self._v * (self._offset - self._t)[:, None]
+        x, v = self._moved(np.arange(len(self._x)), self._offset)
         crossings = np.floor(x * self._inverse)
         x -= crossings * self._box
         above = x >= self._box
@@ -164,7 +200,7 @@ class Replay:
             time=self.time,
             step=self._done,
             positions=x,
-            velocities=self._v.copy(),
+            velocities=self._unit.to_scene(v, -1),
             box=tuple(self._box.tolist()),
             diameters=self._scene.diameters,
             masses=self._scene.masses,
@@ -183,8 +219,17 @@ class Replay:
             self._epoch += 1
             self._offset = 0.0
 
+    def _moved(self, who: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return places, not wrapped, and velocities at a time of this epoch."""
+        x, v, t = self._x[who], self._v[who], time - self._t[who]
+        places, speeds = np.empty_like(x), np.empty_like(v)
+        for axis in range(x.shape[1]):
+            places[:, axis] = position(self._motion, axis, x[:, axis], v[:, axis], t)
+            speeds[:, axis] = velocity(self._motion, axis, v[:, axis], t)
+        return places, speeds
+
     def _advance(self, who: np.ndarray, time: float) -> None:
-        x = self._x[who] + self._v[who] * (time - self._t[who])[:, None]
+        x, self._v[who] = self._moved(who, time)
         crossings = np.floor(x * self._inverse)
         # Where nothing is crossed this takes away zero, which changes no bit.
         self._x[who] = x - crossings * self._box
@@ -199,53 +244,27 @@ class Replay:
         for a, b in zip(r.tolist(), u.tolist(), strict=True):
             rr += a * a
             rv += a * b
-        scene = self._scene
-        if scene.equal:
-            ours = theirs = rv / rr
-            virial = -scene.mass * rv
-        else:
-            mine, other = float(scene.masses[i]), float(scene.masses[j])
-            total = mine + other
-            factor = 2.0 * rv / (rr * total)
-            ours, theirs = factor * other, factor * mine
-            virial = -2.0 * rv * (mine * other / total)
-        # In a unit of time in which the squares are doubles, whatever the speeds.
-        power = -math.frexp(self._threshold)[1]
-        least, approach = math.ldexp(self._threshold, power), math.ldexp(rv, power)
-        if scene.restitution < 1.0 and approach * approach >= least * least * rr:
-            part = 0.5 * (1.0 + scene.restitution)
-            ours, theirs, virial = ours * part, theirs * part, virial * part
-        self._compare(virial / math.sqrt(rr), impulse, f"{i} and {j}")
-        self._v[i] += ours * r
-        self._v[j] -= theirs * r
+        ours, theirs, virial = jump(self._pair, i, j, rr, rv, time)
+        part = transfer(self._impact, rr, rv)
+        self._compare(virial * part / math.sqrt(rr), impulse, f"{i} and {j}")
+        self._v[i] += ours * part * r
+        self._v[j] -= theirs * part * r
 
     def _bounce(self, time: float, i: int, obstacle: Obstacle, impulse: float) -> None:
         self._advance(np.array([i]), time)
+        model = obstacle.model()
         x = self._x[i] - np.floor(self._x[i] * self._inverse) * self._box
-        normal = self._outward(obstacle, x)
+        if repeated(model):  # the image that is touched is the nearest one
+            center = np.array([anchor(model, axis) for axis in range(len(x))])
+            x = x - np.rint((x - center) * self._inverse) * self._box
+        place = tuple(x.tolist())
+        normal = [outward(model, place, axis) for axis in range(len(x))]
         speed = 0.0
         for a, b in zip(normal, self._v[i].tolist(), strict=True):
             speed += a * b
         change = 2.0 * (0.0 - speed)
-        self._compare(float(self._scene.masses[i]) * change, impulse, f"{i} and {obstacle.name}")
+        self._compare(mass(self._pair, i) * change, impulse, f"{i} and {obstacle.name}")
         self._v[i] += change * np.array(normal)
-
-    def _outward(self, obstacle: Obstacle, x: np.ndarray) -> list[float]:
-        """Return the unit vector along which a component at x is thrown back."""
-        if isinstance(obstacle, Plane):
-            length = math.hypot(*obstacle.normal)
-            return [component / length for component in obstacle.normal]
-        assert isinstance(obstacle, Ball | SphericalContainer | CylindricalContainer)
-        center = np.array(obstacle.center)
-        if isinstance(obstacle, Ball):
-            x = x - np.rint((x - center) * self._inverse) * self._box
-        r = x - center if isinstance(obstacle, Ball) else center - x
-        if isinstance(obstacle, CylindricalContainer):
-            r[obstacle.axis] = 0.0
-        rr = 0.0
-        for component in r.tolist():
-            rr += component * component
-        return [component / math.sqrt(rr) for component in r.tolist()]
 
     def _compare(self, found: float, logged: float, who: str) -> None:
         """Raise FileError where the impulse of a collision is not the logged one."""
@@ -267,7 +286,7 @@ class Replay:
         if self._bits == 0:
             return dx - self._box * np.rint(dx * self._inverse)
         images = dx + self._box * self._digits * (self._inverse > 0.0)
-        contact = float(self._contacts.of(np.array([[i, j]]))[0])
+        contact = math.sqrt(core_square(self._pair, i, j, 0.0))
         misses = np.abs(np.sqrt((images * images).sum(axis=1)) - contact)
         # Positions are rounded in the last place of the box; images further apart than that are no tie.
         ties = np.flatnonzero(misses <= misses.min() + 2.0**-40 * float(self._box.max()))
@@ -277,17 +296,17 @@ class Replay:
         return images[ties[np.argmin(unlike)]]
 
 
-def _scene(initial: Mapping[str, np.ndarray]) -> Scene:
+def _scene(initial: Mapping[str, np.ndarray], own: Mapping[str, Any]) -> Scene:
     """Return the scene from the arrays of a log."""
     arrays = {
         "diameter": initial["diameters"],
         "mass": initial["masses"],
         **{name: initial[name] for name in ("positions", "species", "contact") if name in initial},
     }
-    return Scene.from_arrays(arrays, json.loads(bytes(initial["scene"]).decode()))
+    return Scene.from_arrays(arrays, json.loads(bytes(initial["scene"]).decode()), **own)
 
 
-def replay(path: str | PathLike[str], *, time: float) -> Frame:
+def replay(path: str | PathLike[str], *, time: float, **own: Any) -> Frame:
     """Return all components at one time of a logged run.
 
     Parameters
@@ -296,6 +315,8 @@ def replay(path: str | PathLike[str], *, time: float) -> Frame:
         An event log that :class:`carom.Simulation` wrote.
     time : float
         Time since the start of the run [sigma sqrt(m / kT)].
+    **own
+        As of :class:`Replay`.
 
     Raises
     ------
@@ -304,15 +325,15 @@ def replay(path: str | PathLike[str], *, time: float) -> Frame:
     InputError
         If the time is negative or not finite.
     """
-    return next(replays(path, [time]))
+    return next(replays(path, [time], **own))
 
 
-def replays(path: str | PathLike[str], times: Iterable[float]) -> Iterator[Frame]:
+def replays(path: str | PathLike[str], times: Iterable[float], **own: Any) -> Iterator[Frame]:
     """Yield all components at the given times of a logged run, which must not decrease.
 
     Parameters and errors are those of :func:`replay`.
     """
-    run = Replay(path)
+    run = Replay(path, **own)
     for time in times:
         run.advance_to(time)
         yield run.frame()

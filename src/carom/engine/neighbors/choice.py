@@ -199,10 +199,12 @@ def choose(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least {needed:g}, "
             f"the shortest is {contents.narrowest:g}; use neighbors='sectors', or a smaller shell."
         )
+    if neighbors == "lists" and not contents.straight:
+        raise ValueError("Neighbour lists are for straight flight; use neighbors='sectors' for this motion.")
     density = contents.n / math.prod(box)
     spacing = density ** (-1.0 / dimension)
     if neighbors == "auto":
-        fits = least < reach <= widest and not coarse
+        fits = least < reach <= widest and not coarse and contents.straight
         dense = packing_fraction > dilute(dimension) or (diameter / spacing) ** dimension > CROWDED
         neighbors = "lists" if fits and (dense or shell is not None) else "sectors"
     sizes = contents.reaches

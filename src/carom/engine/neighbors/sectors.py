@@ -14,7 +14,7 @@ from carom.engine.images import index, index_bits, mirror, separation
 from carom.engine.neighbors.interface import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.engine.neighbors.prefetch import ask, ask_members, ask_own, leaves_first, prefetch, stages
 from carom.engine.state import aligned
-from carom.models.interface import NEVER, position
+from carom.models.interface import NEVER, exit_time, position, velocity
 
 ASKED = 50_000
 """Components from which on it pays to ask for sectors ahead of time."""
@@ -198,10 +198,10 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     for axis in range(len(neighbors.sides)):
         v = np.float64(row.v[axis])
         x = position(motion, axis, row.x[axis], v, now - row.t)
-        up = np.int64(v > 0.0)
-        end = neighbors.sides[axis] * (unwrapped(neighbors, i, axis) + up)
-        end += (2 * up - 1) * slack(neighbors.spare, neighbors, i, axis)
-        t = max((end - x) / v, 0.0) if v != 0.0 else NEVER
+        v = velocity(motion, axis, v, now - row.t)
+        place, side = unwrapped(neighbors, i, axis), neighbors.sides[axis]
+        beyond = slack(neighbors.spare, neighbors, i, axis)
+        t, up = exit_time(motion, axis, x, v, side * place - beyond, side * (place + 1) + beyond)
         face = 2 * axis + up if t < best else face
         best = min(t, best)
     neighbors.face[i] = face

@@ -1,0 +1,89 @@
+"""The naive algorithm for a model of any kind: its functions are handed in, and called as plain Python.
+
+Slow and simple, in doubles: of all pairs under all near images the earliest interaction is found, everybody
+is advanced to it, two velocities jump, and the search starts over. It tries the engine, not the model.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Step(NamedTuple):
+    """The state just after an interaction.
+
+    Attributes
+    ----------
+    time : float
+        When [time].
+    i, j : int
+        Who.
+    positions, velocities : (n, d) arrays
+        Of all, positions not wrapped.
+    """
+
+    time: float
+    i: int
+    j: int
+    positions: np.ndarray
+    velocities: np.ndarray
+
+
+def follow(
+    positions: np.ndarray,
+    velocities: np.ndarray,
+    box: tuple[float, ...],
+    *,
+    interaction_time: Callable[..., Any],
+    jump: Callable[..., Any],
+    position: Callable[..., Any] = lambda axis, x, v, t: x + v * t,
+    velocity: Callable[..., Any] = lambda axis, v, t: v,
+    transfer: Callable[..., Any] = lambda rr, rv: 1.0,
+) -> Iterator[Step]:
+    """Yield one interaction after the other, in a periodic box.
+
+    Parameters
+    ----------
+    positions, velocities : (n, d) arrays
+        At the start [length], [length / time].
+    box : tuple of d floats
+        Edges [length].
+    interaction_time, jump, position, velocity, transfer : callables
+        The questions of :mod:`carom.models.interface`, without the model: ``interaction_time(i, j, rr, rv,
+        vv)``, ``jump(i, j, rr, rv)``, ``position(axis, x, v, t)``, ``velocity(axis, v, t)`` and
+        ``transfer(rr, rv)``.
+    """
+    x, v = np.array(positions, dtype=float), np.array(velocities, dtype=float)
+    n, d = x.shape
+    edges, now, met = np.array(box), 0.0, None
+    turns = [np.array(turn) * edges for turn in itertools.product((-1, 0, 1), repeat=d)]
+    while True:
+        best, who = np.inf, None
+        for i, j in itertools.combinations(range(n), 2):
+            nearest, u = -edges * np.rint((x[j] - x[i]) / edges), v[j] - v[i]
+            for turn in turns:
+                shift = nearest + turn
+                r = x[j] - x[i] + shift
+                t = interaction_time(i, j, float(r @ r), float(r @ u), float(u @ u))
+                # Rounding may have those two touch, and approach, that have just met (condition V).
+                again = t == 0.0 and met is not None and met[:2] == (i, j) and (met[2] == shift).all()
+                if t < best and not again:
+                    best, who = t, (i, j, shift)
+        if who is None:
+            return
+        i, j, shift = who
+        for k, axis in np.ndindex(n, d):
+            x[k, axis] = position(axis, x[k, axis], v[k, axis], best)
+            v[k, axis] = velocity(axis, v[k, axis], best)
+        now += best
+        r = x[j] - x[i] + shift
+        rr, rv = float(r @ r), float(r @ (v[j] - v[i]))
+        ours, theirs, _ = jump(i, j, rr, rv)
+        part = transfer(rr, rv)
+        v[i], v[j] = v[i] + part * ours * r, v[j] - part * theirs * r
+        met = who
+        yield Step(now, i, j, x.copy(), v.copy())
