@@ -35,8 +35,8 @@ def wish_of(neighbors: str, shell: float | None) -> Wish:
     InputError
         If there is no such scheme, or lists cannot have such a reach.
     """
-    if neighbors not in ("auto", "lists", "sectors"):
-        raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists' or 'sectors'.")
+    if neighbors not in ("auto", "lists", "sectors", "all"):
+        raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists', 'sectors' or 'all'.")
     if shell is not None:
         shell = checks.number(shell, "shell", low=1.0, open_low=True)
     return neighbors, shell

@@ -28,11 +28,22 @@ from carom.kernel.constants import (
     SPENT,
 )
 from carom.kernel.dispatch import entry, fast, generic, inner
+from carom.kernel.lists import Lists
 from carom.kernel.lookahead import leaves_first
 from carom.kernel.motion import position, velocity
-from carom.kernel.neighbors import candidates, change_home, settle, transit, transit_time, wrapped
+from carom.kernel.neighbors import (
+    candidates,
+    change_home,
+    first_met,
+    first_newcomer,
+    settle,
+    transit,
+    transit_time,
+    wrapped,
+)
 from carom.kernel.obstacle import Obstacles, bounce, soonest
 from carom.kernel.pair import age, depth, growth, interaction_time, jump, line_up_cores, transfer
+from carom.kernel.sectors import Sectors
 from carom.kernel.sight import meet
 from carom.kernel.spread import LANES, WIDTH, spread
 from carom.kernel.tally import count_pair, log_full, record
@@ -114,8 +125,20 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
 @inner
 def search(model, state, neighbors, i, now, half, avoided):
     """Search among all that i can meet, under any word but ``avoided``."""
+    return first_met(neighbors, model, state, i, now, half, avoided)
+
+
+@first_met.register(Sectors)
+@first_met.register(Lists)
+def _(neighbors, model, state, i, now, half, avoided):
     words, begin, count = candidates(neighbors, model.boundary, i, half)
     return nearest(model, state, i, now, words, begin, count, half, avoided)
+
+
+@first_newcomer.register(Sectors)
+@first_newcomer.register(Lists)
+def _(neighbors, model, state, i, now, words, begin, count):
+    return nearest(model, state, i, now, words, begin, count, 0, NOBODY_MET)
 
 
 @inner
@@ -456,7 +479,7 @@ def _run(digest):
                 watch(model, state, neighbors, i, now)  # first, so that it does not wait for the search
                 note(state, calendar, i)
                 if lasting(model.boundary):
-                    found = nearest(model, state, i, now, words, begin, count, 0, NOBODY_MET)
+                    found = first_newcomer(neighbors, model, state, i, now, words, begin, count)
                     welcome(model, state, calendar, tally, i, now, found)
                     look_on(model, state, calendar, i, now)
                 else:

@@ -12,6 +12,7 @@ from carom.kernel.bounds import EqualBounds, GrowingBounds, UnequalBounds
 from carom.kernel.calendar import Calendar, make_calendar
 from carom.kernel.contents import Contents
 from carom.kernel.cycle import Model
+from carom.kernel.everybody import Everybody, make_everybody
 from carom.kernel.grid import make_grid
 from carom.kernel.levels import bounds_of, cells_around, levels_of, shape_of, spans_of, starts_of
 from carom.kernel.lists import Lists, make_lists
@@ -20,7 +21,7 @@ from carom.kernel.obstacle import make_obstacles
 from carom.kernel.pair import PLACES, EqualCores, GrowingCores, Inelastic, SpeciesCores, UnequalCores
 from carom.kernel.scheme import HAIR, Scheme
 from carom.kernel.sectors import Sectors, make_sectors
-from carom.kernel.sight import FAR, FarSight
+from carom.kernel.sight import FAR, FarSight, NearSight
 from carom.kernel.state import State, make_state
 from carom.kernel.tally import TALLY, BySpecies
 
@@ -35,7 +36,7 @@ class Engine(NamedTuple):
 
     model: Model
     state: State
-    neighbors: Lists | Sectors
+    neighbors: Lists | Sectors | Everybody
     calendar: Calendar
     tallies: Any
     by_species: BySpecies | None
@@ -66,7 +67,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             if inelastic
             else None,
             make_obstacles(contents.box, [not wraps for wraps in contents.periodic], contents.obstacles),
-            FarSight() if _farthest(scheme, contents) > FAR else None,
+            _sight(scheme, contents, neighbors),
         ),
         state,
         neighbors,
@@ -74,6 +75,13 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
         np.zeros(1, TALLY).view(np.recarray),
         by_species,
     )
+
+
+def _sight(scheme: Scheme, contents: Contents, neighbors) -> FarSight | NearSight | None:
+    """Return how the time of a contact is computed."""
+    if scheme.kind == "all":
+        return NearSight(neighbors.near)
+    return FarSight() if _farthest(scheme, contents) > FAR else None
 
 
 def _farthest(scheme: Scheme, contents: Contents) -> float:
@@ -115,6 +123,8 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
     )
     if scheme.kind == "lists":
         return _build_lists(scheme, contents, pair), NearestImage(edges, inverse)
+    if scheme.kind == "all":
+        return make_everybody(contents.n, edges, contents.diameter, scheme.span), NearestImage(edges, inverse)
     slacks = slacks_of(scheme, contents)
     spare = _spare(scheme, contents, slacks)
     sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks, spare)

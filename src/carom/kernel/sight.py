@@ -26,6 +26,13 @@ class FarSight(NamedTuple):
     """Contact distance over distance, squared, below which one is far away."""
 
 
+class NearSight(NamedTuple):
+    """Contacts that are found along paths of several boxes."""
+
+    near: np.ndarray
+    """A time shortly before the contact found last for each component, (n,): everybody's own array."""
+
+
 @inner
 def relative(model, state, i, word, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
@@ -72,3 +79,8 @@ def _(sight: FarSight, model, state, i, word, now):
         near = max(due - 2.0 * np.sqrt(nearness * rr / vv), now)
         due, _ = meet(None, model, state, i, word, near)
     return due, clamped
+
+
+@meet.register
+def _(sight: NearSight, model, state, i, word, now):
+    return meet(None, model, state, i, word, sight.near[i])
