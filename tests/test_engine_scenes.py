@@ -16,7 +16,7 @@ from scene_cases import CASES, assert_no_overlap, compare, moving, placed
 from test_kernel_neighbors import check_invariants, check_lists, go
 
 import carom
-from carom.obstacles import Ball, Plane
+from carom.models.obstacles import Ball, Plane
 
 HERE = Path(__file__).parent
 

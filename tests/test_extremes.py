@@ -91,7 +91,7 @@ def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
 def test_balls_in_wide_boxes_are_met_as_sharply():
     edge = 2.0**19
     scene = carom.Scene.random(
-        10, 2, box=edge, seed=1, obstacles=[carom.obstacles.Ball((edge / 2,) * 2, 0.5)]
+        10, 2, box=edge, seed=1, obstacles=[carom.models.obstacles.Ball((edge / 2,) * 2, 0.5)]
     )
     towards = edge / 2 - scene.positions
     towards /= np.linalg.norm(towards, axis=1)[:, None]

@@ -8,8 +8,8 @@ import pytest
 import carom
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.observables import WallPressure
-from carom.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.scene.velocities import maxwell_velocities
 from carom.simulation import preparation as contents
 

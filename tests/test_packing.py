@@ -10,8 +10,8 @@ import pytest
 import carom
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.models.obstacles import Ball, SphericalContainer
 from carom.observables.packing import REACH, is_held, packing_network
-from carom.obstacles import Ball, SphericalContainer
 from carom.pictures import plots
 from carom.scene import lattices
 from carom.scene.scene import Scene

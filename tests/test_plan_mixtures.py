@@ -8,7 +8,7 @@ import pytest
 from carom import io
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.obstacles import Ball, Plane
+from carom.models.obstacles import Ball, Plane
 from carom.plan.plan import Plan, template
 from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene.scene import Scene

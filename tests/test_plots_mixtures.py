@@ -8,7 +8,7 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Polygon
 
 from carom.frame import Frame
-from carom.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.pictures import plots
 from carom.pictures.drawing import FACES
 

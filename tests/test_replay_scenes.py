@@ -11,7 +11,7 @@ from test_replay import assert_same_frame, round_up
 import carom
 from carom import Scene
 from carom.errors import FileError
-from carom.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.simulation.replay import Replay, replay, replays
 
 MIXTURE = {"diameters": [1.0, 0.4], "masses": [3.0, 0.7], "seed": 2}

@@ -12,7 +12,7 @@ import pytest
 
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
-from carom.obstacles import Ball, Plane
+from carom.models.obstacles import Ball, Plane
 from carom.scene import lattices, overlaps
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene

@@ -13,8 +13,8 @@ from scene_cases import moving
 
 import carom
 from carom import theory
+from carom.models.obstacles import Ball
 from carom.observables import blocking
-from carom.obstacles import Ball
 
 DATA = Path(__file__).parent / "data"
 FOUR_ERRORS = 4.0

@@ -74,7 +74,7 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
     hair[0] -= 1e-9
     shrunk = plain.positions * 0.98 + 0.01 * plain.box[0]
     species = np.arange(n) % 2
-    ball = carom.obstacles.Ball((0.0, 0.0, 0.0), 1e-3)
+    ball = carom.models.obstacles.Ball((0.0, 0.0, 0.0), 1e-3)
     return {
         "plain": (plain, {"images": False}),
         "images": (plain, {}),

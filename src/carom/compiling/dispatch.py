@@ -35,6 +35,7 @@ INLINE: Any = {
 # out the same to the bit, or ties and grazing contacts are decided in two ways. A run has the same bits then
 # on every machine that rounds as IEEE 754 says, too.
 FAST: Any = {**INLINE, "fastmath": {"nsz"}}
+APPROXIMATE: Any = {**INLINE, "fastmath": {"nsz", "contract"}}
 
 
 def _class_of(model):
@@ -57,7 +58,8 @@ def _compile(function, how: str) -> None:
         known = cls is not None if how == "optional" else cls in function.registry
         return function.dispatch(cls) if known else None
 
-    compile_once(function, itself if how in ("inner", "fast") else answer, FAST if how == "fast" else INLINE)
+    options = {"fast": FAST, "approximate": APPROXIMATE}.get(how, INLINE)
+    compile_once(function, answer if how in ("required", "optional") else itself, options)
 
 
 registry.attach(_compile)

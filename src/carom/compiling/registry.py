@@ -33,7 +33,7 @@ def attach(compile_: Compile) -> None:
     Parameters
     ----------
     compile_ : callable
-        Called with the function and how it is meant: "inner", "fast", "required" or "optional".
+        Called with the function and how it is meant: the name of the decorator.
     """
     for function, how in _noted:
         compile_(function, how)
@@ -48,6 +48,11 @@ def inner(function):
 def fast(function):
     """The same, and its loops are vectorised."""
     return _note(function, "fast")
+
+
+def approximate(function):
+    """The same, and rounded as is fastest: for what only tells who is to be looked at."""
+    return _note(function, "approximate")
 
 
 def required(function):

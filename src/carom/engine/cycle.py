@@ -33,9 +33,9 @@ from carom.engine.events import (
     start_over,
 )
 from carom.engine.images import index, lasting, mirror
-from carom.engine.neighbors.interface import change_home, settle, transit
+from carom.engine.neighbors.interface import change_home, first_newcomer, settle, transit
 from carom.engine.neighbors.prefetch import leaves_first
-from carom.engine.search import NOBODY_MET, nearest, search
+from carom.engine.search import NOBODY_MET, search
 from carom.engine.tallies import log_full
 from carom.models.interface import NEVER
 
@@ -136,7 +136,7 @@ def _run(digest):
                 )  # first, so that it does not wait for the search
                 enqueue(state, calendar, i)
                 if lasting(model.boundary):
-                    found = nearest(model, state, i, now, words, begin, count, 0, NOBODY_MET)
+                    found = first_newcomer(neighbors, model, state, i, now, words, begin, count)
                     offer_newcomer(model, state, calendar, tally, i, now, found)
                     recheck_obstacles(model, state, calendar, i, now)
                 else:

@@ -12,13 +12,14 @@ from carom.engine.calendar import Calendar, make_calendar
 from carom.engine.images import NearestImage, SectorImage
 from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
 from carom.engine.neighbors.choice import HAIR, Scheme
+from carom.engine.neighbors.everybody import Everybody, make_everybody
 from carom.engine.neighbors.grid import make_grid
 from carom.engine.neighbors.levels import bounds_of, cells_around, levels_of, shape_of, spans_of, starts_of
 from carom.engine.neighbors.lists import Lists, make_lists
 from carom.engine.neighbors.sectors import Sectors, make_sectors
 from carom.engine.obstacles import make_obstacles
 from carom.engine.requirements import Contents
-from carom.engine.search import FarSight
+from carom.engine.search import FarSight, NearSight
 from carom.engine.state import State, make_state
 from carom.engine.tallies import TALLY, BySpecies
 from carom.models.contact import FAR
@@ -50,7 +51,7 @@ class Engine(NamedTuple):
 
     model: Model
     state: State
-    neighbors: Lists | Sectors
+    neighbors: Lists | Sectors | Everybody
     calendar: Calendar
     tallies: Any
     by_species: BySpecies | None
@@ -79,7 +80,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             boundary,
             contents.impact.model(particles),
             make_obstacles(contents.dimension, contents.walls, contents.obstacles),
-            FarSight() if _farthest(scheme, contents) > FAR else None,
+            _sight(scheme, contents, neighbors),
         ),
         state,
         neighbors,
@@ -87,6 +88,13 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
         np.zeros(1, TALLY).view(np.recarray),
         by_species,
     )
+
+
+def _sight(scheme: Scheme, contents: Contents, neighbors) -> FarSight | NearSight | None:
+    """Return how the time of a contact is computed."""
+    if scheme.kind == "all":
+        return NearSight(neighbors.near)
+    return FarSight() if _farthest(scheme, contents) > FAR else None
 
 
 def _farthest(scheme: Scheme, contents: Contents) -> float:
@@ -107,6 +115,8 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
     )
     if scheme.kind == "lists":
         return _build_lists(scheme, contents, pair), NearestImage(edges, inverse)
+    if scheme.kind == "all":
+        return make_everybody(contents.n, edges, contents.diameter, scheme.span), NearestImage(edges, inverse)
     slacks = slacks_of(scheme, contents)
     spare = _spare(scheme, contents, slacks)
     sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks, spare)

@@ -79,6 +79,11 @@ class Contents:
         return len(self.box)
 
     @property
+    def elastic(self) -> bool:
+        """Whether no contact loses energy."""
+        return self.impact.model(self.particles) is None
+
+    @property
     def straight(self) -> bool:
         """Whether components move along straight lines, uniformly, between two events."""
         return bool(getattr(self.motion, "straight", True))

@@ -10,7 +10,9 @@ from carom.compiling.columns import LANES, WIDTH, spread
 from carom.compiling.lanes import candidate, line_up_fields, lined
 from carom.compiling.registry import fast, inner, required
 from carom.engine.images import index, index_bits, separation
-from carom.engine.neighbors.interface import candidates
+from carom.engine.neighbors.interface import candidates, first_met, first_newcomer
+from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.sectors import Sectors
 from carom.models.contact import FAR
 from carom.models.interface import NEVER, contact_time, core_square, interaction_time, position, velocity
 
@@ -77,8 +79,20 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
 @inner
 def search(model, state, neighbors, i, now, half, avoided):
     """Search among all that i can meet, under any word but ``avoided``."""
+    return first_met(neighbors, model, state, i, now, half, avoided)
+
+
+@first_met.register(Sectors)
+@first_met.register(Lists)
+def _(neighbors, model, state, i, now, half, avoided):
     words, begin, count = candidates(neighbors, model.boundary, i, half)
     return nearest(model, state, i, now, words, begin, count, half, avoided)
+
+
+@first_newcomer.register(Sectors)
+@first_newcomer.register(Lists)
+def _(neighbors, model, state, i, now, words, begin, count):
+    return nearest(model, state, i, now, words, begin, count, 0, NOBODY_MET)
 
 
 class FarSight(NamedTuple):
@@ -86,6 +100,13 @@ class FarSight(NamedTuple):
 
     nearness: float = 1.0 / FAR**2
     """Contact distance over distance, squared, below which one is far away."""
+
+
+class NearSight(NamedTuple):
+    """Contacts that are found along paths of several boxes."""
+
+    near: np.ndarray
+    """A time shortly before the contact found last for each component, (n,): everybody's own array."""
 
 
 @inner
@@ -133,3 +154,8 @@ def _(sight: FarSight, model, state, i, word, now):
         near = max(due - 2.0 * np.sqrt(nearness * rr / vv), now)
         due, _ = meet(None, model, state, i, word, near)
     return due, clamped
+
+
+@meet.register
+def _(sight: NearSight, model, state, i, word, now):
+    return meet(None, model, state, i, word, sight.near[i])

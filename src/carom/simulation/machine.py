@@ -35,8 +35,8 @@ def wish_of(neighbors: str, shell: float | None) -> Wish:
     InputError
         If there is no such scheme, or lists cannot have such a reach.
     """
-    if neighbors not in ("auto", "lists", "sectors"):
-        raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists' or 'sectors'.")
+    if neighbors not in ("auto", "lists", "sectors", "all"):
+        raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists', 'sectors' or 'all'.")
     if shell is not None:
         shell = checks.number(shell, "shell", low=1.0, open_low=True)
     return neighbors, shell
@@ -188,8 +188,8 @@ class Machine:
         """Make more room in sectors, cells and lists; everything has then to be scheduled anew."""
         from carom.engine import parts as engine
 
-        neighbors = self.engine.neighbors
-        full_cell = self.scheme.kind == "sectors" or neighbors.members.max() == self.scheme.cell_capacity
+        members = getattr(self.engine.neighbors, "members", np.zeros(1))
+        full_cell = self.scheme.kind == "sectors" or members.max() == self.scheme.cell_capacity
         self.scheme = self.scheme.with_larger_neighbors(full_cell)
         self.engine = engine.enlarge_neighbors(self.engine, self.scheme, self.contents)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from carom.engine.neighbors import thin
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.engine.neighbors.levels import levels_of, spans_of
 from carom.engine.requirements import Contents, ball_volume
@@ -23,7 +24,7 @@ class Scheme:
 
     Attributes
     ----------
-    kind : {"lists", "sectors"}
+    kind : {"lists", "sectors", "all"}
         The neighbour scheme.
     shape : tuple of int
         Cells along each edge.
@@ -52,6 +53,8 @@ class Scheme:
     heap: int
     horizon: float = math.inf
     """Time after which components that grow need another scheme."""
+    span: float = 0.0
+    """Time that a search among all covers; 0 for lists and sectors."""
     step: int = 8
     """By how much the room in lists grows at least when one is full, twice that the next time; 0 where all
     lists have the room of the longest, which then grows by a sixteenth.
@@ -157,7 +160,7 @@ def choose(
         The scene.
     speed : float
         Root mean square speed [length / time].
-    neighbors : {"auto", "lists", "sectors"}
+    neighbors : {"auto", "lists", "sectors", "all"}
         The scheme, if the user has a wish.
     shell : float, optional
         Reach of the lists in (largest) diameters.
@@ -203,10 +206,16 @@ def choose(
         raise ValueError("Neighbour lists are for straight flight; use neighbors='sectors' for this motion.")
     density = contents.n / math.prod(box)
     spacing = density ** (-1.0 / dimension)
+    wish = neighbors
+    if neighbors == "all" and (lack := thin.fits_everybody(contents)) is not None:
+        raise ValueError(f"neighbors='all' needs {lack}; use neighbors='auto'.")
     if neighbors == "auto":
         fits = least < reach <= widest and not coarse and contents.straight
         dense = packing_fraction > dilute(dimension) or (diameter / spacing) ** dimension > CROWDED
         neighbors = "lists" if fits and (dense or shell is not None) else "sectors"
+    typical = diameter if contents.radii is None else 2.0 * float(contents.radii.mean())
+    if rate is None:
+        rate = collision_rate(packing_fraction, dimension, typical, speed) if typical > 0.0 else 0.0
     sizes = contents.reaches
     margin = 0.5 * (reach - diameter)
     horizon = math.inf
@@ -220,7 +229,11 @@ def choose(
         side = max(diameter * (1.0 + HAIR), min(SECTOR * spacing, max(box), sight))
         if contents.rates is not None:
             side = max(side, 1.05 * diameter)
-    shape = tuple(max(int(edge / side), 1) for edge in box)
+        elif neighbors == "sectors" and packing_fraction < thin.THIN and rate > 0.0:
+            side = min(thin.best_side(contents, side, speed / rate), max(box), sight)
+        if wish == "auto" and thin.prefers_everybody(contents, side, speed, rate):
+            neighbors = "all"
+    shape = (1,) * dimension if neighbors == "all" else tuple(max(int(edge / side), 1) for edge in box)
     if neighbors == "sectors" and contents.rates is not None:
         narrow = min(edge / size for edge, size in zip(box, shape, strict=True))
         horizon = (1.0 - 2.0**-20) * (narrow - diameter) / (2.0 * float(contents.rates.max()))
@@ -236,9 +249,6 @@ def choose(
     # Rows of whole registers. Sectors keep their count there, too, and one that overflows has all built anew.
     count = int(neighbors == "sectors")
     most = members + (4.0 if count else 2.0) * math.sqrt(members) + count
-    typical = diameter if contents.radii is None else 2.0 * float(contents.radii.mean())
-    if rate is None:
-        rate = collision_rate(packing_fraction, dimension, typical, speed) if typical > 0.0 else 0.0
     epoch = 1.0
     if speed > 0.0:
         crossing = 4.0 * max(box) / speed
@@ -247,7 +257,7 @@ def choose(
     if speed > 0.0 and rate > 0.0:
         width = min(_power_of_two(4.0 / (contents.n * rate)), epoch)
     capacity = 0
-    if neighbors == "sectors":
+    if neighbors != "lists":
         reach = 0.0
     elif sizes is None:
         listed = density * ball_volume(dimension) * reach**dimension
@@ -266,6 +276,7 @@ def choose(
         heap=max(256, contents.n // 64),
         horizon=_short(horizon),
         step=0 if sizes is None else 8,
+        span=_short(thin.span_of(contents, speed, rate)) if neighbors == "all" else 0.0,
     )
 
 

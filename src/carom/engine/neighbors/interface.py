@@ -1,4 +1,4 @@
-"""Who can meet whom next: the interface of the two neighbour schemes (``sectors`` and ``lists``)."""
+"""Who can meet whom next: the interface of the neighbour schemes (``sectors``, ``lists``, ``everybody``)."""
 
 from __future__ import annotations
 
@@ -20,6 +20,16 @@ def candidates(neighbors, boundary, i, half):
     count : int
         How many they are.
     """
+
+
+@required
+def first_met(neighbors, model, state, i, now, half, avoided):
+    """Return the word of whom component i meets first of all it can meet, ``avoided`` left out, or -1."""
+
+
+@required
+def first_newcomer(neighbors, model, state, i, now, words, begin, count):
+    """Return the word of whom component i meets first of those that a transit brought into view, or -1."""
 
 
 @required

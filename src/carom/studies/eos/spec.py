@@ -139,7 +139,7 @@ class StudySpec:
             )
             put("collisions_per_particle", most)
         put("equilibration", checks.number(self.equilibration, "equilibration", low=0.0))
-        for name, known in (("initial", START), ("neighbors", ("auto", "lists", "sectors"))):
+        for name, known in (("initial", START), ("neighbors", ("auto", "lists", "sectors", "all"))):
             if getattr(self, name) not in known:
                 raise InputError(
                     f"{name} must be one of {', '.join(known)}; found {checks.describe(getattr(self, name))}."

@@ -1,0 +1,114 @@
+"""Thin systems: how wide sectors should be, and when looking at everybody costs less than any sectors.
+
+Between two collisions a component flies a mean free path, which in a thin system is many spacings long. Small
+sectors are crossed all the while; large ones bring many candidates into view at each crossing. The cheapest
+side follows from the costs of both, as they were measured (docs/decisions/024-thin-systems.md).
+"""
+
+from __future__ import annotations
+
+import math
+
+from carom.engine.neighbors.everybody import BLOCK, NARROWEST
+from carom.engine.requirements import Contents
+
+THIN = 0.049
+"""Packing fraction below which the rules of this module hold: above, the sides that were
+measured at 0.05 and beyond stay.
+"""
+
+CROSSING, CANDIDATE = 140.0, 3.5
+"""What a crossing costs besides its candidates, and each of these [ns]."""
+
+ANEW = 3.0
+"""How often a crossing costs as much where images are told apart by sectors: everybody is searched anew."""
+
+WIDER, STEPS = 2.0**0.25, 16
+"""Sides that are tried: each so many times as wide as the one before."""
+
+COLLISION, PAIR, PLANE = 1500.0, 1.2, 0.13
+"""What a collision costs where everybody is looked at, besides pairs; each pair of a search, and each plane
+that it passes, both for each dimension [ns].
+"""
+
+FLOWN = 64.0
+"""Boxes that a search among everybody covers, at most."""
+
+FASTER = 2.5
+"""Planes that the fastest of a block passes while the root mean square speed takes it through one box."""
+
+CHEAPER = 0.8
+"""Part of the cost of sectors that looking at everybody may have at most, to be taken by itself."""
+
+HIGH = 5
+"""Dimensions from which on sectors around one are so many that everybody may be looked at at any density."""
+
+
+def crossings(dimension: int) -> float:
+    """Return how many planes of a unit grid a flight of unit length crosses, averaged over directions."""
+    half = 0.5 * dimension
+    return dimension * math.gamma(half) / (math.sqrt(math.pi) * math.gamma(half + 0.5))
+
+
+def sector_cost(contents: Contents, side: float, path: float) -> float:
+    """Return about what a collision costs with sectors of a side [ns]; ``path`` is the mean free path."""
+    dimension = contents.dimension
+    shape = [max(int(edge / side), 1) for edge in contents.box]
+    members = contents.n / math.prod(shape)
+    new, around = 3.0 ** (dimension - 1) * members, 3.0**dimension * members
+    wide = all(size >= 4 or not wraps for size, wraps in zip(shape, contents.periodic, strict=True))
+    each = CROSSING + CANDIDATE * new if wide else CROSSING + ANEW * CANDIDATE * around
+    return 2.0 * path / side * crossings(dimension) * each + 2.0 * CANDIDATE * around
+
+
+def best_side(contents: Contents, least: float, path: float) -> float:
+    """Return the side of sectors, ``least`` or larger, at which a collision costs least."""
+    sides = [least * WIDER**k for k in range(STEPS)]
+    return min(sides, key=lambda side: sector_cost(contents, side, path))
+
+
+def fits_everybody(contents: Contents) -> str | None:
+    """Return why not everybody can be looked at, or None if that can be done."""
+    if not all(contents.periodic) or contents.obstacles:
+        return "a box that is periodic along all axes, without obstacles"
+    if contents.rates is not None:
+        return "diameters that do not grow"
+    if not contents.straight:
+        return "straight flight"
+    if contents.dimension == 1:
+        return "two dimensions or more"
+    if contents.narrowest < NARROWEST * contents.diameter:
+        return f"edges of at least {NARROWEST:g} times the largest diameter"
+    return None
+
+
+def span_of(contents: Contents, speed: float, rate: float) -> float:
+    """Return the time that a search among everybody covers: a mean free time, but so many boxes at most."""
+    crossing = FLOWN * contents.narrowest / speed if speed > 0.0 else math.inf
+    return min(1.0 / rate, crossing) if rate > 0.0 else crossing
+
+
+def everybody_cost(contents: Contents, speed: float, rate: float) -> float:
+    """Return about what a collision costs where everybody is looked at [ns]."""
+    span = span_of(contents, speed, rate)
+    searches = 1.2 + 2.2 / (rate * span)
+    planes = 1.0 + FASTER * speed * span / contents.narrowest
+    pairs = BLOCK * math.ceil(contents.n / BLOCK)
+    return COLLISION + searches * pairs * contents.dimension * (PAIR + PLANE * planes)
+
+
+def prefers_everybody(contents: Contents, side: float, speed: float, rate: float) -> bool:
+    """Tell whether looking at everybody is better than sectors of a side.
+
+    Speeds of contacts that lose energy fall, and the time that a search covers does not follow them; in
+    single precision coordinates in boxes are too coarse.
+    """
+    thin = contents.packing_fraction < THIN or (
+        contents.dimension >= HIGH and 3**contents.dimension > contents.n
+    )
+    if not thin or fits_everybody(contents) or contents.single or not contents.elastic:
+        return False
+    if contents.n == 1 or not (speed > 0.0 and rate > 0.0):
+        return False
+    costs = everybody_cost(contents, speed, rate), sector_cost(contents, side, speed / rate)
+    return costs[0] < CHEAPER * costs[1]

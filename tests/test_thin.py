@@ -1,0 +1,86 @@
+"""Thin systems: paths through many images of the box, beside the oracle, and what is chosen for them."""
+
+import numpy as np
+import pytest
+from engine_cases import assert_equal_to_oracle, moving
+from scene_cases import case, check, placed
+
+import carom
+from carom.engine.neighbors import choice as scheme
+from carom.engine.neighbors import thin
+from carom.simulation.preparation import contents_of
+
+
+@pytest.mark.parametrize(
+    ("dimension", "n", "size"),
+    [
+        (2, 9, {"packing_fraction": 0.01}),
+        (2, 70, {"packing_fraction": 0.02}),
+        (2, 7, {"box": (9.0, 47.0), "diameter": 1.0}),
+        (3, 8, {"packing_fraction": 1e-3}),
+        (3, 70, {"packing_fraction": 0.02}),
+    ],
+)
+def test_looking_at_everybody_finds_the_oracle_s_collisions(dimension, n, size, tmp_path):
+    scene = moving(carom.Scene.random(n, dimension, seed=n, **size), n + 100)
+    assert_equal_to_oracle(scene, 3 * n, tmp_path, at_least=n, neighbors="all")
+
+
+@pytest.mark.parametrize("box", [(8.0, 9.0), (4.3, 4.9)])
+def test_so_it_does_for_sizes_and_masses_of_their_own(box):
+    check(case(placed(6, box, 3)), "all")
+
+
+def test_so_it_does_for_a_contact_matrix():
+    contact = [[1.0, 0.65], [0.65, 0.6]]
+    scene = carom.Scene.mixture([4, 4], diameters=[1.0, 0.6], contact=contact, box=(8.0, 9.0), seed=30)
+    check(case(moving(scene, 5)), "all")
+
+
+def chosen(n, dimension, packing_fraction, **more):
+    scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1, **more)
+    return scheme.choose(contents_of(scene, None, 1.0, True, False), dimension**0.5)
+
+
+@pytest.mark.parametrize(("n", "dimension"), [(500, 3), (100, 2), (10, 3), (10, 2)])
+def test_where_flights_cross_the_box_everybody_is_looked_at(n, dimension):
+    assert chosen(n, dimension, 1e-6).kind == "all"
+
+
+def test_wider_sectors_where_flights_are_long():
+    for n, dimension in ((2000, 2), (4000, 3)):
+        found = chosen(n, dimension, 1e-4)
+        members = n / np.prod(found.shape)
+        assert found.kind == "sectors"
+        assert members > 1.5 * scheme.SECTOR**dimension
+
+
+@pytest.mark.parametrize(("dimension", "packing_fraction"), [(2, 0.05), (2, 0.3), (3, 0.05), (3, 0.2)])
+def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
+    n = 1000
+    found = chosen(n, dimension, packing_fraction)
+    scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1)
+    side = max(scheme.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
+    assert found.shape == tuple(int(edge / side) for edge in scene.box)
+
+
+def test_what_everybody_needs_is_said():
+    scene = carom.Scene.random(5, 2, packing_fraction=0.01, seed=1, periodic=False)
+    with pytest.raises(carom.InputError, match="needs a box that is periodic"):
+        carom.Simulation(scene, neighbors="all")
+    with pytest.raises(carom.InputError, match="3 times the largest diameter"):
+        carom.Simulation(carom.Scene.random(2, 2, packing_fraction=0.3, seed=1), neighbors="all")
+
+
+def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
+    scene = carom.Scene.random(6, 3, box=(1000.0,) * 3, diameter=1.0, seed=1)
+    sim = carom.Simulation(scene, seed=1)
+    block = sim.run(collisions=30)
+    assert block.collisions == 30
+    # A collision takes 3e4 boxes of flight: sectors were crossed a hundred thousand times for it.
+    assert sim.statistics.transits < 30 * 6 * 1000
+
+
+def test_what_is_thin_costs_what_the_mean_free_path_says():
+    assert thin.crossings(2) == pytest.approx(4 / np.pi)
+    assert thin.crossings(3) == pytest.approx(1.5)
