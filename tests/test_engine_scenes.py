@@ -4,36 +4,18 @@ Compiling takes seconds for every combination of models, so the comparisons run 
 the same bits, and compiled for a few combinations; for one of each kind with ``pytest -m slow``.
 """
 
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 import scene_cases
+from plain import HERE, plain_python
 from scene_cases import CASES, assert_no_overlap, compare, moving, placed
 from test_kernel_neighbors import check_invariants, check_lists, go
 
 import carom
 from carom.models.obstacles import Ball, Plane
-
-HERE = Path(__file__).parent
-
-
-def plain_python(*arguments):
-    """Run a script without compilation."""
-    done = subprocess.run(
-        [sys.executable, *arguments],
-        cwd=HERE,
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=600,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 # In three and four dimensions sectors have many neighbours, and plain Python is slow.

@@ -7,8 +7,8 @@ import re
 import time
 
 import pytest
+from plain import plain_python
 from scene_cases import assert_no_overlap
-from test_engine_scenes import plain_python
 
 import carom
 from carom.errors import InputError

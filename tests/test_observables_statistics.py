@@ -132,6 +132,17 @@ def test_a_ratio_is_that_of_the_sums_and_its_error_that_of_equal_blocks():
     assert abs(estimate.mean - 10.0) < SIX_SIGMA * estimate.error
 
 
+def test_the_error_of_a_ratio_holds_for_blocks_of_any_length():
+    # a = 3 b and noise that does not depend on b: the error of sum(a) / sum(b) is that of the noise over b's
+    # mean, to sqrt(3 / 2n) of 6 standard deviations.
+    rng = np.random.default_rng(7)
+    n = 4096
+    b, noise = rng.choice([1.0, 9.0], n), rng.normal(size=n)
+    found = ratio(3.0 * b + noise, b)
+    assert found.mean == pytest.approx(3.0 + noise.sum() / b.sum(), rel=1e-14)
+    assert found.error == pytest.approx(1.0 / (b.mean() * math.sqrt(n)), rel=6 * math.sqrt(1.5 / n))
+
+
 def test_a_ratio_refuses_blocks_of_no_length():
     with pytest.raises(InputError, match="zero length"):
         ratio([1.0, 2.0], [1.0, 0.0])

@@ -59,6 +59,31 @@ def test_surface_of_a_spherical_container(d, area):
     assert estimate(WallPressure(0), scene, blocks([1.0] * (2 * d + 1))[0]).area == 5.0 ** (d - 1)
 
 
+def test_areas_of_walls_belong_to_their_axes():
+    """The first axis is periodic, so that the second one has the first walls; no two faces are alike."""
+    scene = carom.Scene([[1.0, 2.0, 3.0]], (3.0, 5.0, 7.0), periodic=[True, False, False])
+    series, values = blocks([1.0, 2.0, 3.0, 4.0])
+    forces = values.mean(axis=0) / 2.0
+    for k, (name, area) in enumerate(
+        [
+            ("lower wall of axis 1", 3.0 * 7.0),
+            ("upper wall of axis 1", 3.0 * 7.0),
+            ("lower wall of axis 2", 3.0 * 5.0),
+            ("upper wall of axis 2", 3.0 * 5.0),
+        ]
+    ):
+        for which in (k, name):
+            found = estimate(WallPressure(which), scene, series)
+            assert (found.name, found.area) == (name, area)
+            assert found.pressure.mean == pytest.approx(forces[k] / area, rel=1e-12)
+    tube = carom.Scene(
+        [[2.0, 2.0, 2.0]], (4.0, 7.0, 4.0), periodic=[False, True, False],
+        obstacles=(CylindricalContainer(1, (2.0, 0.0, 2.0), 1.8),),
+    )  # fmt: skip
+    area = 2 * math.pi * 1.8 * 7.0
+    assert estimate(WallPressure("cylinder"), tube, blocks([1.0] * 5)[0]).area == pytest.approx(area)
+
+
 @pytest.mark.parametrize(
     ("request_", "message"),
     [

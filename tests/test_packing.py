@@ -15,6 +15,7 @@ from carom.observables.packing import REACH, is_held, packing_network
 from carom.pictures import plots
 from carom.scene import lattices
 from carom.scene.scene import Scene
+from carom.studies.packings.packing import HISTORY, Packing
 
 TOUCHING = 2.0**-40  # of a crystal that is expanded by this
 
@@ -200,6 +201,42 @@ def test_directions_hold_from_all_sides_or_not():
         assert is_held(simplex)
         assert not is_held(simplex[:-1])
         assert not is_held(np.pad(simplex, ((0, 0), (0, 1))))
+
+
+def compressed(frame: Frame, fractions, pressure) -> Packing:
+    """A packing whose last two stretches ended at these packing fractions, the second at this pressure."""
+    rows = [(100, fractions[0], 0.5 * pressure, 0.1), (200, fractions[1], pressure, 0.1)]
+    return Packing(frame, np.array(rows, dtype=HISTORY), "made up", 0, 0.0)
+
+
+@pytest.mark.parametrize("n", [2, 3, 7])
+@pytest.mark.parametrize("room", [1e-3, 1e-6])
+def test_a_few_rods_on_a_ring_jam_where_they_fill_it(n, room):
+    # Tonks on a ring: Z = 1 + (n - 1) / n eta / (1 - eta), exactly. The free-volume law lacks a term of order
+    # room / n of Z, so that its jamming fraction is 1 - room^2 / (n - 1): with n for n - 1 it would be off by
+    # room / n.
+    frame = frame_of(np.arange(n)[:, None] + 0.5, (n,), diameters=1 - room)
+    pressure = 1 + (n - 1) / n * (1 - room) / room
+    rods = compressed(frame, (1 - room, 1 - room), pressure)
+    eps = np.finfo(float).eps
+    assert rods.jamming_fraction == pytest.approx(1.0, abs=1.1 * room**2 / (n - 1) + 8 * eps)
+
+
+def test_the_free_volume_law_counts_the_backbone_alone():
+    frame = crystal(2, 6)
+    sizes = np.ones(frame.n)
+    sizes[14] = 0.9
+    jamming, middle = 0.9, 0.9 * (1 - 1e-6)
+    # Z = d (N_b - 1) / N / (1 - eta / eta_J), eta in the middle of the stretch, with 35 of 36 that hold.
+    pressure = 2 * 34 / 36 / 1e-6
+    packing = compressed(
+        frame_of(frame.positions, frame.box, sizes), (middle - 1e-9, middle + 1e-9), pressure
+    )
+    assert packing.jamming_fraction == pytest.approx(jamming, rel=1e-9)
+    # Too early to tell rattlers: all are taken for the backbone.
+    early = compressed(frame_of(frame.positions, frame.box, sizes), (0.8, 0.8), 100.0)
+    assert early.jamming_fraction == pytest.approx(0.8 / (1 - 2 * 35 / 36 / 100), rel=1e-12)
+    assert math.isnan(compressed(frame, (0.1, 0.1), 1.5).jamming_fraction)
 
 
 @pytest.mark.parametrize("gap", [0.0, -1.0, REACH])
