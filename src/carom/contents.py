@@ -210,7 +210,10 @@ def contents_of(
     equal = scene.equal and rates is None
     threshold = scene.elastic_below
     threshold = CAUTIOUS * speed if threshold is None else unit.to_kernel(threshold, -1)
-    largest = scene.diameter if scene.contact is None else float(scene.contact.max())
+    largest = scene.diameter
+    if scene.contact is not None and scene.species is not None:
+        occur = np.unique(scene.species)  # nobody touches an empty species, however large it would be
+        largest = float(scene.contact[np.ix_(occur, occur)].max())
     return Contents(
         n=scene.n,
         box=scene.box,
