@@ -10,7 +10,7 @@ import time
 import MDAnalysis
 import numpy as np
 import pytest
-from command import assert_same_run, carom, start, summary, wait_for, whole_run
+from command import assert_same_run, began, carom, start, summary, wait_for, whole_run
 
 import carom as library
 from carom import io, studies
@@ -31,20 +31,30 @@ def notes(folder):
     return json.loads(checkpoint.load(folder / "checkpoint.h5")[1]["extra"])
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_ctrl_c_stops_within_a_second_and_resume_ends_with_the_same_bits(reference, tmp_path, number):
-    scene, whole = reference
-    out = tmp_path / "run"
+def interrupted_while_measuring(scene, out, number):
+    """Send a run a signal after its first frame; return what it said and how long that took [s]."""
     process = start("run", scene, "--out", out)
     wait_for(
         lambda: (out / "trajectory.extxyz").exists() and (out / "trajectory.extxyz").stat().st_size, process
     )
     process.send_signal(number)
-    began = time.monotonic()
+    sent = time.monotonic()
     _, errors = process.communicate(timeout=60)
-    taken = time.monotonic() - began
     assert process.returncode == 130
+    return errors, time.monotonic() - sent
+
+
+@pytest.mark.timing
+def test_ctrl_c_stops_within_a_second(reference, tmp_path):
+    _, taken = interrupted_while_measuring(reference[0], tmp_path / "run", signal.SIGINT)
     assert taken < ONE_SECOND
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_stopped_by_a_signal_goes_on_and_ends_with_the_same_bits(reference, tmp_path, number):
+    scene, whole = reference
+    out = tmp_path / "run"
+    errors, _ = interrupted_while_measuring(scene, out, number)
     assert errors.strip() == f"Stopped; `carom resume {out}` goes on."
     frames = notes(out)["marks"]
     assert frames, "the run was stopped while it measured"
@@ -54,8 +64,10 @@ def test_ctrl_c_stops_within_a_second_and_resume_ends_with_the_same_bits(referen
     universe = MDAnalysis.Universe(str(out / "trajectory.h5md"), to_guess=())
     assert universe.atoms.n_atoms == 108
     universe.trajectory.close()
+    before = began(out)
     done = carom("resume", out)
     assert done.returncode == 0, done.stderr
+    assert began(out) == before, "the run did not go on, but started again"
     assert_same_run(whole, out)
 
 
@@ -68,7 +80,9 @@ def test_stopped_while_equilibrating_resumes_to_the_same_bits(reference, tmp_pat
     process.communicate()
     before = notes(out)
     assert before["equilibrated"] is None, "the kill came too late to test what it should"
+    beginning = began(out)
     assert carom("resume", out).returncode == 0
+    assert began(out) == beginning, "the run did not go on, but started again"
     assert_same_run(whole, out)
 
 
@@ -100,20 +114,23 @@ def stopped(reference, tmp_path):
     return out
 
 
-@pytest.mark.parametrize("lost", ["h5md", "extxyz"])
-def test_a_trajectory_that_a_kill_destroyed_is_made_anew_from_the_other(reference, stopped, lost):
-    path = stopped / f"trajectory.{lost}"
-    path.write_bytes(path.read_bytes()[:1000])
-    studies.resume(stopped)
-    assert_same_run(reference[1], stopped)
+@pytest.mark.parametrize("stage", ["Equilibrating", "Measuring", "Computing g(r)"])
+def test_ctrl_c_in_any_phase_costs_nothing(reference, tmp_path, stage):
+    scene, whole = reference
+    out, later = tmp_path / "run", []
 
+    def impatient(now, fraction):
+        if now == stage and fraction > 0.3:
+            os.kill(os.getpid(), signal.SIGINT)
 
-@pytest.mark.parametrize("lost", [["trajectory.h5md", "trajectory.extxyz"], ["events.h5"]])
-def test_files_that_cannot_be_made_anew_start_the_run_again(reference, stopped, lost):
-    for name in lost:
-        (stopped / name).write_bytes(b"gone")
-    studies.resume(stopped)
-    assert_same_run(reference[1], stopped)
+    with pytest.raises(studies.Interrupted, match=r"carom resume .* goes on"):
+        studies.run(Plan.load(scene), out, progress=impatient)
+    assert not (out / "summary.json").exists()
+    before = began(out)
+    studies.resume(out, progress=lambda now, fraction: later.append(now))
+    assert began(out) == before, "the run did not go on, but started again"
+    assert ("Equilibrating" in later) == (stage == "Equilibrating")
+    assert_same_run(whole, out)
 
 
 def test_a_moved_folder_resumes_where_it_is(reference, stopped):
@@ -141,8 +158,11 @@ def test_a_run_stopped_again_and_again_ends_with_the_same_bits(reference, tmp_pa
         except studies.Interrupted:
             stops += 1
         go = lambda progress: studies.resume(out, progress=progress)  # noqa: E731
+        if stops == 1:
+            beginning = began(out)
     studies.resume(out)
     assert stops >= 3, "too few stops to mean anything"
+    assert began(out) == beginning, "the run did not go on, but started again"
     assert_same_run(whole, out)
 
 

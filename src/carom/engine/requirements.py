@@ -122,11 +122,12 @@ class Contents:
             return None
         if self.radii is None or self.contact is None or self.kinds is None:
             return self.radii
-        sums = np.zeros_like(self.contact)
         core = np.zeros(len(self.contact))
         core[self.kinds] = self.radii
+        # An empty species has no radius, and nobody touches it.
+        occur = np.ix_(*[np.unique(self.kinds)] * 2)
         sums = core[:, None] + core[None, :]
-        return self.radii * max(1.0, float((self.contact / sums).max()))
+        return self.radii * max(1.0, float((self.contact[occur] / sums[occur]).max()))
 
     @property
     def paces(self) -> np.ndarray:

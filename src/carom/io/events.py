@@ -7,7 +7,8 @@ state in the group ``initial``. The layout is in ``docs/files.md``.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
@@ -15,6 +16,7 @@ import numpy as np
 
 import carom
 from carom.errors import FileError, InputError
+from carom.io import checksums
 from carom.io.hdf5 import Input, Output
 from carom.io.paths import existing, reading, uninterrupted, writable, writing
 
@@ -75,6 +77,35 @@ def _count(file: h5py.File) -> int:
     return min(len(file[name]) for name in _DTYPES)
 
 
+def _sum_of_initial(arrays: Mapping[str, np.ndarray]) -> int:
+    """Return the checksum of the initial state."""
+    return checksums.of_arrays(arrays[name] for name in sorted(arrays))
+
+
+def _verify(path: Path, count: int, sums: Mapping[str, int]) -> None:
+    """Raise FileError unless the first ``count`` events of a log are those with these checksums."""
+    try:
+        with reading(path, _KIND), Input(path) as file:
+            if (there := _count(file)) < count:
+                raise FileError(f"{path} is damaged: it holds {there} events, and {count} were written.")
+            for name, value in _sums_of(file, count):
+                if value != sums.get(name):
+                    raise FileError(f"{path} is damaged: its {name} is not what was written.")
+    except FileError as error:
+        raise FileError(
+            f"{str(error).rstrip('.')}; it was left as it is: restore it from a copy, or repeat the run."
+        ) from error
+
+
+def _sums_of(file: h5py.File, count: int) -> Iterator[tuple[str, int]]:
+    """Yield the checksums of the initial state and of the first ``count`` rows of each column."""
+    yield "initial", _sum_of_initial({name: data[()] for name, data in file["initial"].items()})
+    step = checksums.PIECE // 8
+    for name in _DTYPES:
+        pieces = (file[name][k : min(k + step, count)] for k in range(0, count, step))
+        yield name, checksums.of_arrays(pieces)
+
+
 class EventLog:
     """Writer of an event log.
 
@@ -87,12 +118,19 @@ class EventLog:
         that is there continues.
     keep : int, optional
         Of a log that continues: keep the first `keep` events and drop the later ones; by default keep all.
+    sums : mapping of str to int, optional
+        With `keep`: what :attr:`sums` was after so many events; compared before anything is dropped.
+
+    Attributes
+    ----------
+    sums : dict of str to int, or None
+        Checksum of each column, and of the initial state; None where a log continues without.
 
     Raises
     ------
     FileError
-        If the log to continue is missing, foreign or destroyed, or holds fewer than `keep` events, or the
-        file cannot be written.
+        If the log to continue is missing, foreign or destroyed, holds fewer than `keep` events or others than
+        were written, or the file cannot be written.
     InputError
         If the initial state holds anything but numbers, or `keep` goes with a new log.
     """
@@ -103,7 +141,9 @@ class EventLog:
         initial: Mapping[str, np.ndarray] | None = None,
         *,
         keep: int | None = None,
+        sums: Mapping[str, int] | None = None,
     ):
+        self.sums = None if sums is None else dict(sums)
         if keep is not None and (initial is not None or keep < 0):
             raise InputError(f"keep is {keep}; expected 0 or more events, of a log that continues.")
         self.path = writable(path)
@@ -132,9 +172,12 @@ class EventLog:
                 self._file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(_CHUNK,), dtype=dtype)
             self._output.flush()
         self._events = 0
+        self.sums = {**dict.fromkeys(_DTYPES, 0), "initial": _sum_of_initial(arrays)}
 
     def _reopen(self, keep: int | None) -> None:
         existing(self.path)
+        if self.sums is not None:
+            _verify(self.path, keep or 0, self.sums)
         with reading(self.path, _KIND):
             self._output = Output(self.path, "r+")
             self._file = self._output.file
@@ -193,6 +236,9 @@ class EventLog:
                 self._file[name].resize(end, axis=0)
                 self._file[name][self._events : end] = array
             self._output.flush()
+            if self.sums is not None:
+                for name, array in columns.items():
+                    self.sums[name] = checksums.of_arrays([array], self.sums[name])
         self._events = end
 
     def close(self) -> None:

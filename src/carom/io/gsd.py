@@ -89,6 +89,11 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
     )
 
 
+def as_held(frame: Frame) -> Frame:
+    """Return a frame rounded to what a file holds of it."""
+    return _to_frame(_to_gsd(frame))
+
+
 class GsdReader(Reader):
     """Reader of the GSD files that Carom writes."""
 

@@ -36,8 +36,11 @@ class HardCores:
     """No two act on each other from further apart than their radii, or ``contact``, say."""
 
     def reach(self, scene: Any) -> float:
-        """Return the largest distance of contact [length]."""
-        return float(scene.diameter if self.contact is None else self.contact.max())
+        """Return the largest distance of contact [length], of the species that occur."""
+        if self.contact is None or scene.species is None:
+            return float(scene.diameter)
+        occur = np.unique(scene.species)
+        return float(self.contact[np.ix_(occur, occur)].max())
 
     def model(self, particles: Particles) -> EqualCores | UnequalCores | SpeciesCores:
         """Return what the engine compiles: the smallest model that says it all."""

@@ -334,7 +334,7 @@ def _species(frame: Frame, pair: tuple[int | str, int | str]) -> tuple[int, int]
         raise InputError("pair is given, and the frames have no species; leave it out.")
     if not isinstance(pair, tuple | list) or len(pair) != 2:
         raise InputError(f"pair is {pair!r}; expected two species, such as (0, 1).")
-    count = int(frame.species.max()) + 1
+    count = max(int(frame.species.max()) + 1, len(frame.species_names))
     found = []
     for which in pair:
         k = frame.species_names.index(which) if which in frame.species_names else which

@@ -9,7 +9,7 @@ from fractions import Fraction
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from carom.errors import FileError
+from carom.errors import FileError, InputError
 from carom.models.restitution import Restitution
 from carom.scene.scene import Scene
 from carom.simulation.machine import Machine
@@ -50,6 +50,7 @@ def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> 
         "offset": clock.offset,
         "seconds": machine.seconds,
         "event_log": "" if machine.log is None else str(machine.log.path),
+        "logged": None if machine.log is None else machine.log.mark(),
         "extra": json.dumps(extra),
     }
     checkpoint.save(path, arrays, attributes)
@@ -104,11 +105,14 @@ def load(
         clock.epoch, clock.offset = int(attributes["epoch"]), float(attributes["offset"])
         machine.seconds = float(attributes["seconds"])
         notes = json.loads(str(attributes["extra"]))
+        logged = attributes["logged"]
     except (KeyError, TypeError, ValueError) as error:
         if isinstance(error, FileError):
             raise
         raise FileError(f"{path} is not a checkpoint of a simulation: {error}.") from None
-    log = event_log or str(attributes.get("event_log", ""))
-    if log:
-        machine.log = Recorder(log, machine, resumed=True)
+    if event_log is not None and logged is None:
+        raise InputError(f"{path} was written without an event log, so {event_log} cannot be its log.")
+    if logged is not None:
+        # Last, because it drops what the log holds beyond the checkpoint.
+        machine.log = Recorder(event_log or str(attributes["event_log"]), machine, logged)
     return machine, notes

@@ -171,12 +171,13 @@ def impulses(machine: Machine) -> tuple[float, ...]:
 
 def collisions_by_species(machine: Machine) -> np.ndarray:
     """Return the pair collisions of every pair of species, (K, K), symmetric."""
-    return _symmetric(_by_species(machine).collisions)
+    return _symmetric(_by_species(machine).collisions, machine.scene.species_count)
 
 
 def virial_by_species(machine: Machine) -> np.ndarray:
     """Return the virial of every pair of species, (K, K), symmetric [mass length^2 / time]."""
-    return _symmetric(machine.unit.to_scene(_by_species(machine).virial, -1))
+    virial = machine.unit.to_scene(_by_species(machine).virial, -1)
+    return _symmetric(virial, machine.scene.species_count)
 
 
 def _by_species(machine: Machine):
@@ -185,5 +186,8 @@ def _by_species(machine: Machine):
     return machine.engine.by_species
 
 
-def _symmetric(sums: np.ndarray) -> np.ndarray:
-    return sums + np.triu(sums, 1).T
+def _symmetric(sums: np.ndarray, count: int) -> np.ndarray:
+    """Return sums of every pair of ``count`` species; the kernel knows none after the last that occurs."""
+    whole = np.zeros((count, count), sums.dtype)
+    whole[: len(sums), : len(sums)] = sums + np.triu(sums, 1).T
+    return whole

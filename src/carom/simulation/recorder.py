@@ -24,13 +24,14 @@ class Recorder:
         The file.
     machine : Machine
         What runs.
-    resumed : bool
-        Whether to go on with the file: what it holds beyond the present is dropped.
+    mark : dict, optional
+        What :meth:`mark` returned at the present of the machine: go on with the file, and drop what it holds
+        beyond. Without, a new log begins.
 
     Raises
     ------
     FileError
-        As :class:`carom.io.events.EventLog` does.
+        As :class:`carom.io.events.EventLog` does; the file is then unchanged.
 
     Attributes
     ----------
@@ -38,17 +39,24 @@ class Recorder:
         What the kernel writes into.
     """
 
-    def __init__(self, path: str | PathLike[str], machine: Machine, *, resumed: bool = False):
+    def __init__(self, path: str | PathLike[str], machine: Machine, mark: dict[str, Any] | None = None):
         from carom.engine.tallies import make_log
         from carom.io.events import EventLog
 
-        self._file = EventLog(path, keep=_logged(machine)) if resumed else EventLog(path, _header(machine))
+        if mark is None:
+            self._file = EventLog(path, _header(machine))
+        else:
+            self._file = EventLog(path, keep=int(mark["events"]), sums=mark["sums"])
         self.buffer = make_log(BUFFER)
 
     @property
     def path(self) -> Any:
         """The file."""
         return self._file.path
+
+    def mark(self) -> dict[str, Any]:
+        """Return how many events the file holds, of pairs and with what is fixed, and their checksums."""
+        return {"events": len(self._file), "sums": self._file.sums}
 
     def flush(self, machine: Machine) -> None:
         """Write what the buffer holds."""
@@ -105,9 +113,3 @@ def _bits(machine: Machine) -> int:
 
     boundary = machine.engine.model.boundary
     return boundary.bits if isinstance(boundary, SectorImage) else 0
-
-
-def _logged(machine: Machine) -> int:
-    """Return how many entries the log has by now: collisions of pairs and with obstacles."""
-    tally = machine.engine.model.obstacles
-    return machine.collisions + (0 if tally is None else int(tally.hits.sum()))

@@ -26,13 +26,14 @@ from carom import io
 from carom.block import Block
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io import checkpoint
-from carom.io.events import EventLog
 from carom.io.trajectory import Writer
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
 from carom.simulation.simulation import Simulation
+from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder, existing_run
+from carom.studies.runs.written import Written
 from carom.studies.signals import Interrupted, Stop, stoppable
 
 SEGMENTS = 1024
@@ -55,6 +56,11 @@ QUICK, SLOW = 0.02, 0.06
 
 LARGEST_EXTENDED = 3
 """Dimensions that formats other than H5MD can hold."""
+
+KEPT = (
+    "seconds", "engine_seconds", "equilibrated", "first", "step", "marks", "part", "segments", "pilot",
+)  # fmt: skip
+"""What a checkpoint keeps of a run under way, by the names of its attributes."""
 
 Progress = Callable[[str, float], object]
 """Called with what is being done and the fraction of it that is done."""
@@ -80,10 +86,6 @@ class RunResult:
     folder: Path
     summary: dict[str, Any]
     new: bool
-
-
-class _Damaged(Exception):
-    """What was written cannot be continued; the run must start again, and will end with the same bits."""
 
 
 def run(
@@ -155,26 +157,51 @@ def resume(
     ------
     FileError
         If the folder holds no run, another process is running in it, or its checkpoint is damaged or of
-        another version of Carom.
+        another version of Carom; if its scene file was edited; if a file that the run wrote is damaged and
+        cannot be made anew. Nothing in the folder was changed then.
     Interrupted
         As in :func:`run`.
+
+    Warns
+    -----
+    CaromWarning
+        If a trajectory is damaged or missing, and was made anew from another.
+
+    Notes
+    -----
+    Before a byte is changed, everything is verified: the checkpoint, and by the checksums that it keeps the
+    frames and events that had been written when it was.
     """
     folder = existing_run(Path(out))
     if folder.summary.is_file():
+        _check_finished(folder)
         return RunResult(folder.path, _read_summary(folder.summary), new=False)
     with stoppable() as stop:
         if not folder.checkpoint.is_file():
             return _Run(Plan.load(folder.scene), folder, stop, progress, predicted).from_the_start()
-        _, attributes = checkpoint.load(folder.checkpoint)
-        try:
-            notes = json.loads(attributes["extra"])
-            plan = Plan.from_toml(notes["plan"])
-        except (KeyError, TypeError, ValueError) as error:
-            raise FileError(f"{folder.checkpoint} is not the checkpoint of a run: {error}.") from None
-        try:
-            return _Run(plan, folder, stop, progress, predicted).from_checkpoint(notes)
-        except _Damaged:
-            return _Run(plan, folder, stop, progress, predicted).from_the_start()
+        plan, notes = _noted(folder.checkpoint)
+        return _Run(plan, folder, stop, progress, predicted).from_checkpoint(notes)
+
+
+def _noted(path: Path) -> tuple[Plan, dict[str, Any]]:
+    """Return the plan and the notes that the checkpoint of a run keeps."""
+    _, attributes = checkpoint.load(path)
+    try:
+        notes = json.loads(attributes["extra"])
+        if missing := {*KEPT, "written"} - {*notes}:
+            raise ValueError(f"it has no {min(missing)}")
+        return Plan.from_toml(notes["plan"]), notes
+    except (KeyError, TypeError, ValueError) as error:
+        raise FileError(f"{path} is not the checkpoint of a run: {error}.") from None
+
+
+def _check_finished(folder: RunFolder) -> None:
+    """Refuse a scene file that is not that of the summary beside it, as far as the checkpoint can tell."""
+    try:
+        plan, _ = _noted(folder.checkpoint)
+    except FileError:
+        return  # A finished run needs no checkpoint.
+    check_unedited(folder.scene, plan)
 
 
 def _read_summary(path: Path) -> dict[str, Any]:
@@ -240,6 +267,7 @@ class _Run:
         plan = self.plan
         scene = plan.build_scene()
         self.formats = _formats(plan, scene.dimension)
+        self.written = Written(self.folder, self.formats)
         kT = plan.scene.kT if scene.velocities is None else None
         settings: dict[str, Any] = {"kT": kT, "seed": plan.run.seed, "neighbors": plan.run.neighbors}
         # Made before anything is written, because it refuses what cannot be simulated.
@@ -256,44 +284,35 @@ class _Run:
         """Run on from a checkpoint."""
         self._report("Preparing", 0.0)
         with self.folder.owned():
-            self.folder.sweep()
-            log = self.folder.events if self.plan.output.event_log else None
-            if log is not None:
-                try:
-                    EventLog(log, keep=notes["collisions"]).close()
-                except FileError as error:
-                    raise _Damaged from error
-            self.sim = Simulation.load(self.folder.checkpoint, event_log=log)
-            self.formats = _formats(self.plan, self.sim.scene.dimension)
-            for name in (
-                "seconds",
-                "engine_seconds",
-                "equilibrated",
-                "first",
-                "step",
-                "marks",
-                "part",
-                "segments",
-                "pilot",
-            ):
+            # First all that can fail, then all that changes a file.
+            check_unedited(self.folder.scene, self.plan)
+            for name in KEPT:
                 setattr(self, name, notes[name])
-            return self._run(lambda form: self._continued(form, self._frames()))
+            self.formats = tuple(notes["written"])
+            self.written = Written(self.folder, self.formats, notes["written"])
+            sources = self.written.sources(self._frames(), lambda part: self._report("Verifying", part))
+            log = self.folder.events if self.plan.output.event_log else None
+            self.sim = Simulation.load(self.folder.checkpoint, event_log=log)
+            self.folder.sweep()
+            self.folder.restore_scene(self.plan)
+            self._make_anew(sources)
+            return self._run(self._continued)
 
-    def _continued(self, form: str, keep: int) -> Any:
-        """Open a trajectory after its first `keep` frames, made anew from another if a kill destroyed it."""
-        path, scene = self.folder.trajectory(form), self.sim.scene
-        if keep == 0:
-            return io.open(path, "w", scene)
-        try:
-            return io.open(path, "a", scene, keep=keep)
-        except FileError as error:
-            for other in {"h5md", "extxyz"} & {*self.formats} - {form}:
-                try:
-                    io.rebuild(self.folder.trajectory(other), path, keep)
-                except FileError:
-                    continue
-                return io.open(path, "a", scene, keep=keep)
-            raise _Damaged from error
+    def _make_anew(self, sources: dict[str, str]) -> None:
+        """Make damaged trajectories anew from others."""
+        for form, source in sources.items():
+            path, other = self.folder.trajectory(form), self.folder.trajectory(source)
+            warnings.warn(
+                f"{path} was damaged or missing, and is made anew from {other.name}.",
+                CaromWarning,
+                stacklevel=2,
+            )
+            io.rebuild(other, path, self._frames())
+
+    def _continued(self, form: str) -> Any:
+        """Open a trajectory after the frames of the checkpoint."""
+        path, scene, keep = self.folder.trajectory(form), self.sim.scene, self._frames()
+        return io.open(path, "a", scene, keep=keep) if keep else io.open(path, "w", scene)
 
     # The three phases.
 
@@ -443,6 +462,7 @@ class _Run:
         frame = self.sim.frame()
         for writer in self.writers:
             writer.write(frame)
+        self.written.add(frame)
 
     def _finish(self) -> RunResult:
         from carom.studies.runs import report
@@ -459,10 +479,16 @@ class _Run:
             began=self._began - self.seconds,
         )
         trajectories = [self.folder.trajectory(form) for form in self.formats]
-        summary = report.write(self.folder, facts, trajectories, self._report)
+        try:
+            summary = report.write(self.folder, facts, trajectories, self._report)
+        except KeyboardInterrupt:
+            raise self._interrupted() from None
         return RunResult(self.folder.path, summary, new=True)
 
     # Between the steps.
+
+    def _interrupted(self) -> Interrupted:
+        return Interrupted(f"Stopped; `carom resume {self.folder.path}` goes on.")
 
     def _report(self, stage: str, fraction: float) -> None:
         if self._progress is not None:
@@ -472,7 +498,7 @@ class _Run:
         """Stop if somebody asked to, and keep the state from time to time."""
         if self.stop.asked:
             self._save()
-            raise Interrupted(f"Stopped; `carom resume {self.folder.path}` goes on.")
+            raise self._interrupted()
         if clock.perf_counter() >= self._due:
             self._save()
 
@@ -482,15 +508,11 @@ class _Run:
             self.folder.checkpoint,
             plan=self.plan.to_toml(),
             collisions=self.sim.collisions,
-            seconds=self.seconds + now - self._began,
-            engine_seconds=self.engine_seconds,
-            equilibrated=self.equilibrated,
-            first=self.first,
-            step=self.step,
-            marks=self.marks,
-            part=self.part,
-            segments=self.segments,
-            pilot=self.pilot,
+            written=self.written.notes(),
+            **{
+                **{name: getattr(self, name) for name in KEPT},
+                "seconds": self.seconds + now - self._began,
+            },
         )
         # A large state takes long to write; at most half of the time goes there.
         after = clock.perf_counter()

@@ -85,13 +85,21 @@ class RunFolder:
         with writing(self.path):
             for path in (self.summary, self.checkpoint):
                 path.unlink(missing_ok=True)
-        title = f"# Written by Carom {carom.__version__}; `carom run` with this file repeats the run."
-        with replacing(self.scene) as temporary, writing(self.scene):
-            temporary.write_text(f"{title}\n\n{plan.to_toml()}", encoding="utf-8")
+        self._write_scene(plan)
         with writing(self.path):
             for path in self._files():
                 if path != self.scene:
                     path.unlink(missing_ok=True)
+
+    def restore_scene(self, plan: Plan) -> None:
+        """Write the plan anew if its file is missing."""
+        if not self.scene.exists():
+            self._write_scene(plan)
+
+    def _write_scene(self, plan: Plan) -> None:
+        title = f"# Written by Carom {carom.__version__}; `carom run` with this file repeats the run."
+        with replacing(self.scene) as temporary, writing(self.scene):
+            temporary.write_text(f"{title}\n\n{plan.to_toml()}", encoding="utf-8")
 
     def sweep(self) -> None:
         """Remove what a kill left half-written."""

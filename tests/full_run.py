@@ -1,0 +1,62 @@
+"""A small run with all that a folder can hold: walls, an obstacle, species, a log, three formats."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from carom import studies
+from carom.plan.plan import Plan
+
+PLAN = """
+[scene]
+initial = "random"
+dimension = 2
+packing_fraction = 0.2
+periodic = [true, false]
+obstacles = [{{kind = "ball", center = [2, 2], radius = 0.6}}]
+
+[[scene.species]]
+name = "large"
+count = 20
+diameter = 1.0
+
+[[scene.species]]
+name = "small"
+count = 28
+diameter = 0.6
+mass = 0.3
+
+[run]
+seed = 3
+equilibration = {equilibration}
+collisions_per_particle = {measured}
+frames = {frames}
+checkpoint_every = 0.02
+
+[output]
+event_log = true
+pictures = false
+trajectory = ["h5md", "extxyz", "gsd"]
+"""
+
+
+def plan(*, equilibration=200, measured=1000, frames=16, without=()):
+    """Return the plan, some formats left out."""
+    text = PLAN.format(equilibration=equilibration, measured=measured, frames=frames)
+    for form in without:
+        text = text.replace(f', "{form}"', "").replace(f'"{form}", ', "")
+    return Plan.from_toml(text)
+
+
+def stopped(given: Plan, out: Path, stage: str = "Measuring", after: float = 0.5) -> Path:
+    """Begin a run and press Ctrl-C when so much of a stage is done."""
+
+    def impatient(now, fraction):
+        if now == stage and fraction > after:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(studies.Interrupted, match="carom resume"):
+        studies.run(given, out, progress=impatient)
+    return out

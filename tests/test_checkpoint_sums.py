@@ -1,0 +1,116 @@
+"""What a run has added up so far survives a checkpoint: each sum is that of a run that was never saved."""
+
+import dataclasses
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from carom import Scene, Simulation, studies
+from carom.io.events import read_events
+from carom.models.obstacles import Ball
+
+CLOCK = {"collisions_per_second"}
+
+
+def scene_of(growing=False):
+    """A mixture between walls, around a ball, that loses energy where diameters do not grow."""
+    return Scene.mixture(
+        (20, 28),
+        diameters=(1.0, 0.6),
+        masses=(1.0, 0.3),
+        dimension=2,
+        packing_fraction=0.1,
+        periodic=(True, False),
+        obstacles=(Ball((2.0, 2.0), 0.6),),
+        seed=2,
+    ).with_(**({} if growing else {"restitution": 0.95, "elastic_below": 0.5}))
+
+
+def settings(kind, log):
+    if kind == "growing":
+        return {"growth": 0.01, "seed": 1}
+    return {"seed": 1, "event_log": log}
+
+
+def sums_of(sim):
+    """Everything that a simulation has added up."""
+    statistics = dataclasses.asdict(sim.statistics)
+    return {
+        **{name: value for name, value in statistics.items() if name not in CLOCK},
+        "tally": sim.tally,
+        "impacts": sim.obstacles,
+        "spared": sim.spared_contacts,
+        "by species": sim.collisions_by_species.tolist(),
+        "virial by species": sim.virial_by_species.tolist(),
+        "kT": sim.kT,
+        "positions": sim.frame().positions.tolist(),
+        "images": sim.frame().images.tolist(),
+    }
+
+
+@pytest.mark.parametrize("kind", ["inelastic", "growing"])
+def test_every_sum_survives_a_checkpoint(tmp_path, kind):
+    growing = kind == "growing"
+    whole, part = (
+        Simulation(scene_of(growing), **settings(kind, tmp_path / name)) for name in ("whole.h5", "part.h5")
+    )
+    whole.run(collisions=2000)
+    part.run(collisions=900)
+    part.save(tmp_path / "state.h5")
+    before = sums_of(part)
+    loaded = Simulation.load(tmp_path / "state.h5")
+    assert sums_of(loaded) == before
+    assert np.sum(before["by species"]) > 900, "pairs of two species are counted twice in the table"
+    assert sum(each.hits for each in before["impacts"]) > 0
+    assert growing or before["spared"] > 0
+    loaded.run(collisions=1100)
+    assert sums_of(loaded) == sums_of(whole)
+    for sim in (whole, part, loaded):
+        sim.close()
+
+
+def test_a_checkpoint_leaves_no_event_in_memory(tmp_path):
+    """A kill after it would cost what the checkpoint counts on."""
+    sim = Simulation(scene_of(), seed=1, event_log=tmp_path / "events.h5")
+    sim.run(collisions=500)
+    sim.save(tmp_path / "state.h5")
+    logged = 500 + sum(each.hits for each in sim.obstacles)
+    assert len(read_events(tmp_path / "events.h5").i) == logged > 500
+    sim.run(collisions=500)
+    sim.close()
+    at_the_end = read_events(tmp_path / "events.h5")
+    # As after a kill: the log has gone on, and the checkpoint has not.
+    with Simulation.load(tmp_path / "state.h5") as again:
+        assert len(read_events(tmp_path / "events.h5").i) == logged
+        again.run(collisions=500)
+    for mine, its in zip(read_events(tmp_path / "events.h5"), at_the_end, strict=True):
+        assert np.array_equal(mine, its)
+
+
+@pytest.mark.parametrize("stretches", [2, 20])
+def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches):
+    def start():
+        return studies.points(
+            counts=(12, 18), diameters=(1.0, 1.4), dimension=2, periodic=(True, False), seed=4
+        )
+
+    wanted = {"rate": 0.05, "until_pressure": 1e3, "seed": 4, "pictures": False}
+    whole = studies.pack(start(), **wanted)
+    assert len(whole.history) > stretches
+    seen = []
+
+    def impatient(stage, fraction):
+        seen.append(fraction)
+        if len(seen) == stretches:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(studies.PackingInterrupted, match="carom resume"):
+        studies.pack(start(), **wanted, out=tmp_path / "pack", progress=impatient)
+    later = []
+    resumed = studies.resume_packing(tmp_path / "pack", progress=lambda *look: later.append(look))
+    assert len(later) == len(whole.history) + 2 - stretches, "the packing did not go on, but started again"
+    assert np.array_equal(resumed.history, whole.history)
+    assert np.array_equal(resumed.frame.positions, whole.frame.positions)
+    assert np.array_equal(resumed.frame.diameters, whole.frame.diameters)

@@ -1,0 +1,102 @@
+"""A species that no component belongs to: named, with a count of zero or a fraction that rounds to zero."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from carom import InputError, Scene, Simulation, io, studies
+from carom.observables.rdf import rdf
+from carom.plan.plan import Plan
+
+PLAN = """
+[scene]
+initial = "random"
+dimension = 2
+packing_fraction = 0.3
+
+{species}
+[run]
+equilibration = 2
+collisions_per_particle = 10
+frames = 2
+
+[output]
+trajectory = ["h5md", "extxyz"]
+pictures = true
+"""
+
+NAMES, DIAMETERS = ("a", "b", "c"), (1.0, 0.8, 0.6)
+
+#: The empty species stands first, in the middle, last, and all but one are empty.
+COUNTS = [(0, 30, 20), (30, 0, 20), (30, 20, 0), (50, 0, 0), (0, 0, 50)]
+
+
+def plan_of(counts, key="count", n=None):
+    """A plan of three species, of which there are so many, or of n these fractions."""
+    table = '[[scene.species]]\nname = "{}"\ndiameter = {}\n{} = {}\n'
+    species = "\n".join(table.format(*row) for row in zip(NAMES, DIAMETERS, (key,) * 3, counts, strict=True))
+    given = "" if n is None else f"n = {n}\n"
+    return Plan.from_toml(PLAN.format(species=given + species))
+
+
+@pytest.mark.parametrize("counts", COUNTS)
+def test_a_run_with_an_empty_species_has_a_summary(tmp_path, counts):
+    result = studies.run(plan_of(counts), tmp_path / "run")
+    by_species = result.summary["collisions_by_species"]
+    pairs = [f"{a}-{b}" for a, b in itertools.combinations_with_replacement(NAMES, 2)]
+    assert list(by_species) == pairs
+    empty = [name for name, count in zip(NAMES, counts, strict=True) if count == 0]
+    occurs = [pair for pair in pairs if not {*pair.split("-")} & {*empty}]
+    assert all((by_species[pair] > 0) == (pair in occurs) for pair in pairs)
+    found = result.summary["contact_values_from_rdf"]
+    assert list(found) == (occurs if len(empty) == 1 else [])
+    # A single species of a mixture has the g(r) of equal disks.
+    assert (result.summary["contact_value_from_rdf"]["mean"] is None) == (len(empty) == 1)
+    for form in ("h5md", "extxyz"):
+        frame = io.read(result.folder / f"trajectory.{form}")
+        assert frame.species_names == NAMES
+        assert np.bincount(frame.species, minlength=3).tolist() == list(counts)
+    with pytest.raises(InputError, match="too few components"):
+        rdf([frame], pair=(empty[-1], empty[-1]))
+
+
+def test_a_fraction_that_rounds_to_no_component_leaves_the_summary_whole(tmp_path):
+    plan = plan_of((0.6, 0.399, 0.001), key="fraction", n=50)
+    assert np.bincount(plan.build_scene().species, minlength=3).tolist() == [30, 20, 0]
+    result = studies.run(plan, tmp_path / "run")
+    assert result.summary["collisions_by_species"]["c-c"] == 0
+
+
+@pytest.mark.parametrize("counts", COUNTS)
+def test_tables_of_pairs_have_a_row_for_every_species(tmp_path, counts):
+    scene = Scene.mixture(counts, diameters=DIAMETERS, names=NAMES, dimension=2, packing_fraction=0.3, seed=1)
+    sim = Simulation(scene, seed=1)
+    sim.run(collisions=200)
+    for given in (sim, _saved_and_loaded(sim, tmp_path)):
+        collisions, virial = given.collisions_by_species, given.virial_by_species
+        assert collisions.shape == virial.shape == (3, 3)
+        assert np.triu(collisions).sum() == 200
+        empty = np.array(counts) == 0
+        assert not collisions[empty].any()
+        assert not virial[:, empty].any()
+        assert np.triu(virial).sum() == pytest.approx(given.tally.virial, rel=1e-12)
+
+
+def test_an_empty_species_has_no_say_in_how_far_contacts_reach():
+    """A contact matrix says how large the empty species would be: the run is that of a scene without it."""
+    full = np.array([[1.0, 0.9, 5.0], [0.9, 0.8, 5.0], [5.0, 5.0, 9.0]])
+    given = {"dimension": 2, "packing_fraction": 0.3, "seed": 1}
+    whole = Scene.mixture((30, 20, 0), diameters=(1.0, 0.8, 9.0), contact=full, **given)
+    part = Scene.mixture((30, 20), diameters=(1.0, 0.8), contact=full[:2, :2], **given)
+    runs = [Simulation(scene, seed=1) for scene in (whole, part)]
+    for sim in runs:
+        sim.run(collisions=500)
+    one, other = (sim.machine for sim in runs)
+    assert one.scheme == other.scheme
+    assert np.array_equal(one.frame().positions, other.frame().positions)
+
+
+def _saved_and_loaded(sim, folder):
+    sim.save(folder / "state.h5")
+    return Simulation.load(folder / "state.h5")

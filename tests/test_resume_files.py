@@ -1,0 +1,199 @@
+"""Before a stopped run goes on, its files are verified: the damaged are made anew, or nothing is touched."""
+
+import shutil
+
+import full_run
+import pytest
+from command import assert_same_run, began, carom, content
+
+from carom import studies
+from carom.errors import FileError, InputError
+from carom.io.events import read_events
+from carom.io.hdf5 import Input
+from carom.simulation.simulation import Simulation
+
+pytest.importorskip("gsd")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The folder of an uninterrupted run."""
+    return studies.run(full_run.plan(), tmp_path_factory.mktemp("whole") / "run").folder
+
+
+@pytest.fixture(scope="module")
+def halfway(tmp_path_factory):
+    """The folder of a run that was stopped halfway."""
+    return full_run.stopped(full_run.plan(), tmp_path_factory.mktemp("halfway") / "run")
+
+
+@pytest.fixture
+def out(halfway, tmp_path):
+    """A copy of the folder of a run that was stopped halfway."""
+    return shutil.copytree(halfway, tmp_path / "run")
+
+
+def flip(path):
+    """Change one bit of a trajectory's first frame."""
+    place = path.stat().st_size // 3
+    if path.suffix == ".h5md":  # a third of this file is room for later frames
+        with Input(path) as file:
+            place = file["particles/trajectory/velocity/value"].id.get_chunk_info(0).byte_offset + 100
+    damaged = bytearray(path.read_bytes())
+    damaged[place] ^= 1
+    path.write_bytes(damaged)
+
+
+def column(path, name):
+    """Return where the first chunk of a column of an event log begins, and how many of its bytes are used."""
+    with Input(path) as file:
+        data = file[name]
+        return data.id.get_chunk_info(0).byte_offset, min(len(data), data.chunks[0]) * data.dtype.itemsize
+
+
+def change_an_event(path):
+    damaged, (start, size) = bytearray(path.read_bytes()), column(path, "impulse")
+    damaged[start + size // 2] ^= 1
+    path.write_bytes(damaged)
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 3])
+
+
+def remove(path):
+    path.unlink()
+
+
+def empty(path):
+    path.write_bytes(b"")
+
+
+def test_a_run_with_walls_an_obstacle_species_and_a_log_goes_on(whole, out):
+    before, stages = began(out), []
+    with Simulation.load(out / "checkpoint.h5", event_log=shutil.copy(out / "events.h5", out / "log")) as sim:
+        hits = sum(each.hits for each in sim.obstacles)
+        assert hits > 0
+        # What the folder held when it was stopped: collisions of pairs, and all hits of walls and the ball.
+        assert len(read_events(out / "events.h5").i) == sim.collisions + hits
+    (out / "log").unlink()
+    result = studies.resume(out, progress=lambda stage, fraction: stages.append(stage))
+    assert began(out) == before, "the run did not go on, but started again"
+    assert "Equilibrating" not in stages
+    assert result.new
+    assert_same_run(whole, out)
+
+
+@pytest.mark.parametrize("stage", ["Equilibrating", "Measuring"])
+def test_such_a_run_goes_on_from_every_phase(whole, tmp_path, stage):
+    out = full_run.stopped(full_run.plan(), tmp_path / "run", stage, 0.1)
+    before = began(out)
+    studies.resume(out)
+    assert began(out) == before
+    assert_same_run(whole, out)
+
+
+@pytest.mark.parametrize("harm", [flip, cut, remove, empty])
+@pytest.mark.parametrize("form", ["h5md", "extxyz", "gsd"])
+def test_a_damaged_trajectory_is_made_anew_from_another(whole, out, form, harm):
+    harm(out / f"trajectory.{form}")
+    before = began(out)
+    with pytest.warns(match=rf"trajectory\.{form} was damaged or missing, and is made anew"):
+        studies.resume(out)
+    assert began(out) == before
+    assert_same_run(whole, out)
+
+
+def test_frames_after_the_checkpoint_need_not_be_whole(whole, out):
+    """A kill may cut them off anywhere."""
+    with (out / "trajectory.extxyz").open("ab") as file:
+        file.write(b"48\nLattice=")
+    studies.resume(out)
+    assert_same_run(whole, out)
+
+
+@pytest.mark.parametrize("harm", [flip, cut, remove])
+def test_where_no_trajectory_is_whole_nothing_is_touched(out, harm):
+    for form in ("h5md", "extxyz"):
+        harm(out / f"trajectory.{form}")
+    before = content(out)
+    done = carom("resume", out)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "trajectory.h5md" in done.stderr
+    assert "left as it is" in done.stderr
+    assert content(out) == before
+
+
+@pytest.mark.parametrize("harm", [change_an_event, cut, remove, empty])
+def test_where_the_event_log_is_damaged_nothing_is_touched(out, harm):
+    harm(out / "events.h5")
+    # Nor is a trajectory that could be made anew.
+    remove(out / "trajectory.extxyz")
+    before = content(out)
+    with pytest.raises(FileError, match=r"events\.h5"):
+        studies.resume(out)
+    assert content(out) == before
+
+
+def test_every_bit_of_the_logged_events_is_verified(out):
+    path = out / "events.h5"
+    whole = path.read_bytes()
+    for k, name in enumerate(4 * ["epoch", "time", "i", "j", "image", "impulse"]):
+        start, size = column(path, name)
+        place = start + (k * 7919) % size
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 16]) + whole[place + 1 :])
+        with pytest.raises(FileError, match=f"its {name} is not what was written"):
+            Simulation.load(out / "checkpoint.h5", event_log=path)
+    path.write_bytes(whole)
+    Simulation.load(out / "checkpoint.h5", event_log=path).close()
+
+
+def test_a_checkpoint_without_a_log_takes_none(out, tmp_path):
+    with Simulation.load(out / "checkpoint.h5", event_log=out / "events.h5") as sim:
+        sim.close()
+        sim.save(tmp_path / "state.h5")
+    before = (out / "events.h5").read_bytes()
+    with pytest.raises(InputError, match="without an event log"):
+        Simulation.load(tmp_path / "state.h5", event_log=out / "events.h5")
+    assert (out / "events.h5").read_bytes() == before
+
+
+EDITS = [
+    ("frames = 16", "frames = 32", r"\[run\] frames is 32, and the run has 16"),
+    ("collisions_per_particle = 1000.0", "collisions_per_particle = 2000.0", "collisions_per_particle"),
+    ("count = 20", "count = 21", r"\[scene\] species"),
+    ("event_log = true", "event_log = false", r"\[output\] event_log is False"),
+    ("[run]", "[run]\nframse = 3", "framse is no known key"),
+    ("[run]", "[run", "no valid TOML"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "says"), EDITS)
+def test_an_edited_scene_file_is_refused_with_what_differs(out, old, new, says):
+    scene = out / "scene.toml"
+    assert old in scene.read_text()
+    scene.write_text(scene.read_text().replace(old, new, 1))
+    before = content(out)
+    with pytest.raises(FileError, match=says) as refusal:
+        studies.resume(out)
+    assert "remove the file" in str(refusal.value)
+    assert content(out) == before
+
+
+def test_a_scene_file_that_was_removed_is_written_anew_and_comments_are_no_edit(whole, out):
+    (out / "scene.toml").unlink()
+    studies.resume(out)
+    assert_same_run(whole, out)
+    with (out / "scene.toml").open("a") as file:
+        file.write("# mine\n")
+    assert not studies.resume(out).new
+
+
+def test_an_edit_after_the_end_is_refused_as_well(whole, tmp_path):
+    out = shutil.copytree(whole, tmp_path / "run")
+    scene = out / "scene.toml"
+    scene.write_text(scene.read_text().replace("frames = 16", "frames = 17"))
+    done = carom("resume", out)
+    assert done.returncode == 2
+    assert "[run] frames is 17, and the run has 16" in done.stderr
