@@ -206,4 +206,5 @@ def merged(one: Block, other: Block) -> Block:
         one.collisions + other.collisions,
         one.virial + other.virial,
         tuple(a + b for a, b in zip(one.impulses, other.impulses, strict=True)),
+        tuple(a + b for a, b in zip(one.momentum_changes, other.momentum_changes, strict=True)),
     )

@@ -320,8 +320,12 @@ class Simulation:
     def blocks(self, duration: float, count: int) -> Iterator[Block]:
         """Run on for ``count`` blocks of equal time and yield each."""
         start, step = self.machine.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
+        before = mechanics.momenta_at_walls(self.machine)
         for k in range(1, checks.integer(count, "count", low=0) + 1):
-            yield loop.advance(self.machine, None, start + k * step)
+            block = loop.advance(self.machine, None, start + k * step)
+            after = mechanics.momenta_at_walls(self.machine)
+            yield block._replace(momentum_changes=tuple(b - a for a, b in zip(before, after, strict=True)))
+            before = after
 
     def time_for(self, collisions: float) -> float:
         """Return the time in which about so many pair collisions happen, from the rate so far.

@@ -27,6 +27,7 @@ from carom.errors import CaromWarning, FileError, InputError
 from carom.io import checkpoint
 from carom.io.events import EventLog
 from carom.io.trajectory import Writer
+from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.observables.statistics import Estimate
 from carom.plan import Plan
@@ -199,7 +200,8 @@ class _Run:
     first, step : int, float
         The measured stretch begins at the time ``first * step``; a segment lasts `step`.
     marks : list of (int, float, ...)
-        Collisions and virial so far at the beginning of every segment reached.
+        Collisions and virial so far at the beginning of every segment reached; with walls or obstacles also
+        what each took up so far, and the weighted momentum that belongs to each then.
     part : int
         Parts done of the present segment.
     segments : int
@@ -382,8 +384,11 @@ class _Run:
         # Sums since the start: differences of them do not depend on where a segment was cut.
         tally = self.sim.tally
         scene = self.sim.scene
-        taken_up = self.sim.obstacles if scene.walls or scene.obstacles else ()
-        return int(tally.collisions), float(tally.virial), *(impacts.impulse for impacts in taken_up)
+        sums = int(tally.collisions), float(tally.virial)
+        if not (scene.walls or scene.obstacles):
+            return sums
+        taken_up = (impacts.impulse for impacts in self.sim.obstacles)
+        return *sums, *taken_up, *weighted_momenta(self.sim.frame(), scene)
 
     def _frames(self) -> int:
         """Return the number of frames that belong to the marks."""
@@ -391,15 +396,12 @@ class _Run:
 
     def _blocks(self) -> list[Block]:
         """Return what each segment added up to."""
-        return [
-            Block(
-                self.step,
-                int(after[0] - before[0]),
-                after[1] - before[1],
-                tuple(b - a for a, b in zip(before[2:], after[2:], strict=True)),
-            )
-            for before, after in zip(self.marks, self.marks[1:], strict=False)
-        ]
+        blocks = []
+        for before, after in zip(self.marks, self.marks[1:], strict=False):
+            collisions, virial, *walls = (b - a for a, b in zip(before, after, strict=True))
+            half = len(walls) // 2
+            blocks.append(Block(self.step, int(collisions), virial, tuple(walls[:half]), tuple(walls[half:])))
+        return blocks
 
     def _error_bar(self) -> Estimate | None:
         """Return Z so far, or None where it never gets an error bar."""
