@@ -14,9 +14,10 @@ import pytest
 import carom
 from carom import initial, studies, theory
 from carom.errors import CaromWarning, FileError, InputError
+from carom.observables import drift
 from carom.specs import SceneSpec
 from carom.studies import StudySpec, engines, tasks
-from carom.studies.eos import drift, fits, pictures, table, toml
+from carom.studies.eos import fits, pictures, table, toml
 from carom.studies.eos.order import OrderParameter, q_6
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.start import start as start_of

@@ -135,14 +135,16 @@ def test_velocities_of_a_periodic_box_are_those_of_before():
     )
 
 
-# A component of diameter 1 in an edge of 8: which obstacle, where it touches that, the normal there, out of the
-# fluid; the axes whose motion the balance sees, and the free length.
+# A component of diameter 1 in an edge of 8: which obstacle, where it touches that, the normal there, out of
+# the fluid; the axes whose motion the balance sees, and the free length.
+ROUND = (SphericalContainer((4.0,) * 3, 3.5),)
+LONG = (CylindricalContainer(1, (4.0,) * 3, 3.5),)
 FREE = [
     ((False,), (), 1, [7.5], [1.0], (0,), 7.0),
     ((True, False), (), 0, [3.0, 0.5], [0.0, -1.0], (1,), 7.0),
     ((False, False, False), (), 4, [3.0, 5.0, 0.5], [0.0, 0.0, -1.0], (2,), 7.0),
-    ((False,) * 3, (SphericalContainer((4.0,) * 3, 3.5),), 6, [4.0, 7.0, 4.0], [0, 1, 0], (0, 1, 2), 3.0),
-    ((False, True, False), (CylindricalContainer(1, (4.0,) * 3, 3.5),), 4, [4, 5, 1], [0, 0, -1], (0, 2), 3.0),
+    ((False,) * 3, ROUND, 6, [4.0, 7.0, 4.0], [0, 1, 0], (0, 1, 2), 3.0),
+    ((False, True, False), LONG, 4, [4, 5, 1], [0, 0, -1], (0, 2), 3.0),
     ((True, True), (Ball((7.0, 4.0), 1.0),), 0, [0.5, 4.0], [-1.0, 0.0], None, None),
     ((True, False), (Plane((0.0, -1.0), -7.0),), 2, [1.0, 6.5], [0.0, 1.0], None, None),
 ]  # fmt: skip
@@ -194,7 +196,7 @@ def pulls_of_walls(d, n, eta, periodic, seeds, which=0, per_particle=128, obstac
         )
         sim = carom.Simulation(scene, seed=seed)
         sim.run(collisions_per_particle=30)
-        found.append(sim.measure(WallPressure(which), collisions_per_particle=per_particle).force)
+        found.append(sim.measure(WallPressure(which, 1.0), collisions_per_particle=per_particle).force)
     means = np.array([force.mean for force in found])
     # The mean of all leaves seeds - 1 degrees of freedom.
     return (means - means.mean()) / [force.error for force in found] * math.sqrt(seeds / (seeds - 1))

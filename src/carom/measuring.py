@@ -9,7 +9,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from carom import checks
+from carom.dynamics.equipartition import Thermometer
 from carom.errors import CaromWarning, InputError
+from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.tally import Block
 
@@ -64,7 +66,9 @@ def measure(
     Warns
     -----
     CaromWarning
-        If ``max_walltime`` came first.
+        If ``max_walltime`` came first; if what is measured drifts, or changes so slowly that there are less
+        than 8 independent samples; if species of different masses have different temperatures. One of a
+        thousand runs in equilibrium is called drifting all the same (:mod:`carom.observables.equilibrium`).
     """
     given = {
         "collisions": collisions,
@@ -99,11 +103,15 @@ def measure(
         assert collisions is not None
         time = sim.time_for(collisions)
     blocks = []
+    thermometer = Thermometer(sim.machine)
     for block in sim.blocks(time / observable.blocks, observable.blocks):
         blocks.append(block)
+        thermometer.look()
         if progress is not None:
             progress(len(blocks) / observable.blocks)
-    return sim.estimate(observable, blocks)
+    result = sim.estimate(observable, blocks)
+    _tell(result, thermometer)
+    return result
 
 
 def until(
@@ -132,10 +140,12 @@ def until(
     size = 1  # of a block, in blocks of the first kind
     expected = math.inf
     rate = _Rate(sim)
+    thermometer = Thermometer(sim.machine)
     while True:
         while size * len(blocks) < look and (len(blocks) < 2 or clock.perf_counter() < deadline):
             blocks.extend(sim.blocks(size * duration, 1))
             rate.tick()
+            thermometer.look()
             if len(blocks) == capacity:
                 blocks = [merged(*pair) for pair in zip(blocks[::2], blocks[1::2], strict=True)]
                 size *= 2
@@ -169,7 +179,14 @@ def until(
         rate.pause()
     if progress is not None:
         progress(1.0)
+    _tell(result, thermometer)
     return result
+
+
+def _tell(result: Any, thermometer: Thermometer) -> None:
+    """Warn of what speaks against a result."""
+    for sentence in (*doubts_about(result), *thermometer.doubts()):
+        warnings.warn(sentence, CaromWarning, stacklevel=3)
 
 
 class _Rate:

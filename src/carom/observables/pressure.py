@@ -216,6 +216,11 @@ class PressureEstimate:
         """What a ``relative_error`` is asked of: Z."""
         return self.compressibility_factor
 
+    @property
+    def quantity(self) -> str:
+        """What was measured, for sentences."""
+        return "the pressure"
+
     def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:
         """Z of the infinite fluid, by :func:`finite_size_correction`.
 

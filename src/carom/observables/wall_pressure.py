@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -94,7 +94,8 @@ class WallPressure:
             force = Estimate(0.0, math.inf, 0.0, math.inf, len(kept))
         else:
             force = ratio(flux, durations)
-        return WallPressureEstimate(force.scaled(1.0 / area), force, names[k], area)
+        values = tuple((flux / durations / area).tolist())
+        return WallPressureEstimate(force.scaled(1.0 / area), force, names[k], area, values)
 
     def _number(self, names: tuple[str, ...]) -> int:
         if not names:
@@ -123,15 +124,23 @@ class WallPressureEstimate:
         Of the wall or obstacle.
     area : float
         [length^(d-1)]
+    block_values : tuple of float
+        Pressure in each block.
     """
 
     pressure: Estimate
     force: Estimate
     name: str
     area: float
+    block_values: tuple[float, ...] = field(default=(), repr=False)
 
     def __str__(self) -> str:
         return f"P on {self.name} = {self.pressure.value_text}"
+
+    @property
+    def quantity(self) -> str:
+        """What was measured, for sentences."""
+        return f"the pressure on {self.name}"
 
     @property
     def primary(self) -> Estimate:

@@ -18,6 +18,7 @@ from carom import io, theory
 from carom.errors import CaromError, CaromWarning, InputError
 from carom.io.paths import replacing, writing
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
+from carom.observables.equilibrium import doubts_about
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
 from carom.observables.rdf import rdf
 from carom.observables.wall_pressure import obstacle_names
@@ -47,6 +48,8 @@ class Facts:
         Collisions per second of wall time in the engine, in the measured stretch.
     began : float
         Reading of the performance counter when the run began, earlier sessions counted in.
+    doubts : tuple of str
+        What speaks against the equilibrium of the run, a sentence each.
     """
 
     plan: Plan
@@ -56,6 +59,7 @@ class Facts:
     frames: int
     rate: float
     began: float
+    doubts: tuple[str, ...] = ()
 
 
 def write(
@@ -75,6 +79,8 @@ def write(
         report("Drawing", 0.0)
         _draw(folder, facts, pressure, distributions)
     summary = _summary(facts, pressure, distributions, reason)
+    for sentence in summary["remarks"]:
+        warnings.warn(sentence, CaromWarning, stacklevel=3)
     text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     with replacing(folder.summary) as temporary, writing(folder.summary):
         temporary.write_text(text, encoding="utf-8")
@@ -180,6 +186,7 @@ def _summary(
         "contact_value_from_rdf": whole,
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
+        "remarks": [*(doubts_about(pressure) if pressure is not None else ()), *facts.doubts],
         "obstacles": _obstacles(facts),
         "collisions_by_species": _by_species(sim),
         "spared_contacts": sim.spared_contacts,

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from carom import io
+from carom.dynamics.equipartition import Thermometer
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io import checkpoint
 from carom.io.events import EventLog
@@ -202,6 +203,8 @@ class _Run:
     marks : list of (int, float, ...)
         Collisions and virial so far at the beginning of every segment reached; with walls or obstacles also
         what each took up so far, and the weighted momentum that belongs to each then.
+    temperatures : list of tuple of float
+        Temperatures of species at the end of every segment, if their masses differ.
     part : int
         Parts done of the present segment.
     segments : int
@@ -231,6 +234,7 @@ class _Run:
         self.equilibrated: tuple[int, float] | None = None
         self.first, self.step = 0, 0.0
         self.marks: list[tuple[float, ...]] = []
+        self.temperatures: list[tuple[float, ...]] = []
         self.part = 0
         self._began = self._due = clock.perf_counter()
 
@@ -274,6 +278,7 @@ class _Run:
                 "first",
                 "step",
                 "marks",
+                "temperatures",
                 "part",
                 "segments",
                 "pilot",
@@ -308,6 +313,8 @@ class _Run:
             self.sim.frame()
             files.callback(setattr, self.stop, "deferred", False)
             self.stop.deferred = True
+            self.thermometer = Thermometer(self.sim.machine)
+            self.thermometer.series = self.temperatures
             self.writers = [files.enter_context(opened(form)) for form in self.formats]
             self._save()
             if self.equilibrated is None:
@@ -344,6 +351,7 @@ class _Run:
         self.first = math.floor(sim.time / self.step) + 2
         for _ in sim.sample(times=[self.first * self.step]):
             self.marks = [self._mark()]
+            self.thermometer.series.clear()
         self._save()
 
     def _duration(self, wanted: float) -> float:
@@ -436,6 +444,7 @@ class _Run:
             if self.part == PARTS:
                 self.part = 0
                 self.marks.append(self._mark())
+                self.thermometer.look()
                 if not self.pilot and (segment + 1) % self.per_frame == 0:
                     self._write()
         self._look()
@@ -459,6 +468,7 @@ class _Run:
             frames=self._frames(),
             rate=sum(block.collisions for block in blocks) / self.engine_seconds,
             began=self._began - self.seconds,
+            doubts=tuple(self.thermometer.doubts()),
         )
         trajectories = [self.folder.trajectory(form) for form in self.formats]
         summary = report.write(self.folder, facts, trajectories, self._report)
@@ -490,6 +500,7 @@ class _Run:
             first=self.first,
             step=self.step,
             marks=self.marks,
+            temperatures=self.thermometer.series,
             part=self.part,
             segments=self.segments,
             pilot=self.pilot,

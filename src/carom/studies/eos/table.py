@@ -9,7 +9,7 @@ from typing import Any
 
 from carom import theory
 from carom.errors import InputError
-from carom.studies.eos import drift
+from carom.observables import drift
 from carom.studies.tasks import Record
 from carom.theory import Equation
 
