@@ -809,7 +809,7 @@ def test_what_has_no_theory_is_compared_with_none(scene):
     """That of additive mixtures was 20 errors off for one that is not additive."""
     noise = np.random.default_rng(3).normal(size=64)
     (row,) = table.table([mixed(made(noise), (0.5, 1.0))])
-    assert row.theory == theory.bmcsl(0.2, [1, 1], [0.5, 1.0])
+    assert row.theory == theory.bmcsl(0.2, [0.5, 0.5], [0.5, 1.0])
     record = mixed(made(noise), (0.5, 1.0), **scene)
     (row,) = table.table([record])
     assert math.isnan(row.theory)
@@ -842,7 +842,7 @@ def test_mixtures_of_disks_do_not_freeze_where_equal_disks_do():
     (equal,) = table.table([made(noise, eta=0.71, d=2)])
     (unequal,) = table.table([mixed(made(noise, eta=0.71, d=2), (0.7, 1.0))])
     assert (equal.phase, unequal.phase) == ("coexistence", "fluid")
-    assert unequal.theory == theory.santos_yuste_lopez_de_haro(0.71, [1, 1], [0.7, 1.0], 2)
+    assert unequal.theory == theory.santos_yuste_lopez_de_haro(0.71, [0.5, 0.5], [0.7, 1.0], 2)
 
 
 @pytest.mark.parametrize(("dimension", "name"), [(2, "Santos"), (3, "Mansoori")])
@@ -851,7 +851,7 @@ def test_pictures_of_mixtures_show_the_theory_of_mixtures(dimension, name):
     equation = theory.bmcsl if dimension == 3 else theory.santos_yuste_lopez_de_haro
     more = () if dimension == 3 else (dimension,)
     noise = np.random.default_rng(5).normal(size=64)
-    z = equation(0.3, [1, 1], [0.5, 1.0], *more)
+    z = equation(0.3, [0.5, 0.5], [0.5, 1.0], *more)
     record = mixed(made(noise, eta=0.3, d=dimension, z=z), (0.5, 1.0))
     pressure = z * 0.3 / theory.ball_volume(dimension) / (0.5 * (1.0 + 0.5**dimension))
     study = studies.EquationOfState(StudySpec(dimension=dimension), [record])

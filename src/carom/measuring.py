@@ -70,6 +70,7 @@ def measure(
         than 8 independent samples; if species of different masses have different temperatures. One of a
         thousand runs in equilibrium is called drifting all the same (:mod:`carom.observables.equilibrium`).
     """
+    _check_observable(observable)
     given = {
         "collisions": collisions,
         "collisions_per_particle": collisions_per_particle,
@@ -99,7 +100,7 @@ def measure(
         raise InputError("max_walltime and predicted go with relative_error, which is missing.")
     if time is None:
         if collisions_per_particle is not None:
-            collisions = round(0.5 * sim.scene.n * collisions_per_particle)
+            collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
         assert collisions is not None
         time = sim.time_for(collisions)
     blocks = []
@@ -112,6 +113,20 @@ def measure(
     result = sim.estimate(observable, blocks)
     _tell(result, thermometer)
     return result
+
+
+def _check_observable(observable: Any) -> None:
+    """Raise InputError for what cannot be measured."""
+    if isinstance(observable, type) or not (
+        callable(getattr(observable, "of_scene", None)) and hasattr(observable, "blocks")
+    ):
+        found = f"the class {observable.__name__}" if isinstance(observable, type) else None
+        raise InputError(
+            "measure() needs an observable, such as carom.Pressure() or carom.WallPressure(): with blocks, a "
+            "number, and of_scene(blocks, scene, kT=...), which returns the estimate; found "
+            f"{found or checks.describe(observable)}."
+        )
+    checks.integer(observable.blocks, "the observable's blocks", low=1)
 
 
 def until(

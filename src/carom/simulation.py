@@ -267,7 +267,7 @@ class Simulation:
         if all(value is None for value in limits.values()):
             raise InputError(f"run() needs a limit: one of {', '.join(limits)}.")
         if collisions_per_particle is not None:
-            added = round(collisions_per_particle * self.scene.n / 2)
+            added = checks.collisions_of(collisions_per_particle, self.scene.n)
             collisions = added if collisions is None else min(collisions, added)
         end = None if time is None else self.machine.clock.instant + Fraction(float(time))
         return loop.advance(
@@ -332,6 +332,7 @@ class Simulation:
 
         A run with fewer than 1000 collisions behind it first runs a pilot of as many.
         """
+        collisions = checks.number(collisions, "collisions", low=0.0)
         if self.scene.n == 1 or self.machine.start.energy == 0.0:
             raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
         if self.collisions < 1000:

@@ -14,9 +14,9 @@ from carom.observables.drift import LEVEL, PARTS, drift
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
 
 FEW = 8.0
-"""Independent samples below which the error bar of a long series is a guess. Their number is itself estimated:
-of blocks with a correlation of 0.3, which those of a collision a particle hardly have, one series in a thousand
-seems to have less.
+"""Independent samples below which the error bar of a long series is a guess. Their number is itself
+estimated: of blocks with a correlation of 0.3, which those of a collision a particle hardly have, one series
+in a thousand seems to have less.
 """
 
 PART = 8.0
@@ -27,7 +27,7 @@ FEWEST_PARTS = 4
 
 
 def doubts_about(result: Any) -> list[str]:
-    """Return what speaks against an observable's estimate, if it keeps its ``block_values``: :func:`doubts`."""
+    """Return the :func:`doubts` about an observable's estimate, if it keeps its ``block_values``."""
     values = getattr(result, "block_values", ())
     return doubts(getattr(result, "quantity", "what was measured"), result.primary, values) if values else []
 

@@ -26,6 +26,7 @@ from carom.plan import Plan
 from carom.scene import Scene
 from carom.simulation import Simulation
 from carom.studies.folder import RunFolder
+from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
 from carom.tally import Block
 
 
@@ -158,6 +159,9 @@ def _summary(
     statistics = sim.statistics
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
+    phase = None
+    if scene.simple:
+        phase = phase_of(scene, plan.scene.initial, moved(scene, sim.frame()))
 
     def measured(name: str) -> dict[str, float | None]:
         return _number(None if pressure is None else getattr(pressure, name))
@@ -179,7 +183,7 @@ def _summary(
         "relative_error": plan.run.relative_error,
         "compressibility_factor": measured("compressibility_factor"),
         "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),
-        "compressibility_factor_infinite": _number(_infinite(pressure)),
+        "compressibility_factor_infinite": _number(_infinite(pressure, phase)),
         "reduced_pressure": measured("reduced_pressure"),
         "collision_rate": measured("collision_rate"),
         "contact_value": measured("contact_value"),
@@ -190,7 +194,9 @@ def _summary(
         "obstacles": _obstacles(facts),
         "collisions_by_species": _by_species(sim),
         "spared_contacts": sim.spared_contacts,
-        "theory": _theory(scene),
+        "phase": None if phase is None else phase.name,
+        "phase_note": None if phase is None else phase.note or None,
+        "theory": _mixture_theory(scene) if phase is None else _theory(scene, phase),
         "energy_drift": statistics.energy_drift,
         "momentum_drift": _finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
@@ -232,26 +238,28 @@ def _by_species(sim: Simulation) -> dict[str, int]:
     return {f"{a}-{b}": int(counts[i, i + j]) for i, a in enumerate(names) for j, b in enumerate(names[i:])}
 
 
-def _infinite(pressure: PressureEstimate | None) -> Estimate | None:
-    """Return Z of the infinite fluid, or None where no theory gives the correction."""
-    if pressure is None or pressure.n == 1:
+def _infinite(pressure: PressureEstimate | None, phase: Phase | None) -> Estimate | None:
+    """Return Z of infinitely many particles, or None where no theory gives the correction."""
+    if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
         return None
+    if phase.name == "solid":
+        # What the correction needs of a crystal is its own Z: Z - 1 of n - 1 vibrating particles.
+        factor = pressure.n / (pressure.n - 1.0)
+        return pressure.compressibility_factor.scaled(factor, offset=1.0 - factor)
     try:
         return pressure.infinite_size()
     except InputError:
         return None
 
 
-def _theory(scene: Scene) -> list[dict[str, Any]]:
-    """Return what the equations of state say, for infinitely many particles and for n of them."""
+def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
+    """Return what the phase's equations of state say, for infinitely many particles and for n of them."""
     n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
     rows: list[dict[str, Any]] = []
-    if not scene.simple:
-        return _mixture_theory(scene)
-    for name, equation in theory.equations(dimension).items():
+    for name, equation in phase.equations.items():
         try:
             infinite = float(equation(eta))
-            finite = infinite + float(theory.finite_size_shift(eta, n, equation))
+            finite = infinite + finite_size_shift(phase, eta, n, equation)
         except CaromError:
             continue
         contact = float(theory.contact_value(finite, eta, dimension, n)) if n > 1 else math.nan
