@@ -1,4 +1,4 @@
-"""Public functions with numbers that are none, out of range, or of another kind: an error of Carom's, at once."""
+"""Public functions with numbers that are none, out of range, or of another kind: an error of Carom's."""
 
 import math
 

@@ -362,7 +362,7 @@ def test_fractions_that_do_not_sum_to_one_are_refused(wrong):
         lambda: theory.santos_yuste_lopez_de_haro(0.3, wrong, [0.25, 0.75], 4),
         lambda: theory.mixture_second_virial(wrong, [0.25, 0.75], 3),
     ):
-        with pytest.raises(InputError, match="sum to .* exchange the arguments"):
+        with pytest.raises(InputError, match=r"sum to .* exchange the arguments"):
             equation()
     # Rounded to three digits they are what was meant.
     assert theory.bmcsl(0.3, [0.333, 0.333, 0.333], [1.0, 0.5, 0.7]) == theory.bmcsl(
@@ -372,7 +372,7 @@ def test_fractions_that_do_not_sum_to_one_are_refused(wrong):
 
 # The literature's numbers themselves: what is compared with itself elsewhere is wrong together.
 def test_freezing_melting_and_close_packing_are_those_of_the_sources():
-    # Bernard and Krauth 2011; van Meel, Charbonneau, Fortini and Charbonneau 2009, table I; 3D: coexistence().
+    # 2D: Bernard and Krauth 2011; 3D: coexistence(); 4D to 6D: van Meel et al. 2009.
     assert theory.FREEZING == {2: 0.70, 3: 0.4917, 4: 0.288, 5: 0.174, 6: 0.105}
     assert theory.MELTING == {2: 0.72, 3: 0.5433, 4: 0.337, 5: 0.206, 6: 0.138}
     # Conway and Sloane, table 1.2: densities of Z, A2, D3, D4, D5, E6 to five digits.

@@ -20,6 +20,7 @@ from carom.io.paths import replacing, writing
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
 from carom.observables.equilibrium import doubts_about
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
+from carom.observables.pressure import finite_size_doubt
 from carom.observables.rdf import rdf
 from carom.observables.wall_pressure import obstacle_names
 from carom.plan import Plan
@@ -195,7 +196,7 @@ def _summary(
         "collisions_by_species": _by_species(sim),
         "spared_contacts": sim.spared_contacts,
         "phase": None if phase is None else phase.name,
-        "phase_note": None if phase is None else phase.note or None,
+        "phase_note": None if phase is None else _note(phase, scene),
         "theory": _mixture_theory(scene) if phase is None else _theory(scene, phase),
         "energy_drift": statistics.energy_drift,
         "momentum_drift": _finite(statistics.momentum_drift),
@@ -238,6 +239,14 @@ def _by_species(sim: Simulation) -> dict[str, int]:
     return {f"{a}-{b}": int(counts[i, i + j]) for i, a in enumerate(names) for j, b in enumerate(names[i:])}
 
 
+def _note(phase: Phase, scene: Scene) -> str | None:
+    """Return what a reader has to know of the phase and of the size of the box."""
+    small = ""
+    if phase.name == "fluid":
+        small = finite_size_doubt(scene.packing_fraction, scene.n, scene.dimension)
+    return " ".join(filter(None, (phase.note, small))) or None
+
+
 def _infinite(pressure: PressureEstimate | None, phase: Phase | None) -> Estimate | None:
     """Return Z of infinitely many particles, or None where no theory gives the correction."""
     if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
@@ -247,7 +256,9 @@ def _infinite(pressure: PressureEstimate | None, phase: Phase | None) -> Estimat
         factor = pressure.n / (pressure.n - 1.0)
         return pressure.compressibility_factor.scaled(factor, offset=1.0 - factor)
     try:
-        return pressure.infinite_size()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # the note on the phase says so
+            return pressure.infinite_size()
     except InputError:
         return None
 
