@@ -14,11 +14,12 @@ import pytest
 import carom
 from carom import studies, theory
 from carom.errors import CaromWarning, FileError, InputError
+from carom.observables import drift
 from carom.plan.sections import SceneSpec
 from carom.scene import lattices
 from carom.studies import StudySpec, tasks
 from carom.studies import executors as engines
-from carom.studies.eos import drift, fits, pictures, table, toml
+from carom.studies.eos import fits, pictures, table, toml
 from carom.studies.eos.order import OrderParameter, q_6
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.start import start as start_of
@@ -810,7 +811,7 @@ def test_what_has_no_theory_is_compared_with_none(scene):
     """That of additive mixtures was 20 errors off for one that is not additive."""
     noise = np.random.default_rng(3).normal(size=64)
     (row,) = table.table([mixed(made(noise), (0.5, 1.0))])
-    assert row.theory == theory.bmcsl(0.2, [1, 1], [0.5, 1.0])
+    assert row.theory == theory.bmcsl(0.2, [0.5, 0.5], [0.5, 1.0])
     record = mixed(made(noise), (0.5, 1.0), **scene)
     (row,) = table.table([record])
     assert math.isnan(row.theory)
@@ -843,7 +844,7 @@ def test_mixtures_of_disks_do_not_freeze_where_equal_disks_do():
     (equal,) = table.table([made(noise, eta=0.71, d=2)])
     (unequal,) = table.table([mixed(made(noise, eta=0.71, d=2), (0.7, 1.0))])
     assert (equal.phase, unequal.phase) == ("coexistence", "fluid")
-    assert unequal.theory == theory.santos_yuste_lopez_de_haro(0.71, [1, 1], [0.7, 1.0], 2)
+    assert unequal.theory == theory.santos_yuste_lopez_de_haro(0.71, [0.5, 0.5], [0.7, 1.0], 2)
 
 
 @pytest.mark.parametrize(("dimension", "name"), [(2, "Santos"), (3, "Mansoori")])
@@ -852,7 +853,7 @@ def test_pictures_of_mixtures_show_the_theory_of_mixtures(dimension, name):
     equation = theory.bmcsl if dimension == 3 else theory.santos_yuste_lopez_de_haro
     more = () if dimension == 3 else (dimension,)
     noise = np.random.default_rng(5).normal(size=64)
-    z = equation(0.3, [1, 1], [0.5, 1.0], *more)
+    z = equation(0.3, [0.5, 0.5], [0.5, 1.0], *more)
     record = mixed(made(noise, eta=0.3, d=dimension, z=z), (0.5, 1.0))
     pressure = z * 0.3 / theory.ball_volume(dimension) / (0.5 * (1.0 + 0.5**dimension))
     study = studies.EquationOfState(StudySpec(dimension=dimension), [record])

@@ -158,3 +158,34 @@ def test_finite_size_correction_keeps_the_error_and_removes_the_known_shift():
     # The differences in the shift are good to eps^(2/3), times derivatives of 1 / (1 - eta).
     assert corrected.mean == pytest.approx(theory.tonks(0.6), rel=1e-8)
     assert corrected.error == measured.error
+
+
+def test_the_correction_to_infinite_size_warns_where_images_are_felt():
+    def measured(n, rho):
+        return Pressure.estimate(
+            [Block(1.0, 100, 300.0)] * 32, n=n, dimension=3, volume=n / rho, diameter=1.0, kT=1.0
+        )
+
+    with pytest.warns(CaromWarning, match=r"box of 5\.1 diameters is too small"):
+        measured(108, 0.8).infinite_size()
+    measured(108, 0.4).infinite_size()
+    measured(256, 0.8).infinite_size()
+
+
+def test_the_error_of_the_contact_value_is_that_of_z():
+    blocks = synthetic_blocks(3.2, n=500, dimension=3, count=200, seed=3)
+    found = Pressure.estimate(blocks, n=500, dimension=3, volume=900.0, diameter=1.0, kT=1.0)
+    z, contact = found.compressibility_factor, found.contact_value
+    assert contact.error / contact.mean == pytest.approx(z.error / (z.mean - 1), rel=1e-12)
+
+
+def test_pulls_of_the_pressure_have_unit_variance():
+    pulls = []
+    for seed in range(300):
+        blocks = synthetic_blocks(3.2, n=50, dimension=3, count=128, seed=seed, duration=1.0)
+        z = Pressure.estimate(
+            blocks, n=50, dimension=3, volume=90.0, diameter=1.0, kT=1.0
+        ).compressibility_factor
+        pulls.append((z.mean - 3.2) / z.error)
+    # chi squared of 300, at 1e-4 on either side, and t of some 40 degrees of freedom: 2 %.
+    assert 0.85 < np.std(pulls) < 1.18

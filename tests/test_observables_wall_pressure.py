@@ -4,14 +4,20 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 import carom
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
+from carom.frame import Frame
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.observables import WallPressure
+from carom.observables.momentum_balance import weighted_momenta
+from carom.plan.plan import Plan
+from carom.plan.sections import OutputSpec, RunSpec, SceneSpec
 from carom.scene.velocities import maxwell_velocities
 from carom.simulation import preparation as contents
+from carom.studies.runs import execution as runs
 
 
 def blocks(impulses, count=64, duration=2.0):
@@ -153,3 +159,110 @@ def test_velocities_of_a_periodic_box_are_those_of_before():
         maxwell_velocities(9, 2, 1.5, 0.3, 7),
         maxwell_velocities(9, 2, 1.5, 0.3, 7, (True, True)),
     )
+
+
+# A component of diameter 1 in an edge of 8: which obstacle, where it touches that, the normal there, out of
+# the fluid; the axes whose motion the balance sees, and the free length.
+ROUND = (SphericalContainer((4.0,) * 3, 3.5),)
+LONG = (CylindricalContainer(1, (4.0,) * 3, 3.5),)
+FREE = [
+    ((False,), (), 1, [7.5], [1.0], (0,), 7.0),
+    ((True, False), (), 0, [3.0, 0.5], [0.0, -1.0], (1,), 7.0),
+    ((False, False, False), (), 4, [3.0, 5.0, 0.5], [0.0, 0.0, -1.0], (2,), 7.0),
+    ((False,) * 3, ROUND, 6, [4.0, 7.0, 4.0], [0, 1, 0], (0, 1, 2), 3.0),
+    ((False, True, False), LONG, 4, [4, 5, 1], [0, 0, -1], (0, 2), 3.0),
+    ((True, True), (Ball((7.0, 4.0), 1.0),), 0, [0.5, 4.0], [-1.0, 0.0], None, None),
+    ((True, False), (Plane((0.0, -1.0), -7.0),), 2, [1.0, 6.5], [0.0, 1.0], None, None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("periodic", "obstacles", "k", "touching", "normal", "axes", "free"), FREE)
+def test_the_balance_of_a_contact_and_of_free_flight(periodic, obstacles, k, touching, normal, axes, free):
+    d = len(periodic)
+    velocity = np.array([0.7, 0.45, -0.3])[:d]
+    scene = carom.Scene(
+        [[3.3] * d], 8.0, mass=2.0, velocities=[velocity], periodic=periodic, obstacles=obstacles
+    )
+
+    def weighted(place):
+        frame = Frame(
+            0.0,
+            0,
+            np.array([place]),
+            velocity[None],
+            scene.box,
+            scene.diameters,
+            scene.masses,
+            periodic=periodic,
+        )
+        return weighted_momenta(frame, scene)[k]
+
+    # What the obstacle takes up at the contact, M loses.
+    assert weighted(touching) == pytest.approx(2.0 * velocity @ normal, rel=1e-14)
+    if axes is not None:
+        # In free flight the stress is m v v, here with the same weight everywhere.
+        gain = weighted(np.full(d, 3.3) + 0.5 * velocity) - weighted(np.full(d, 3.3))
+        assert gain == pytest.approx(0.5 * 2.0 * np.sum(velocity[list(axes)] ** 2) / free, rel=1e-13)
+
+
+def test_the_force_of_one_component_has_no_noise():
+    scene = carom.Scene([[3.7, 3.7]], 8.0, mass=2.0, velocities=[[0.7, 0.45]], periodic=(True, False))
+    found = carom.Simulation(scene).measure(WallPressure("upper wall of axis 1"), time=300.0)
+    # Sums of a hundred contacts and of positions within the box, each within a few roundings.
+    assert found.force.mean == pytest.approx(2.0 * 0.45**2 / 7.0, rel=1e-12)
+    assert found.force.error < 1e-12 * found.force.mean
+
+
+def pulls_of_walls(d, n, eta, periodic, seeds, which=0, per_particle=128, obstacles=()):
+    """Return (measured - mean of all) / error of runs that differ in their seed."""
+    found = []
+    for seed in range(seeds):
+        scene = carom.Scene.random(
+            n, d, packing_fraction=eta, periodic=periodic, seed=seed, obstacles=obstacles
+        )
+        sim = carom.Simulation(scene, seed=seed)
+        sim.run(collisions_per_particle=30)
+        found.append(sim.measure(WallPressure(which, 1.0), collisions_per_particle=per_particle).force)
+    means = np.array([force.mean for force in found])
+    # The mean of all leaves seeds - 1 degrees of freedom.
+    return (means - means.mean()) / [force.error for force in found] * math.sqrt(seeds / (seeds - 1))
+
+
+def assert_of_unit_variance(pulls):
+    """Bounds that chi squared leaves in two of a thousand cases, and 10 % for what errors are known to."""
+    low, high = np.sqrt(chi2.ppf([1e-3, 1 - 1e-3], len(pulls) - 1) / (len(pulls) - 1))
+    assert 0.9 * low < math.sqrt(np.mean(pulls**2)) < 1.1 * high
+
+
+def test_error_bars_of_walls_cover_although_sound_carries_blocks():
+    # Of the momentum taken up alone they would be 4 times too wide: pulls of 0.25.
+    assert_of_unit_variance(pulls_of_walls(2, 60, 0.3, (True, False), 80))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("d", "n", "eta", "periodic", "which", "obstacles"),
+    [
+        (2, 200, 0.1, False, 0, ()),
+        (2, 200, 0.4, (True, False), 1, ()),
+        (3, 200, 0.1, (True, True, False), 0, ()),
+        (3, 200, 0.4, False, 3, ()),
+        (2, 200, 0.3, True, "ball", (Ball((6.0, 6.0), 2.0),)),
+        (2, 200, 0.2, (True, False), "roof", (Plane((0.0, -1.0), -20.0, "roof"),)),
+    ],
+)
+def test_error_bars_cover_at_any_density(d, n, eta, periodic, which, obstacles):
+    assert_of_unit_variance(pulls_of_walls(d, n, eta, periodic, 60, which, 256, obstacles))
+
+
+def test_a_run_measures_walls_as_measure_does(tmp_path):
+    plan = Plan(
+        scene=SceneSpec(initial="random", n=40, dimension=2, packing_fraction=0.3, periodic=(True, False)),
+        run=RunSpec(collisions_per_particle=100, equilibration=30, frames=1),
+        output=OutputSpec(trajectory=(), pictures=False),
+    )
+    lower, upper = runs.run(plan, tmp_path / "run").summary["obstacles"]
+    # Of equal disks the balance is the same for both walls, to rounding; what they took up is not.
+    assert lower["force"]["mean"] == pytest.approx(upper["force"]["mean"], rel=1e-12)
+    # 2000 collisions of independent stress: 1 / sqrt(2000) times a factor of the order of one.
+    assert 0.01 < lower["force"]["error"] / lower["force"]["mean"] < 0.05

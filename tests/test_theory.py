@@ -300,7 +300,7 @@ def test_bmcsl_gives_the_table_and_its_contact_values_give_its_pressure():
 
 def test_mixtures_of_one_species_are_no_mixtures():
     eta = np.array([0.1, 0.3, 0.45])
-    for x, sigma in (([1.0], [2.0]), ([3.0, 1.0], [0.7, 0.7])):
+    for x, sigma in (([1.0], [2.0]), ([0.75, 0.25], [0.7, 0.7])):
         np.testing.assert_allclose(theory.bmcsl(eta, x, sigma), theory.carnahan_starling(eta), rtol=1e-14)
         np.testing.assert_allclose(theory.jenkins_mancini(eta, x, sigma), theory.henderson(eta), rtol=1e-13)
         for d in (1, 2, 3, 4):
@@ -351,3 +351,43 @@ def test_collision_rates_of_a_species_are_those_of_equal_particles(dimension):
 def test_mixtures_that_are_none_are_refused(x, sigma):
     with pytest.raises(InputError):
         theory.bmcsl(0.3, x, sigma)
+
+
+@pytest.mark.parametrize("wrong", [[1.0, 0.5], [3, 1], [0.5, 0.4]])
+def test_fractions_that_do_not_sum_to_one_are_refused(wrong):
+    for equation in (
+        lambda: theory.bmcsl(0.3, wrong, [0.25, 0.75]),
+        lambda: theory.bmcsl_contact_value(0.3, wrong, [0.25, 0.75]),
+        lambda: theory.jenkins_mancini(0.3, wrong, [0.25, 0.75]),
+        lambda: theory.santos_yuste_lopez_de_haro(0.3, wrong, [0.25, 0.75], 4),
+        lambda: theory.mixture_second_virial(wrong, [0.25, 0.75], 3),
+    ):
+        with pytest.raises(InputError, match=r"sum to .* exchange the arguments"):
+            equation()
+    # Rounded to three digits they are what was meant.
+    assert theory.bmcsl(0.3, [0.333, 0.333, 0.333], [1.0, 0.5, 0.7]) == theory.bmcsl(
+        0.3, [1 / 3, 1 / 3, 1 / 3], [1.0, 0.5, 0.7]
+    )
+
+
+# The literature's numbers themselves: what is compared with itself elsewhere is wrong together.
+def test_freezing_melting_and_close_packing_are_those_of_the_sources():
+    # 2D: Bernard and Krauth 2011; 3D: coexistence(); 4D to 6D: van Meel et al. 2009.
+    assert theory.FREEZING == {2: 0.70, 3: 0.4917, 4: 0.288, 5: 0.174, 6: 0.105}
+    assert theory.MELTING == {2: 0.72, 3: 0.5433, 4: 0.337, 5: 0.206, 6: 0.138}
+    # Conway and Sloane, table 1.2: densities of Z, A2, D3, D4, D5, E6 to five digits.
+    densities = (1.0, 0.90690, 0.74048, 0.61685, 0.46526, 0.37295)
+    for dimension, density in enumerate(densities, start=1):
+        assert theory.CLOSE_PACKING[dimension] == pytest.approx(density, abs=5.1e-6)
+
+
+def test_virial_coefficients_are_those_of_clisby_and_mccoy():
+    # J. Stat. Phys. 122, 15 (2006), B_k / B_2^(k-1): k, dimension, value to its last digit.
+    published = [
+        (3, 4, 0.50634, 5e-6), (4, 4, 0.15184606, 5e-9), (5, 4, 0.0357041, 5e-8), (6, 4, 0.0077359, 5e-8),
+        (7, 4, 0.0014303, 5e-8), (8, 4, 0.0002888, 5e-8), (5, 5, 0.0129551, 5e-8), (6, 5, 0.0009815, 5e-8),
+        (5, 2, 0.33355604, 5e-9), (8, 2, 0.0649930, 5e-8),
+    ]  # fmt: skip
+    for k, dimension, value, last_digit in published:
+        reduced = theory.virial_coefficients(dimension)[k - 2] / 2.0 ** ((dimension - 1) * (k - 1))
+        assert reduced == pytest.approx(value, abs=last_digit)

@@ -88,7 +88,7 @@ def disks(n, eta, ratio=1.4):
         packing_fraction=eta,
         seed=1,
     )
-    return scene, theory.santos_yuste_lopez_de_haro(eta, [1, 1], [ratio, 1.0], 2)
+    return scene, theory.santos_yuste_lopez_de_haro(eta, [0.5, 0.5], [ratio, 1.0], 2)
 
 
 def test_binary_disks_quickly():

@@ -19,9 +19,13 @@ class Block(NamedTuple):
         time it is an energy.
     impulses : tuple of float
         Momentum that each wall and obstacle took up [mass length / time], in the order of their numbers.
+    momentum_changes : tuple of float
+        Change of the weighted momentum of the components that belongs to each of them [mass length / time]
+        (see :mod:`carom.observables.momentum_balance`); empty where nobody looked.
     """
 
     duration: float
     collisions: int
     virial: float
     impulses: tuple[float, ...] = ()
+    momentum_changes: tuple[float, ...] = ()

@@ -21,6 +21,9 @@ FASTEST = 1e152
 #: Temperatures beyond this are, too.
 HOTTEST = 1e304
 
+#: Collisions beyond this are never reached.
+MOST_COLLISIONS = 2.0**62
+
 #: Relative errors below this are refused: they would take some 1e18 independent blocks.
 FINEST_ERROR = 1e-9
 
@@ -92,6 +95,11 @@ def integer(value: Any, name: str, *, low: int, high: int | None = None) -> int:
         limits = f"at least {low}" if high is None else f"between {low} and {high}"
         raise InputError(f"{name} must be {limits}, found {describe(value)}.")
     return result
+
+
+def collisions_of(per_particle: float, n: int) -> int:
+    """Return the pair collisions that are so many a particle, at most what can be counted."""
+    return round(min(0.5 * n * min(per_particle, MOST_COLLISIONS), MOST_COLLISIONS))
 
 
 def positive(value: Any, name: str) -> float:

@@ -70,17 +70,12 @@ def results(result: RunResult, as_json: bool) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from carom import theory
-
     console = Console(highlight=False, soft_wrap=False)
     try:
         console.print(_physics(result.summary))
         console.print(_mechanics(result.summary))
-        freezing = theory.FREEZING.get(result.summary["dimension"], math.inf)
-        if (eta := result.summary["packing_fraction"]) > freezing:
-            console.print(
-                Text(f"Packing fraction {eta:.4g} is beyond freezing: the equations are those of the fluid.")
-            )
+        if note := result.summary["phase_note"]:
+            console.print(Text(note))
         if reason := result.summary["without_rdf"]:
             console.print(Text(reason))
         console.print(Text(f"Results in {result.folder}"))
@@ -107,7 +102,7 @@ def _physics(summary: dict[str, Any]) -> Any:
         table.add_column(row["name"], justify="right")
     rows = [
         (f"Z, N = {n}", "compressibility_factor", "compressibility_factor"),
-        ("Z, infinite fluid", "compressibility_factor_infinite", "compressibility_factor_infinite"),
+        ("Z, infinite N", "compressibility_factor_infinite", "compressibility_factor_infinite"),
         ("g(σ+) from collisions", "contact_value", "contact_value"),
         ("g(σ+) from g(r)", "contact_value_from_rdf", "contact_value"),
     ]

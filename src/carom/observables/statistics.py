@@ -267,8 +267,10 @@ def _lag_one(y: np.ndarray) -> float:
 
 
 def _warn_few(n_eff: float) -> None:
+    # Half a sample is what is left where a series moves one way only.
     warnings.warn(
-        f"Only {n_eff:.1f} independent samples were found: the error bar is a guess. Run longer.",
+        f"Fewer than {max(math.floor(n_eff) + 1, 2)} independent samples were found: the error bar is a "
+        "guess. Run longer, after a longer equilibration.",
         CaromWarning,
         stacklevel=3,
     )

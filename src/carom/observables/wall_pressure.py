@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,10 +33,7 @@ class WallPressure:
         (its surface, not where the centres of components turn around); 1 in one dimension. Planes and
         obstacles of one's own need it.
     blocks : int
-        Stretches of equal length that the run is cut into; the error bar comes from their scatter. What
-        strikes a wall in one of them is paid back in the next, if it is shorter than sound takes through the
-        box: the error bar is then several times too wide, never too narrow. Fewer blocks, or a longer run,
-        make it sharp.
+        Stretches of equal length that the run is cut into; the error bar comes from their scatter.
 
     Raises
     ------
@@ -73,6 +70,13 @@ class WallPressure:
         -----
         CaromWarning
             If there are too few independent blocks.
+
+        Notes
+        -----
+        The force on a wall or container is that of the momentum balance of the whole fluid
+        (:mod:`carom.observables.momentum_balance`), which sound does not carry from block to block. It
+        differs from the momentum taken up by a change of momentum that does not grow with the run. On balls,
+        planes and obstacles of one's own, and where blocks hold no momenta, it is the momentum taken up.
         """
         names = obstacle_names(scene)
         k = self._number(names)
@@ -81,12 +85,17 @@ class WallPressure:
         if not kept:
             raise InputError("No block of positive duration was given; run before measuring the pressure.")
         impulses = np.array([block.impulses[k] for block in kept])
+        if all(block.momentum_changes for block in kept):
+            flux = impulses + np.array([block.momentum_changes[k] for block in kept])
+        else:
+            flux = impulses
         durations = np.array([block.duration for block in kept])
         if not impulses.any():  # nobody came: the scatter is no error
             force = Estimate(0.0, math.inf, 0.0, math.inf, len(kept))
         else:
-            force = ratio(impulses, durations)
-        return WallPressureEstimate(force.scaled(1.0 / area), force, names[k], area)
+            force = ratio(flux, durations)
+        values = tuple((flux / durations / area).tolist())
+        return WallPressureEstimate(force.scaled(1.0 / area), force, names[k], area, values)
 
     def _number(self, names: tuple[str, ...]) -> int:
         if not names:
@@ -115,15 +124,23 @@ class WallPressureEstimate:
         Of the wall or obstacle.
     area : float
         [length^(d-1)]
+    block_values : tuple of float
+        Pressure in each block.
     """
 
     pressure: Estimate
     force: Estimate
     name: str
     area: float
+    block_values: tuple[float, ...] = field(default=(), repr=False)
 
     def __str__(self) -> str:
         return f"P on {self.name} = {self.pressure.value_text}"
+
+    @property
+    def quantity(self) -> str:
+        """What was measured, for sentences."""
+        return f"the pressure on {self.name}"
 
     @property
     def primary(self) -> Estimate:

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
+from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
+from carom.simulation.equipartition import Thermometer
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
@@ -64,8 +66,11 @@ def measure(
     Warns
     -----
     CaromWarning
-        If ``max_walltime`` came first.
+        If ``max_walltime`` came first; if what is measured drifts, or changes so slowly that there are less
+        than 8 independent samples; if species of different masses have different temperatures. One of a
+        thousand runs in equilibrium is called drifting all the same (:mod:`carom.observables.equilibrium`).
     """
+    _check_observable(observable)
     given = {
         "collisions": collisions,
         "collisions_per_particle": collisions_per_particle,
@@ -95,15 +100,33 @@ def measure(
         raise InputError("max_walltime and predicted go with relative_error, which is missing.")
     if time is None:
         if collisions_per_particle is not None:
-            collisions = round(0.5 * sim.scene.n * collisions_per_particle)
+            collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
         assert collisions is not None
         time = sim.time_for(collisions)
     blocks = []
+    thermometer = Thermometer(sim.machine)
     for block in sim.blocks(time / observable.blocks, observable.blocks):
         blocks.append(block)
+        thermometer.look()
         if progress is not None:
             progress(len(blocks) / observable.blocks)
-    return sim.estimate(observable, blocks)
+    result = sim.estimate(observable, blocks)
+    _tell(result, thermometer)
+    return result
+
+
+def _check_observable(observable: Any) -> None:
+    """Raise InputError for what cannot be measured."""
+    if isinstance(observable, type) or not (
+        callable(getattr(observable, "of_scene", None)) and hasattr(observable, "blocks")
+    ):
+        found = f"the class {observable.__name__}" if isinstance(observable, type) else None
+        raise InputError(
+            "measure() needs an observable, such as carom.Pressure() or carom.WallPressure(): with blocks, a "
+            "number, and of_scene(blocks, scene, kT=...), which returns the estimate; found "
+            f"{found or checks.describe(observable)}."
+        )
+    checks.integer(observable.blocks, "the observable's blocks", low=1)
 
 
 def until(
@@ -132,10 +155,12 @@ def until(
     size = 1  # of a block, in blocks of the first kind
     expected = math.inf
     rate = _Rate(sim)
+    thermometer = Thermometer(sim.machine)
     while True:
         while size * len(blocks) < look and (len(blocks) < 2 or clock.perf_counter() < deadline):
             blocks.extend(sim.blocks(size * duration, 1))
             rate.tick()
+            thermometer.look()
             if len(blocks) == capacity:
                 blocks = [merged(*pair) for pair in zip(blocks[::2], blocks[1::2], strict=True)]
                 size *= 2
@@ -169,7 +194,14 @@ def until(
         rate.pause()
     if progress is not None:
         progress(1.0)
+    _tell(result, thermometer)
     return result
+
+
+def _tell(result: Any, thermometer: Thermometer) -> None:
+    """Warn of what speaks against a result."""
+    for sentence in (*doubts_about(result), *thermometer.doubts()):
+        warnings.warn(sentence, CaromWarning, stacklevel=3)
 
 
 class _Rate:
@@ -206,4 +238,5 @@ def merged(one: Block, other: Block) -> Block:
         one.collisions + other.collisions,
         one.virial + other.virial,
         tuple(a + b for a, b in zip(one.impulses, other.impulses, strict=True)),
+        tuple(a + b for a, b in zip(one.momentum_changes, other.momentum_changes, strict=True)),
     )

@@ -169,6 +169,15 @@ def impulses(machine: Machine) -> tuple[float, ...]:
     return tuple(impact.impulse for impact in impacts(machine))
 
 
+def momenta_at_walls(machine: Machine) -> tuple[float, ...]:
+    """Return the weighted momentum that belongs to each wall and obstacle, at the present time."""
+    from carom.observables.momentum_balance import weighted_momenta
+
+    if machine.engine.model.obstacles is None:
+        return ()
+    return weighted_momenta(machine.frame(), machine.scene)
+
+
 def collisions_by_species(machine: Machine) -> np.ndarray:
     """Return the pair collisions of every pair of species, (K, K), symmetric."""
     return _symmetric(_by_species(machine).collisions, machine.scene.species_count)

@@ -268,7 +268,7 @@ class Simulation:
         if all(value is None for value in limits.values()):
             raise InputError(f"run() needs a limit: one of {', '.join(limits)}.")
         if collisions_per_particle is not None:
-            added = round(collisions_per_particle * self.scene.n / 2)
+            added = checks.collisions_of(collisions_per_particle, self.scene.n)
             collisions = added if collisions is None else min(collisions, added)
         end = None if time is None else self.machine.clock.instant + Fraction(float(time))
         return loop.advance(
@@ -321,14 +321,19 @@ class Simulation:
     def blocks(self, duration: float, count: int) -> Iterator[Block]:
         """Run on for ``count`` blocks of equal time and yield each."""
         start, step = self.machine.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
+        before = mechanics.momenta_at_walls(self.machine)
         for k in range(1, checks.integer(count, "count", low=0) + 1):
-            yield loop.advance(self.machine, None, start + k * step)
+            block = loop.advance(self.machine, None, start + k * step)
+            after = mechanics.momenta_at_walls(self.machine)
+            yield block._replace(momentum_changes=tuple(b - a for a, b in zip(before, after, strict=True)))
+            before = after
 
     def time_for(self, collisions: float) -> float:
         """Return the time in which about so many pair collisions happen, from the rate so far.
 
         A run with fewer than 1000 collisions behind it first runs a pilot of as many.
         """
+        collisions = checks.number(collisions, "collisions", low=0.0)
         if self.scene.n == 1 or self.machine.start.energy == 0.0:
             raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
         if self.collisions < 1000:

@@ -1,6 +1,6 @@
 """Additive mixtures of hard particles: equations of state, contact values, second virial, collision rates.
 
-A mixture is given by the parts `fractions` of the particles that are of each species, which are normalised,
+A mixture is given by the parts `fractions` of the particles that are of each species, which sum to 1,
 and their `diameters`.
 """
 
@@ -17,6 +17,9 @@ from carom.theory.arithmetic import Equation, checked
 from carom.theory.choice import best
 from carom.theory.contact import ball_volume, contact_value
 from carom.theory.fluid import henderson
+
+ROUNDED = 5e-3
+"""By how much each fraction may have been rounded."""
 
 
 def bmcsl(packing_fraction: Any, fractions: ArrayLike, diameters: ArrayLike) -> Any:
@@ -193,6 +196,12 @@ def _species(fractions: ArrayLike, diameters: ArrayLike) -> tuple[np.ndarray, np
         )
     if not (np.isfinite(x).all() and (x >= 0.0).all() and x.sum() > 0.0):
         raise InputError("fractions must be numbers of at least zero, not all of them zero.")
+    # Parts that were rounded, as 0.333, sum to 1 within some 1e-3 each.
+    if abs(x.sum() - 1.0) > ROUNDED * x.size:
+        raise InputError(
+            f"fractions sum to {x.sum():.6g}; parts of the particles sum to 1. If these are numbers of "
+            "particles, divide them by their sum; if they are diameters, exchange the arguments."
+        )
     if not (np.isfinite(sigma).all() and (sigma > 0.0).all()):
         raise InputError("diameters must be positive numbers.")
     return x / x.sum(), sigma

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom import checks, theory
 from carom.errors import InputError
-from carom.studies.eos.drift import LEVEL
+from carom.observables.drift import LEVEL
 from carom.studies.eos.table import Row
 
 TERMS = 10

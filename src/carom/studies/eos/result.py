@@ -115,8 +115,9 @@ class EquationOfState:
         known = None
         species = self.records[0]["result"]["species"] if self.records else []
         if len(species) > 1:
-            diameters, counts = [s for s, _ in species], [c for _, c in species]
-            known = [theory.mixture_second_virial(counts, diameters, self.spec.dimension)]
+            diameters, total = [s for s, _ in species], sum(c for _, c in species)
+            fractions = [c / total for _, c in species]
+            known = [theory.mixture_second_virial(fractions, diameters, self.spec.dimension)]
         return fits.virials(self.table, up_to=up_to, order=order, known=known)
 
     def extrapolate(self) -> list[fits.Extrapolation]:

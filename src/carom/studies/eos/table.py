@@ -9,7 +9,7 @@ from typing import Any
 
 from carom import theory
 from carom.errors import InputError
-from carom.studies.eos import drift
+from carom.observables import drift
 from carom.studies.tasks import Record
 from carom.theory import Equation
 
@@ -168,10 +168,11 @@ def usual_equation(
         return None
     if len(species) == 1:
         return theory.best(dimension)
-    diameters, counts = [s for s, _ in species], [c for _, c in species]
+    diameters, total = [s for s, _ in species], sum(c for _, c in species)
+    fractions = [c / total for _, c in species]
     if dimension == 3:
-        return lambda eta: theory.bmcsl(eta, counts, diameters)
-    return lambda eta: theory.santos_yuste_lopez_de_haro(eta, counts, diameters, dimension)
+        return lambda eta: theory.bmcsl(eta, fractions, diameters)
+    return lambda eta: theory.santos_yuste_lopez_de_haro(eta, fractions, diameters, dimension)
 
 
 def finite_size_shift(state: str, packing_fraction: float, n: int, equation: Equation | None) -> float:

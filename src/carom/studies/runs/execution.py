@@ -27,9 +27,11 @@ from carom.block import Block
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io import checkpoint
 from carom.io.trajectory import Writer
+from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
+from carom.simulation.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder, existing_run
@@ -58,7 +60,8 @@ LARGEST_EXTENDED = 3
 """Dimensions that formats other than H5MD can hold."""
 
 KEPT = (
-    "seconds", "engine_seconds", "equilibrated", "first", "step", "marks", "part", "segments", "pilot",
+    "seconds", "engine_seconds", "equilibrated", "first", "step", "marks", "temperatures", "part", "segments",
+    "pilot",
 )  # fmt: skip
 """What a checkpoint keeps of a run under way, by the names of its attributes."""
 
@@ -226,7 +229,10 @@ class _Run:
     first, step : int, float
         The measured stretch begins at the time ``first * step``; a segment lasts `step`.
     marks : list of (int, float, ...)
-        Collisions and virial so far at the beginning of every segment reached.
+        Collisions and virial so far at the beginning of every segment reached; with walls or obstacles also
+        what each took up so far, and the weighted momentum that belongs to each then.
+    temperatures : list of tuple of float
+        Temperatures of species at the end of every segment, if their masses differ.
     part : int
         Parts done of the present segment.
     segments : int
@@ -256,6 +262,7 @@ class _Run:
         self.equilibrated: tuple[int, float] | None = None
         self.first, self.step = 0, 0.0
         self.marks: list[tuple[float, ...]] = []
+        self.temperatures: list[tuple[float, ...]] = []
         self.part = 0
         self._began = self._due = clock.perf_counter()
 
@@ -325,6 +332,8 @@ class _Run:
             self.sim.frame()
             files.callback(setattr, self.stop, "deferred", False)
             self.stop.deferred = True
+            self.thermometer = Thermometer(self.sim.machine)
+            self.thermometer.series = self.temperatures
             self.writers = [files.enter_context(opened(form)) for form in self.formats]
             self._save()
             if self.equilibrated is None:
@@ -361,6 +370,7 @@ class _Run:
         self.first = math.floor(sim.time / self.step) + 2
         for _ in sim.sample(times=[self.first * self.step]):
             self.marks = [self._mark()]
+            self.thermometer.series.clear()
         self._save()
 
     def _duration(self, wanted: float) -> float:
@@ -401,8 +411,11 @@ class _Run:
         # Sums since the start: differences of them do not depend on where a segment was cut.
         tally = self.sim.tally
         scene = self.sim.scene
-        taken_up = self.sim.obstacles if scene.walls or scene.obstacles else ()
-        return int(tally.collisions), float(tally.virial), *(impacts.impulse for impacts in taken_up)
+        sums = int(tally.collisions), float(tally.virial)
+        if not (scene.walls or scene.obstacles):
+            return sums
+        taken_up = (impacts.impulse for impacts in self.sim.obstacles)
+        return *sums, *taken_up, *weighted_momenta(self.sim.frame(), scene)
 
     def _frames(self) -> int:
         """Return the number of frames that belong to the marks."""
@@ -410,15 +423,12 @@ class _Run:
 
     def _blocks(self) -> list[Block]:
         """Return what each segment added up to."""
-        return [
-            Block(
-                self.step,
-                int(after[0] - before[0]),
-                after[1] - before[1],
-                tuple(b - a for a, b in zip(before[2:], after[2:], strict=True)),
-            )
-            for before, after in zip(self.marks, self.marks[1:], strict=False)
-        ]
+        blocks = []
+        for before, after in zip(self.marks, self.marks[1:], strict=False):
+            collisions, virial, *walls = (b - a for a, b in zip(before, after, strict=True))
+            half = len(walls) // 2
+            blocks.append(Block(self.step, int(collisions), virial, tuple(walls[:half]), tuple(walls[half:])))
+        return blocks
 
     def _error_bar(self) -> Estimate | None:
         """Return Z so far, or None where it never gets an error bar."""
@@ -453,6 +463,7 @@ class _Run:
             if self.part == PARTS:
                 self.part = 0
                 self.marks.append(self._mark())
+                self.thermometer.look()
                 if not self.pilot and (segment + 1) % self.per_frame == 0:
                     self._write()
         self._look()
@@ -477,6 +488,7 @@ class _Run:
             frames=self._frames(),
             rate=sum(block.collisions for block in blocks) / self.engine_seconds,
             began=self._began - self.seconds,
+            doubts=tuple(self.thermometer.doubts()),
         )
         trajectories = [self.folder.trajectory(form) for form in self.formats]
         try:

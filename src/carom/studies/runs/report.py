@@ -19,12 +19,15 @@ from carom.block import Block
 from carom.errors import CaromError, CaromWarning, InputError
 from carom.io.paths import replacing, writing
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
+from carom.observables.equilibrium import doubts_about
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
+from carom.observables.pressure import finite_size_doubt
 from carom.observables.rdf import rdf
 from carom.observables.wall_pressure import obstacle_names
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
+from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
 from carom.studies.runs.folder import RunFolder
 
 
@@ -47,6 +50,8 @@ class Facts:
         Collisions per second of wall time in the engine, in the measured stretch.
     began : float
         Reading of the performance counter when the run began, earlier sessions counted in.
+    doubts : tuple of str
+        What speaks against the equilibrium of the run, a sentence each.
     """
 
     plan: Plan
@@ -56,6 +61,7 @@ class Facts:
     frames: int
     rate: float
     began: float
+    doubts: tuple[str, ...] = ()
 
 
 def write(
@@ -75,6 +81,8 @@ def write(
         report("Drawing", 0.0)
         _draw(folder, facts, pressure, distributions)
     summary = _summary(facts, pressure, distributions, reason)
+    for sentence in summary["remarks"]:
+        warnings.warn(sentence, CaromWarning, stacklevel=3)
     text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     with replacing(folder.summary) as temporary, writing(folder.summary):
         temporary.write_text(text, encoding="utf-8")
@@ -152,6 +160,9 @@ def _summary(
     statistics = sim.statistics
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
+    phase = None
+    if scene.simple:
+        phase = phase_of(scene, plan.scene.initial, moved(scene, sim.frame()))
 
     def measured(name: str) -> dict[str, float | None]:
         return _number(None if pressure is None else getattr(pressure, name))
@@ -173,17 +184,20 @@ def _summary(
         "relative_error": plan.run.relative_error,
         "compressibility_factor": measured("compressibility_factor"),
         "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),
-        "compressibility_factor_infinite": _number(_infinite(pressure)),
+        "compressibility_factor_infinite": _number(_infinite(pressure, phase)),
         "reduced_pressure": measured("reduced_pressure"),
         "collision_rate": measured("collision_rate"),
         "contact_value": measured("contact_value"),
         "contact_value_from_rdf": whole,
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
+        "remarks": [*(doubts_about(pressure) if pressure is not None else ()), *facts.doubts],
         "obstacles": _obstacles(facts),
         "collisions_by_species": _by_species(sim),
         "spared_contacts": sim.spared_contacts,
-        "theory": _theory(scene),
+        "phase": None if phase is None else phase.name,
+        "phase_note": None if phase is None else _note(phase, scene),
+        "theory": _mixture_theory(scene) if phase is None else _theory(scene, phase),
         "energy_drift": statistics.energy_drift,
         "momentum_drift": _finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
@@ -225,26 +239,38 @@ def _by_species(sim: Simulation) -> dict[str, int]:
     return {f"{a}-{b}": int(counts[i, i + j]) for i, a in enumerate(names) for j, b in enumerate(names[i:])}
 
 
-def _infinite(pressure: PressureEstimate | None) -> Estimate | None:
-    """Return Z of the infinite fluid, or None where no theory gives the correction."""
-    if pressure is None or pressure.n == 1:
+def _note(phase: Phase, scene: Scene) -> str | None:
+    """Return what a reader has to know of the phase and of the size of the box."""
+    small = ""
+    if phase.name == "fluid":
+        small = finite_size_doubt(scene.packing_fraction, scene.n, scene.dimension)
+    return " ".join(filter(None, (phase.note, small))) or None
+
+
+def _infinite(pressure: PressureEstimate | None, phase: Phase | None) -> Estimate | None:
+    """Return Z of infinitely many particles, or None where no theory gives the correction."""
+    if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
         return None
+    if phase.name == "solid":
+        # What the correction needs of a crystal is its own Z: Z - 1 of n - 1 vibrating particles.
+        factor = pressure.n / (pressure.n - 1.0)
+        return pressure.compressibility_factor.scaled(factor, offset=1.0 - factor)
     try:
-        return pressure.infinite_size()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # the note on the phase says so
+            return pressure.infinite_size()
     except InputError:
         return None
 
 
-def _theory(scene: Scene) -> list[dict[str, Any]]:
-    """Return what the equations of state say, for infinitely many particles and for n of them."""
+def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
+    """Return what the phase's equations of state say, for infinitely many particles and for n of them."""
     n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
     rows: list[dict[str, Any]] = []
-    if not scene.simple:
-        return _mixture_theory(scene)
-    for name, equation in theory.equations(dimension).items():
+    for name, equation in phase.equations.items():
         try:
             infinite = float(equation(eta))
-            finite = infinite + float(theory.finite_size_shift(eta, n, equation))
+            finite = infinite + finite_size_shift(phase, eta, n, equation)
         except CaromError:
             continue
         contact = float(theory.contact_value(finite, eta, dimension, n)) if n > 1 else math.nan

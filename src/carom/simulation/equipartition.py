@@ -1,0 +1,75 @@
+"""The temperatures of species whose masses differ: whether energy is shared out among them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.observables.equilibrium import equipartition
+from carom.simulation.preparation import conserved
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+
+MOST = 16
+"""Kinds that are looked at; with more of them a species is hardly more than its members."""
+
+
+class Thermometer:
+    """Looks at the temperature of each species of a run now and then.
+
+    Species of different masses exchange energy slowly: a sphere a thousand times as heavy as those around it
+    takes a thousand collisions. Species that have the same mass, inelastic contacts, which keep species at
+    different temperatures for ever, and diameters that grow are not looked at.
+
+    Parameters
+    ----------
+    machine : Machine
+
+    Attributes
+    ----------
+    series : list of tuple of float
+        Temperature of each species in units of that of all, at each look.
+    """
+
+    def __init__(self, machine: Machine):
+        self._machine = machine
+        self.series: list[tuple[float, ...]] = []
+        scene = machine.scene
+        self.names: tuple[str, ...] = ()
+        elastic = scene.restitution == 1.0 and machine.contents.rates is None
+        if not elastic or scene.masses.min() == scene.masses.max():
+            return
+        if scene.species is None:
+            masses, self._kinds = np.unique(scene.masses, return_inverse=True)
+            names = tuple(f"mass {mass:g}" for mass in masses)
+        else:
+            present, self._kinds = np.unique(scene.species, return_inverse=True)
+            names = tuple(
+                scene.species_names[k] if scene.species_names else f"species {k}" for k in present.tolist()
+            )
+        if not 1 < len(names) <= MOST:
+            return
+        self.names = names
+        self._conserved = np.array(conserved(scene))
+        counts = np.bincount(self._kinds)
+        masses = np.bincount(self._kinds, weights=scene.masses)
+        # Without the momentum that is conserved: <m v^2> = d kT (1 - m / M).
+        self._freedoms = scene.dimension * counts - self._conserved.sum() * masses / masses.sum()
+
+    def look(self) -> None:
+        """Note the present temperatures, where there are several."""
+        if not self.names:
+            return
+        masses, v = self._machine.scene.masses, self._machine.speeds
+        v = v - np.where(self._conserved, np.average(v, axis=0, weights=masses), 0.0)
+        energies = np.bincount(self._kinds, weights=masses * np.sum(v * v, axis=1))
+        total = energies.sum()
+        if total > 0.0:
+            mean = total / self._freedoms.sum()
+            self.series.append(tuple((energies / np.maximum(self._freedoms, 1e-300) / mean).tolist()))
+
+    def doubts(self) -> list[str]:
+        """Return a sentence if species differ in temperature over the looks so far."""
+        return equipartition(self.names, self.series, self._freedoms) if self.series else []

@@ -1,0 +1,103 @@
+"""Which phase a run was in, and so which equations of state it may be compared with."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom import theory
+from carom.frame import Frame
+from carom.observables.drift import STUCK
+from carom.scene.scene import Scene
+from carom.theory import Equation
+
+ACCURATE_DISKS = 0.6
+"""Packing fraction up to which the equations of state of disks are good to 1e-3."""
+
+
+class Phase(NamedTuple):
+    """What a run of equal elastic particles in a periodic box was.
+
+    Attributes
+    ----------
+    name : str
+        "fluid", "solid" or "coexistence".
+    equations : dict of str to callable
+        What its Z may be compared with, the best one last.
+    note : str
+        What a reader has to know of it, a sentence; or "".
+    """
+
+    name: str
+    equations: dict[str, Equation]
+    note: str
+
+
+def moved(scene: Scene, frame: Frame) -> float:
+    """Return the median distance from the start, in units of the mean spacing ``(V / n)^(1/d)``."""
+    distance = np.sqrt(np.sum((frame.unwrapped - scene.positions) ** 2, axis=1))
+    return float(np.median(distance)) / float((scene.volume / scene.n) ** (1.0 / scene.dimension))
+
+
+def phase_of(scene: Scene, initial: str, distance: float) -> Phase:
+    """Return the phase of a run.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of equal elastic particles in a periodic box.
+    initial : str
+        How it began, as a scene file says it.
+    distance : float
+        Median distance of the particles from their start, as :func:`moved` has it.
+
+    Notes
+    -----
+    Beyond freezing, particles that stay near where they began are a solid; otherwise the fluid goes on,
+    metastable. Disks between freezing and melting are two phases side by side.
+    """
+    d, eta = scene.dimension, round(scene.packing_fraction, 9)
+    freezing, melting = theory.FREEZING.get(d, 1.0), theory.MELTING.get(d, 1.0)
+    stays = d > 1 and distance < STUCK
+    if eta < freezing:
+        note = ""
+        if stays:
+            note = (
+                "The particles still are near where they began: it may be no fluid yet. Equilibrate longer."
+            )
+        elif d == 2 and eta > ACCURATE_DISKS:
+            note = f"Equations of state of disks fail slowly beyond {ACCURATE_DISKS}: by 1.5 % at 0.67."
+        return Phase("fluid", theory.equations(d), note)
+    beyond = f"Packing fraction {eta:.4g} is beyond freezing ({freezing:g})"
+    if d == 2 and eta < melting:
+        return Phase(
+            "coexistence",
+            {},
+            f"{beyond} and below melting ({melting:g}): fluid and solid are there side by side, and no "
+            "equation of state holds.",
+        )
+    if not stays:
+        return Phase(
+            "fluid",
+            theory.equations(d),
+            f"{beyond}: a metastable fluid, if it did not freeze; the equations are those of the fluid.",
+        )
+    if d == 3 and initial in ("fcc", "dn"):
+        return Phase(
+            "solid",
+            {"Speedy (fcc)": theory.speedy, "Almarza (fcc)": theory.almarza},
+            f"{beyond}, and the particles are where they began: it is compared with the fcc crystal.",
+        )
+    return Phase(
+        "solid",
+        {},
+        f"{beyond}, and the particles are where they began: a crystal or a glass, of which no equation "
+        "of state is known here.",
+    )
+
+
+def finite_size_shift(phase: Phase, packing_fraction: float, n: int, equation: Equation) -> float:
+    """Return ``Z_N - Z`` of a phase by theory."""
+    law = theory.crystal_finite_size_shift if phase.name == "solid" else theory.finite_size_shift
+    return float(law(packing_fraction, n, equation))

@@ -1,0 +1,55 @@
+"""Public functions with numbers that are none, out of range, or of another kind: an error of Carom's."""
+
+import math
+
+import pytest
+
+import carom
+from carom.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def sim():
+    return carom.Simulation(carom.Scene([[1.0, 1.0], [3.0, 3.0]], 5.0), seed=1)
+
+
+WRONG = [math.nan, math.inf, -math.inf, -5, "5", None, True, [1], object()]
+
+
+@pytest.mark.parametrize("value", WRONG, ids=repr)
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda sim, x: sim.time_for(x),
+        lambda sim, x: list(sim.blocks(x, 1)),
+        lambda sim, x: list(sim.blocks(1.0, x)),
+        lambda sim, x: sim.measure(carom.Pressure(), time=x),
+        lambda sim, x: sim.measure(carom.Pressure(), collisions=x),
+        lambda sim, x: sim.measure(carom.Pressure(), collisions_per_particle=x),
+        lambda sim, x: sim.measure(carom.Pressure(), relative_error=x),
+        lambda sim, x: sim.measure(x, time=1.0),
+        lambda sim, x: sim.run(time=x),
+        lambda sim, x: sim.run(collisions=x),
+        lambda sim, x: sim.run(collisions_per_particle=x),
+        lambda sim, x: list(sim.sample(every=x, count=1)),
+        lambda sim, x: sim.rescale(x),
+        lambda sim, x: carom.Pressure(blocks=x),
+        lambda sim, x: carom.WallPressure(0, area=x) if x is not None else sim.run(time=x),
+    ],
+)
+def test_what_is_no_number_of_the_kind_is_refused(sim, call, value):
+    with pytest.raises(InputError):
+        call(sim, value)
+
+
+@pytest.mark.parametrize("observable", [object(), carom.Pressure, "pressure"])
+def test_measure_says_what_an_observable_needs(sim, observable):
+    with pytest.raises(InputError, match=r"needs an observable.*blocks.*of_scene"):
+        sim.measure(observable, time=1.0)
+
+
+def test_collisions_beyond_counting_are_as_good_as_endless():
+    from carom import checks
+
+    assert checks.collisions_of(1.7e308, 1000) == 2**62
+    assert checks.collisions_of(10.0, 7) == 35

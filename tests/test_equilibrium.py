@@ -1,0 +1,108 @@
+"""What a measured number is checked for: a drift, too few independent samples, temperatures of species."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from scipy.stats import binom
+
+import carom
+from carom.errors import CaromWarning
+from carom.observables.drift import LEVEL
+from carom.observables.equilibrium import doubts, doubts_about, equipartition
+from carom.observables.statistics import Estimate, blocking
+
+
+def series(rng, a, n):
+    """Return a stationary AR(1) series of variance 1."""
+    noise = rng.standard_normal(n) * math.sqrt(1.0 - a * a)
+    noise[0] /= math.sqrt(1.0 - a * a)
+    return lfilter([1.0], [1.0, -a], noise)
+
+
+def alarms(a, n, runs):
+    rng = np.random.default_rng([n, round(10 * a)])
+    return sum(bool(doubts("Z", blocking(x), x)) for x in (series(rng, a, n) for _ in range(runs)))
+
+
+@pytest.mark.parametrize(("a", "n"), [(0.0, 256), (0.3, 256), (0.6, 1024), (0.8, 1024)])
+def test_hardly_more_than_one_of_a_thousand_stationary_runs_is_doubted(a, n):
+    # Correlated parts may make it two of a thousand; one of 1e4 tests of that would fail.
+    assert alarms(a, n, 800) <= binom.ppf(1 - 1e-4, 800, 2 * LEVEL)
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+def test_a_trend_of_six_errors_is_seen():
+    rng = np.random.default_rng(3)
+    seen = 0
+    for _ in range(100):
+        # The slope of 256 numbers has an error of sqrt(3) / 16 over the half length, here a sixth of it.
+        x = rng.standard_normal(256) + 6.0 * math.sqrt(3.0) / 16.0 * np.linspace(1.0, -1.0, 256)
+        seen += bool(doubts("Z", blocking(x), x))
+    assert seen > 80
+
+
+def test_slow_changes_are_no_error_bar():
+    found = Estimate(9.4, 0.19, 7.0, 256 / 7.0, 16)
+    [sentence] = doubts("the pressure", found, [9.3, 9.5] * 128)
+    assert re.search("Only 7 independent samples of the pressure .* 256 blocks.*Run longer", sentence)
+    # Who asks for few blocks gets few, and an error bar that knows it.
+    assert doubts("the pressure", Estimate(9.4, 0.19, 7.0, 1.1, 8), [9.3, 9.5] * 4) == []
+
+
+def test_less_than_one_sample_is_said_without_decimals():
+    with pytest.warns(CaromWarning, match="Fewer than 2 independent samples were found"):
+        blocking(np.linspace(0.0, 1.0, 256))
+
+
+def test_estimates_without_blocks_are_not_doubted():
+    class Found:
+        primary = Estimate(1.0, 0.1, 1.0, 256.0, 16)
+
+    assert doubts_about(Found()) == []
+
+
+FREEDOMS = (120.0, 12000.0)
+
+
+def ratios(rng, a, looks, hot=0.0):
+    """Temperatures of few heavy spheres and many light ones; energy is conserved."""
+    first = 1.0 + hot + math.sqrt(2.0 / FREEDOMS[0]) * series(rng, a, looks)
+    return np.column_stack([first, (sum(FREEDOMS) - FREEDOMS[0] * first) / FREEDOMS[1]])
+
+
+@pytest.mark.parametrize("a", [0.0, 0.8])
+def test_species_in_equilibrium_differ_by_chance_only(a):
+    rng = np.random.default_rng(5)
+    runs = [equipartition(("big", "small"), ratios(rng, a, 256), FREEDOMS) for _ in range(800)]
+    assert sum(map(bool, runs)) <= binom.ppf(1 - 1e-4, 800, 2 * LEVEL)
+
+
+def test_a_species_that_is_hot_on_average_is_named():
+    rng = np.random.default_rng(6)
+    [sentence] = equipartition(("big", "small"), ratios(rng, 0.6, 256, hot=0.37), FREEDOMS)
+    assert re.search(r"big at 1\.3\d kT.*Equilibrate longer", sentence)
+
+
+def test_a_species_that_keeps_its_temperature_is_compared_with_chance():
+    # 0.37 is 2.9 of sqrt(2 / 120), which chance may do; 0.7 is not.
+    assert equipartition(("big", "small"), np.tile([1.37, 1 - 0.0037], (64, 1)), FREEDOMS) == []
+    assert equipartition(("big", "small"), np.tile([1.7, 1 - 0.007], (64, 1)), FREEDOMS)
+
+
+def test_measure_says_that_species_differ_in_temperature():
+    scene = carom.Scene.mixture(
+        [30, 30], diameters=[1.0, 1.0], masses=[1e4, 1.0], dimension=2, packing_fraction=0.1,
+        names=["big", "small"],
+    )  # fmt: skip
+    # Heavy disks ten times as hot as light ones cool over thousands of collisions.
+    rng = np.random.default_rng(1)
+    speeds = rng.standard_normal((60, 2)) / np.sqrt(scene.masses)[:, None]
+    speeds[:30] *= math.sqrt(10.0)
+    sim = carom.Simulation(scene.with_(velocities=speeds))
+    with pytest.warns(CaromWarning) as said:
+        sim.measure(carom.Pressure(), collisions_per_particle=400)
+    texts = [str(each.message) for each in said]
+    assert any("species differ in temperature (big at" in text for text in texts), texts

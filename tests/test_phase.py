@@ -1,0 +1,76 @@
+"""Which phase `carom run` takes a run for, and with what it compares it."""
+
+import math
+
+import numpy as np
+import pytest
+
+import carom
+from carom import theory
+from carom.block import Block
+from carom.frame import Frame
+from carom.observables import Pressure
+from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
+from carom.studies.runs.report import _infinite, _theory
+
+CRYSTAL, GONE = 0.15, 2.0
+
+
+@pytest.mark.parametrize(
+    ("d", "eta", "initial", "distance", "name", "equations", "said"),
+    [
+        (3, 0.45, "fcc", GONE, "fluid", ["Carnahan-Starling", "Pieprzyk et al."], ""),
+        (3, 0.45, "fcc", CRYSTAL, "fluid", ["Carnahan-Starling", "Pieprzyk et al."], "near where they began"),
+        (3, 0.55, "fcc", CRYSTAL, "solid", ["Speedy (fcc)", "Almarza (fcc)"], "fcc crystal"),
+        (3, 0.55, "random", CRYSTAL, "solid", [], "a crystal or a glass"),
+        (3, 0.52, "random", GONE, "fluid", ["Carnahan-Starling", "Pieprzyk et al."], "metastable"),
+        (2, 0.70, "triangular", GONE, "coexistence", [], "side by side"),
+        (2, 0.71, "random", CRYSTAL, "coexistence", [], "side by side"),
+        (2, 0.75, "triangular", CRYSTAL, "solid", [], "crystal or a glass"),
+        (2, 0.65, "random", GONE, "fluid", ["Henderson", "Padé of ten virials"], "1.5 %"),
+        (1, 0.70, "cubic", CRYSTAL, "fluid", ["Tonks (exact)"], ""),
+    ],
+)
+def test_the_phase_decides_what_a_run_is_compared_with(d, eta, initial, distance, name, equations, said):
+    class Dense:
+        dimension, packing_fraction = d, eta
+
+    found = phase_of(Dense, initial, distance)
+    assert (found.name, list(found.equations)) == (name, equations)
+    assert said in found.note
+    assert bool(said) == bool(found.note)
+
+
+def test_a_crystal_is_compared_with_a_crystal_of_as_many():
+    scene = carom.Scene.fcc(cells=3, packing_fraction=0.55)
+    images = np.zeros((108, 3), dtype=np.int32)
+    images[:60, 0] = 1
+    frame = Frame(0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, images)
+    # Most have gone around the box once: 108^(1/3) spacings.
+    assert moved(scene, frame) == pytest.approx(108 ** (1 / 3), rel=1e-12)
+    phase = phase_of(scene, "fcc", 0.0)
+    best = _theory(scene, phase)[-1]
+    infinite = theory.almarza(0.55)
+    assert best["compressibility_factor_infinite"] == pytest.approx(infinite, rel=1e-12)
+    assert best["compressibility_factor"] == pytest.approx(1 + (infinite - 1) * 107 / 108, rel=1e-12)
+    measured = Pressure.estimate(
+        [Block(1.0, 100, 3 * 108 * (best["compressibility_factor"] - 1))] * 32,
+        n=108, dimension=3, volume=scene.volume, diameter=1.0, kT=1.0,
+    )  # fmt: skip
+    assert _infinite(measured, phase).mean == pytest.approx(infinite, rel=1e-12)
+
+
+def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off():
+    """The canonical ensemble lacks fluctuations of the density: Z_N < Z, by the Tonks gas exactly."""
+    shift = finite_size_shift(Phase("fluid", {}, ""), 0.6, 20, theory.tonks)
+    assert shift == pytest.approx(theory.tonks(0.6, 20) - theory.tonks(0.6), rel=1e-6)
+    scene = carom.Scene([[float(k)] for k in range(6)], 10.0)
+    (row,) = _theory(scene, phase_of(scene, "file", 9.0))
+    assert row["compressibility_factor_infinite"] == pytest.approx(1.0 / 0.4, rel=1e-12)
+    assert row["compressibility_factor"] == pytest.approx(1.0 + 5 / 6 * 0.6 / 0.4, rel=1e-6)
+    virial = 6 * (row["compressibility_factor"] - 1)
+    measured = Pressure.estimate(
+        [Block(1.0, 100, virial)] * 32, n=6, dimension=1, volume=10.0, diameter=1.0, kT=1.0
+    )
+    assert _infinite(measured, phase_of(scene, "file", 9.0)).mean == pytest.approx(2.5, rel=1e-6)
+    assert math.isclose(row["contact_value"], 2.5, rel_tol=1e-6)
