@@ -10,15 +10,17 @@ from __future__ import annotations
 
 import gc
 import hashlib
-from functools import lru_cache, singledispatch
+from contextlib import suppress
+from functools import lru_cache, partial, singledispatch
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numba import njit, types
+from numba import njit
 from numba.core import config
 
+from carom.kernel.cache import keep
 from carom.kernel.inlining import InlinedCompiler, compile_once
+from carom.kernel.origins import FACES, INLINED, Unknown, class_of, classes_in
 
 # Division must not test for zero, or no loop that divides can be vectorised.
 STRICT: Any = {"error_model": "numpy", "nogil": True}
@@ -45,6 +47,7 @@ def inlined(**options):
     def decorate(function):
         """Register the function as the compiled code of itself."""
         compile_once(function, lambda *args: function, options)
+        INLINED[function] = options
         return function
 
     return decorate
@@ -56,40 +59,64 @@ fast = inlined(**FAST)
 """Inlined, and its loops vectorised."""
 
 
-def _class_of(model):
-    """Return the Python class that stands for a Numba type in the registry."""
-    if isinstance(model, types.NoneType):
-        return type(None)
-    if isinstance(model, types.Array):
-        return np.ndarray
-    return getattr(model, "instance_class", None)
-
-
 def generic(function):
     """Make ``function(model, ...)`` generic in the type of its first argument, compiled or not.
 
     Implementations are added with ``@function.register``; every one has the same parameters.
     """
     face = singledispatch(function)
+    face.register = _in_time(face)  # type: ignore[method-assign]
 
     def choose(model, *args):
-        cls = _class_of(model)
+        cls = class_of(model)
         return face.dispatch(cls) if cls in face.registry else None
 
     compile_once(face, choose, INLINE)
+    FACES.append(face)
     return face
+
+
+IN_USE: set = set()
+"""Classes of models for which an entry point has been compiled, or loaded."""
+
+
+def _in_time(face):
+    """Return ``face.register``, which raises a RuntimeError rather than replace what is compiled already."""
+    register = face.register
+
+    def register_in_time(*args):
+        if len(args) == 1 and isinstance(args[0], type):
+            return partial(register_in_time, args[0])
+        before = dict(face.registry)
+        function = register(*args)
+        for cls in IN_USE & before.keys():
+            if face.registry[cls] is not before[cls]:
+                register(cls, before[cls])
+                raise RuntimeError(
+                    f"{face.__name__} is compiled for {cls.__name__}: another function would not be asked. "
+                    f"Define {cls.__name__} anew, too (in a notebook: run its cell again)."
+                )
+        return function
+
+    return register_in_time
+
+
+COMPILED = ("kernel",)
+"""The folders of the package whose sources are compiled."""
 
 
 @lru_cache(maxsize=1)
 def source_digest() -> str:
-    """Return the SHA-256 of the kernel's sources.
+    """Return the SHA-256 of the package's compiled sources.
 
     Numba's cache looks at the file of the compiled function only. An entry point that closes over this digest
-    is compiled anew after an edit to, or an upgrade of, any module of the kernel.
+    is compiled anew after an edit to, or an upgrade of, any module in these folders.
     """
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    package = Path(__file__).parents[1]
+    for folder in COMPILED:
+        for path in sorted((package / folder).rglob("*.py")):
+            digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 
 
@@ -105,18 +132,18 @@ def entry(function):
     if getattr(config, "DISABLE_JIT", 0):
         return body
     try:
-        return undisturbed(forgiving(njit(**ENTRY, cache=True)(body)))
+        return watched(keep(njit(**ENTRY, cache=True)(body)))
     except RuntimeError:  # Numba found no folder that can be written: compile in every process
-        return undisturbed(njit(**ENTRY)(body))
+        return watched(njit(**ENTRY)(body))
 
 
-def undisturbed(compiled):
-    """Return a compiled function that is compiled without garbage collection: millions of objects are made
-    then, nearly all of them to stay.
+def watched(compiled):
+    """Return a compiled function that notes for which models it is compiled, and that is compiled without
+    garbage collection: millions of objects are made then, nearly all of them to stay.
     """
     compile_for = compiled.compile
 
-    def compile_undisturbed(signature):
+    def compile_watched(signature):
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -124,33 +151,8 @@ def undisturbed(compiled):
         finally:
             if collecting:
                 gc.enable()
+            with suppress(Unknown):
+                IN_USE.update(cls for cls in classes_in(signature) if issubclass(cls, tuple))
 
-    compiled.compile = compile_undisturbed
-    return compiled
-
-
-def forgiving(compiled):
-    """Return a cached function whose cache outlives a vanished model, and processes that save at one time.
-
-    The index of Numba's cache holds the types of all arguments seen, and the first of them that is gone (with
-    an upgrade, or with the module of an obstacle of one's own) would end every program that comes after.
-    Numba numbers the files it saves: two processes that compile for different scenes could take the same
-    number, and one would load the other's code. Here a file is named after what is in it.
-    """
-    file = compiled._cache._cache_file
-    load = file._load_index
-
-    def load_index():
-        try:
-            return load()
-        except (AttributeError, ImportError):
-            return {}
-
-    def save(key, data):
-        name = file._data_name_pattern.replace("{number:d}", hashlib.sha256(file._dump(key)).hexdigest()[:32])
-        file._save_data(name, data)
-        file._save_index({**file._load_index(), key: name})
-
-    file._load_index = load_index
-    file.save = save
+    compiled.compile = compile_watched
     return compiled
