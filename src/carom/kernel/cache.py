@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import glob
 import hashlib
-from contextlib import suppress
 from pathlib import Path
 
 import numba
 from numba.core import config
 
+from carom.kernel import private
 from carom.kernel.origins import classes_in, digest_of
+
+KEEPING = "compiled code kept on disk"
 
 BOUNDS_CHECKED = getattr(config, "BOUNDSCHECK", None)
 """What NUMBA_BOUNDSCHECK says."""
@@ -33,6 +35,8 @@ def keep(compiled):
     file = compiled._cache._cache_file
     pattern, read, write = file._data_name_pattern, file._load_data, file._save_data
     folder = Path(file._cache_path)
+    if not callable(file.load) or not callable(file.save):
+        raise AttributeError("load or save")
 
     def name_of(key):
         """Return what the name of the file begins with, and all of it; None if nobody can know it."""
@@ -41,29 +45,32 @@ def keep(compiled):
             return None
         models = [(cls.__module__, cls.__qualname__) for cls in classes_in(key[0])]
         kind = _short(numba.__version__, BOUNDS_CHECKED, key[:2], models)
-        return pattern.replace("{number:d}", kind), pattern.replace(
-            "{number:d}", f"{kind}.{_short(key, origins)}"
-        )
+        return tuple(pattern.replace("{number:d}", name) for name in (kind, f"{kind}.{_short(key, origins)}"))
 
     def load(key):
         names = name_of(key)
-        if names is None:
-            return None
         try:
-            return read(names[1])
+            if names is not None:
+                return read(names[1])
         except Exception:  # not there, damaged, or written by who knows whom: compiled again and replaced
-            return None
+            pass
+        private.try_out()  # before anything is compiled
+        return None
 
     def save(key, data):
         names = name_of(key)
         if names is None:
             return
-        with suppress(OSError):  # a full disk is no reason to stop
-            start = names[0].removesuffix(".nbc")
-            stale = [old for old in folder.glob(f"{glob.escape(start)}.*.nbc") if old.name != names[1]]
+        start = names[0].removesuffix(".nbc")
+        stale = [old for old in folder.glob(f"{glob.escape(start)}.*.nbc") if old.name != names[1]]
+        try:
             write(names[1], data)
             for old in stale:
                 old.unlink(missing_ok=True)
+        except OSError:  # a full disk is no reason to stop
+            pass
+        except Exception as error:
+            private.leave_out(KEEPING, error)
 
     file.load, file.save = load, save
     return compiled
@@ -71,3 +78,17 @@ def keep(compiled):
 
 def _short(*words) -> str:
     return hashlib.sha256(repr(words).encode()).hexdigest()[:32]
+
+
+@private.trial(KEEPING)
+def _try() -> bool:
+    asked: list = []
+    compiled = numba.njit(cache=True)(_same)
+    file = keep(compiled)._cache._cache_file
+    file.load = asked.append
+    file.save = lambda key, data: asked.append(key)
+    return compiled(1) == 1 and len(asked) == 2 and isinstance(asked[0][0], tuple) and asked[0] == asked[1]
+
+
+def _same(x):
+    return x

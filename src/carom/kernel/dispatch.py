@@ -18,8 +18,9 @@ from typing import Any
 from numba import njit
 from numba.core import config
 
-from carom.kernel.cache import keep
-from carom.kernel.inlining import InlinedCompiler, compile_once
+from carom.kernel import private
+from carom.kernel.cache import KEEPING, keep
+from carom.kernel.inlining import INLINING, SHARING, InlinedCompiler, compile_once
 from carom.kernel.origins import FACES, INLINED, Unknown, class_of, classes_in
 
 # Division must not test for zero, or no loop that divides can be vectorised.
@@ -57,6 +58,24 @@ inner = inlined(**INLINE)
 """Inlined into compiled code."""
 fast = inlined(**FAST)
 """Inlined, and its loops vectorised."""
+
+
+@private.trial(SHARING)
+@private.trial(INLINING)
+def _try() -> bool:
+    @inner
+    def half(x):
+        return 0.5 * x
+
+    @fast
+    def quarter(x):
+        return half(half(x))
+
+    @njit(**ENTRY)
+    def both(x):
+        return half(x) + quarter(x)
+
+    return both(4.0) == 3.0
 
 
 def generic(function):
@@ -131,10 +150,18 @@ def entry(function):
     body = function(source_digest())
     if getattr(config, "DISABLE_JIT", 0):
         return body
+    return watched(_kept(body) or njit(**ENTRY)(body))
+
+
+def _kept(body):
+    """Return a compiled function whose code is kept on disk, or None where that cannot be."""
     try:
-        return watched(keep(njit(**ENTRY, cache=True)(body)))
+        return keep(njit(**ENTRY, cache=True)(body))
     except RuntimeError:  # Numba found no folder that can be written: compile in every process
-        return watched(njit(**ENTRY)(body))
+        return None
+    except AttributeError as error:
+        private.leave_out(KEEPING, error)
+        return None
 
 
 def watched(compiled):
@@ -144,6 +171,10 @@ def watched(compiled):
     compile_for = compiled.compile
 
     def compile_watched(signature):
+        private.try_out(KEEPING)
+        if not private.has(KEEPING):
+            compiled._cache.disable()
+            private.try_out()
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -151,6 +182,7 @@ def watched(compiled):
         finally:
             if collecting:
                 gc.enable()
+            private.tell()
             with suppress(Unknown):
                 IN_USE.update(cls for cls in classes_in(signature) if issubclass(cls, tuple))
 
