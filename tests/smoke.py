@@ -1,12 +1,14 @@
-"""A few scenes in one to four dimensions, and the digest of all their bits: ``python tests/smoke.py [DIGEST]``.
+"""A few scenes in one to four dimensions, and the digest of their bits: ``python tests/smoke.py [DIGEST]``.
 
-The same with every version of Numba and NumPy on a machine; with the digest of another run it says so, or fails.
+It is the same with every version of Numba and NumPy on a machine. Given that of another run, this one fails
+if it comes to other bits.
 Run by ``.ci/run`` with the lowest versions that pyproject.toml allows and with the newest.
 """
 
 import hashlib
 import sys
 import tempfile
+import time
 import warnings
 from pathlib import Path
 
@@ -53,7 +55,9 @@ def main(expected: str | None) -> int:
             print(f"{name}: {done}")
             return 1
         digest.update(frames[0].positions.tobytes() + frames[0].velocities.tobytes())
-    print(f"Python {sys.version.split()[0]}, Numba {numba.__version__}, NumPy {np.__version__}", file=sys.stderr)
+    print(
+        f"Python {sys.version.split()[0]}, Numba {numba.__version__}, NumPy {np.__version__}", file=sys.stderr
+    )
     print(digest.hexdigest())
     return int(expected not in (None, digest.hexdigest()))
 

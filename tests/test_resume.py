@@ -31,8 +31,18 @@ def notes(folder):
     return json.loads(checkpoint.load(folder / "checkpoint.h5")[1]["extra"])
 
 
+@pytest.mark.timing
+def test_ctrl_c_stops_within_a_second(reference, tmp_path):
+    process = start("run", reference[0], "--out", tmp_path / "run")
+    wait_for((tmp_path / "run" / "trajectory.extxyz").exists, process)
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    process.communicate(timeout=60)
+    assert time.monotonic() - began < ONE_SECOND
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_ctrl_c_stops_within_a_second_and_resume_ends_with_the_same_bits(reference, tmp_path, number):
+def test_ctrl_c_stops_and_resume_ends_with_the_same_bits(reference, tmp_path, number):
     scene, whole = reference
     out = tmp_path / "run"
     process = start("run", scene, "--out", out)
@@ -40,11 +50,8 @@ def test_ctrl_c_stops_within_a_second_and_resume_ends_with_the_same_bits(referen
         lambda: (out / "trajectory.extxyz").exists() and (out / "trajectory.extxyz").stat().st_size, process
     )
     process.send_signal(number)
-    began = time.monotonic()
     _, errors = process.communicate(timeout=60)
-    taken = time.monotonic() - began
     assert process.returncode == 130
-    assert taken < ONE_SECOND
     assert errors.strip() == f"Stopped; `carom resume {out}` goes on."
     frames = notes(out)["marks"]
     assert frames, "the run was stopped while it measured"

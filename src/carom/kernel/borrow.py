@@ -104,7 +104,7 @@ def _borrowed_type(kind):
         part = _borrowed_type(kind.dtype)
         return BorrowedUniTuple(part, kind.count, kind.instance_class)
     if isinstance(kind, types.BaseAnonymousTuple):
-        return types.Tuple([_borrowed_type(part) for part in kind.types])
+        return types.Tuple([_borrowed_type(part) for part in kind])  # type: ignore[attr-defined]
     return kind
 
 
