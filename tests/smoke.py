@@ -55,9 +55,8 @@ def main(expected: str | None) -> int:
             print(f"{name}: {done}")
             return 1
         digest.update(frames[0].positions.tobytes() + frames[0].velocities.tobytes())
-    print(
-        f"Python {sys.version.split()[0]}, Numba {numba.__version__}, NumPy {np.__version__}", file=sys.stderr
-    )
+        print(f"{name}: {time.process_time():.0f} s", file=sys.stderr)
+    print(f"Numba {numba.__version__}, NumPy {np.__version__}", file=sys.stderr)
     print(digest.hexdigest())
     return int(expected not in (None, digest.hexdigest()))
 
