@@ -17,3 +17,40 @@ def pytest_xdist_auto_num_workers(config):
     """Return how many processes share the tests: all cores for all of them; for a part, this one alone."""
     everything = config.args_source is pytest.Config.ArgsSource.TESTPATHS
     return min(os.cpu_count() or 1, MOST) if everything else 0
+
+
+MAY_SKIP = (
+    "nothing is forbidden to root",
+    "no room for two spheres",
+    "three dimensions at most",
+    "needs two idle cores",
+    "no Chromium is installed",
+    "reads x86-64 instructions",
+)
+"""Reasons to skip that no installed package would remove."""
+
+
+def pytest_addoption(parser):
+    """Add ``--no-skips``, for where everything is installed that a test may need."""
+    parser.addoption("--no-skips", action="store_true", help="a skip that nobody expects is a failure")
+
+
+def _fail_if_skipped(config, report):
+    if report.skipped and not hasattr(report, "wasxfail") and config.getoption("no_skips"):
+        reason = str(report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr)
+        if not any(allowed in reason for allowed in MAY_SKIP):
+            report.outcome = "failed"
+            report.longrepr = f"--no-skips: {reason}"
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """Let a test fail that is skipped without leave."""
+    return _fail_if_skipped(item.config, (yield))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    """Let a file fail that is skipped without leave."""
+    return _fail_if_skipped(collector.config, (yield))

@@ -352,6 +352,7 @@ def test_help_has_examples_and_loads_nothing_heavy(command):
     assert done.stdout.rstrip().endswith("[]")
 
 
+@pytest.mark.timing
 def test_help_answers_at_once():
     def seconds():
         began = time.perf_counter()

@@ -143,6 +143,7 @@ def test_workers_end_at_once_when_told_to():
     assert time.monotonic() - began < 60.0
 
 
+@pytest.mark.timing
 def test_the_overhead_of_a_task_is_small(tmp_path):
     """From the issue: under 0.1 s a task beyond the engine's own time, here of tasks with hardly any of that.
 

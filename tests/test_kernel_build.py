@@ -2,6 +2,7 @@
 
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -82,15 +83,28 @@ def test_an_edited_kernel_is_compiled_anew(tmp_path):
 
 
 def test_the_digest_covers_every_module_of_the_kernel(tmp_path, monkeypatch):
+    package = Path(carom.__file__).parent
+    compiled = [
+        path
+        for path in package.rglob("*.py")
+        if re.search(r"numba|\.dispatch import|\.register", path.read_text())
+    ]
+    assert len(compiled) > 20
     before = dispatch.source_digest.__wrapped__()
-    folder = Path(dispatch.__file__).parent
-    for name in ("pair.py", "lists.py"):
-        copy = tmp_path / name
-        shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("__pycache__"))
-        with (copy / name).open("a") as file:
-            file.write("\n")
-        monkeypatch.setattr(dispatch, "__file__", str(copy / "dispatch.py"))
-        assert dispatch.source_digest.__wrapped__() != before
+    here = Path(dispatch.__file__).relative_to(package)
+    copy = tmp_path / "carom"
+    shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(dispatch, "__file__", str(copy / here))
+    assert dispatch.source_digest.__wrapped__() == before
+    for path in compiled:
+        target = copy / path.relative_to(package)
+        text = target.read_text()
+        target.write_text(text + "\n")
+        assert dispatch.source_digest.__wrapped__() != before, f"{path} belongs to COMPILED"
+        target.write_text(text)
+    (copy / here.parent / "models").mkdir()
+    (copy / here.parent / "models" / "new.py").write_text("")  # in a folder within
+    assert dispatch.source_digest.__wrapped__() != before
 
 
 def test_an_inlined_function_is_compiled_once_for_all_its_callers():
@@ -177,4 +191,3 @@ def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):
         assert done.stdout.strip() == expected, done.stderr
     # Files are named after what is in them: processes that save at the same time do not mix them up.
     assert len(list((tmp_path / "cache").rglob("*.nbc"))) == 2
-    assert list((tmp_path / "cache").rglob("*.nbi"))

@@ -26,6 +26,7 @@ def fresh(code: str) -> str:
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
 
 
+@pytest.mark.timing
 def test_import_is_fast():
     code = "import time; t = time.perf_counter(); import carom; print(time.perf_counter() - t)"
     # The least of several: the others measure what else the machine does.

@@ -74,6 +74,7 @@ def test_a_pilot_predicts_what_is_still_to_come(sim):
     assert last.relative_error > 2e-3 >= z.error / z.mean
 
 
+@pytest.mark.timing
 def test_the_wall_time_bounds_a_request_out_of_reach(sim):
     began = time.perf_counter()
     fractions = []

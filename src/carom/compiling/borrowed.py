@@ -11,10 +11,12 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.datamodel import models, register_default
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic, models, overload, register_model
 
+from carom.compiling import private
 from carom.compiling.dispatch import INLINE
+
+BORROWING = "arrays without reference counts"
 
 
 class BorrowedArray(types.Array):
@@ -66,17 +68,17 @@ class _Whole:
         return value
 
 
-@register_default(BorrowedTuple)
+@register_model(BorrowedTuple)
 class _TupleModel(_Whole, models.TupleModel):
     """The layout of a tuple."""
 
 
-@register_default(BorrowedUniTuple)
+@register_model(BorrowedUniTuple)
 class _UniTupleModel(_Whole, models.UniTupleModel):
     """The layout of a tuple of parts of one type."""
 
 
-@register_default(BorrowedArray)
+@register_model(BorrowedArray)
 class _ArrayModel(_Whole, models.StructModel):
     """The layout of an array, with a plain pointer where the reference count was."""
 
@@ -101,10 +103,15 @@ def _borrowed_type(kind):
     if isinstance(kind, types.NamedUniTuple):
         part = _borrowed_type(kind.dtype)
         return BorrowedUniTuple(part, kind.count, kind.instance_class)
+    if isinstance(kind, types.BaseAnonymousTuple):
+        return types.Tuple([_borrowed_type(part) for part in kind])  # type: ignore[attr-defined]
     return kind
 
 
 def _convert(context, builder, source, target, value):
+    if source == target:
+        context.nrt.incref(builder, source, value)  # the caller counts down what it is given back
+        return value
     if isinstance(source, types.Array):
         owned = cgutils.create_struct_proxy(source)(context, builder, value)
         lent = cgutils.create_struct_proxy(target)(context, builder)
@@ -114,13 +121,9 @@ def _convert(context, builder, source, target, value):
         lent.meminfo = null
         lent.parent = null
         return lent._getvalue()
-    if isinstance(source, (types.NamedTuple, types.NamedUniTuple)):
-        parts = cgutils.unpack_tuple(builder, value, len(source))
-        lent = [
-            _convert(context, builder, a, b, part) for a, b, part in zip(source, target, parts, strict=True)
-        ]
-        return context.make_tuple(builder, target, lent)
-    return value
+    parts = cgutils.unpack_tuple(builder, value, len(source))
+    lent = [_convert(context, builder, a, b, part) for a, b, part in zip(source, target, parts, strict=True)]
+    return context.make_tuple(builder, target, lent)
 
 
 @intrinsic
@@ -142,4 +145,21 @@ def borrowed(value):
 
 @overload(borrowed, jit_options=INLINE)
 def _borrowed(value):
-    return lambda value: _borrow(value)  # type: ignore[call-arg]  # Numba supplies the context
+    if private.has(BORROWING):
+        return lambda value: _borrow(value)  # type: ignore[call-arg]  # Numba supplies the context
+    return lambda value: value
+
+
+@private.trial(BORROWING)
+def _try() -> bool:
+    import numpy as np
+    from numba import njit
+
+    @njit(error_model="numpy")
+    def total(pair):
+        (first, number), second = borrowed(pair)
+        return first[1] + number + second["x"][0, 1] + len(first)
+
+    rows = np.zeros(1, [("x", np.float64, 2)])
+    rows["x"] = 0.5
+    return total(((np.arange(3.0), 4), rows)) == 8.5

@@ -9,11 +9,14 @@ stores something, too, the compiler dares not even those.
 
 from __future__ import annotations
 
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic, overload
 
+from carom.compiling import private
 from carom.compiling.dispatch import INLINE
+from carom.compiling.private import VECTORS
 
 LANES = 8
 
@@ -109,7 +112,17 @@ def _spread_compiled(rows, words, begin, bits, block, half, lane):
         # Numba supplies the context
         _spread(rows, words, begin, bits, block, half, lane)  # type: ignore[call-arg]
 
-    return body
+    def one_by_one(rows, words, begin, bits, block, half, lane):
+        for k in range(LANES):
+            row = rows[words[begin + k] >> bits]
+            d = len(row.x)
+            for axis in range(d):
+                block[half, axis, lane + k] = row.x[axis]
+                block[half, d + 1 + axis, lane + k] = row.v[axis]
+            block[half, d, lane + k] = row.t
+            block[half, 2 * d + 1, lane + k] = row.due
+
+    return body if private.has(VECTORS) else one_by_one
 
 
 def store_lane(context, builder, values, words, begin, bits, target, offset):
@@ -162,4 +175,28 @@ def _line_up_compiled(values, words, begin, bits, target, offset):
         # Numba supplies the context
         _line_up(values, words, begin, bits, target, offset)  # type: ignore[call-arg]
 
-    return body
+    def one_by_one(values, words, begin, bits, target, offset):
+        for k in range(LANES):
+            target[offset + k] = values[words[begin + k] >> bits]
+
+    return body if private.has(VECTORS) else one_by_one
+
+
+@private.trial(VECTORS)
+def _try() -> bool:
+    from numba import njit
+
+    def copy(rows, words, block, values, target):
+        spread(rows, words, 1, 2, block, 1, 8)
+        line_up(values, words, 1, 2, target, 3)
+
+    rows = np.zeros(9, [("x", "f8", (3,)), ("t", "f8"), ("v", "f8", (3,)), ("due", "f8")])
+    for number, name in enumerate(("x", "t", "v", "due")):
+        rows[name] = np.arange(rows[name].size).reshape(rows[name].shape) + 100.0 * number
+    words = (np.arange(9, dtype=np.uint32)[::-1] << 2).copy()
+    done = []
+    for function in (copy, njit(error_model="numpy")(copy)):
+        block, target = np.zeros((2, 8, WIDTH)), np.zeros(16)
+        function(rows.view(np.recarray), words, block, np.arange(9.0), target)
+        done.append((block, target))
+    return all((a == b).all() for a, b in zip(*done, strict=True))

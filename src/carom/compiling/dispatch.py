@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import gc
 import hashlib
-from functools import lru_cache
+from contextlib import suppress
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numba import njit, types
+from numba import njit
 from numba.core import config
 
-from carom.compiling import registry
-from carom.compiling.inlining import InlinedCompiler, compile_once
+from carom.compiling import private, registry
+from carom.compiling.cache import KEEPING, keep
+from carom.compiling.inlining import INLINING, SHARING, InlinedCompiler, compile_once
+from carom.compiling.origins import FACES, INLINED, Unknown, class_of, classes_in
 
 # Division must not test for zero, or no loop that divides can be vectorised.
 STRICT: Any = {"error_model": "numpy", "nogil": True}
@@ -36,15 +38,26 @@ INLINE: Any = {
 # on every machine that rounds as IEEE 754 says, too.
 FAST: Any = {**INLINE, "fastmath": {"nsz"}}
 APPROXIMATE: Any = {**INLINE, "fastmath": {"nsz", "contract"}}
+OPTIONS = {"inner": INLINE, "fast": FAST, "approximate": APPROXIMATE}
+"""How a function that compiled code inlines is compiled, by what the registry notes of it."""
 
 
-def _class_of(model):
-    """Return the Python class that stands for a Numba type in the registry."""
-    if isinstance(model, types.NoneType):
-        return type(None)
-    if isinstance(model, types.Array):
-        return np.ndarray
-    return getattr(model, "instance_class", None)
+@private.trial(SHARING)
+@private.trial(INLINING)
+def _try() -> bool:
+    @registry.inner
+    def half(x):
+        return 0.5 * x
+
+    @registry.fast
+    def quarter(x):
+        return half(half(x))
+
+    @njit(**ENTRY)
+    def both(x):
+        return half(x) + quarter(x)
+
+    return both(4.0) == 3.0
 
 
 def _compile(function, how: str) -> None:
@@ -54,27 +67,60 @@ def _compile(function, how: str) -> None:
         return function
 
     def answer(model, *args):
-        cls = _class_of(model)
+        cls = class_of(model)
         known = cls is not None if how == "optional" else cls in function.registry
         return function.dispatch(cls) if known else None
 
-    options = {"fast": FAST, "approximate": APPROXIMATE}.get(how, INLINE)
-    compile_once(function, answer if how in ("required", "optional") else itself, options)
+    if how in OPTIONS:
+        INLINED[function] = OPTIONS[how]
+        compile_once(function, itself, OPTIONS[how])
+        return
+    function.register = _in_time(function)
+    FACES.append(function)
+    compile_once(function, answer, INLINE)
 
 
-registry.attach(_compile)
+IN_USE: set = set()
+"""Classes of models for which an entry point has been compiled, or loaded."""
+
+
+def _in_time(face):
+    """Return ``face.register``, which raises a RuntimeError rather than replace what is compiled already."""
+    register = face.register
+
+    def register_in_time(*args):
+        if len(args) == 1 and isinstance(args[0], type):
+            return partial(register_in_time, args[0])
+        before = dict(face.registry)
+        function = register(*args)
+        for cls in IN_USE & face.registry.keys():
+            if face.registry[cls] is not before.get(cls):
+                register(cls, before.get(cls, before[object]))
+                raise RuntimeError(
+                    f"{face.__name__} is compiled for {cls.__name__}: another function would not be asked. "
+                    f"Define {cls.__name__} anew, too (in a notebook: run its cell again)."
+                )
+        return function
+
+    return register_in_time
+
+
+COMPILED = ("compiling", "engine", "models")
+"""The folders of the package whose sources are compiled."""
 
 
 @lru_cache(maxsize=1)
 def source_digest() -> str:
-    """Return the SHA-256 of the kernel's sources.
+    """Return the SHA-256 of the package's compiled sources.
 
     Numba's cache looks at the file of the compiled function only. An entry point that closes over this digest
-    is compiled anew after an edit to, or an upgrade of, any module of the kernel.
+    is compiled anew after an edit to, or an upgrade of, any module in these folders.
     """
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    package = Path(__file__).parents[1]
+    for folder in COMPILED:
+        for path in sorted((package / folder).rglob("*.py")):
+            digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 
 
@@ -89,19 +135,31 @@ def entry(function):
     body = function(source_digest())
     if getattr(config, "DISABLE_JIT", 0):
         return body
+    return watched(_kept(body) or njit(**ENTRY)(body))
+
+
+def _kept(body):
+    """Return a compiled function whose code is kept on disk, or None where that cannot be."""
     try:
-        return undisturbed(forgiving(njit(**ENTRY, cache=True)(body)))
+        return keep(njit(**ENTRY, cache=True)(body))
     except RuntimeError:  # Numba found no folder that can be written: compile in every process
-        return undisturbed(njit(**ENTRY)(body))
+        return None
+    except AttributeError as error:
+        private.leave_out(KEEPING, error)
+        return None
 
 
-def undisturbed(compiled):
-    """Return a compiled function that is compiled without garbage collection: millions of objects are made
-    then, nearly all of them to stay.
+def watched(compiled):
+    """Return a compiled function that notes for which models it is compiled, and that is compiled without
+    garbage collection: millions of objects are made then, nearly all of them to stay.
     """
     compile_for = compiled.compile
 
-    def compile_undisturbed(signature):
+    def compile_watched(signature):
+        private.try_out(KEEPING)
+        if not private.has(KEEPING):
+            compiled._cache.disable()
+            private.try_out()
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -109,33 +167,12 @@ def undisturbed(compiled):
         finally:
             if collecting:
                 gc.enable()
+            private.tell()
+            with suppress(Unknown):
+                IN_USE.update(cls for cls in classes_in(signature) if issubclass(cls, tuple))
 
-    compiled.compile = compile_undisturbed
+    compiled.compile = compile_watched
     return compiled
 
 
-def forgiving(compiled):
-    """Return a cached function whose cache outlives a vanished model, and processes that save at one time.
-
-    The index of Numba's cache holds the types of all arguments seen, and the first of them that is gone (with
-    an upgrade, or with the module of an obstacle of one's own) would end every program that comes after.
-    Numba numbers the files it saves: two processes that compile for different scenes could take the same
-    number, and one would load the other's code. Here a file is named after what is in it.
-    """
-    file = compiled._cache._cache_file
-    load = file._load_index
-
-    def load_index():
-        try:
-            return load()
-        except (AttributeError, ImportError):
-            return {}
-
-    def save(key, data):
-        name = file._data_name_pattern.replace("{number:d}", hashlib.sha256(file._dump(key)).hexdigest()[:32])
-        file._save_data(name, data)
-        file._save_index({**file._load_index(), key: name})
-
-    file._load_index = load_index
-    file.save = save
-    return compiled
+registry.attach(_compile)

@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba.core import cgutils, types
-from numba.core.datamodel import models, register_default
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic, models, overload, register_model
 
-from carom.compiling.borrowed import BorrowedTuple, BorrowedUniTuple
+from carom.compiling import private
+from carom.compiling.borrowed import BORROWING, BorrowedTuple, BorrowedUniTuple
 from carom.compiling.columns import WIDTH, store_lane
 from carom.compiling.dispatch import INLINE
+from carom.compiling.private import VECTORS
 
 
 class Lanes(NamedTuple):
@@ -31,7 +32,12 @@ class Lanes(NamedTuple):
 
 
 def make_lanes(pair: Any) -> Lanes | None:
-    """Return room for the fields that the type of a pair model names in ``lanes``."""
+    """Return room for the fields that the type of a pair model names in ``lanes``; None where there are none,
+    or where this Numba lacks what lanes need.
+    """
+    private.try_out(VECTORS, BORROWING)
+    if not (private.has(VECTORS) and private.has(BORROWING)):
+        return None
     lanes = None
     for name in reversed(lanes_of(type(pair))):
         lanes = Lanes(np.zeros(2 * WIDTH, getattr(pair, name).dtype), lanes)
@@ -103,7 +109,7 @@ class Candidate(types.Type):
 CANDIDATE = Candidate()
 
 
-@register_default(Candidate)
+@register_model(Candidate)
 class _CandidateModel(models.StructModel):
     """The layout of a candidate."""
 
@@ -119,7 +125,7 @@ class LinedArray(types.Type):
         super().__init__(f"lined({array.name}, {lane.name})")
 
 
-@register_default(LinedArray)
+@register_model(LinedArray)
 class _LinedModel(models.StructModel):
     """The layout of both."""
 

@@ -6,11 +6,14 @@ one by one; and a search for one member ends where nobody can foretell.
 
 from __future__ import annotations
 
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic, overload
 
+from carom.compiling import private
 from carom.compiling.dispatch import INLINE
+from carom.compiling.private import VECTORS
 
 STEP = 8
 """Words copied in one go."""
@@ -83,7 +86,13 @@ def _copy_words_compiled(members, cell, start, words, total, bits, code):
         # Numba supplies the context
         _copy_words(members, cell, start, words, total, bits, code)  # type: ignore[call-arg]
 
-    return body
+    def one_by_one(members, cell, start, words, total, bits, code):
+        first = cell * members.shape[1] + start
+        for k in range(STEP):
+            word = members[(first + k) // members.shape[1], (first + k) % members.shape[1]]
+            words[total + k] = (word << bits) | code
+
+    return body if private.has(VECTORS) else one_by_one
 
 
 @intrinsic
@@ -115,4 +124,27 @@ def _replace_words_compiled(members, cell, start, old, new):
         # Numba supplies the context
         _replace_words(members, cell, start, old, new)  # type: ignore[call-arg]
 
-    return body
+    def one_by_one(members, cell, start, old, new):
+        for k in range(STEP):
+            if members[cell, start + k] == old:
+                members[cell, start + k] = new
+
+    return body if private.has(VECTORS) else one_by_one
+
+
+@private.trial(VECTORS)
+def _try() -> bool:
+    from numba import njit
+
+    def change(members, words):
+        copy_words(members, 1, 2, words, 3, 4, 5)
+        replace_words(members, 2, 0, 33, 7)
+
+    done = []
+    for function in (change, njit(error_model="numpy")(change)):
+        members = np.arange(48, dtype=np.uint32).reshape(4, 12)
+        words = np.zeros(16, np.uint32)
+        members[2, 3] = members[2, 9] = 33
+        function(members, words)
+        done.append((members, words))
+    return all((a == b).all() for a, b in zip(*done, strict=True))

@@ -18,8 +18,11 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic, overload
 
+from carom.compiling import private
 from carom.compiling.dispatch import INLINE
 from carom.compiling.registry import inner, required
+
+PREFETCHING = "memory asked for ahead"
 
 LARGE = 10_000
 """Components from which on it pays to ask for rows and lists: fewer fit into the second-level cache."""
@@ -62,7 +65,19 @@ def _prefetch_compiled(array, index):
     def body(array, index):
         _prefetch(array, index)  # type: ignore[call-arg]  # Numba supplies the context
 
-    return body
+    return body if private.has(PREFETCHING) else lambda array, index: None
+
+
+@private.trial(PREFETCHING)
+def _try() -> bool:
+    from numba import njit
+
+    @njit(error_model="numpy")
+    def fetch(array):
+        prefetch(array, 1)
+        return array[1]
+
+    return fetch(np.arange(3.0)) == 1.0
 
 
 @required

@@ -1,0 +1,238 @@
+"""Compiled code on disk: used again where nothing has changed, and never where something has."""
+
+import importlib
+import os
+import subprocess
+import sys
+from typing import NamedTuple
+
+import pytest
+from numba import types
+
+from carom.compiling.dispatch import entry
+from carom.compiling.origins import digest_of
+from carom.models.interface import encounter
+
+MODEL = """
+from typing import NamedTuple
+
+import gravity
+from carom.models.interface import encounter
+from heights import HEIGHT
+
+class Floor(NamedTuple):
+    x: float
+
+@encounter.register
+def _(obstacle: Floor, x, v, radius, growth):
+    return 1.0 * obstacle.x + gravity.fall(x) + HEIGHT
+"""
+GRAVITY = """
+import numba
+import numpy
+from carom.compiling.registry import fast, inner
+from strength import pull
+
+TENTH = 0.1
+
+@inner
+def fall(x):
+    return TENTH * pull(x)
+"""
+STRENGTH = """
+import numba
+
+@numba.njit
+def pull(x):
+    return 1.0 * x
+"""
+HEIGHT = "HEIGHT = float(open('height.txt').read())\n"
+PROBE = """
+from carom.compiling.dispatch import entry
+from carom.models.interface import encounter
+
+def _probe(digest):
+    def probe(obstacle, x):
+        digest
+        return encounter(obstacle, x, 0.0, 0.0, 0.0)
+    return probe
+
+probe = entry(_probe)
+
+def show(obstacle):
+    time = probe(obstacle, 10.0)
+    print("loaded" if probe.stats.cache_hits else "compiled", f"{time:.6g}")
+"""
+PROGRAM = "from probe import show; from floor_model import Floor; show(Floor(2.0))"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name, text in (
+        ("floor_model.py", MODEL),
+        ("gravity.py", GRAVITY),
+        ("strength.py", STRENGTH),
+        ("heights.py", HEIGHT),
+        ("height.txt", "0.0"),
+        ("probe.py", PROBE),
+    ):
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def run(folder, program=PROGRAM):
+    """Return what a process of its own says: whether the code was compiled or loaded, and the time."""
+    (folder / "program.py").write_text(program)
+    done = subprocess.run(
+        [sys.executable, "-B", "program.py"],
+        cwd=folder,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def edit(path, old, new):
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
+def test_an_edit_to_a_model_or_to_what_it_uses_is_seen_by_the_next_process(folder):
+    assert run(folder) == "compiled 3"
+    edit(folder / "floor_model.py", "1.0 * obstacle.x", "2.0 * obstacle.x")
+    assert run(folder) == "compiled 5"
+    edit(folder / "strength.py", "1.0 * x", "3.0 * x")  # which the model's helper calls
+    assert run(folder) == "compiled 7"
+    edit(folder / "gravity.py", "import numba\n", "import numba  # what compiles\n")  # nothing that matters
+    assert run(folder, PROGRAM + "; show(Floor(3.0))") == "loaded 7\nloaded 9"
+    # The new code takes the place of the old.
+    assert len(list((folder / "cache").rglob("*.nbc"))) == 1
+
+
+@pytest.fixture
+def digest(folder, monkeypatch):
+    """Return a function that gives the digest of what a floor is made of, its files read anew."""
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
+    def of_floor():
+        for path in folder.glob("*.py"):
+            sys.modules.pop(path.stem, None)
+        importlib.invalidate_caches()
+        floor = importlib.import_module("floor_model").Floor
+        return digest_of(encounter, (types.NamedTuple((types.float64,), floor),))
+
+    yield of_floor
+    for path in folder.glob("*.py"):
+        sys.modules.pop(path.stem, None)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("floor_model.py", "1.0 * obstacle.x", "2.0 * obstacle.x"),  # the model
+        ("floor_model.py", "x: float\n", "x: float = 1.0\n"),  # a default
+        ("gravity.py", "TENTH * pull(x)", "TENTH + pull(x)"),  # a function that it calls
+        ("gravity.py", "@inner", "@fast"),  # how that is compiled
+        ("gravity.py", "TENTH = 0.1", "TENTH = 0.2"),  # a number that it reads
+        ("gravity.py", "TENTH = 0.1", "TENTH = numpy.array([0.1])"),
+        ("strength.py", "1.0 * x", "3.0 * x"),  # a function that this calls, in a third file
+        ("strength.py", "numba.njit\n", "numba.njit(fastmath=True)\n"),
+        ("height.txt", "0.0", "0.5"),  # a number that no source holds
+    ],
+)
+def test_what_a_model_is_made_of_has_another_digest_after_an_edit(folder, digest, file, old, new):
+    before = digest()
+    assert before is not None
+    assert digest() == before
+    edit(folder / file, old, new)
+    assert digest() not in (before, None)
+
+
+@pytest.mark.parametrize(
+    "helper",
+    [
+        # Compiled by a rule that is elsewhere.
+        "from numba.extending import register_jitable\n@register_jitable\ndef fall(x):\n    return 0.1 * x\n",
+        # Code that is made while it is compiled.
+        "from numba.extending import intrinsic\n@intrinsic\ndef fall(context, x):\n"
+        "    return x(x), lambda context, builder, signature, args: args[0]\n",
+        # Code in another language.
+        "import ctypes, math\nfall = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(math.sqrt)\n",
+        # A class that other processes do not find.
+        "from numba.experimental import jitclass\n@jitclass([])\nclass fall:\n"
+        "    def __init__(self):\n        pass\n",
+    ],
+)
+def test_what_cannot_be_followed_has_no_digest(folder, digest, helper):
+    (folder / "gravity.py").write_text(helper)
+    assert digest() is None
+
+
+def test_a_model_without_a_digest_is_compiled_in_every_process(folder):
+    # A class of the script itself is another one in every process.
+    assert run(folder, "from probe import show\n" + MODEL + "\nshow(Floor(2.0))") == "compiled 3"
+    edited = MODEL.replace("1.0 *", "7.0 *")
+    assert run(folder, "from probe import show\n" + edited + "\nshow(Floor(2.0))") == "compiled 15"
+    assert not list((folder / "cache").rglob("*.nbc"))
+
+
+def test_models_of_one_name_in_two_files_do_not_take_each_others_code(folder):
+    (folder / "another.py").write_text(MODEL.replace("1.0 *", "5.0 *"))
+    another = PROGRAM.replace("floor_model", "another")
+    assert [run(folder), run(folder, another)] == ["compiled 3", "compiled 11"]
+    assert [run(folder), run(folder, another)] == ["loaded 3", "loaded 11"]
+
+
+def test_a_plain_scene_imports_nobodys_model(folder):
+    run(folder)
+    (folder / "floor_model.py").write_text("raise SystemExit('imported')")
+    plain = "from probe import show; from carom.engine.obstacles import Plane; show(Plane((1.0,), 0.0))"
+    edit(folder / "probe.py", "x, 0.0, 0.0, 0.0)", "(x,), (-1.0,), 0.0, 0.0)")
+    assert run(folder, plain) == "compiled 10"
+    assert run(folder, plain) == "loaded 10"
+
+
+def test_a_damaged_file_is_compiled_again(folder):
+    assert run(folder) == "compiled 3"
+    (kept,) = (folder / "cache").rglob("*.nbc")
+    kept.write_bytes(kept.read_bytes()[:1000])
+    assert run(folder) == "compiled 3"
+    assert run(folder) == "loaded 3"
+
+
+def test_a_function_that_is_compiled_cannot_be_replaced():
+    # As in a notebook, where the cell of the function is run again, and that of the class is not.
+    class Step(NamedTuple):
+        x: float
+
+    @encounter.register
+    def _(obstacle: Step, x, v, radius, growth):
+        return 1.0 * obstacle.x
+
+    @encounter.register
+    def _(obstacle: Step, x, v, radius, growth):  # nobody has asked yet
+        return 2.0 * obstacle.x
+
+    def _climb(digest):
+        def climb(step):
+            digest  # noqa: B018
+            return encounter(step, 0.0, 0.0, 0.0, 0.0)
+
+        return climb
+
+    assert entry(_climb)(Step(3.0)) == 6.0
+    with pytest.raises(RuntimeError, match=r"encounter is compiled for Step: .* Define Step anew"):
+
+        @encounter.register
+        def _(obstacle: Step, x, v, radius, growth):
+            return 4.0 * obstacle.x
+
+    with pytest.raises(RuntimeError, match="encounter is compiled for Step"):
+        encounter.register(Step)(lambda *args: 5.0)
+    assert encounter(Step(3.0), 0.0, 0.0, 0.0, 0.0) == 6.0
