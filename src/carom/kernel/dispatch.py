@@ -18,6 +18,7 @@ import numpy as np
 from numba import njit, types
 from numba.core import config
 
+from carom.kernel.held import signals_held
 from carom.kernel.inlining import InlinedCompiler, compile_once
 
 # Division must not test for zero, or no loop that divides can be vectorised.
@@ -120,7 +121,8 @@ def undisturbed(compiled):
         collecting = gc.isenabled()
         gc.disable()
         try:
-            return compile_for(signature)
+            with signals_held():
+                return compile_for(signature)
         finally:
             if collecting:
                 gc.enable()
