@@ -204,7 +204,7 @@ scene = carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]])
 sim = carom.Simulation(scene, neighbors="sectors")
 model = sim.machine.engine.model
 sim.machine.engine = sim.machine.engine._replace(model=model._replace(pair=Clay(1.0, 1.0, 0.5)))
-assert cycle.schedule(*sim.machine.engine)
+assert cycle.schedule(*sim.machine.engine, 0, sim.scene.n)
 sim.run(collisions=3)
 print(sorted(sim.frame().velocities[:, 0].tolist()))
 """
@@ -233,7 +233,7 @@ def test_a_model_of_an_unknown_type_does_not_compile():
     sim = carom.Simulation(carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]]))
     engine = sim.machine.engine._replace(model=sim.machine.engine.model._replace(pair=Unknown(1.0)))
     with pytest.raises((NumbaError, NotImplementedError)):
-        cycle.schedule(*engine)
+        cycle.schedule(*engine, 0, len(engine.state.partner))
 
 
 def test_what_a_scene_has_not_is_none():

@@ -20,6 +20,7 @@ _LAZY = {
     "rdf": "carom.observables.rdf",
     "CaromError": "carom.errors",
     "InputError": "carom.errors",
+    "BusyError": "carom.errors",
     "OverlapError": "carom.errors",
     "FileError": "carom.errors",
     "CaromWarning": "carom.errors",
