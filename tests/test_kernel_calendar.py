@@ -7,6 +7,9 @@ from carom.engine import calendar as cal
 from carom.engine.neighbors.choice import Scheme
 from carom.engine.parts import build, enlarge_heap
 from carom.engine.requirements import Contents
+from carom.models.free_flight import FreeFlight
+from carom.models.hard_cores import HardCores
+from carom.models.restitution import Restitution
 
 LENGTH = 8.0
 
@@ -16,7 +19,8 @@ def make_engine(n, heap=256, width=0.25):
     edge = 4.0 * n
     chosen = Scheme("sectors", (n,), 8, 0.0, 0, LENGTH, width, heap)
     positions = np.arange(n)[:, None] * 4.0
-    contents = Contents(n, (edge,), (True,), 1.0, 1.0, images=False)
+    models = HardCores(), FreeFlight(), Restitution()
+    contents = Contents(n, (edge,), (True,), 1.0, 1.0, *models, images=False)
     engine = build(chosen, contents, positions, np.zeros((n, 1)))
     return engine, chosen
 

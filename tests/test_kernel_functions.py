@@ -226,7 +226,7 @@ def test_a_model_of_an_unknown_type_does_not_compile():
     sim = carom.Simulation(carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]]))
     engine = sim.machine.engine._replace(model=sim.machine.engine.model._replace(pair=Unknown(1.0)))
     with pytest.raises((NumbaError, TypeError)):
-        cycle.schedule(*engine)
+        cycle.schedule(*engine, 0, len(engine.state.partner))
 
 
 def test_what_a_scene_has_not_is_none():

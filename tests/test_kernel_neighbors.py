@@ -14,7 +14,7 @@ from carom.engine import parts as engine
 from carom.engine.constants import NEEDS_NEIGHBORS
 from carom.engine.images import SectorImage
 from carom.engine.neighbors import choice as scheme
-from carom.engine.neighbors.bounds import level, margin, start, touching
+from carom.engine.neighbors.bounds import EqualBounds, level, margin, start, touching
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.engine.neighbors.prefetch import HUGE, LARGE
 from carom.scene import lattices
@@ -77,9 +77,24 @@ def check_lists(sim):
         assert set(np.flatnonzero(sure[i])) - {i} <= listed[i] <= set(np.flatnonzero(maybe[i])) - {i}
     x = present(sim)[0] - reference
     x -= edges * np.rint(x / edges)
-    now = sim.machine.engine.state.clock[0].now
-    free = np.array([margin(lists.bounds, i, now)[0] for i in range(n)])
-    assert (np.sqrt((x**2).sum(axis=1)) <= free + 1e-9 * np.sqrt(reach.max())).all()
+    _, v, now = present(sim)
+    hair = 1e-9 * np.sqrt(reach.max())
+    if isinstance(lists.bounds, EqualBounds):
+        # From the scene and what was asked for: a diameter and twice the margin are the reach.
+        free = np.full(n, 0.5 * (sim.machine.scheme.reach - sim.scene.diameter))
+        np.testing.assert_allclose(reach, sim.machine.scheme.reach**2, rtol=1e-15)
+    else:
+        free = np.array([margin(lists.bounds, i, now)[0] for i in range(n)])
+    assert (np.sqrt((x**2).sum(axis=1)) <= free + hair).all()
+    if sim.machine.contents.rates is None:
+        # Two who are not listed cannot touch before one of them leaves, and each is there until it leaves.
+        scene = sim.scene
+        contact = 0.5 * (scene.diameters[:, None] + scene.diameters)
+        if scene.contact is not None:
+            contact = scene.contact[scene.species[:, None], scene.species]
+        assert (contact + free[:, None] + free <= np.sqrt(reach) + hair).all()
+        ahead = x + v * (sim.machine.engine.state.leave - now)[:, None]
+        assert (np.sqrt((ahead**2).sum(axis=1)) <= free + hair).all()
     grid = lists.grid
     for cell in range(len(lists.members)):
         for k in range(lists.members[cell]):
@@ -99,7 +114,12 @@ def check_sectors(sim):
         slacks = np.where(slacks > 0.0, slacks + sectors.spare[:, None], 0.0)
     members = [(int(i), cell) for cell, row in enumerate(sectors.members) for i in row[: row[-1]]]
     assert sorted(i for i, _ in members) == list(range(n))
-    x = present(sim)[0]
+    # Two that touch are in neighbouring sectors, however far beyond theirs: from the scene's diameters.
+    sides = np.array(sim.scene.box) / shape
+    most = np.where(slacks[:n] > 0.0, slacks[:n] + 0.5 * sim.scene.diameters[:, None], 0.5 * sides)
+    assert (2.0 * most <= sides).all()
+    x, v, now = present(sim)
+    leave = sim.machine.engine.state.leave
     for i, cell in members:
         place = sectors.place[i].astype(int)
         assert ((place >= 0) & (place < shape)).all()
@@ -108,7 +128,10 @@ def check_sectors(sim):
         # By rounding, a component may be on either side of a face.
         slack = slacks[i] + 1e-12 * edges
         assert (x[i] >= low - slack).all()
-        assert (x[i] <= low + np.array(sectors.sides) + slack).all()
+        assert (x[i] <= low + sides + slack).all()
+        ahead = x[i] + v[i] * (leave[i] - now)
+        assert (ahead >= low - slack).all()
+        assert (ahead <= low + sides + slack).all()
 
 
 def all_meetings(sim):

@@ -21,6 +21,7 @@ _LAZY = {
     "rdf": "carom.observables.rdf",
     "CaromError": "carom.errors",
     "InputError": "carom.errors",
+    "BusyError": "carom.errors",
     "OverlapError": "carom.errors",
     "FileError": "carom.errors",
     "CaromWarning": "carom.errors",
@@ -28,7 +29,7 @@ _LAZY = {
 _MODULES = {
     "io": "carom.io",
     "observables": "carom.observables",
-    "obstacles": "carom.obstacles",
+    "obstacles": "carom.models.obstacles",
     "plots": "carom.pictures.plots",
     "reference": "carom.reference",
     "studies": "carom.studies",

@@ -17,5 +17,9 @@ class FileError(InputError):
     """A file is missing, truncated, foreign, or must not be overwritten."""
 
 
+class BusyError(CaromError, RuntimeError):
+    """A simulation is used by two threads at one time, or changed by a callback while it runs."""
+
+
 class CaromWarning(UserWarning):
     """Something a user should know about a result, e.g. too few samples for an error bar."""

@@ -7,6 +7,7 @@
     python tests/benchmarks/costs.py sampling   rate against the interval between frames
     python tests/benchmarks/costs.py threads    two simulations on two cores against one
     python tests/benchmarks/costs.py mixtures   two sizes against one at the same packing fraction
+    python tests/benchmarks/costs.py thin       thin systems with the rule for them and without
     python tests/benchmarks/costs.py tasks      what a task of a study takes beside its events
 
 Rates are million pair collisions per second of CPU time; only ratios within one table mean anything.
@@ -49,6 +50,36 @@ def size(given: argparse.Namespace) -> None:
             sim.run(collisions_per_particle=min(40.0, 4e6 / n))
             speed = rate(sim, max(200_000, n // 4), repeats=2)
             print(f"| {eta} | {n} | {speed:.2f} | {size_of(sim):.0f} | {seconds:.1f} |", flush=True)
+
+
+def thin(given: argparse.Namespace) -> None:
+    """Print how much faster the rule for thin systems makes them."""
+    from carom.engine.neighbors import thin as rule
+
+    kept = rule.THIN
+    print("| d | N | packing fraction | scheme | M/s | of before |\n|---|---|---|---|---|---|")
+    for dimension, cells in ((2, 4), (2, 16), (2, 45), (3, 2), (3, 5), (3, 10)):
+        for eta in (1e-5, 1e-4, 1e-3, 0.01, 0.03, 0.05):
+            scene = carom.Scene.lattice(cells, dimension=dimension, packing_fraction=eta)
+            sims = []
+            for limit in (kept, 0.0):
+                rule.THIN = limit
+                sims.append(carom.Simulation(scene, seed=1))
+                sims[-1].run(walltime=0.2)
+            rule.THIN = kept
+            rates = np.array([[seconds_rate(sim, 0.3) for sim in sims] for _ in range(5)])
+            chosen = sims[0].machine.scheme
+            shape = "everybody" if chosen.kind == "all" else " x ".join(map(str, chosen.shape))
+            ratio = np.median(rates[:, 0] / rates[:, 1])
+            speed = np.median(rates[:, 0])
+            print(f"| {dimension} | {scene.n} | {eta:g} | {shape} | {speed:.2g} | {ratio:.3g} |", flush=True)
+
+
+def seconds_rate(sim: carom.Simulation, seconds: float) -> float:
+    """Return million pair collisions a CPU second, over some seconds of wall time."""
+    began = time.process_time()
+    block = sim.run(walltime=seconds)
+    return block.collisions / (time.process_time() - began) / 1e6
 
 
 def million(given: argparse.Namespace) -> None:
@@ -305,8 +336,8 @@ def tasks(given: argparse.Namespace) -> None:
 def main() -> None:
     """Print a table."""
     tables = {
-        "size": size, "million": million, "features": features, "start": start, "sampling": sampling,
-        "threads": threads, "mixtures": mixtures, "tasks": tasks,
+        "size": size, "million": million, "thin": thin, "features": features, "start": start,
+        "sampling": sampling, "threads": threads, "mixtures": mixtures, "tasks": tasks,
     }  # fmt: skip
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

@@ -101,6 +101,7 @@ def run(
     carom run scene.toml --out fluid --json > summary.json
     carom run scene.toml --explain
     """
+    from carom.cli.compiling import compiling_told
     from carom.cli.overrides import overridden
     from carom.cli.screen import predicted, results, watched
     from carom.plan.plan import Plan
@@ -132,7 +133,7 @@ def run(
         found = explained(plan.build_scene(), neighbors=plan.run.neighbors, event_log=plan.output.event_log)
         typer.echo(str(found))
         return
-    with watched() as progress:
+    with watched() as progress, compiling_told():
         from carom import studies
 
         result = studies.run(plan, out, overwrite=overwrite, progress=progress, predicted=predicted)
@@ -151,9 +152,10 @@ def resume(
     carom resume carom-run
     carom resume fluid --json
     """
+    from carom.cli.compiling import compiling_told
     from carom.cli.screen import packed, predicted, results, watched
 
-    with watched() as progress:
+    with watched() as progress, compiling_told():
         from carom import studies
 
         if studies.holds_packing(folder):
@@ -229,11 +231,12 @@ def pack(
     carom pack --n 500 --stage 0.02:1e3 --stage 3e-4:1e12 --out isostatic
     carom pack --n 27 --dimension 2 --rate 0.01 --collisions 100000 --out billiard
     """
+    from carom.cli.compiling import compiling_told
     from carom.cli.screen import packed, watched
 
     kinds = [(_count(count), diameter) for count, diameter in _pairs(species, "--species", "COUNT:DIAMETER")]
     stages = _pairs(stage, "--stage", "RATE:PRESSURE")
-    with watched() as progress:
+    with watched() as progress, compiling_told():
         from carom import studies
 
         progress("Preparing", 0.0)

@@ -131,7 +131,9 @@ def eos(
             "equilibration": equilibration,
         },
     )
-    with _watched() as progress:
+    from carom.cli.compiling import compiling_told
+
+    with _watched() as progress, compiling_told():
         from carom.studies.eos.study import run
 
         result = run(spec, executor=scheduler or engine, workers=workers, out=out, progress=progress)

@@ -37,11 +37,12 @@ def trade(
     carom trade scene.toml --out mine
     carom trade --seconds 1 --out quick
     """
+    from carom.cli.compiling import compiling_told
     from carom.cli.screen import watched
     from carom.plan.plan import Plan
 
     plan = None if scene is None else Plan.load(scene)
-    with watched() as progress:
+    with watched() as progress, compiling_told():
         from carom.studies.accuracy.trade import trade as compare
 
         result = compare(plan, out, seconds=seconds, overwrite=overwrite, progress=progress)

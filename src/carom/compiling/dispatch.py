@@ -17,6 +17,7 @@ from numba.core import config
 
 from carom.compiling import private, registry
 from carom.compiling.cache import KEEPING, keep
+from carom.compiling.held import signals_held
 from carom.compiling.inlining import INLINING, SHARING, InlinedCompiler, compile_once
 from carom.compiling.origins import FACES, INLINED, Unknown, class_of, classes_in
 
@@ -163,7 +164,8 @@ def watched(compiled):
         collecting = gc.isenabled()
         gc.disable()
         try:
-            return compile_for(signature)
+            with signals_held():
+                return compile_for(signature)
         finally:
             if collecting:
                 gc.enable()

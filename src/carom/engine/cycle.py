@@ -41,29 +41,37 @@ from carom.models.interface import NEVER
 
 
 def _schedule(digest):
-    def schedule(model, state, neighbors, calendar, tallies, by_species):
-        """Build the neighbour scheme and schedule every component at the present time; False if an array is
-        too small.
+    def schedule(model, state, neighbors, calendar, tallies, by_species, begin, end):
+        """Schedule the components from ``begin`` to ``end`` at the present time.
+
+        The neighbour scheme is built with the first, and the calendar laid out with the last of them.
+
+        Returns
+        -------
+        done : bool
+            False if an array is too small for the neighbour scheme.
         """
         digest  # noqa: B018 (part of the cache's key)
         model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
         calendar, tallies = borrowed(calendar), borrowed(tallies)
-        if not settle(neighbors, model.motion, model.boundary, state):
-            return False
         rows = state.rows
         partner = state.partner
         now = state.clock[0].now
         tally = tallies[0]
         n = np.uint64(len(partner))
-        calendar.control[0].end = -NEVER  # nothing enters the calendar until all is known
-        for i in range(n):
-            rows[i].due = NEVER
-            partner[i] = LAMBDA
-        for i in range(n):
+        if begin == 0:
+            if not settle(neighbors, model.motion, model.boundary, state):
+                return False
+            calendar.control[0].end = -NEVER  # nothing enters the calendar until all is known
+            for i in range(n):
+                rows[i].due = NEVER
+                partner[i] = LAMBDA
+        for i in range(np.uint64(begin), np.uint64(end)):
             found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
             predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
             schedule_transit(model, state, neighbors, i, now)
-        lay_out(calendar, state, model.boundary, now, state.clock[0].length)
+        if np.uint64(end) == n:
+            lay_out(calendar, state, model.boundary, now, state.clock[0].length)
         return True
 
     return schedule

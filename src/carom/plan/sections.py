@@ -19,7 +19,7 @@ from carom.scene.lattices import Lattice
 from carom.scene.scene import Scene
 
 INITIAL = ("fcc", "cubic", "triangular", "dn", "random", "file")
-NEIGHBORS = ("auto", "sectors", "lists")
+NEIGHBORS = ("auto", "sectors", "lists", "all")
 FORMATS = ("h5md", "extxyz", "gsd")
 
 #: Keys of [scene] that go with any start: what a trajectory does not hold.
@@ -323,7 +323,7 @@ class RunSpec:
     checkpoint_every : float
         Seconds between checkpoints.
     neighbors : str
-        "auto", "sectors" or "lists".
+        "auto", "sectors", "lists" or "all".
     """
 
     seed: int = 1

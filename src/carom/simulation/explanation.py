@@ -223,10 +223,14 @@ def _reason(contents: Contents, chosen: Scheme, wish: Wish) -> str:
     widest = (contents.narrowest + 2.0 * contents.diameter) / 4.0
     if chosen.kind == "lists":
         what = f"lists with a reach of {chosen.reach / contents.diameter:.3g} diameters, from {cells} cells"
+    elif chosen.kind == "all":
+        what = "everybody, along paths through the images of the box"
     else:
         what = f"{cells} sectors"
     if wish[0] != "auto":
         why = "asked for"
+    elif chosen.kind == "all":
+        why = "flights are so long, or sectors around one so many, that this costs less than any sectors"
     elif wish[1] is not None and chosen.kind == "lists":
         why = "a shell was asked for"
     elif chosen.kind == "lists" and fraction > limit:

@@ -14,13 +14,11 @@ import numpy as np
 from carom.block import Block
 from carom.errors import CaromWarning
 from carom.simulation.mechanics import impulses
+from carom.simulation.pace import CYCLES
 from carom.simulation.stalling import Reach
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
-
-CYCLES = 20_000
-"""Cycles between two looks at the wall clock and at Ctrl-C: some 10 ms."""
 
 PATIENCE = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
@@ -44,7 +42,22 @@ def advance(
     ------
     InputError
         If a time that is the only limit is out of reach, because components have no room.
+    BusyError
+        If the machine is running already.
     """
+    with machine.alone.changing():
+        if not machine.scheduled:
+            machine.schedule()
+        return _advance(machine, collisions, end, walltime, progress)
+
+
+def _advance(
+    machine: Machine,
+    collisions: int | None,
+    end: Fraction | None,
+    walltime: float | None,
+    progress: Callable[[float], object] | None,
+) -> Block:
     from carom.engine import constants, cycle
 
     before = machine.engine.tallies[0].copy()
@@ -58,11 +71,14 @@ def advance(
     only_end = end if walltime is None and collisions is None else None
     reach = None
     patience = None if collisions is not None and end is None else math.inf
+    left = CYCLES
     while True:
         stop, final = _stop(machine, end)
         log = None if machine.log is None else machine.log.buffer
+        cycles = min(machine.pace.count, left)
         began = time.perf_counter()
-        code = cycle.run(*machine.engine, log, *stop, target, np.int64(CYCLES))
+        with machine.pace:
+            code = cycle.run(*machine.engine, log, *stop, target, np.int64(cycles))
         now = time.perf_counter()
         machine.seconds += now - began
         clock, record = machine.clock, machine.engine.state.clock[0]
@@ -96,6 +112,10 @@ def advance(
             progress(_fraction(machine, int(before.collisions), start, int(target), end))
         if now >= deadline:
             break
+        if code == constants.SPENT and cycles < left:
+            left -= cycles
+            continue
+        left = CYCLES  # what follows happens at the same cycles, however long they take
         # Only now: many short runs would spend their time with looking at all velocities, or at the clock.
         if patience is None and machine.collisions == last_seen:
             patience = _patience(machine)
@@ -178,4 +198,4 @@ def _lonely(machine: Machine) -> float:
 
 
 def _warn(text: str) -> None:
-    warnings.warn(text, CaromWarning, stacklevel=4)
+    warnings.warn(text, CaromWarning, stacklevel=5)

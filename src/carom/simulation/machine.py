@@ -11,8 +11,10 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.simulation.alone import Alone
 from carom.simulation.clock import Clock
 from carom.simulation.mechanics import Mechanics
+from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
 from carom.simulation.preparation import unit_of
 from carom.units import TimeUnit
 
@@ -79,6 +81,12 @@ class Machine:
         Wall time spent in the engine [s].
     log : Recorder or None
         Where collisions go.
+    alone : Alone
+        Who is using it.
+    pace : Pace
+        Cycles a call of the compiled cycle.
+    scheduled : bool
+        Whether every component has its event: not, where Ctrl-C came while they were being given them.
     """
 
     def __init__(
@@ -106,6 +114,9 @@ class Machine:
         self.start = Mechanics.of(scene.masses, self.speeds, unit)
         self.seconds = 0.0
         self.log: Recorder | None = None
+        self.alone = Alone()
+        self.pace = Pace(CYCLES)
+        self.scheduled = True
 
     def _choose(self, velocities: np.ndarray, wish: Wish, rate: float | None = None) -> Scheme:
         """Return the scheme for velocities [length / time]; ``rate`` is in the kernel's unit."""
@@ -181,13 +192,24 @@ class Machine:
         """Give every component its first event."""
         from carom.engine import cycle
 
-        while not cycle.schedule(*self.engine):
-            self.enlarge_neighbors()
+        self.scheduled = False
+        n, begin, pace = self.scene.n, 0, Pace(MOST_SCHEDULED)
+        while begin < n:
+            end = min(begin + pace.count, n)
+            with pace:
+                done = cycle.schedule(*self.engine, np.int64(begin), np.int64(end))
+            if done:
+                begin = end
+            else:
+                begin = 0
+                self.enlarge_neighbors()
+        self.scheduled = True
 
     def enlarge_neighbors(self) -> None:
         """Make more room in sectors, cells and lists; everything has then to be scheduled anew."""
         from carom.engine import parts as engine
 
+        self.scheduled = False
         members = getattr(self.engine.neighbors, "members", np.zeros(1))
         full_cell = self.scheme.kind == "sectors" or members.max() == self.scheme.cell_capacity
         self.scheme = self.scheme.with_larger_neighbors(full_cell)
@@ -229,6 +251,15 @@ class Machine:
         rates : (n,) array, optional
             New rates at which the radii grow [length / time].
         """
+        names = ("unit", "contents", "scheme", "engine", "clock", "counted", "scheduled")
+        before = {name: getattr(self, name) for name in names}
+        try:
+            self._refit(velocities, rates)
+        except BaseException:  # Ctrl-C, too: all of it, or nothing
+            vars(self).update(before)
+            raise
+
+    def _refit(self, velocities: np.ndarray | None, rates: np.ndarray | None) -> None:
         from carom.engine.parts import build, keep_tallies
 
         frame = self.frame()

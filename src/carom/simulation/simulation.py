@@ -16,6 +16,7 @@ from carom.frame import Frame
 from carom.scene.scene import Scene
 from carom.scene.velocities import maxwell_velocities
 from carom.simulation import checkpoint, loop, measuring, mechanics, sampling
+from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.preparation import (
@@ -48,7 +49,7 @@ class Simulation:
         Temperature of the Maxwell velocities drawn for a scene that has none; 1 if left out.
     seed : int
         Seed of those velocities. The same scene, seed and version give the same bits.
-    neighbors : {"auto", "lists", "sectors"}
+    neighbors : {"auto", "lists", "sectors", "all"}
         Neighbour scheme; changes the speed, not the physics.
     shell : float, optional
         Reach of the neighbour lists in diameters.
@@ -123,21 +124,25 @@ class Simulation:
         self.notes = notes  # what the caller kept with the checkpoint this was loaded from
 
     @property
+    @looks
     def time(self) -> float:
         """Time since the start [sigma sqrt(m / kT)], rounded to a double."""
         return float(self.machine.clock.instant)
 
     @property
+    @looks
     def epoch_length(self) -> float:
         """Length of an epoch [time]: a power of two."""
         return self.machine.unit.to_scene(self.machine.scheme.epoch, 1)
 
     @property
+    @looks
     def collisions(self) -> int:
         """Pair collisions since the start."""
         return self.machine.collisions
 
     @property
+    @looks
     def tally(self) -> Block:
         """Duration, collisions and virial since the start."""
         record = self.machine.engine.tallies[0]
@@ -145,11 +150,13 @@ class Simulation:
         return Block(self.time, int(record.collisions), virial)
 
     @property
+    @looks
     def seconds(self) -> float:
         """Wall time spent in the engine [s]."""
         return self.machine.seconds
 
     @property
+    @looks
     def kT(self) -> float:
         """Temperature [energy]: twice the kinetic energy over the :attr:`degrees_of_freedom`."""
         return mechanics.temperature(self.machine)
@@ -163,11 +170,13 @@ class Simulation:
         return degrees_of_freedom(self.scene)
 
     @property
+    @looks
     def diameters(self) -> np.ndarray:
         """Diameter of each component at the present time, (n,) [length]."""
         return self.machine.diameters
 
     @property
+    @looks
     def packing_fraction(self) -> float:
         """Part of the box that the components fill at the present time."""
         dimension = self.scene.dimension
@@ -175,6 +184,7 @@ class Simulation:
         return volume / self.scene.volume
 
     @property
+    @looks
     def collisions_by_species(self) -> np.ndarray:
         """Pair collisions since the start of every pair of species, (K, K), symmetric.
 
@@ -186,6 +196,7 @@ class Simulation:
         return mechanics.collisions_by_species(self.machine)
 
     @property
+    @looks
     def virial_by_species(self) -> np.ndarray:
         """Sum of ``r_ij . dp_ij`` since the start of every pair of species, (K, K), symmetric
         [mass length^2 / time].
@@ -198,6 +209,7 @@ class Simulation:
         return mechanics.virial_by_species(self.machine)
 
     @property
+    @looks
     def obstacles(self) -> tuple[Impacts, ...]:
         """What walls and obstacles took up since the start, in the order of their numbers: the walls of each
         axis without periodicity, lower before upper, then the scene's obstacles.
@@ -205,12 +217,14 @@ class Simulation:
         return mechanics.impacts(self.machine)
 
     @property
+    @looks
     def spared_contacts(self) -> int:
         """Contacts that were elastic because they were slower than ``Scene.elastic_below``."""
         impact = self.machine.engine.model.impact
         return 0 if impact is None else int(impact.spared[0])
 
     @property
+    @looks
     def statistics(self) -> Statistics:
         """What the run did so far, and how well."""
         return mechanics.statistics(self.machine)
@@ -249,6 +263,8 @@ class Simulation:
         InputError
             If no limit is given or one is not a number at least zero; or if a time is out of reach, because
             components that grow jam before it, or have no room at all. The state is then that of the moment.
+        BusyError
+            If another thread uses this simulation, or it runs already and this is called by its callback.
 
         Warns
         -----
@@ -295,6 +311,10 @@ class Simulation:
             there is an event log, which holds collisions only.
         """
         kT = checks.number(kT, "kT", low=0.0, open_low=True)
+        with self.machine.alone.changing():
+            self._rescale(kT, growth)
+
+    def _rescale(self, kT: float, growth: float | ArrayLike | None) -> None:
         if self.machine.log is not None:
             raise InputError(
                 "After rescale() no state could be rebuilt from the event log: close() the log first."
@@ -306,6 +326,7 @@ class Simulation:
             )
         self.machine.refit(mechanics.at_temperature(self.frame().velocities, self.scene, kT), rates)
 
+    @looks
     def frame(self) -> Frame:
         """Return all components at the present time; changes no bit of the run."""
         return self.machine.frame()
@@ -342,6 +363,7 @@ class Simulation:
             raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
         return float(collisions) * self.time / self.collisions
 
+    @looks
     def save(self, path: str | PathLike[str], **extra: Any) -> None:
         """Write a checkpoint: the continued run equals the uninterrupted one, bit for bit.
 
@@ -391,7 +413,12 @@ class Simulation:
 
     def close(self) -> None:
         """Flush and close the event log, if there is one."""
-        self.machine.close_log()
+        with self.machine.alone.changing():
+            self.machine.close_log()
+
+    def __reduce__(self) -> Any:
+        """Refuse to be pickled or copied."""
+        raise TypeError("A Simulation cannot be pickled or copied: save() it, and load() the file as often.")
 
     def __enter__(self) -> Simulation:
         return self

@@ -1,0 +1,34 @@
+"""Ctrl-C while something is compiled: kept until that is done.
+
+The compiler calls back into Python, and an exception raised there is lost: it would go on without what it was
+about to be given, and fail later on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextlib.contextmanager
+def signals_held() -> Iterator[None]:
+    """Note signals that come while the body runs, and raise them afterwards."""
+    handlers = {number: signal.getsignal(number) for number in SIGNALS}
+    # Only the main thread receives signals, and only what Python installed can be put back.
+    if threading.current_thread() is not threading.main_thread() or None in handlers.values():
+        yield
+        return
+    came: list[int] = []
+    for number in SIGNALS:
+        signal.signal(number, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        for one, handler in handlers.items():
+            signal.signal(one, handler)
+        for each in dict.fromkeys(came):
+            signal.raise_signal(each)

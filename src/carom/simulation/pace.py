@@ -1,0 +1,49 @@
+"""How much compiled code does in one call: as much as takes some hundredths of a second.
+
+Ctrl-C, a limit of wall time and a progress bar are looked at between two calls. An event takes a microsecond
+in three dimensions, and a second among the images of a box in twelve.
+"""
+
+from __future__ import annotations
+
+import time
+
+CYCLES = 20_000
+"""Cycles between two looks at whether a run comes nearer to its end, and in one call at most: some 10 ms in
+two and three dimensions.
+"""
+
+MOST_SCHEDULED = 100_000
+"""Components scheduled in one call, at most."""
+
+SHORT, LONG = 0.02, 0.05
+"""Seconds that a call should take: after a shorter one the next does twice as much, after a longer one less.
+"""
+
+FIRST = 1
+"""How much the first call does: nobody knows yet how long that takes."""
+
+
+class Pace:
+    """So much at a time; ``with pace:`` goes around a call.
+
+    Attributes
+    ----------
+    count : int
+        How much the next call is to do.
+    """
+
+    def __init__(self, most: int):
+        self._most = most
+        self.count = min(FIRST, most)
+        self._began = 0.0
+
+    def __enter__(self) -> None:
+        self._began = time.perf_counter()
+
+    def __exit__(self, *error: object) -> None:
+        taken = time.perf_counter() - self._began
+        if taken < SHORT:
+            self.count = min(2 * self.count, self._most)
+        elif taken > LONG:
+            self.count = max(int(self.count * SHORT / taken), 1)

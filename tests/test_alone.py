@@ -1,0 +1,182 @@
+"""One simulation is used by one thread, and nothing public ends the interpreter."""
+
+import copy
+import os
+import pickle
+import threading
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import BusyError
+
+
+def small(**more):
+    return carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1, **more)
+
+
+USES = {
+    "run": lambda sim: sim.run(collisions=10),
+    "sample": lambda sim: next(sim.sample(every=0.1, count=1)),
+    "blocks": lambda sim: next(sim.blocks(0.1, 1)),
+    "measure": lambda sim: sim.measure(carom.Pressure(), collisions=10),
+    "time_for": lambda sim: sim.time_for(10),
+    "rescale": lambda sim: sim.rescale(2.0),
+    "save": lambda sim: sim.save(os.devnull),
+    "close": lambda sim: sim.close(),
+    "frame": lambda sim: sim.frame(),
+    "kT": lambda sim: sim.kT,
+    "time": lambda sim: sim.time,
+    "collisions": lambda sim: sim.collisions,
+    "tally": lambda sim: sim.tally,
+    "statistics": lambda sim: sim.statistics,
+    "diameters": lambda sim: sim.diameters,
+    "obstacles": lambda sim: sim.obstacles,
+    "packing_fraction": lambda sim: sim.packing_fraction,
+}
+
+
+def test_a_second_thread_is_refused_whatever_it_asks_and_the_first_goes_on():
+    sim, alone = small(), small()
+    alone.run(collisions=800)
+    refused: dict[str, str] = {}
+
+    def meddle():
+        for name, use in USES.items():
+            try:
+                use(sim)
+            except BusyError as error:
+                refused[name] = str(error)
+
+    def look(fraction):
+        if not refused:
+            thread = threading.Thread(target=meddle)
+            thread.start()
+            thread.join()
+
+    sim.run(collisions=800, progress=look)
+    assert set(refused) == set(USES)
+    assert all("another thread" in text for text in refused.values())
+    np.testing.assert_array_equal(sim.frame().positions, alone.frame().positions)
+
+
+@pytest.mark.parametrize("name", ["run", "sample", "blocks", "measure", "rescale", "close"])
+def test_a_callback_may_look_but_not_run_on(name):
+    sim = small()
+
+    def meddle(fraction):
+        sim.frame(), sim.statistics, sim.kT
+        USES[name](sim)
+
+    with pytest.raises(BusyError, match="progress callback"):
+        sim.run(collisions=1000, progress=meddle)
+    assert sim.run(collisions=100).collisions == 100  # and it is free again
+
+
+def test_threads_that_run_one_simulation_at_once_all_end():
+    sim, done, refused = small(), [], []
+
+    def work():
+        for _ in range(20):
+            try:
+                done.append(sim.run(collisions=2000).collisions)
+            except BusyError:
+                refused.append(1)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(done) + len(refused) == 80
+    assert sim.collisions == sum(done)
+
+
+def test_samples_and_runs_may_take_turns_in_one_thread():
+    sim, plain = small(), small()
+    frames = sim.sample(every=0.3)
+    for _ in range(3):
+        next(frames)
+        sim.run(collisions=5)
+    plain.run(time=sim.time)
+    np.testing.assert_allclose(sim.frame().positions, plain.frame().positions, atol=1e-9)
+    sim.run(time=1.0)
+    with pytest.raises(carom.InputError, match="must not decrease"):
+        next(frames)
+    assert sim.run(collisions=10).collisions == 10
+
+
+def test_what_failed_to_grow_can_be_used_on():
+    scene = carom.Scene.random(20, 2, packing_fraction=0.3, seed=1)
+    sim = carom.Simulation(scene, seed=1, growth=0.5)
+    with pytest.raises(carom.InputError, match="jam"):
+        sim.run(time=1e6)
+    sim.frame(), sim.statistics
+    assert sim.run(collisions=50).collisions == 50
+
+
+def test_ctrl_c_before_everybody_is_scheduled_in_larger_rooms_loses_nothing():
+    sim, plain = small(neighbors="sectors"), small(neighbors="sectors")
+    for each in (sim, plain):
+        each.run(collisions=100)
+        each.machine.enlarge_neighbors()  # empty rooms: Ctrl-C comes here
+    plain.machine.schedule()
+    for each in (sim, plain):
+        each.run(collisions=300)
+    np.testing.assert_array_equal(sim.frame().positions, plain.frame().positions)
+
+
+def test_ctrl_c_while_everything_is_chosen_anew_leaves_the_simulation_as_it_was(monkeypatch):
+    sim, plain = small(), small()
+    for each in (sim, plain):
+        each.run(collisions=300)
+
+    def stop():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sim.machine, "schedule", stop)
+    with pytest.raises(KeyboardInterrupt):
+        sim.rescale(4.0)
+    monkeypatch.undo()
+    for each in (sim, plain):
+        each.run(collisions=300)
+    np.testing.assert_array_equal(sim.frame().velocities, plain.frame().velocities)
+
+
+@pytest.mark.parametrize("copied", [pickle.dumps, copy.copy, copy.deepcopy])
+def test_a_simulation_is_neither_pickled_nor_copied(copied):
+    with pytest.raises(TypeError, match=r"save\(\) it"):
+        copied(small())
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_process_goes_on_with_a_simulation_of_its_own():
+    sim = small()
+    sim.run(collisions=100)
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            code = int(sim.run(collisions=500).collisions != 500)
+        finally:
+            os._exit(code)
+    assert os.waitpid(child, 0)[1] == 0
+    assert sim.run(collisions=500).collisions == 500
+
+
+def test_a_negative_seed_is_one_sentence():
+    with pytest.raises(carom.InputError, match="seed"):
+        carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=-1)
+
+
+def test_what_is_handed_out_does_not_reach_into_the_run():
+    sim, plain = small(), small()
+    frame = sim.frame()
+    for array in (frame.positions, frame.velocities, frame.images, sim.diameters):
+        if array.flags.writeable:
+            array[:] = 0
+    for each in (sim, plain):
+        each.run(collisions=500)
+    np.testing.assert_array_equal(sim.frame().positions, plain.frame().positions)
+    assert sim.diameters.min() > 0.0

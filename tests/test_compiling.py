@@ -1,0 +1,89 @@
+"""Ctrl-C while something is compiled waits for the compiler, and the screen says that it compiles."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from carom.cli.compiling import TEXT, compiling_told
+from carom.compiling import dispatch
+from carom.compiling.held import SIGNALS, signals_held
+
+
+class Compiled:
+    """Stands for a compiled function of Numba: says when it was compiled to the end."""
+
+    def __init__(self):
+        self.finished = False
+
+    def compile(self, signature):
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(0)  # where Python would raise it
+        self.finished = True
+        return signature
+
+
+def test_ctrl_c_comes_after_what_is_being_compiled():
+    compiled = Compiled()
+    with pytest.raises(KeyboardInterrupt):
+        dispatch.undisturbed(compiled).compile("f8")
+    assert compiled.finished
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_handler_of_one_s_own_hears_the_signal_once_and_is_there_again(number):
+    heard = []
+    before = signal.signal(number, lambda number, frame: heard.append(number))
+    try:
+        own = signal.getsignal(number)
+        with signals_held():
+            signal.raise_signal(number)
+            signal.raise_signal(number)
+            assert heard == []
+        assert heard == [number]
+        assert signal.getsignal(number) is own
+    finally:
+        signal.signal(number, before)
+
+
+def test_what_the_compiler_raises_is_raised():
+    with pytest.raises(ValueError, match="no such type"), signals_held():
+        raise ValueError("no such type")
+
+
+@pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled")
+def test_compiling_is_told_once_and_only_where_something_is_compiled(capsys):
+    from numba import njit
+
+    @njit
+    def one(x):
+        return x + 1
+
+    with compiling_told():
+        one(1)
+        one(1.0)
+    assert capsys.readouterr().err.count(TEXT) == 1
+    with compiling_told():
+        one(2)
+    assert capsys.readouterr().err == ""
+    one(1j)  # nobody listens any more
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.timing
+@pytest.mark.slow
+def test_ctrl_c_during_the_first_compilation_of_a_command_is_one_line(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    command = [sys.executable, "-m", "carom", "run", "--n", "32", "--out", str(tmp_path / "run")]
+    process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    assert process.stderr.readline().strip() == TEXT
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=300)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert "RuntimeError" not in err
