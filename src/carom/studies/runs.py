@@ -30,9 +30,11 @@ from carom.io.trajectory import Writer
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.observables.statistics import Estimate
 from carom.plan import Plan
+from carom.scene import Scene
 from carom.simulation import Simulation
 from carom.studies.folder import RunFolder, existing_run
 from carom.studies.signals import Interrupted, Stop, stoppable
+from carom.studies.storage import amount
 from carom.tally import Block
 
 SEGMENTS = 1024
@@ -202,8 +204,11 @@ class _Run:
         Collisions and virial so far at the beginning of every segment reached.
     part : int
         Parts done of the present segment.
-    segments : int
-        Segments to measure, as far as is known yet.
+    segments, per_frame, frames : int
+        Segments to measure, as far as is known yet; segments to a frame; frames of a run whose length is
+        given.
+    formats : tuple of str
+        Of the trajectories.
     pilot : bool
         Whether the segments are those of the pilot, which has no frames.
     """
@@ -220,8 +225,6 @@ class _Run:
         self._progress, self._predicted = progress, predicted
         error = plan.run.relative_error
         self.goal = None if error is None else Goal(error)
-        self.per_frame = math.ceil(SEGMENTS / plan.run.frames)
-        self.segments = self.per_frame * plan.run.frames
         self.pilot = False
         self.sim: Simulation
         self.writers: list[Writer] = []
@@ -239,7 +242,7 @@ class _Run:
         self._report("Preparing", 0.0)
         plan = self.plan
         scene = plan.build_scene()
-        self.formats = _formats(plan, scene.dimension)
+        self._keep(scene)
         kT = plan.scene.kT if scene.velocities is None else None
         settings: dict[str, Any] = {"kT": kT, "seed": plan.run.seed, "neighbors": plan.run.neighbors}
         # Made before anything is written, because it refuses what cannot be simulated.
@@ -264,7 +267,7 @@ class _Run:
                 except FileError as error:
                     raise _Damaged from error
             self.sim = Simulation.load(self.folder.checkpoint, event_log=log)
-            self.formats = _formats(self.plan, self.sim.scene.dimension)
+            self._keep(self.sim.scene)
             for name in (
                 "seconds",
                 "engine_seconds",
@@ -278,6 +281,13 @@ class _Run:
             ):
                 setattr(self, name, notes[name])
             return self._run(lambda form: self._continued(form, self._frames()))
+
+    def _keep(self, scene: Scene) -> None:
+        """Find out which trajectories and how many frames are written, and how many segments that makes."""
+        formats, self.frames = amount(self.plan, scene)
+        self.formats = _formats(formats, scene.dimension)
+        self.per_frame = math.ceil(SEGMENTS / self.frames)
+        self.segments = self.per_frame * self.frames
 
     def _continued(self, form: str, keep: int) -> Any:
         """Open a trajectory after its first `keep` frames, made anew from another if a kill destroyed it."""
@@ -372,7 +382,7 @@ class _Run:
                 # A segment must not outlast what is allowed: its length follows from the stretch expected.
                 factor = max(min(factor, limit / self.engine_seconds), 1.0)
             self.pilot, self.engine_seconds = False, 0.0
-            self._begin(self.per_frame * self.plan.run.frames, factor * so_far * self.step)
+            self._begin(self.per_frame * self.frames, factor * so_far * self.step)
         elif found is not None:
             look = self.goal.next_look(so_far, found)
             self.segments = math.ceil(look / self.per_frame) * self.per_frame
@@ -455,11 +465,11 @@ class _Run:
             blocks=blocks,
             equilibration=(self.equilibrated[0], self.equilibrated[1]),
             frames=self._frames(),
+            trajectories=[self.folder.trajectory(form) for form in self.formats],
             rate=sum(block.collisions for block in blocks) / self.engine_seconds,
             began=self._began - self.seconds,
         )
-        trajectories = [self.folder.trajectory(form) for form in self.formats]
-        summary = report.write(self.folder, facts, trajectories, self._report)
+        summary = report.write(self.folder, facts, self._report)
         return RunResult(self.folder.path, summary, new=True)
 
     # Between the steps.
@@ -497,7 +507,7 @@ class _Run:
         self._due = after + max(self.plan.run.checkpoint_every, after - now)
 
 
-def _formats(plan: Plan, dimension: int) -> tuple[str, ...]:
+def _formats(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
     """Return the formats of the trajectories: those that can hold so many dimensions.
 
     Raises
@@ -505,7 +515,6 @@ def _formats(plan: Plan, dimension: int) -> tuple[str, ...]:
     InputError
         If none of the formats asked for can, or GSD is asked for and not installed.
     """
-    asked = plan.output.trajectory
     held = tuple(form for form in asked if form == "h5md" or dimension <= LARGEST_EXTENDED)
     if asked and not held:
         raise InputError(
