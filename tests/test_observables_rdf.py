@@ -172,13 +172,6 @@ def test_g_does_not_depend_on_the_unit_of_length():
     np.testing.assert_array_equal(4.0 * one.edges, two.edges)
 
 
-def test_portions_of_pairs_change_nothing(monkeypatch):
-    frames = ideal_gas(3, 300, 2, 7)
-    whole = rdf(frames, bins=20)
-    monkeypatch.setattr("carom.observables.rdf._CHUNK_PAIRS", 1000)
-    np.testing.assert_array_equal(rdf(frames, bins=20).counts, whole.counts)
-
-
 def test_bins_begin_at_contact_and_end_at_half_the_box():
     frames = list(tonks_frames(6, 0.5, 2, 1))
     assert rdf(frames).edges[0] == 1.0

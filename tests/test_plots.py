@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from matplotlib.collections import EllipseCollection, PatchCollection, PolyCollection
+from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from carom import theory
@@ -138,9 +138,9 @@ def test_near_spheres_are_drawn_over_far_ones():
     _, _, towards = _camera()
     pair = np.array([5.0, 5.0, 5.0]) + np.outer([1.0, -1.0], towards)
     figure = plots.snapshot(frame(pair, (10.0, 10.0, 10.0)))
-    spheres = next(c for c in figure.axes[0].collections if isinstance(c, PatchCollection))
+    spheres = next(c for c in figure.axes[0].collections if isinstance(c, EllipseCollection))
     # Both project to the same point; the outline of the far one, drawn first, is the paler.
-    layers = len(spheres.get_paths()) // 2
+    layers = len(spheres.get_offsets()) // 2
     far, near = spheres.get_facecolor()[0, :3], spheres.get_facecolor()[layers, :3]
     assert far.mean() > near.mean()
 

@@ -67,7 +67,11 @@ def run(
         typer.Option(help="Seconds after which that is given up.", rich_help_panel=_LENGTH),
     ] = None,
     frames: Annotated[
-        int | None, typer.Option(help="How many frames to sample.", rich_help_panel=_LENGTH)
+        int | None,
+        typer.Option(
+            help="How many frames to sample. Without: 100, in large systems as many as make 200 MB.",
+            rich_help_panel=_LENGTH,
+        ),
     ] = None,
     checkpoint_every: Annotated[
         float | None, typer.Option(help="Seconds between checkpoints.", rich_help_panel=_OUTPUT)

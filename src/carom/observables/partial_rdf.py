@@ -15,7 +15,7 @@ import numpy as np
 
 from carom.errors import FileError
 from carom.frame import Frame
-from carom.observables.rdf import RadialDistribution, rdf
+from carom.observables.rdf import RadialDistribution, distributions
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -47,7 +47,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
     scene : Scene
         Of the frames; says which species there are and at which distances they touch.
     frames : callable
-        Returns the frames; called once a pair.
+        Returns the frames; called once.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
     def alike() -> Iterator[Frame]:
         return (dataclasses.replace(frame, species=species, species_names=named) for frame in frames())
 
-    found = {}
+    wanted: dict[str, tuple[tuple[int | str, int | str] | None, float | None]] = {}
     for a, b in itertools.combinations_with_replacement(range(kinds.size), 2):
         i, j = int(kinds[a]), int(kinds[b])
         if scene.contact is not None:
@@ -74,8 +74,8 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
         if (a == b and counts[a] < 2) or 2.0 * contact >= min(scene.box):
             continue
         name = "-".join(named[k] if named else str(k) for k in (i, j))
-        found[name] = rdf(alike(), pair=(i, j), contact=contact)
-    return found
+        wanted[name] = ((i, j), contact)
+    return distributions(alike(), wanted) if wanted else {}
 
 
 def write_partial(distributions: Mapping[str, RadialDistribution], path: str | os.PathLike[str]) -> None:

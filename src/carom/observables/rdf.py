@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 import os
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,8 +16,11 @@ import numpy as np
 
 from carom.errors import CaromWarning, FileError, InputError
 from carom.frame import Frame
+from carom.observables.cells import Grid, SortedCells
 from carom.observables.contact import contact_value
+from carom.observables.pairs import distance_counts
 from carom.observables.statistics import MIN_BLOCKS, Estimate, blocking
+from carom.scene.overlaps import Room
 from carom.theory import ball_volume
 
 if TYPE_CHECKING:
@@ -28,9 +32,6 @@ DEFAULT_WIDTH = 0.02
 
 # Structure fades beyond five diameters in a fluid, while the cost goes on growing as r^d.
 DEFAULT_REACH = 5.0
-
-# For the pairs of a frame that one tree query holds at once: 4 million pairs are 64 MB.
-_CHUNK_PAIRS = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,9 +171,35 @@ def rdf(
     an ideal gas of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n.
     The pairs of two species are ``n_i n_j``, of one with itself ``n_i (n_i - 1) / 2``.
 
-    Pairs are found by scipy's cKDTree with periodic edges, in portions of some 4 million (100 MB), whatever
-    n. Pairs in contact, and those that overlap by no more than the rounding of positions stored in single
-    precision (1.2e-7 box edges), belong to the first bin.
+    Compiled code counts the pairs over sorted cells (:mod:`carom.observables.pairs`), in double precision, in
+    as many threads as Numba uses (``NUMBA_NUM_THREADS``); their number changes no bit. Pairs in contact, and
+    those that overlap by no more than the rounding of positions stored in single precision (1.2e-7 box
+    edges), belong to the first bin.
+    """
+    return distributions(frames, {"": (pair, contact)}, bins=bins, width=width, rmax=rmax)[""]
+
+
+def distributions(
+    frames: Iterable[Frame],
+    wanted: Mapping[str, tuple[tuple[int | str, int | str] | None, float | None]],
+    *,
+    bins: int | None = None,
+    width: float | None = None,
+    rmax: float | None = None,
+) -> dict[str, RadialDistribution]:
+    """Several g(r) of the same frames, each as from :func:`rdf`, in one pass over them.
+
+    Parameters
+    ----------
+    frames, bins, width, rmax
+        As for :func:`rdf`.
+    wanted : mapping of str to (pair, contact)
+        What to compute, by name, in the words of :func:`rdf`.
+
+    Raises
+    ------
+    InputError
+        As :func:`rdf` does.
     """
     source = iter(frames)
     first = next(source, None)
@@ -183,17 +210,30 @@ def rdf(
             f"Axis {first.periodic.index(False)} of the box has walls; g(r) is that of a fluid which is the "
             "same everywhere, in a box with periodic axes only."
         )
-    chosen = None if pair is None else _species(first, pair)
-    if contact is not None and chosen is None:
-        raise InputError("contact is the distance of two species, and no pair is given.")
-    diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
-    edges = _bin_edges(diameter, min(first.box), bins, width, rmax)
-    histograms = [_histogram(first, edges, chosen)]
-    for index, frame in enumerate(source, start=1):
-        _check_same(first, frame, index)
-        histograms.append(_histogram(frame, edges, chosen))
-    counts = np.array(histograms)
-    expected = _ideal_counts(edges, _pairs(first, chosen), first.box)
+    asked = {}
+    for name, (pair, contact) in wanted.items():
+        chosen = None if pair is None else _species(first, pair)
+        if contact is not None and chosen is None:
+            raise InputError("contact is the distance of two species, and no pair is given.")
+        diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
+        asked[name] = (chosen, _bin_edges(diameter, min(first.box), bins, width, rmax))
+    histograms: dict[str, list[np.ndarray]] = {name: [] for name in asked}
+    for index, frame in enumerate(itertools.chain([first], source)):
+        if index:
+            _check_same(first, frame, index)
+        for name, counts in _histograms(frame, asked).items():
+            histograms[name].append(counts)
+    return {
+        name: _distribution(first, np.array(histograms[name]), edges, chosen)
+        for name, (chosen, edges) in asked.items()
+    }
+
+
+def _distribution(
+    first: Frame, counts: np.ndarray, edges: np.ndarray, pair: tuple[int, int] | None
+) -> RadialDistribution:
+    """Return g(r) from the histograms (frames, m) of frames like the first."""
+    expected = _ideal_counts(edges, _pairs(first, pair), first.box)
     return RadialDistribution(
         edges=edges,
         g=counts.mean(axis=0) / expected,
@@ -202,10 +242,10 @@ def rdf(
         n=first.n,
         dimension=first.dimension,
         frames=len(counts),
-        diameter=diameter,
+        diameter=float(edges[0]),
         packing_fraction=_packing_fraction(first),
         contact_value=contact_value(counts, expected, edges, first.dimension),
-        pair=chosen,
+        pair=pair,
     )
 
 
@@ -428,41 +468,49 @@ def _check_same(first: Frame, frame: Frame, index: int) -> None:
             raise InputError(f"Frame {index} has other {name} than the first; g(r) averages one system.")
 
 
-def _histogram(frame: Frame, edges: np.ndarray, pair: tuple[int, int] | None = None) -> np.ndarray:
-    """Pairs (m,) of one frame, or of two of its species, in each bin."""
-    from scipy.spatial import cKDTree
-
+def _histograms(
+    frame: Frame, asked: Mapping[str, tuple[tuple[int, int] | None, np.ndarray]]
+) -> dict[str, np.ndarray]:
+    """Return the pairs (m,) of one frame, or of two of its species, in each bin, by name."""
     box = np.asarray(frame.box, dtype=np.float64)
-    x = np.mod(frame.positions, box)
-    # A small negative coordinate is rounded up to the edge itself, which the tree refuses.
-    x[x >= box] = 0.0
-    who = [np.arange(frame.n)] * 2
-    if pair is not None:
-        who = [np.flatnonzero(frame.species == k) for k in pair]
-    ours, theirs = who
-    alike = pair is None or pair[0] == pair[1]
-    tree = cKDTree(x[theirs], boxsize=box)
-    # Ordered neighbours of a particle in the largest sphere, twice the mean to leave room for crystals.
-    neighbours = 2.0 * frame.n * ball_volume(frame.dimension, 2.0 * edges[-1]) / math.prod(frame.box)
-    step = max(int(_CHUNK_PAIRS / max(neighbours, 1.0)), 1)
+    grid = Grid.of(box, np.ones(len(box), dtype=np.bool_), frame.n, max(e[-1] for _, e in asked.values()))
     rounding = float(np.finfo(np.float32).eps) * float(box.max())
-    counts = np.zeros(edges.size - 1, dtype=np.int64)
-    for start in range(0, len(ours), step):
-        part = cKDTree(x[ours[start : start + step]], boxsize=box)
-        pairs = part.sparse_distance_matrix(tree, edges[-1], output_type="ndarray")
-        if alike:
-            pairs = pairs[pairs["i"] + start != pairs["j"]]
-        closest = int(np.argmin(pairs["v"])) if pairs.size else 0
-        if pairs.size and pairs["v"][closest] < edges[0] - rounding:
-            i, j, r = ours[pairs["i"][closest] + start], theirs[pairs["j"][closest]], pairs["v"][closest]
-            raise InputError(
-                f"Particles {i} and {j} overlap at time {frame.time:.6g} (distance {r:.6g}, "
-                f"{'diameter' if pair is None else 'contact'} {edges[0]:.6g}); g(r) needs a valid frame."
-            )
-        distances = np.maximum(pairs["v"], edges[0])
-        counts += np.histogram(distances, bins=edges.size - 1, range=(edges[0], edges[-1]))[0]
-    # Of one kind, every pair was met from both sides, with the same bits.
-    return counts // 2 if alike else counts
+    kinds = {kind for pair, _ in asked.values() for kind in (pair or (None,))}
+    x = frame.positions
+    places = {kind: x if kind is None else x[frame.species == kind] for kind in kinds}
+    cells = {kind: SortedCells.of(grid, place) for kind, place in places.items()}
+    found = {}
+    for name, (pair, edges) in asked.items():
+        a, b = pair or (None, None)
+        counts, closer = distance_counts(
+            cells[a], None if a == b else cells[b], edges, closest=float(edges[0]) - rounding
+        )
+        if closer:
+            _refuse_overlap(frame, pair, float(edges[0]))
+        found[name] = counts
+    return found
+
+
+def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) -> None:
+    """Raise InputError that names the closest pair of a frame, or of two of its species."""
+    box = np.asarray(frame.box, dtype=np.float64)
+    room = Room(box, np.ones(len(box), dtype=np.bool_))
+    members = np.arange(frame.n)
+    species = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
+    if pair is not None:
+        members = np.flatnonzero(np.isin(species, pair))
+    places = room.wrapped(frame.positions[members])
+    pairs = room.near(places, contact)
+    if pair is not None and pair[0] != pair[1]:
+        kinds = species[members]
+        pairs = pairs[kinds[pairs[:, 0]] != kinds[pairs[:, 1]]]
+    distances = room.distances(places, pairs)
+    closest = int(np.argmin(distances))
+    i, j = sorted(members[pairs[closest]].tolist())
+    raise InputError(
+        f"Particles {i} and {j} overlap at time {frame.time:.6g} (distance {distances[closest]:.6g}, "
+        f"{'diameter' if pair is None else 'contact'} {contact:.6g}); g(r) needs a valid frame."
+    )
 
 
 def _ideal_counts(edges: np.ndarray, pairs: float, box: tuple[float, ...]) -> np.ndarray:

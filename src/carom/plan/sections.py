@@ -319,7 +319,7 @@ class RunSpec:
     max_walltime : float
         Seconds, of all sessions, after which ``relative_error`` is given up.
     frames : int
-        How many frames to sample.
+        How many frames to sample; left out, 100, or as many as make 200 MB where that is fewer.
     checkpoint_every : float
         Seconds between checkpoints.
     neighbors : str
@@ -331,7 +331,7 @@ class RunSpec:
     collisions_per_particle: float | None = None
     relative_error: float | None = None
     max_walltime: float | None = None
-    frames: int = 100
+    frames: int | None = None
     checkpoint_every: float = 10.0
     neighbors: str = "auto"
 
@@ -363,14 +363,14 @@ class OutputSpec:
     Parameters
     ----------
     trajectory : tuple of str
-        Formats: "h5md", "extxyz", "gsd".
+        Formats: "h5md", "extxyz", "gsd". Left out, the first two, or H5MD alone where both exceed 200 MB.
     event_log : bool
         Whether to write every collision.
     pictures : bool
         Whether to draw.
     """
 
-    trajectory: tuple[str, ...] = ("h5md", "extxyz")
+    trajectory: tuple[str, ...] | None = None
     event_log: bool = False
     pictures: bool = True
 

@@ -31,10 +31,12 @@ from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
+from carom.scene.scene import Scene
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder, existing_run
+from carom.studies.runs.storage import amount
 from carom.studies.runs.written import Written
 from carom.studies.signals import Interrupted, Stop, stoppable
 
@@ -61,7 +63,7 @@ LARGEST_EXTENDED = 3
 
 KEPT = (
     "seconds", "engine_seconds", "equilibrated", "first", "step", "marks", "temperatures", "part", "segments",
-    "pilot",
+    "pilot", "frames", "per_frame",
 )  # fmt: skip
 """What a checkpoint keeps of a run under way, by the names of its attributes."""
 
@@ -235,8 +237,11 @@ class _Run:
         Temperatures of species at the end of every segment, if their masses differ.
     part : int
         Parts done of the present segment.
-    segments : int
-        Segments to measure, as far as is known yet.
+    segments, per_frame, frames : int
+        Segments to measure, as far as is known yet; segments to a frame; frames of a run whose length is
+        given.
+    formats : tuple of str
+        Of the trajectories.
     pilot : bool
         Whether the segments are those of the pilot, which has no frames.
     """
@@ -253,8 +258,6 @@ class _Run:
         self._progress, self._predicted = progress, predicted
         error = plan.run.relative_error
         self.goal = None if error is None else Goal(error)
-        self.per_frame = math.ceil(SEGMENTS / plan.run.frames)
-        self.segments = self.per_frame * plan.run.frames
         self.pilot = False
         self.sim: Simulation
         self.writers: list[Writer] = []
@@ -273,7 +276,7 @@ class _Run:
         self._report("Preparing", 0.0)
         plan = self.plan
         scene = plan.build_scene()
-        self.formats = _formats(plan, scene.dimension)
+        self._keep(scene)
         self.written = Written(self.folder, self.formats)
         kT = plan.scene.kT if scene.velocities is None else None
         settings: dict[str, Any] = {"kT": kT, "seed": plan.run.seed, "neighbors": plan.run.neighbors}
@@ -304,6 +307,13 @@ class _Run:
             self.folder.restore_scene(self.plan)
             self._make_anew(sources)
             return self._run(self._continued)
+
+    def _keep(self, scene: Scene) -> None:
+        """Find out which trajectories and how many frames are written, and how many segments that makes."""
+        formats, self.frames = amount(self.plan, scene)
+        self.formats = _formats(formats, scene.dimension)
+        self.per_frame = math.ceil(SEGMENTS / self.frames)
+        self.segments = self.per_frame * self.frames
 
     def _make_anew(self, sources: dict[str, str]) -> None:
         """Make damaged trajectories anew from others."""
@@ -401,7 +411,7 @@ class _Run:
                 # A segment must not outlast what is allowed: its length follows from the stretch expected.
                 factor = max(min(factor, limit / self.engine_seconds), 1.0)
             self.pilot, self.engine_seconds = False, 0.0
-            self._begin(self.per_frame * self.plan.run.frames, factor * so_far * self.step)
+            self._begin(self.per_frame * self.frames, factor * so_far * self.step)
         elif found is not None:
             look = self.goal.next_look(so_far, found)
             self.segments = math.ceil(look / self.per_frame) * self.per_frame
@@ -486,13 +496,13 @@ class _Run:
             blocks=blocks,
             equilibration=(self.equilibrated[0], self.equilibrated[1]),
             frames=self._frames(),
+            trajectories=[self.folder.trajectory(form) for form in self.formats],
             rate=sum(block.collisions for block in blocks) / self.engine_seconds,
             began=self._began - self.seconds,
             doubts=tuple(self.thermometer.doubts()),
         )
-        trajectories = [self.folder.trajectory(form) for form in self.formats]
         try:
-            summary = report.write(self.folder, facts, trajectories, self._report)
+            summary = report.write(self.folder, facts, self._report)
         except KeyboardInterrupt:
             raise self._interrupted() from None
         return RunResult(self.folder.path, summary, new=True)
@@ -531,7 +541,7 @@ class _Run:
         self._due = after + max(self.plan.run.checkpoint_every, after - now)
 
 
-def _formats(plan: Plan, dimension: int) -> tuple[str, ...]:
+def _formats(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
     """Return the formats of the trajectories: those that can hold so many dimensions.
 
     Raises
@@ -539,7 +549,6 @@ def _formats(plan: Plan, dimension: int) -> tuple[str, ...]:
     InputError
         If none of the formats asked for can, or GSD is asked for and not installed.
     """
-    asked = plan.output.trajectory
     held = tuple(form for form in asked if form == "h5md" or dimension <= LARGEST_EXTENDED)
     if asked and not held:
         raise InputError(

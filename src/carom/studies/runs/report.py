@@ -46,6 +46,8 @@ class Facts:
         Collisions and time before it.
     frames : int
         Frames sampled.
+    trajectories : list of Path
+        Where they are.
     rate : float
         Collisions per second of wall time in the engine, in the measured stretch.
     began : float
@@ -59,18 +61,17 @@ class Facts:
     blocks: list[Block]
     equilibration: tuple[int, float]
     frames: int
+    trajectories: list[Path]
     rate: float
     began: float
     doubts: tuple[str, ...] = ()
 
 
-def write(
-    folder: RunFolder, facts: Facts, trajectories: list[Path], report: Callable[[str, float], None]
-) -> dict[str, Any]:
+def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None]) -> dict[str, Any]:
     """Write g(r), the pictures and the summary, in this order, and return the summary."""
     pressure = pressure_of(facts.sim, facts.blocks)
-    reason = without_rdf(facts.sim.scene, trajectories)
-    distributions = {} if reason else _distributions(facts, trajectories, report)
+    reason = without_rdf(facts.sim.scene, facts.trajectories)
+    distributions = {} if reason else _distributions(facts, report)
     if distributions:
         with replacing(folder.rdf) as temporary:
             if facts.sim.scene.equal:
@@ -111,12 +112,11 @@ def without_rdf(scene: Scene, trajectories: list[Path]) -> str | None:
     return None
 
 
-def _distributions(
-    facts: Facts, trajectories: list[Path], report: Callable[[str, float], None]
-) -> dict[str, RadialDistribution]:
+def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[str, RadialDistribution]:
     """Return g(r), named "", or that of each pair of species of a mixture."""
-    # From the file rather than on the way: a resumed run then sees every frame as well.
-    with io.open(trajectories[0]) as reader:
+    # From the file rather than on the way: a resumed run then sees every frame as well. Text is slow to read.
+    source = next((path for path in facts.trajectories if path.suffix == ".h5md"), facts.trajectories[0])
+    with io.open(source) as reader:
         assert isinstance(reader, io.Reader)
 
         def frames() -> Iterator[carom.Frame]:
@@ -181,6 +181,7 @@ def _summary(
         "collisions": sum(block.collisions for block in facts.blocks),
         "time": math.fsum(block.duration for block in facts.blocks),
         "frames": facts.frames,
+        "trajectories": [path.name for path in facts.trajectories],
         "relative_error": plan.run.relative_error,
         "compressibility_factor": measured("compressibility_factor"),
         "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),

@@ -1,0 +1,140 @@
+"""Components sorted into cells: those that are near in space lie side by side in memory.
+
+What is measured on pairs within a reach, such as g(r), looks at each cell and the cells around it. Cells
+along the last axis follow each other in memory, and so do their members. All that is near a component in one
+*column* of cells is then one stretch of memory, in any dimension.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.scene.overlaps import wrapped
+
+ACROSS, ALONG = 0.5, 0.2
+"""Edges of a cell, in reaches: across the columns, and along them.
+
+Larger cells hold more pairs that are too far apart, smaller ones make more and shorter stretches. A third and
+a half of the reach across the columns take the same time, within a tenth, at 2 to 5 diameters in d = 2 and 3;
+a whole reach takes half as long again.
+"""
+
+SLACK = 2.0**-20
+"""Part of a cell by which rounding may put a component into the wrong one: far more than it does."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A box cut into equal cells.
+
+    Attributes
+    ----------
+    box : (d,) float64 array
+        Edges [length].
+    periodic : (d,) bool array
+        Which axes are; the others have walls.
+    shape : (d,) int64 array
+        Cells along each axis.
+    """
+
+    box: np.ndarray
+    periodic: np.ndarray
+    shape: np.ndarray
+
+    @classmethod
+    def of(cls, box: np.ndarray, periodic: np.ndarray, n: int, reach: float) -> Grid:
+        """Return the grid in which pairs up to `reach` [length] of n components are found fast."""
+        box = np.asarray(box, dtype=np.float64)
+        spacing = float(np.prod(box / max(n, 1) ** (1.0 / len(box)))) ** (1.0 / len(box))
+        wanted = np.full(len(box), max(ACROSS * reach, spacing))
+        wanted[-1] = max(ALONG * reach, spacing)
+        # Divided as floats, and cut to n cells along an axis before they are integers.
+        along = np.clip(np.floor(box / wanted), 1, max(n, 1))
+        return cls(box, np.asarray(periodic, dtype=np.bool_), along.astype(np.int64))
+
+    @property
+    def columns(self) -> int:
+        """Number of columns: rows of cells along the last axis."""
+        return math.prod(self.shape[:-1].tolist())
+
+    def surroundings(self, reach: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return which cells may hold something within `reach` [length] of a cell.
+
+        Returns
+        -------
+        offsets : (m, d - 1) int64 array
+            From a column to each of those around it, itself included; of two that lead to one column through
+            the periodic edges, one.
+        windows : (m,) int64 array
+            How many cells up and down the column.
+        """
+        edges = self.box / self.shape
+        ranges = []
+        for count, edge, repeats in zip(self.shape[:-1], edges, self.periodic, strict=False):
+            far = int(min(reach / edge + SLACK, count)) + 1
+            low, high = ((count - 1) // 2, count // 2) if repeats else (count - 1, count - 1)
+            ranges.append(range(-min(far, low), min(far, high) + 1))
+        offsets, windows = [], []
+        for offset in itertools.product(*ranges):
+            gaps = [max(abs(k) - 1.0 - SLACK, 0.0) * edge for k, edge in zip(offset, edges, strict=False)]
+            left = reach**2 - math.fsum(gap**2 for gap in gaps)
+            if left >= 0.0:
+                offsets.append(offset)
+                windows.append(int(min(math.sqrt(left) / edges[-1] + SLACK, self.shape[-1])) + 1)
+        shape = (len(offsets), len(self.box) - 1)
+        return np.array(offsets, dtype=np.int64).reshape(shape), np.array(windows, dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class SortedCells:
+    """Components in the order of the cells of a grid.
+
+    Attributes
+    ----------
+    grid : Grid
+    places : (d, n) float64 array
+        Coordinates in the box [length], an axis after the other, in the order of the cells.
+    order : (n,) int64 array
+        Which component stands at each place.
+    starts : (cells + 1,) int64 array
+        The members of cell c are those from ``starts[c]`` to ``starts[c + 1]``. Cells are numbered with the
+        last axis fastest.
+    """
+
+    grid: Grid
+    places: np.ndarray
+    order: np.ndarray
+    starts: np.ndarray
+
+    @classmethod
+    def of(cls, grid: Grid, positions: np.ndarray) -> SortedCells:
+        """Sort positions (n, d) [length], wrapped into the box first.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is not finite, or outside of the box along an axis with walls.
+        """
+        positions = np.asarray(positions, dtype=np.float64)
+        if not np.isfinite(positions).all():
+            worst = int(np.argmin(np.isfinite(positions).all(axis=1)))
+            raise InputError(f"Position {worst} is {positions[worst].tolist()}; expected finite numbers.")
+        places = np.array(positions.T, order="C")
+        cells = np.zeros(len(positions), dtype=np.int64)
+        for axis, count in enumerate(grid.shape):
+            edge = grid.box[axis]
+            if grid.periodic[axis]:
+                places[axis] = wrapped(places[axis], edge)
+            elif places[axis].size and not (places[axis].min() >= 0.0 and places[axis].max() <= edge):
+                raise InputError(f"A position is outside of the box along axis {axis}, which has walls.")
+            cells *= count
+            cells += np.minimum((places[axis] * (count / edge)).astype(np.int64), count - 1)
+        order = np.argsort(cells, kind="stable")
+        starts = np.zeros(math.prod(grid.shape.tolist()) + 1, dtype=np.int64)
+        np.cumsum(np.bincount(cells, minlength=starts.size - 1), out=starts[1:])
+        return cls(grid, places[:, order], order, starts)

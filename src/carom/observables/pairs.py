@@ -1,0 +1,248 @@
+"""How many pairs are how far apart, counted in one pass over sorted cells, in any dimension.
+
+Distances are those of nearest images. The counts are integers, so that neither the number of threads nor the
+order of the components changes them.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from carom.observables.cells import SortedCells
+
+WORTH_THREADS = 2_000_000
+"""Pairs in reach below which a second thread gains nothing: some 15 ms."""
+
+PORTIONS = 8
+"""Portions a thread: the columns at a border of the box hold more pairs to look at than the others."""
+
+
+def distance_counts(
+    ours: SortedCells,
+    theirs: SortedCells | None,
+    edges: np.ndarray,
+    *,
+    closest: float | None = None,
+    threads: int | None = None,
+) -> tuple[np.ndarray, int]:
+    """Count the pairs of components in each bin of distances.
+
+    Parameters
+    ----------
+    ours, theirs : SortedCells
+        Of one grid. Pairs have one component of each, or both of the first where there is no second.
+    edges : (m + 1,) float64 array
+        Of bins of equal width [length], up to half of the shortest periodic edge at most. A bin includes its
+        lower edge, the last one also its upper edge, as :func:`numpy.histogram` has it.
+    closest : float, optional
+        Pairs from this distance on [length] belong to the first bin; without it, those from ``edges[0]``.
+    threads : int, optional
+        Without it as many as Numba uses (its ``NUMBA_NUM_THREADS``, by default one a core).
+
+    Returns
+    -------
+    counts : (m,) int64 array
+    closer : int
+        Pairs closer than all bins.
+    """
+    grid = ours.grid
+    others = ours if theirs is None else theirs
+    bins = len(edges) - 1
+    scale = bins / float(edges[-1] - edges[0])
+    limits = np.array(edges, dtype=np.float64)
+    limits[-1] = np.nextafter(limits[-1], np.inf)
+    low = float(edges[0] if closest is None else min(closest, edges[0]))
+    # Rounding of a distance, of an edge, and of their quotient, in bins.
+    doubt = 16.0 * float(np.finfo(np.float64).eps) * (float(edges[-1]) * scale + bins + 1.0)
+    # Pairs beyond the last bin are counted in further ones, and not in one: increments of one place wait for
+    # each other.
+    length = 2 * bins + 64
+    offsets, windows = grid.surroundings(float(limits[-1]))
+    period = np.where(grid.periodic, grid.box, np.inf)
+    count = _compiled()
+
+    def portion(first: int, last: int) -> np.ndarray:
+        counts = np.zeros(length, dtype=np.int64)
+        count(
+            ours.places.reshape(-1),
+            others.places.reshape(-1),
+            ours.starts,
+            others.starts,
+            theirs is None,
+            grid.shape,
+            period,
+            offsets,
+            windows,
+            limits,
+            low,
+            scale,
+            doubt,
+            first,
+            last,
+            counts,
+        )
+        return counts
+
+    columns = grid.columns
+    workers = _threads(threads, ours, others, float(edges[-1]))
+    cuts = np.linspace(0, columns, min(columns, workers * PORTIONS if workers > 1 else 1) + 1).astype(int)
+    if workers == 1:
+        counts = portion(0, columns)
+    else:
+        with ThreadPoolExecutor(workers) as pool:
+            counts = np.sum(list(pool.map(portion, cuts[:-1].tolist(), cuts[1:].tolist())), axis=0)
+    return counts[1 : bins + 1], int(counts[0])
+
+
+def _threads(asked: int | None, ours: SortedCells, others: SortedCells, reach: float) -> int:
+    """Return how many threads are worth their beginning."""
+    if asked is not None:
+        return max(asked, 1)
+    box = ours.grid.box
+    pairs = 0.5 * len(ours.order) * len(others.order) * min(float(np.prod(2.0 * reach / box)), 1.0)
+    if pairs < WORTH_THREADS:
+        return 1
+    from numba import config
+
+    return max(min(int(getattr(config, "NUMBA_NUM_THREADS", 1)), os.cpu_count() or 1), 1)
+
+
+@lru_cache(maxsize=1)
+def _compiled() -> Any:
+    """Return the compiled :func:`_count`, from the cache of an earlier process where there is one."""
+    from numba import njit, types
+
+    numbers, integers = types.float64[::1], types.int64[::1]
+    arguments = (
+        *(numbers, numbers, integers, integers, types.boolean, integers, numbers),
+        *(types.int64[:, ::1], integers, numbers, types.float64, types.float64, types.float64),
+        *(types.int64, types.int64, integers),
+    )
+    # One signature: all processes that write to the cache at one time write the same.
+    options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+    try:
+        return njit(types.void(*arguments), cache=True, **options)(_count)
+    except (RuntimeError, OSError):  # no folder for the cache can be written
+        return njit(types.void(*arguments), **options)(_count)
+
+
+def _count(
+    ours,
+    theirs,
+    starts,
+    others,
+    alike,
+    shape,
+    period,
+    offsets,
+    windows,
+    edges,
+    low,
+    scale,
+    doubt,
+    first,
+    last,
+    counts,
+):
+    """Add the pairs of the columns from `first` to `last` to `counts`: 0 for those closer than all bins.
+
+    `period` is infinite along an axis with walls. A pair of cells is looked at from the one with the lower
+    number, where both hold the same components. Indices are unsigned: a signed one is tested for counting
+    from the end, and the loop is not vectorised.
+    """
+    dimension = shape.size
+    across, height = dimension - 1, shape[dimension - 1]
+    n, m = np.uint64(ours.size // dimension), np.uint64(theirs.size // dimension)
+    where = np.empty(dimension, np.int64)
+    # Stretches of memory near a cell: two a column around, three in its own, and the cell itself.
+    begins = np.empty(3 * windows.size + 1, np.uint64)
+    sizes = np.empty(3 * windows.size + 1, np.uint64)
+    squares = np.empty(theirs.size // dimension)
+    slots = np.empty(theirs.size // dimension, np.uint32)
+    origin, bins, top = edges[0], edges.size - 1, float(counts.size - 2)
+    round_the_end = not math.isinf(period[across])
+    for column in range(first, last):
+        rest = column
+        for axis in range(across - 1, -1, -1):
+            where[axis] = rest % shape[axis]
+            rest //= shape[axis]
+        for level in range(height):
+            start, end = starts[column * height + level], starts[column * height + level + 1]
+            if start == end:
+                continue
+            parts = 0
+            for step in range(windows.size):
+                other = 0
+                for axis in range(across):
+                    place = where[axis] + offsets[step, axis]
+                    if not math.isinf(period[axis]):
+                        place = (place + shape[axis]) % shape[axis]
+                    if place < 0 or place >= shape[axis]:
+                        other = -1
+                        break
+                    other = other * shape[axis] + place
+                if other < 0 or (alike and other < column):
+                    continue
+                least = level + 1 if alike and other == column else 0
+                below, above = level - windows[step], level + windows[step] + 1
+                # What the window holds, then what comes round from below the bottom, and from above the top.
+                for turn in range(3 if round_the_end else 1):
+                    a, b = max(below, least), min(above, height)
+                    if turn == 1:
+                        a, b = max(below + height, above, least), height
+                    elif turn == 2:
+                        a, b = least, min(above - height, below)
+                    if a < b:
+                        begins[parts] = others[other * height + a]
+                        sizes[parts] = others[other * height + b] - others[other * height + a]
+                        parts += 1
+            if alike:
+                parts += 1
+            for i in range(start, end):
+                if alike:
+                    begins[parts - 1] = i + 1
+                    sizes[parts - 1] = end - i - 1
+                found = np.uint64(0)
+                for part in range(parts):
+                    size, row, mine = sizes[part], begins[part], np.uint64(i)
+                    x, edge = ours[mine], period[0]
+                    for j in range(size):
+                        # The nearest image, with the bits of x - edge: both lie in the box.
+                        r = abs(theirs[row + j] - x)
+                        r = min(r, edge - r)
+                        squares[found + j] = r * r
+                    for axis in range(1, dimension):
+                        row += m
+                        mine += n
+                        x, edge = ours[mine], period[axis]
+                        for j in range(size):
+                            r = abs(theirs[row + j] - x)
+                            r = min(r, edge - r)
+                            squares[found + j] += r * r
+                    found += size
+                doubtful = np.uint64(0)
+                for j in range(found):
+                    place = (math.sqrt(squares[j]) - origin) * scale
+                    whole = math.floor(place)
+                    part = place - whole
+                    doubtful |= np.uint64((part < doubt) | (part > 1.0 - doubt) | (place < 0.0))
+                    slots[j] = np.uint32(max(min(whole, top), -1.0) + 1.0)
+                if doubtful:
+                    # Some distance is an edge, but for rounding: all are compared with the edges themselves.
+                    for j in range(found):
+                        r, slot = math.sqrt(squares[j]), np.int64(slots[j]) - 1
+                        while 0 <= slot <= bins and r < edges[slot]:
+                            slot -= 1
+                        while slot < bins and r >= edges[slot + 1]:
+                            slot += 1
+                        if slot < 0 and r >= low:
+                            slot = np.int64(0)
+                        slots[j] = np.uint32(slot + 1)
+                for j in range(found):
+                    counts[np.uint64(slots[j])] += 1

@@ -1,0 +1,43 @@
+"""How much of a run is kept where its plan does not say: as many frames and formats as fit a size."""
+
+from __future__ import annotations
+
+from carom.plan.plan import Plan
+from carom.scene.scene import Scene
+
+KEPT = 200e6
+"""Bytes that the trajectories of a run take at most, unless its plan asks for more."""
+
+FRAMES = 100
+"""Frames of a run at most, unless its plan asks for more."""
+
+FORMATS = ("h5md", "extxyz")
+"""What is written where all frames fit; otherwise the first alone, which is smaller and faster."""
+
+BYTES = {"h5md": 20, "extxyz": 65, "gsd": 12}
+"""Bytes for a coordinate of a component in a frame: its place, its velocity and its image."""
+
+
+def amount(plan: Plan, scene: Scene) -> tuple[tuple[str, ...], int]:
+    """Return the formats of a run's trajectories and its number of frames.
+
+    Parameters
+    ----------
+    plan : Plan
+        What it says about ``[output] trajectory`` and ``[run] frames`` holds, whatever the size.
+    scene : Scene
+        Its n and d say how large a frame is.
+    """
+    formats, frames = plan.output.trajectory, plan.run.frames
+    if formats is None:
+        fits = (frames or FRAMES) <= _most(scene, FORMATS)
+        formats = FORMATS if fits else FORMATS[:1]
+    if frames is None:
+        frames = max(min(FRAMES, _most(scene, formats)), 1)
+    return formats, frames
+
+
+def _most(scene: Scene, formats: tuple[str, ...]) -> int:
+    """Return how many frames fit."""
+    size = scene.n * scene.dimension * sum(BYTES[form] for form in formats)
+    return int(KEPT / size) if size else FRAMES

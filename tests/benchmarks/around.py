@@ -1,0 +1,56 @@
+"""What a run spends its time on: the share of each phase, and bytes written.
+
+python tests/benchmarks/around.py                            # 10^2 to 10^5 spheres, 100 collisions each
+python tests/benchmarks/around.py --n 108000 --collisions-per-particle 100
+"""
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+
+from carom import studies
+from carom.plan.plan import Plan, RunSpec, SceneSpec
+
+ENGINE = ("Equilibrating", "Measuring")
+
+
+def phases(n, packing_fraction, collisions, folder):
+    """Run a plan of default settings; return the seconds of each stage."""
+    cells = max(round((n / 4) ** (1 / 3)), 1)
+    plan = Plan(
+        scene=SceneSpec(cells=cells, packing_fraction=packing_fraction),
+        run=RunSpec(equilibration=0.2 * collisions, collisions_per_particle=collisions),
+    )
+    seconds, now = {}, ["Preparing", time.perf_counter()]
+
+    def watch(stage, fraction):
+        then = time.perf_counter()
+        seconds[now[0]] = seconds.get(now[0], 0.0) + then - now[1]
+        now[:] = [stage, then]
+
+    result = studies.run(plan, folder, progress=watch)
+    return result.summary["n"], result.summary["frames"], seconds
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--n", type=int, nargs="+", default=[100, 1000, 10_000, 100_000])
+    parser.add_argument("--packing-fraction", type=float, default=0.45)
+    parser.add_argument("--collisions-per-particle", type=float, default=100.0)
+    given = parser.parse_args()
+    for n in given.n:
+        with tempfile.TemporaryDirectory() as folder:
+            where = Path(folder) / "run"
+            n, frames, seconds = phases(n, given.packing_fraction, given.collisions_per_particle, where)
+            size = sum(path.stat().st_size for path in where.iterdir()) / 1e6
+        # Writing frames and checkpoints is in the stage that they interrupt.
+        whole = sum(seconds.values())
+        shares = ", ".join(f"{name} {100 * part / whole:.0f} %" for name, part in seconds.items())
+        around = whole - sum(seconds.get(name, 0.0) for name in ENGINE)
+        print(f"{n}: {whole:.1f} s, {around / whole:.2f} around the engine ({shares})")
+        print(f"    {frames} frames, {size:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()

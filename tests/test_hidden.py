@@ -1,0 +1,65 @@
+"""Which spheres of a picture are hidden, and that leaving them out does not change the picture."""
+
+import numpy as np
+import pytest
+
+from carom.frame import Frame
+from carom.pictures import drawing, hidden, plots
+
+
+def image(figure):
+    figure.canvas.draw()
+    return np.asarray(figure.canvas.buffer_rgba(), dtype=float)
+
+
+def spheres(n, dimension, packing_fraction, seed):
+    rng = np.random.default_rng(seed)
+    edge = (n * np.pi / 6 / packing_fraction) ** (1 / 3)
+    x = rng.random((n, dimension)) * edge
+    return Frame(0.0, 0, x, 0 * x, (edge,) * dimension, rng.choice([1.0, 0.4], n), np.ones(n))
+
+
+def test_a_disc_is_hidden_by_a_later_one_that_lies_on_it_and_not_by_an_earlier_one(monkeypatch):
+    monkeypatch.setattr(hidden, "FEW", 0)
+    centres = np.array([[0.0, 0.0], [5.0, 5.0], [5.1, 5.0], [0.05, 0.0], [9.0, 0.0]])
+    radii = np.array([1.0, 0.5, 1.0, 1.2, 1.0])
+    assert hidden.visible(centres, radii).tolist() == [False, False, True, True, True]
+    assert hidden.visible(centres[::-1], radii[::-1]).tolist() == [True, True, True, True, True]
+
+
+def test_a_disc_is_seen_if_and_only_if_a_point_shows_it(monkeypatch):
+    monkeypatch.setattr(hidden, "FEW", 0)
+    rng = np.random.default_rng(1)
+    centres, radii = rng.random((400, 2)) * 8.0, rng.uniform(0.3, 1.5, 400)
+    seen = hidden.visible(centres, radii)
+    # A grid of other points, ten times finer: what shows there by a thirtieth of the disc must be seen.
+    points = np.stack(np.meshgrid(*[np.arange(-1.5, 9.5, 0.015)] * 2, indexing="ij"), axis=-1)
+    last = np.full(points.shape[:2], -1)
+    for k, (centre, radius) in enumerate(zip(centres, radii, strict=True)):
+        last[((points - centre) ** 2).sum(axis=-1) < radius**2] = k
+    shown = np.bincount(last[last >= 0], minlength=400) * 0.015**2 / (np.pi * radii**2)
+    assert seen[shown > 1 / 10].all()
+    assert not seen[shown == 0.0].any()
+    assert seen.sum() < 200
+
+
+def test_a_picture_without_the_hidden_spheres_is_the_same(monkeypatch):
+    frame = spheres(1500, 3, 0.45, 2)
+    whole = image(plots.snapshot(frame))
+    monkeypatch.setattr(hidden, "FEW", 0)
+    figure = plots.snapshot(frame)
+    drawn = max(len(each.get_offsets()) for each in figure.axes[0].collections)
+    assert drawn < 0.7 * len(drawing.LAYERS) * frame.n
+    # One pixel in a hundred may show a sliver of what is left out.
+    assert (np.abs(image(figure) - whole).max(axis=2) > 16).mean() < 0.01
+
+
+@pytest.mark.parametrize("packing_fraction", [0.05, 0.45])
+def test_very_many_spheres_are_few_discs(packing_fraction):
+    figure = plots.snapshot(spheres(100_000, 3, packing_fraction, 3))
+    assert max(len(each.get_offsets()) for each in figure.axes[0].collections) < 200_000
+
+
+def test_few_spheres_are_drawn_in_full():
+    figure = plots.snapshot(spheres(200, 3, 0.3, 4))
+    assert max(len(each.get_offsets()) for each in figure.axes[0].collections) == 1000
