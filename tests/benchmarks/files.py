@@ -1,4 +1,4 @@
-"""What files cost beside their bytes: python tests/benchmarks/files.py [N].
+"""What files cost beside their bytes: python tests/benchmarks/files.py [N [.h5md .gsd .extxyz]].
 
 For each format the seconds of CPU that a frame takes to write and to read, and their ratio to those of the
 same arrays written and read by h5py or gsd without anything of Carom; extended XYZ is compared with nothing.
@@ -23,6 +23,7 @@ from carom.frame import Frame
 from carom.io.gsd import _to_gsd
 
 REPEATS = 3
+SUFFIXES = sys.argv[2:] or [".h5md", ".gsd", ".extxyz"]
 
 
 def seconds(work: Callable[[], Any]) -> float:
@@ -108,7 +109,7 @@ def main() -> None:
         )
         print(f"N = {n}, one frame; CPU seconds, and their ratio to the bare bytes")
         print(f"{'':10}{'MB':>8}{'write':>9}{'ratio':>7}{'read':>9}{'ratio':>7}")
-        for suffix in (".h5md", ".gsd", ".extxyz"):
+        for suffix in SUFFIXES:
             path = Path(folder, f"a{suffix}")
             took = (
                 seconds(lambda path=path: write(path, frame)),
