@@ -196,14 +196,17 @@ INITIAL = {
 }
 
 
-def make_events(count, seed=0):
+def make_events(count, seed=0, epoch=0):
+    """Events that a run of 5 components could have, from an epoch on."""
     rng = np.random.default_rng(seed)
+    i = rng.integers(0, 5, count)
+    at = np.sort(9.0 * rng.random(count))
     return Events(
-        np.sort(rng.integers(0, 9, count)),
-        rng.random(count),
-        rng.integers(0, 5, count).astype(np.int32),
-        rng.integers(0, 5, count).astype(np.int32),
-        rng.integers(-13, 14, count).astype(np.int32),
+        epoch + at.astype(np.int64),
+        at % 1.0,
+        i.astype(np.int32),
+        ((i + rng.integers(1, 5, count)) % 5).astype(np.int32),
+        rng.integers(0, 27, count).astype(np.int32),
         rng.normal(size=count),
     )
 
@@ -234,7 +237,7 @@ def test_events_and_the_initial_state_come_back_bit_for_bit(tmp_path):
 
 @pytest.mark.parametrize("keep", [None, 0, 1, 999, 1000])
 def test_a_log_continues_after_what_it_keeps(tmp_path, keep):
-    events, others = make_events(1000), make_events(500, seed=5)
+    events, others = make_events(1000), make_events(500, seed=5, epoch=9)
     with EventLog(tmp_path / "e.h5", INITIAL) as log:
         log.append(*events)
     with EventLog(tmp_path / "e.h5", keep=keep) as log:

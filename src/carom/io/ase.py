@@ -6,6 +6,7 @@ nothing here.
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,7 @@ from carom.io.embedding import (
     require_at_most_three,
     symbols_of,
 )
+from carom.io.validation import flaw
 
 if TYPE_CHECKING:
     import ase
@@ -92,8 +94,8 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     Raises
     ------
     InputError
-        If there are no atoms, no diameters, a cell that is not rectangular, or coordinates along axes that
-        are not periodic.
+        If there are no atoms, no diameters, a cell that is not rectangular, coordinates along axes that are
+        not periodic, or values that no frame can hold, such as masses of 0.
     """
     dimension = _dimension(atoms)
     cell = np.asarray(atoms.cell[:], dtype=np.float64)
@@ -114,7 +116,7 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
         diameters = 2.0 * np.asarray(atoms.arrays["radius"], dtype=np.float64)
     else:
         raise InputError("These atoms have no array 'radius', so their size is unknown; give diameter=.")
-    return Frame(
+    frame = Frame(
         time=float(atoms.info.get("time", 0.0)),
         step=int(atoms.info.get("step", 0)),
         positions=positions,
@@ -123,10 +125,18 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
         diameters=diameters,
         masses=np.array(atoms.get_masses(), dtype=np.float64),
         images=images,
-        species=None if kinds is None else np.asarray(kinds, dtype=np.int64),
+        species=None if kinds is None else np.asarray(kinds),
         species_names=() if kinds is None else parted(str(atoms.info.get("species_names", ""))),
         periodic=tuple(bool(flag) for flag in atoms.pbc[:dimension]),
     )
+    wrong = flaw(frame)
+    if wrong is not None:
+        raise InputError(f"These atoms make no frame: their {wrong}.")
+    if frame.images is not None:
+        frame = dataclasses.replace(frame, images=frame.images.astype(np.int32))
+    if frame.species is not None:
+        frame = dataclasses.replace(frame, species=frame.species.astype(np.int64))
+    return frame
 
 
 def _dimension(atoms: ase.Atoms) -> int:
@@ -164,8 +174,8 @@ def _wrap(
     wrapped = np.where(outside & ((wrapped < 0.0) | (wrapped >= box)), 0.0, wrapped)
     if images is None:
         return wrapped, None
-    moved = np.where(outside, counts, 0.0).astype(np.int32)
-    return wrapped, np.asarray(images[:, : len(box)], dtype=np.int32) + moved
+    moved = np.where(outside, counts, 0.0).astype(np.int64)
+    return wrapped, np.asarray(images[:, : len(box)]) + moved
 
 
 def _velocities(atoms: ase.Atoms) -> np.ndarray:

@@ -20,6 +20,7 @@ import numpy as np
 
 import carom
 from carom.errors import FileError, InputError
+from carom.io.inspection import opened
 from carom.io.paths import existing, reading, replacing, writing
 
 _MAGIC = "carom-checkpoint"
@@ -76,13 +77,11 @@ def load(path: str | os.PathLike[str]) -> tuple[dict[str, np.ndarray], dict[str,
         If the file is missing, a folder, truncated, changed since it was written, no checkpoint, or of a
         newer version.
     """
-    import h5py
-
     path = existing(path)
     with reading(path, "checkpoint"):
         content = path.read_bytes()
         _verify(path, content)
-        with h5py.File(io.BytesIO(content), "r") as file:
+        with opened(io.BytesIO(content)) as file:
             attributes = json.loads(file["attributes"][:].tobytes().decode("utf-8"))
             return {name: _get(data) for name, data in file["arrays"].items()}, attributes
 

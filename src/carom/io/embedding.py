@@ -25,8 +25,10 @@ SYMBOLS = frozenset(_ELEMENTS.split())
 
 
 def embed(vectors: np.ndarray) -> np.ndarray:
-    """Return (n, d) vectors, d <= 3, as (n, 3) with zeros in the missing columns."""
+    """Return (n, d) vectors, d <= 3, as (n, 3) with zeros in the missing columns; themselves if d = 3."""
     n, dimension = vectors.shape
+    if dimension == 3:
+        return vectors
     result = np.zeros((n, 3), dtype=vectors.dtype)
     result[:, :dimension] = vectors
     return result

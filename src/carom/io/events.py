@@ -18,6 +18,7 @@ import carom
 from carom.errors import FileError, InputError
 from carom.io import checksums
 from carom.io.hdf5 import Input, Output
+from carom.io.inspection import missing, put
 from carom.io.paths import existing, reading, uninterrupted, writable, writing
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 _KIND = "event log"
 _FORMAT, _LAYOUT = "carom-events", 1
 _CHUNK = 16384  # events; 128 kB of a float64 column
+_VERIFIED = 1 << 20  # events read at a time when a log continues
 _DTYPES = {
     "epoch": np.int64,
     "time": np.float64,
@@ -72,8 +74,9 @@ def _count(file: h5py.File) -> int:
             f"its layout is {layout}, newer than the {_LAYOUT} that carom {carom.__version__} knows"
         )
     for name, dtype in _DTYPES.items():
-        if file[name].dtype != dtype or file[name].ndim != 1:
-            raise ValueError(f"its column {name} is not one of {np.dtype(dtype)}")
+        data = file[name]
+        if data.dtype.newbyteorder("=") != dtype or data.ndim != 1 or data.chunks is None:
+            raise ValueError(f"its column {name} is not one of {np.dtype(dtype)} that grows")
     return min(len(file[name]) for name in _DTYPES)
 
 
@@ -104,6 +107,35 @@ def _sums_of(file: h5py.File, count: int) -> Iterator[tuple[str, int]]:
     for name in _DTYPES:
         pieces = (file[name][k : min(k + step, count)] for k in range(0, count, step))
         yield name, checksums.of_arrays(pieces)
+
+
+def _read(file: h5py.File, start: int, stop: int) -> Events:
+    """Return these events, which are none that no run can have."""
+    events = Events(*(file[name][start:stop] for name in _DTYPES))
+    if not stop > start:
+        return events
+    wrong = ""
+    if not (np.isfinite(events.time).all() and np.isfinite(events.impulse).all()):
+        wrong = "a time or an impulse is NaN or infinite"
+    elif events.epoch[0] < 0 or events.time.min() < 0.0 or (np.diff(events.epoch) < 0).any():
+        wrong = "an epoch or a time is negative, or before that of the event before it"
+    elif ((np.diff(events.epoch) == 0) & (np.diff(events.time) < 0.0)).any():
+        wrong = "a time is before that of the event before it"
+    elif min(events.i.min(), events.j.min(), events.image.min()) < 0 or (events.i == events.j).any():
+        wrong = "a component or an image is negative, or a component meets itself"
+    if wrong:
+        raise ValueError(f"among the events {start} to {stop - 1} {wrong}")
+    return events
+
+
+def _initial(file: h5py.File) -> Iterator[tuple[str, Any]]:
+    for name, data in file["initial"].items():
+        if data.dtype.kind not in "biuf":
+            raise ValueError(f"initial/{name} holds {data.dtype}, and no numbers")
+        values = data[()]
+        if data.dtype.kind == "f" and np.isnan(values).any():
+            raise ValueError(f"initial/{name} holds NaN")
+        yield name, values
 
 
 class EventLog:
@@ -167,9 +199,17 @@ class EventLog:
             self._file.attrs["creator"] = np.bytes_(f"carom {carom.__version__}")
             group = self._file.create_group("initial")
             for name, array in arrays.items():
-                group.create_dataset(name, data=array)
+                put(group, name, array)
             for name, dtype in _DTYPES.items():
-                self._file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(_CHUNK,), dtype=dtype)
+                self._file.create_dataset(
+                    name,
+                    shape=(0,),
+                    maxshape=(None,),
+                    chunks=(_CHUNK,),
+                    dtype=dtype,
+                    fletcher32=True,
+                    fillvalue=missing(dtype),
+                )
             self._output.flush()
         self._events = 0
         self.sums = {**dict.fromkeys(_DTYPES, 0), "initial": _sum_of_initial(arrays)}
@@ -186,6 +226,10 @@ class EventLog:
                 keep = count if keep is None else keep
                 if keep > count:
                     raise FileError(f"{self.path} holds {count} events, and {keep} were to be kept.")
+                for _ in _initial(self._file):
+                    pass
+                for start in range(0, keep, _VERIFIED):
+                    _read(self._file, start, min(start + _VERIFIED, keep))
                 with writing(self.path):
                     for name in _DTYPES:
                         self._file[name].resize(keep, axis=0)
@@ -270,12 +314,12 @@ def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None =
     Raises
     ------
     FileError
-        If the file is missing, truncated, foreign or a folder.
+        If the file is missing, truncated, damaged, foreign or a folder.
     """
     path = existing(path)
     with reading(path, _KIND), Input(path) as file:
-        rows = slice(*slice(start, stop).indices(_count(file)))
-        return Events(*(file[name][rows] for name in _DTYPES))
+        first, last, _ = slice(start, stop).indices(_count(file))
+        return _read(file, first, max(first, last))
 
 
 def read_initial(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -289,4 +333,4 @@ def read_initial(path: str | os.PathLike[str]) -> dict[str, Any]:
     path = existing(path)
     with reading(path, _KIND), Input(path) as file:
         _count(file)
-        return {name: data[()] for name, data in file["initial"].items()}
+        return dict(_initial(file))

@@ -16,8 +16,10 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+from collections.abc import Collection, Iterator
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -36,9 +38,13 @@ from carom.io.embedding import (
 )
 from carom.io.paths import reading, writing
 from carom.io.trajectory import Reader, Writer
+from carom.io.validation import narrowed
 
 _KIND = "extended XYZ"
 _COLUMNS = (("pos", "R", 3), ("momenta", "R", 3), ("masses", "R", 1), ("radius", "R", 1), ("velo", "R", 3))
+#: Bytes that are read at a time; no line is as long.
+_BLOCK = 1 << 24
+_WIDEST = 100  # words of a column
 _PAIR = re.compile(r"""([A-Za-z_][\w-]*)=(?:"([^"]*)"|(\S+))""")
 
 
@@ -51,27 +57,32 @@ def render(frame: Frame) -> bytes:
         If the frame has more than three dimensions.
     """
     require_at_most_three(frame.dimension, "Extended XYZ")
-    columns = [
-        embed(frame.positions),
-        embed(momenta(frame.velocities, frame.masses)),
-        frame.masses[:, np.newaxis],
-        frame.diameters[:, np.newaxis] / 2.0,
-        embed(frame.velocities),
-        np.arange(1.0, frame.n + 1.0)[:, np.newaxis],
-    ]
+    columns: list[list[Any]] = list(embed(frame.positions).T.tolist())
+    velocities = _triples(embed(frame.velocities))
+    moments = momenta(frame.velocities, frame.masses)
+    same = np.array_equal(moments.view(np.int64), frame.velocities.view(np.int64))  # -0.0 is not 0.0
+    columns.append(velocities if same else _triples(embed(moments)))
+    row = " %.17g" * 3 + " %s"
+    for values in (frame.masses, frame.diameters / 2.0):
+        if values.min() == values.max():
+            row += f" {values[0]:.17g}"
+        else:
+            row += " %.17g"
+            columns.append(values.tolist())
+    columns += [velocities, list(range(1, frame.n + 1))]
+    row += " %s %d"
     properties = (
         "species:S:1:" + ":".join(f"{name}:{kind}:{width}" for name, kind, width in _COLUMNS) + ":id:I:1"
     )
-    row = " %.17g" * 11 + " %d"
     if frame.images is not None:
-        columns.append(embed(frame.images).astype(np.float64))
+        columns += embed(frame.images).T.tolist()
         properties += ":images:I:3"
         row += " %d %d %d"
     more = ""
     symbols, kinds = symbols_of(frame), np.zeros(frame.n, dtype=np.int64)
     if frame.species is not None:
         kinds = frame.species
-        columns.append(kinds[:, np.newaxis].astype(np.float64))
+        columns.append(kinds.tolist())
         properties += ":kind:I:1"
         row += " %d"
         if frame.species_names:
@@ -87,8 +98,27 @@ def render(frame: Frame) -> bytes:
     # One formatting of the whole table is about twice as fast as one a row.
     lines = [f"{symbol}{row}\n" for symbol in symbols]
     table = lines[0] * frame.n if len(lines) == 1 else "".join([lines[k] for k in kinds.tolist()])
-    body = table % tuple(np.concatenate(columns, axis=1).ravel().tolist())
+    body = table % tuple(chain.from_iterable(zip(*columns, strict=True)))
     return (head + body).encode("ascii")
+
+
+def _line(file: BinaryIO) -> bytes:
+    """Return the next line.
+
+    Raises
+    ------
+    ValueError
+        If it is longer than any line of a frame: a file of zeros is one line that never ends.
+    """
+    line = file.readline(_BLOCK)
+    if len(line) == _BLOCK:
+        raise ValueError(f"a line is longer than {_BLOCK} bytes")
+    return line
+
+
+def _triples(vectors: np.ndarray) -> list[str]:
+    """Return (n, 3) vectors as text, each once: formatting doubles is what writing costs."""
+    return (("%.17g %.17g %.17g\n" * len(vectors)) % tuple(vectors.ravel().tolist())).split("\n")[:-1]
 
 
 class Index:
@@ -107,16 +137,17 @@ class Index:
         self.torn = False
         with path.open("rb") as file:
             while limit is None or len(self.offsets) <= limit:
-                first = file.readline()
+                first = _line(file)
                 if not first.strip():
-                    if file.read().strip():
-                        raise ValueError(f"an empty line follows frame {len(self.offsets) - 1}")
+                    while block := file.read(_BLOCK):
+                        if block.strip():
+                            raise ValueError(f"an empty line follows frame {len(self.offsets) - 1}")
                     break
                 complete = first.endswith(b"\n")
                 n = self._number(first)
                 for _ in range(n + 1):
                     # A line without its end is the last of the file, cut off in the middle of a number.
-                    complete = complete and file.readline().endswith(b"\n")
+                    complete = complete and _line(file).endswith(b"\n")
                     if not complete:
                         break
                 if not complete:
@@ -134,10 +165,35 @@ class Index:
         return len(self.offsets) - 1
 
 
-def parse(path: Path, start: int, stop: int) -> tuple[dict[str, str], dict[str, np.ndarray]]:
+class _Column(NamedTuple):
+    """A column of the table: its name, its kind (R, I, S or L), and which words of a line it takes."""
+
+    name: str
+    kind: str
+    words: slice
+
+
+def _columns(properties: str) -> tuple[list[_Column], int]:
+    """Return the columns that ``Properties`` announces, and how many words a line has."""
+    fields = properties.split(":")
+    if len(fields) % 3:
+        raise ValueError(f"Properties has {len(fields)} fields, which is no multiple of 3")
+    result, at = [], 0
+    for name, kind, width in zip(fields[0::3], fields[1::3], map(int, fields[2::3]), strict=True):
+        if kind not in ("R", "I", "S", "L") or not 1 <= width <= _WIDEST:
+            raise ValueError(f"Properties announces {width} columns of kind {kind}")
+        result.append(_Column(name, kind, slice(at, at + width)))
+        at += width
+    return result, at
+
+
+def parse(
+    path: Path, start: int, stop: int, names: Collection[str] | None = None
+) -> tuple[dict[str, str], dict[str, np.ndarray]]:
     """Return the ``key=value`` pairs and the columns of the frame in the bytes `start` to `stop`.
 
-    Any extended XYZ will do. Columns are (n,) or (n, width) arrays of float64, int64 or str.
+    Any extended XYZ will do. Columns are (n,) or (n, width) arrays of float64, int64 or str; all of them, or
+    those among `names`.
 
     Raises
     ------
@@ -146,24 +202,77 @@ def parse(path: Path, start: int, stop: int) -> tuple[dict[str, str], dict[str, 
     """
     with path.open("rb") as file:
         file.seek(start)
-        text = file.read(stop - start).decode("utf-8")
-    lines = text.splitlines()
-    info = {m[1]: m[2] if m[2] is not None else m[3] for m in _PAIR.finditer(lines[1])}
-    fields = info.get("Properties", "species:S:1:pos:R:3").split(":")
-    if len(fields) % 3:
-        raise ValueError(f"Properties has {len(fields)} fields, which is no multiple of 3")
-    widths = [int(width) for width in fields[2::3]]
-    rows = [line.split() for line in lines[2:]]
-    if len(rows) != int(lines[0]) or any(len(row) != sum(widths) for row in rows):
-        raise ValueError(f"a line has not the {sum(widths)} columns that Properties announces")
-    columns: dict[str, np.ndarray] = {}
+        n = int(_line(file))
+        second = _line(file).decode("utf-8")
+        info = {m[1]: m[2] if m[2] is not None else m[3] for m in _PAIR.finditer(second)}
+        layout, width = _columns(info.get("Properties", "species:S:1:pos:R:3"))
+        wanted = [column for column in layout if names is None or column.name in names]
+        numbers = [column for column in wanted if column.kind in "RI"]
+        used = [k for column in numbers for k in range(width)[column.words]]
+        tables: list[np.ndarray] = []
+        words: dict[str, list[bytes]] = {column.name: [] for column in wanted if column.kind in "SL"}
+        count = 0
+        for lines in _blocks(file, stop):
+            count += _check_words(lines, width)
+            if used:
+                # Its doubles are those of Python's float, correctly rounded.
+                tables.append(np.loadtxt(io.BytesIO(lines), usecols=used, comments=None, ndmin=2))
+            if words:
+                each = lines.split()
+                for column in wanted:
+                    if column.name in words:
+                        words[column.name] += each[column.words.start :: width]
+    if count != n:
+        raise ValueError(f"{count} lines follow, and {n} were announced")
+    table = tables[0] if len(tables) == 1 else np.concatenate(tables or [np.empty((n, 0))])
+    columns: dict[str, np.ndarray] = {
+        name: np.array([word.decode("utf-8") for word in found]) for name, found in words.items()
+    }
     at = 0
-    for name, kind, width in zip(fields[0::3], fields[1::3], widths, strict=True):
-        convert: Any = {"R": float, "I": int, "S": str, "L": str}[kind]
-        values = np.array([[convert(word) for word in row[at : at + width]] for row in rows])
-        columns[name] = values[:, 0] if width == 1 else values
-        at += width
+    for column in numbers:
+        wide = column.words.stop - column.words.start
+        values = table[:, at] if wide == 1 else table[:, at : at + wide]
+        columns[column.name] = _integers(values) if column.kind == "I" else values
+        at += wide
     return info, columns
+
+
+def _blocks(file: BinaryIO, stop: int) -> Iterator[bytes]:
+    """Yield whole lines, some megabytes at a time, up to the byte `stop`."""
+    rest = b""
+    while left := stop - file.tell():
+        block = rest + file.read(min(left, _BLOCK))
+        end = block.rfind(b"\n") + 1
+        if not end:
+            raise ValueError(f"a line is longer than {_BLOCK} bytes")
+        yield block[:end]
+        rest = block[end:]
+
+
+def _check_words(lines: bytes, width: int) -> int:
+    """Return the number of lines, each of which must have `width` words."""
+    characters = np.frombuffer(lines, dtype=np.uint8)
+    inside = characters > ord(" ")
+    first = inside.copy()
+    first[1:] &= ~inside[:-1]
+    ends = np.flatnonzero(characters == ord("\n"))
+    words = np.flatnonzero(first)
+    if len(words) == width * len(ends):
+        table = words.reshape(len(ends), width)
+        if (table[:, -1] < ends).all() and (table[1:, 0] > ends[:-1]).all():
+            return len(ends)
+    raise ValueError(f"a line has not the {width} columns that Properties announces")
+
+
+def _integers(values: np.ndarray) -> np.ndarray:
+    """Return doubles that are integers, and small enough to be exact, as int64."""
+    if not (np.abs(values) <= 2.0**53).all() or (values != np.rint(values)).any():
+        raise ValueError("a column of integers holds something else")
+    return values.astype(np.int64)
+
+
+#: The columns that make a frame; momenta and species say the same once more for ASE, id for OVITO.
+_READ = frozenset(("pos", "velo", "masses", "radius", "images", "kind"))
 
 
 def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
@@ -178,36 +287,29 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
     if not 1 <= dimension <= 3 or np.any(lattice != np.diag(np.diag(lattice))):
         raise ValueError("its box is not rectangular, of one to three dimensions")
     images, kinds = columns.get("images"), columns.get("kind")
-    names = parted(info.get("species_names", "")) if kinds is not None else ()
-    if kinds is not None and (kinds.min() < 0 or (names and kinds.max() >= len(names))):
-        raise ValueError(f"a kind is {kinds.min()} or {kinds.max()}, and there are {len(names)} names")
     flags = tuple(word in ("T", "True", "1") for word in info.get("pbc", "T T T").split())
-    frame = Frame(
+    return Frame(
         time=float(info["time"]),
         step=int(info["step"]),
         positions=np.ascontiguousarray(columns["pos"][:, :dimension], dtype=np.float64),
         velocities=np.ascontiguousarray(columns["velo"][:, :dimension], dtype=np.float64),
         box=tuple(float(edge) for edge in np.diag(lattice)[:dimension]),
         diameters=2.0 * columns["radius"],
-        masses=columns["masses"].astype(np.float64),
-        images=None if images is None else np.ascontiguousarray(images[:, :dimension], dtype=np.int32),
-        species=None if kinds is None else kinds.astype(np.int64),
-        species_names=names,
+        masses=np.ascontiguousarray(columns["masses"], dtype=np.float64),
+        images=None if images is None else narrowed(images[:, :dimension]),
+        species=None if kinds is None else np.ascontiguousarray(kinds),
+        species_names=parted(info.get("species_names", "")) if kinds is not None else (),
         periodic=flags[:dimension],
     )
-    for values in (frame.positions, frame.velocities, frame.box, frame.diameters, frame.masses, frame.time):
-        if not np.isfinite(values).all():
-            raise ValueError("it holds NaN or infinite values")
-    return frame
 
 
 class ExtxyzReader(Reader):
     """Reader of extended XYZ with the columns that Carom writes; it holds no file open."""
 
-    def __init__(self, path: Path, *, torn: bool = False):
-        self.path = path
+    def __init__(self, path: Path, *, torn: bool = False, limit: int | None = None):
+        super().__init__(path)
         with reading(path, _KIND):
-            self._index = Index(path)
+            self._index = Index(path, limit)
             if self._index.torn and not torn:
                 raise FileError(
                     f"{path} ends inside frame {len(self)}, after {len(self)} complete ones; "
@@ -217,9 +319,15 @@ class ExtxyzReader(Reader):
     def __len__(self) -> int:
         return len(self._index)
 
+    @property
+    def end(self) -> int:
+        """The byte after the last complete frame."""
+        return self._index.offsets[-1]
+
     def _read(self, k: int) -> Frame:
+        start, stop = self._index.offsets[k : k + 2]
         with reading(self.path, _KIND):
-            return _to_frame(*parse(self.path, *self._index.offsets[k : k + 2]))
+            return _to_frame(*parse(self.path, start, stop, _READ))
 
 
 class ExtxyzWriter(Writer):
@@ -239,18 +347,9 @@ class ExtxyzWriter(Writer):
         self._end = end
 
     def _keep(self, keep: int | None) -> int:
-        with reading(self.path, _KIND):
-            index = Index(self.path, limit=keep)
-            if keep is not None and len(index) < keep:
-                raise FileError(
-                    f"{self.path} holds {len(index)} complete frames, and {keep} were to be kept."
-                )
-            if len(index):
-                last = _to_frame(*parse(self.path, *index.offsets[-2:]))
-                self._check(last)
-                self._follow(last)
-        self._count = len(index)
-        return index.offsets[-1]
+        with ExtxyzReader(self.path, torn=True, limit=keep) as reader:
+            self._retain(reader, keep)
+            return reader.end
 
     def _append(self, frame: Frame) -> None:
         rest = memoryview(render(frame))

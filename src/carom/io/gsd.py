@@ -13,11 +13,12 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from carom.errors import FileError, InputError
+from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.embedding import edges, embed, names_of, plain, require_at_most_three
 from carom.io.paths import reading, replacing, writing
 from carom.io.trajectory import Reader, Writer
+from carom.io.validation import narrowed
 
 if TYPE_CHECKING:
     import gsd.hoomd
@@ -47,8 +48,8 @@ def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
     particles.N = frame.n
     particles.types = [plain(name) for name in names_of(frame)]
     particles.typeid = (np.zeros(frame.n) if frame.species is None else frame.species).astype(np.uint32)
-    particles.position = embed(frame.positions - 0.5 * np.asarray(frame.box)).astype(np.float32)
-    particles.velocity = embed(frame.velocities).astype(np.float32)
+    particles.position = embed((frame.positions - 0.5 * np.asarray(frame.box)).astype(np.float32))
+    particles.velocity = embed(frame.velocities.astype(np.float32))
     particles.mass = frame.masses.astype(np.float32)
     particles.diameter = frame.diameters.astype(np.float32)
     if frame.images is not None:
@@ -73,6 +74,8 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
     positions = np.where(positions < 0.0, 0.0, np.where(positions >= box, 0.0, positions))
     images = bool(stored.log["carom/images"][0])
     mixture = "carom/species" in stored.log
+    if particles.typeid.dtype.kind not in "iu":
+        raise ValueError("its typeid are no integers")
     named = mixture and bool(stored.log["carom/species"][0])
     return Frame(
         time=float(stored.log["carom/time"][0]),
@@ -82,7 +85,7 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
         box=tuple(float(edge) for edge in box),
         diameters=particles.diameter.astype(np.float64),
         masses=particles.mass.astype(np.float64),
-        images=np.ascontiguousarray(particles.image[:, :d], dtype=np.int32) if images else None,
+        images=narrowed(particles.image[:, :d]) if images else None,
         species=particles.typeid.astype(np.int64) if mixture else None,
         species_names=tuple(unquote(name) for name in particles.types) if named else (),
         periodic=tuple(bool(flag) for flag in stored.log.get("carom/periodic", np.ones(d))),
@@ -99,7 +102,7 @@ class GsdReader(Reader):
 
     def __init__(self, path: Path, *, torn: bool = False):
         # GSD lists a frame when it is complete, so `torn` changes nothing here.
-        self.path = path
+        super().__init__(path)
         with reading(path, _KIND):
             self._file = _open(path, "r")
 
@@ -127,19 +130,11 @@ class GsdWriter(Writer):
 
     def _keep(self, keep: int | None) -> None:
         with GsdReader(self.path) as reader:
-            count = len(reader)
-            keep = count if keep is None else keep
-            if keep > count:
-                raise FileError(f"{self.path} holds {count} complete frames, and {keep} were to be kept.")
-            if count:
-                last = reader[count - 1]
-                self._check(last)
-                self._follow(last)
+            keep = self._retain(reader, keep)
             # GSD cannot drop single frames: copy those to keep, as they are, into a new file.
-            if keep < count:
+            if keep < len(reader):
                 with replacing(self.path) as temporary, writing(temporary), _open(temporary, "w") as kept:
                     kept.extend(reader._file[:keep])
-        self._count = keep
 
     def _append(self, frame: Frame) -> None:
         require_at_most_three(frame.dimension, "GSD")

@@ -19,8 +19,10 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.embedding import edges, embed, joined, parted, periodic
 from carom.io.hdf5 import Input, Output
+from carom.io.inspection import missing, put
 from carom.io.paths import reading, reason, writing
 from carom.io.trajectory import Reader, Writer
+from carom.scene.initial import MOST_DIMENSIONS
 
 if TYPE_CHECKING:
     import h5py
@@ -35,9 +37,7 @@ class _Store:
     """The data sets of an open file, in the order in which a frame is written."""
 
     def __init__(self, file: h5py.File):
-        self.file = file
-        group = file[_GROUP]
-        self.masses = group["mass"]
+        group, notes = file[_GROUP], file["parameters/carom"].attrs
         self.columns = {
             "step": group["position/step"],
             "time": group["position/time"],
@@ -46,22 +46,44 @@ class _Store:
         }
         if "image" in group:
             self.columns["image"] = group["image/value"]
-        self.diameters = None
-        if "value" in group["diameter"]:
+        # Not `"value" in`: on a data set that compares every element, each in a call of its own.
+        fixed = file.get(f"{_GROUP}/diameter", getclass=True) is not type(file[_GROUP])
+        if not fixed:
             self.columns["diameter"] = group["diameter/value"]
-        else:
-            self.diameters = group["diameter"][:]
-        notes = file["parameters/carom"].attrs
-        self.species = group["species"][:].astype(np.int64) if "species" in group else None
-        self.names = parted(notes["species_names"].decode()) if "species_names" in notes else ()
-        self.boundary = tuple(bool(kind == b"periodic") for kind in group["box"].attrs["boundary"])
         # Last, so that the length of what MDAnalysis counts never exceeds that of the rest.
         self.columns["position"] = group["position/value"]
-        self.dimension = int(file["parameters/carom"].attrs["dimension"])
+        self.dimension = int(notes["dimension"])
+        self.n = int(self.columns["position"].shape[1])
+        self._check_shapes()
+        self.masses = _fixed(group, "mass", "f8", self.n)
+        self.diameters = _fixed(group, "diameter", "f8", self.n) if fixed else None
+        self.species = _fixed(group, "species", "i4", self.n).astype(np.int64) if "species" in group else None
+        self.names = parted(notes["species_names"].decode()) if "species_names" in notes else ()
+        self.boundary = tuple(bool(kind == b"periodic") for kind in group["box"].attrs["boundary"])
+
+    def _check_shapes(self) -> None:
+        """Refuse data sets that are not of the table in ``docs/files.md``."""
+        if not 1 <= self.dimension <= MOST_DIMENSIONS:
+            raise ValueError(f"its dimension is {self.dimension}; expected 1 to {MOST_DIMENSIONS}")
+        width = max(3, self.dimension)
+        rows = {
+            "step": ("i8", ()),
+            "time": ("f8", ()),
+            "edges": ("f8", (width,)),
+            "velocity": ("f8", (self.n, width)),
+            "image": ("i4", (self.n, width)),
+            "diameter": ("f8", (self.n,)),
+            "position": ("f8", (self.n, width)),
+        }
+        for name, data in self.columns.items():
+            kind, shape = rows[name]
+            if data.ndim != 1 + len(shape) or data.shape[1:] != shape or not _is(data.dtype, kind):
+                raise ValueError(f"its {name} is of the shape {data.shape} and the type {data.dtype}")
+            if data.chunks is None:
+                raise ValueError(f"its {name} cannot grow")
         lengths = {name: len(data) for name, data in self.columns.items()}
         if min(lengths.values()) < lengths["position"]:
             raise ValueError(f"its data sets differ in length: {lengths}")
-        self.n = int(self.columns["position"].shape[1])
 
     def __len__(self) -> int:
         return len(self.columns["position"])
@@ -72,30 +94,40 @@ class _Store:
 
     def read(self, k: int) -> Frame:
         d, columns = self.dimension, self.columns
-        frame = Frame(
+        return Frame(
             time=float(columns["time"][k]),
             step=int(columns["step"][k]),
             positions=np.ascontiguousarray(columns["position"][k][:, :d], dtype=np.float64),
             velocities=np.ascontiguousarray(columns["velocity"][k][:, :d], dtype=np.float64),
             box=tuple(float(edge) for edge in columns["edges"][k][:d]),
             diameters=np.array(columns["diameter"][k] if self.diameters is None else self.diameters, float),
-            masses=np.asarray(self.masses[:], dtype=np.float64),
-            images=(
-                np.ascontiguousarray(columns["image"][k][:, :d], dtype=np.int32)
-                if "image" in columns
-                else None
-            ),
+            masses=self.masses.copy(),
+            images=self._images(k),
             species=self.species,
             species_names=self.names,
             periodic=self.boundary[:d],
         )
-        if (
-            frame.positions.shape != (self.n, d)
-            or frame.velocities.shape != (self.n, d)
-            or len(frame.box) != d
-        ):
-            raise ValueError(f"frame {k} has not the {self.n} components in {d} dimensions that it should")
-        return frame
+
+    def _images(self, k: int) -> np.ndarray | None:
+        if "image" not in self.columns:
+            return None
+        images = self.columns["image"][k][:, : self.dimension]
+        if images.min() == missing(np.int32):
+            raise ValueError(f"the image counts of frame {k} are lost")
+        return np.ascontiguousarray(images, dtype=np.int32)
+
+
+def _is(dtype: np.dtype, kind: str) -> bool:
+    """Tell whether a type is `kind`, in any order of bytes."""
+    return bool(dtype.newbyteorder("=") == np.dtype(kind))
+
+
+def _fixed(group: h5py.Group, name: str, kind: str, n: int) -> np.ndarray:
+    """Return the n values of a data set that is fixed in time."""
+    data = group[name]
+    if data.shape != (n,) or not _is(data.dtype, kind):
+        raise ValueError(f"its {name} is of the shape {data.shape} and the type {data.dtype}")
+    return data[:].astype(kind, copy=False)
 
 
 def _header(file: h5py.File) -> None:
@@ -119,7 +151,13 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
         parent: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any, unit: str | None, rows: int
     ) -> None:
         data = parent.create_dataset(
-            name, shape=(0, *shape), maxshape=(None, *shape), chunks=(rows, *shape), dtype=dtype
+            name,
+            shape=(0, *shape),
+            maxshape=(None, *shape),
+            chunks=(rows, *shape),
+            dtype=dtype,
+            fletcher32=True,
+            fillvalue=missing(dtype),
         )
         if unit is not None:
             # Of variable length, because MDAnalysis compares it with a str.
@@ -143,11 +181,11 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
     for name in names:  # hard links: one step and one time for all
         group[name]["step"], group[name]["time"] = position["step"], position["time"]
     for name, values, unit in (("mass", frame.masses, None), ("diameter", frame.diameters, _LENGTH)):
-        data = group.create_dataset(name, data=np.asarray(values, dtype=np.float64))
+        data = put(group, name, np.asarray(values, dtype=np.float64))
         if unit is not None:
             data.attrs["unit"] = unit
     if frame.species is not None:
-        group.create_dataset("species", data=np.asarray(frame.species, dtype=np.int32))
+        put(group, "species", np.asarray(frame.species, dtype=np.int32))
         if frame.species_names:
             file["parameters/carom"].attrs["species_names"] = np.bytes_(joined(frame.species_names))
     return _Store(file)
@@ -161,7 +199,13 @@ def _in_time(file: h5py.File, count: int) -> _Store:
     moving = group.create_group("diameter")
     shape = (count, len(fixed))
     data = moving.create_dataset(
-        "value", shape=shape, maxshape=(None, shape[1]), chunks=(1, shape[1]), dtype=np.float64
+        "value",
+        shape=shape,
+        maxshape=(None, shape[1]),
+        chunks=(1, shape[1]),
+        dtype=np.float64,
+        fletcher32=True,
+        fillvalue=missing(np.float64),
     )
     data.attrs["unit"] = _LENGTH
     data[:] = fixed
@@ -186,7 +230,7 @@ class H5mdReader(Reader):
 
     def __init__(self, path: Path, *, torn: bool = False):
         # A frame that a kill cut off is never counted (see _Store), so `torn` changes nothing here.
-        self.path = path
+        super().__init__(path)
         with reading(path, _KIND):
             self._input = Input(path)
             try:
@@ -224,6 +268,8 @@ class H5mdWriter(Writer):
 
     def _reopen(self, keep: int | None) -> None:
         try:
+            with H5mdReader(self.path) as reader:
+                keep = self._retain(reader, keep)
             with reading(self.path, _KIND):
                 self._output = Output(self.path, "r+")
         except FileError as error:
@@ -233,21 +279,13 @@ class H5mdWriter(Writer):
                 ".extxyz beside it."
             ) from error
         try:
-            with reading(self.path, _KIND):
-                self._store = _find_store(self._output.file)
-                count = 0 if self._store is None else len(self._store)
-                keep = count if keep is None else keep
-                if keep > count:
-                    raise FileError(f"{self.path} holds {count} complete frames, and {keep} were to be kept.")
-                if self._store is not None:
-                    if count:
-                        last = self._store.read(count - 1)
-                        self._check(last)
-                        self._follow(last)
-                    with writing(self.path):
-                        self._store.resize(keep)
-                        self._output.flush()
-                self._count = keep
+            with writing(self.path):
+                if keep:
+                    self._store = _Store(self._output.file)
+                    self._store.resize(keep)
+                elif _GROUP in self._output.file:
+                    del self._output.file[_GROUP]
+                self._output.flush()
         except BaseException:
             self._output.close()
             raise
@@ -257,7 +295,7 @@ class H5mdWriter(Writer):
             self._store = _create(self._output.file, frame)
         k = self._count
         facts: tuple[tuple[str, Any, Any], ...] = (
-            ("masses", self._store.masses[:], frame.masses),
+            ("masses", self._store.masses, frame.masses),
             ("species", self._store.species, frame.species),
             ("species_names", self._store.names, frame.species_names),
             ("periodic axes", self._store.boundary[: frame.dimension], frame.periodic),

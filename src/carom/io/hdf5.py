@@ -3,32 +3,79 @@
 HDF5 cannot cope with a write that fails: closing the file, or ending the program, then crashes the
 interpreter, and what was on the disk may be lost. So HDF5 writes into memory here, where nothing fails, and
 each flush copies that to the disk: first what lies beyond the end of the file, which is where a full disk
-shows and can be undone by cutting it off again; then the few overwritten bytes that make it part of the file.
+shows and can be undone by cutting it off again, and a copy of what is to be overwritten; then the few
+overwritten bytes that make it part of the file, which a kill can cut off, and whoever opens the file next
+completes.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 import os
+import struct
 import weakref
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from carom.io.inspection import FORMAT, opened
+from carom.io.paths import existing, reading
 
 if TYPE_CHECKING:
     import h5py
 
 
+#: Ends a file whose overwritten bytes may not all have arrived: they stand before it, to be written again.
+_JOURNAL = b"carom-journal-01"
+_ENTRY = struct.Struct("<QQ")  # where, how many bytes; the bytes follow
+_TRAILER = struct.Struct("<32sQ16s")  # SHA-256 and length of the entries, _JOURNAL
+
+
 class _Staged(io.RawIOBase):
-    """A file as HDF5 sees it: the file on the disk, under all that was written since the last commit."""
+    """A file as HDF5 sees it: the file on the disk, under all that was written since the last commit.
+
+    Where a kill has cut off a commit, what it wanted to overwrite is pending again.
+    """
 
     def __init__(self, path: Path, mode: str):
         super().__init__()
-        self._disk = path.open("w+b" if mode == "w" else "r+b", buffering=0)
+        self._disk = io.FileIO(path, "w+" if mode == "w" else mode)
         self._size = self._disk_size = self._disk.seek(0, os.SEEK_END)
         self._at = 0
         self._pending: list[tuple[int, bytes]] = []
         self._failed = False
+        if self._size > _TRAILER.size:
+            try:
+                self._recover()
+            except BaseException:
+                self._disk.close()
+                raise
+
+    def _recover(self) -> None:
+        end = self._disk_size - _TRAILER.size
+        self._disk.seek(end)
+        digest, length, name = _TRAILER.unpack(self._disk.read(_TRAILER.size))
+        if name != _JOURNAL or length > end:
+            return
+        self._disk.seek(end - length)
+        entries = self._disk.read(length)
+        if hashlib.sha256(entries).digest() != digest:
+            return
+        self._size = end - length
+        at = 0
+        while at + _ENTRY.size <= length:
+            offset, count = _ENTRY.unpack_from(entries, at)
+            at += _ENTRY.size
+            data = entries[at : at + count]
+            at += count
+            if offset + len(data) <= self._size:
+                self._pending.append((offset, data))
+        if self._disk.writable():
+            for offset, data in self._pending:
+                self._put(offset, memoryview(data))
+            self._disk.truncate(self._size)
+            self._pending, self._disk_size = [], self._size
 
     def seekable(self) -> bool:
         return True
@@ -44,11 +91,11 @@ class _Staged(io.RawIOBase):
         view = memoryview(buffer).cast("B")
         start, stop = self._at, min(self._at + len(view), self._size)
         count = max(0, stop - start)
-        view[:count] = bytes(count)
-        if start < self._disk_size:
+        there = max(0, min(stop, self._disk_size) - start)
+        if there:
             self._disk.seek(start)
-            content = self._disk.read(count)
-            view[: len(content)] = content
+            there = _fill(self._disk, view[:there])
+        view[there:count] = bytes(count - there)
         for offset, data in self._pending:
             low, high = max(start, offset), min(stop, offset + len(data))
             if low < high:
@@ -72,6 +119,10 @@ class _Staged(io.RawIOBase):
     def commit(self) -> None:
         """Bring all that is pending to the disk.
 
+        What extends the file comes first, with a copy of what will be overwritten at its end; then that is
+        overwritten, and the copy cut off. So a kill at any moment leaves the file as it was before, or with
+        all it takes to complete it.
+
         Raises
         ------
         OSError
@@ -80,34 +131,35 @@ class _Staged(io.RawIOBase):
         if self._failed:
             raise OSError("an earlier write to it failed")
         old = self._disk_size
-        inside: list[tuple[int, bytes]] = []
+        inside: list[tuple[int, memoryview]] = []
         try:
             for offset, data in self._pending:
+                view = memoryview(data)
                 cut = max(0, old - offset)
-                if data[:cut]:
-                    inside.append((offset, data[:cut]))
-                if data[cut:]:
-                    self._put(max(offset, old), data[cut:])
+                if view[:cut]:
+                    inside.append((offset, view[:cut]))
+                if view[cut:]:
+                    self._put(max(offset, old), view[cut:])
             if self._size > old:
                 self._disk.truncate(self._size)
+            if inside:
+                self._put(max(self._size, old), memoryview(_journal(inside)))
         except OSError:
             self._failed = True
             with contextlib.suppress(OSError):
                 self._disk.truncate(old)
             raise
         try:
-            for offset, data in inside:
-                self._put(offset, data)
-            if self._size < old:
-                self._disk.truncate(self._size)
+            for offset, view in inside:
+                self._put(offset, view)
+            self._disk.truncate(self._size)
         except OSError:
             self._failed = True
             raise
         self._pending = []
         self._disk_size = self._size
 
-    def _put(self, offset: int, data: bytes) -> None:
-        rest = memoryview(data)
+    def _put(self, offset: int, rest: memoryview) -> None:
         self._disk.seek(offset)
         while rest:
             rest = rest[self._disk.write(rest) :]
@@ -139,7 +191,9 @@ class Output:
 
         self._staged = _Staged(path, mode)
         try:
-            self.file = h5py.File(self._staged, mode)
+            self.file = (
+                h5py.File(self._staged, "w", libver=FORMAT) if mode == "w" else opened(self._staged, mode)
+            )
         except BaseException:
             self._staged.close()
             raise
@@ -171,11 +225,9 @@ class Input:
     """
 
     def __init__(self, path: Path):
-        import h5py
-
-        disk = path.open("rb", buffering=0)
+        disk = _Staged(path, "r")
         try:
-            self.file = h5py.File(disk, "r")
+            self.file = opened(disk)
         except BaseException:
             disk.close()
             raise
@@ -192,7 +244,34 @@ class Input:
         self.close()
 
 
-def _close_input(file: Any, disk: io.FileIO) -> None:
+def inspect(path: str | os.PathLike[str]) -> None:
+    """Refuse an HDF5 file that is damaged, or names content outside of itself.
+
+    Raises
+    ------
+    FileError
+        If it does, or is missing or no HDF5 file.
+    """
+    path = existing(path)
+    with reading(path, "HDF5"):
+        Input(path).close()
+
+
+def _fill(file: io.FileIO, view: memoryview) -> int:
+    """Read into all of `view`, or up to the end of the file; return the number of bytes."""
+    done = 0
+    while done < len(view) and (count := file.readinto(view[done:])):
+        done += count
+    return done
+
+
+def _journal(inside: list[tuple[int, memoryview]]) -> bytes:
+    """Return what is about to be overwritten, as bytes that tell whether they are complete."""
+    entries = b"".join(_ENTRY.pack(offset, len(view)) + view for offset, view in inside)
+    return entries + _TRAILER.pack(hashlib.sha256(entries).digest(), len(entries), _JOURNAL)
+
+
+def _close_input(file: Any, disk: _Staged) -> None:
     try:
         file.close()
     finally:

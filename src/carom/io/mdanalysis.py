@@ -136,7 +136,7 @@ class ExtxyzReader(_SequenceReader):
     def _fill(self, frame: int) -> None:
         ts = self.ts
         with reading(self._path, "extended XYZ"):
-            info, columns = parse(self._path, *self._index.offsets[frame : frame + 2])
+            info, columns = parse(self._path, self._index.offsets[frame], self._index.offsets[frame + 1])
             d = int(info.get("dimension", "3"))
             ts.positions = columns["pos"]
             ts.data["positions"] = columns["pos"][:, :d]
@@ -164,7 +164,7 @@ class ExtxyzParser(TopologyReaderBase):
         path = existing(self.filename)
         with reading(path, "extended XYZ"):
             index = Index(path, limit=1)
-            info, columns = parse(path, *index.offsets[:2])
+            info, columns = parse(path, index.offsets[0], index.offsets[1])
             names = columns.get("species", np.full(len(columns["pos"]), "X"))
             if "kind" in columns and "species_names" in info:
                 names = np.array(parted(info["species_names"]))[columns["kind"]]

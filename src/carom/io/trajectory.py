@@ -10,11 +10,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, overload
 
-import numpy as np
-
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.paths import existing, replacing, uninterrupted, writable, writing
+from carom.io.validation import flaw, step_back
 
 #: Suffix -> format.
 SUFFIXES = {".h5md": "h5md", ".h5": "h5md", ".extxyz": "extxyz", ".xyz": "extxyz", ".gsd": "gsd"}
@@ -26,14 +25,27 @@ class Reader(ABC):
     ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for frame in reader`` work as for a list.
     """
 
-    path: Path
+    def __init__(self, path: Path):
+        self.path = path
+        self._instants: dict[int, tuple[float, int]] = {}
 
     @abstractmethod
     def __len__(self) -> int: ...
 
     @abstractmethod
     def _read(self, k: int) -> Frame:
-        """Return frame ``0 <= k < len(self)``."""
+        """Return frame ``0 <= k < len(self)`` as it stands in the file."""
+
+    def _checked(self, k: int) -> Frame:
+        """Return frame ``0 <= k < len(self)``, which is none that Carom would not write."""
+        frame = self._read(k)
+        wrong = flaw(frame)
+        self._instants[k] = frame.time, frame.step
+        if wrong is None and k - 1 in self._instants:
+            wrong = step_back(frame, *self._instants[k - 1])
+        if wrong is not None:
+            raise FileError(f"{self.path} is damaged or was not written by Carom: in frame {k} the {wrong}.")
+        return frame
 
     @overload
     def __getitem__(self, index: int) -> Frame: ...
@@ -41,14 +53,14 @@ class Reader(ABC):
     def __getitem__(self, index: slice) -> list[Frame]: ...
     def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
         if isinstance(index, slice):
-            return [self._read(k) for k in range(*index.indices(len(self)))]
+            return [self._checked(k) for k in range(*index.indices(len(self)))]
         k = index + len(self) if index < 0 else index
         if not 0 <= k < len(self):
             raise IndexError(f"{self.path} holds {len(self)} frames; there is no frame {index}.")
-        return self._read(k)
+        return self._checked(k)
 
     def __iter__(self) -> Iterator[Frame]:
-        return (self._read(k) for k in range(len(self)))
+        return (self._checked(k) for k in range(len(self)))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # MDAnalysis sends readers to its workers: a worker opens the file itself.
@@ -76,6 +88,7 @@ class Writer(ABC):
         self._count = 0
         self._shape: tuple[int, int] | None = None if scene is None else (scene.n, scene.dimension)
         self._images: bool | None = None
+        self._last: tuple[float, int] | None = None
 
     def __len__(self) -> int:
         return self._count
@@ -88,7 +101,8 @@ class Writer(ABC):
         Raises
         ------
         InputError
-            If the frame does not fit the file, or holds NaN or infinite values.
+            If the frame does not fit the file, is before the last one in time, or holds what no frame can:
+            NaN, infinite values, masses or edges that are not above 0, diameters below 0.
         FileError
             If it cannot be written, e.g. because the disk is full.
         """
@@ -120,8 +134,30 @@ class Writer(ABC):
         """Expect more frames like this one."""
         self._shape = (frame.n, frame.dimension)
         self._images = frame.images is not None
+        self._last = frame.time, frame.step
+
+    def _retain(self, reader: Reader, keep: int | None) -> int:
+        """Go on after the first `keep` frames, by default all; each is read, so that none is damaged."""
+        count = len(reader)
+        keep = count if keep is None else keep
+        if keep > count:
+            raise FileError(f"{self.path} holds {count} complete frames, and {keep} were to be kept.")
+        for k in range(keep):
+            frame = reader[k]
+            self._check_alike(frame)
+            self._follow(frame)
+        self._count = keep
+        return keep
 
     def _check(self, frame: Frame) -> None:
+        wrong = flaw(frame)
+        if wrong is None and self._last is not None:
+            wrong = step_back(frame, *self._last)
+        if wrong is not None:
+            raise InputError(f"The frame's {wrong}; nothing was written.")
+        self._check_alike(frame)
+
+    def _check_alike(self, frame: Frame) -> None:
         n, dimension = frame.positions.shape
         if self._shape is not None and self._shape != (n, dimension):
             raise InputError(
@@ -133,23 +169,6 @@ class Writer(ABC):
             raise InputError(
                 f"The frames of {self.path} {has} image counts and {lacks}; write it to another file."
             )
-        shapes = {
-            "positions": (frame.positions, (n, dimension)),
-            "velocities": (frame.velocities, (n, dimension)),
-            "box": (np.asarray(frame.box), (dimension,)),
-            "diameters": (frame.diameters, (n,)),
-            "masses": (frame.masses, (n,)),
-            "time": (np.asarray(frame.time), ()),
-        }
-        if frame.images is not None:
-            shapes["images"] = (frame.images, (n, dimension))
-        if frame.species is not None:
-            shapes["species"] = (frame.species, (n,))
-        for name, (values, shape) in shapes.items():
-            if values.shape != shape:
-                raise InputError(f"The frame's {name} have the shape {values.shape}; expected {shape}.")
-            if not np.isfinite(values).all():
-                raise InputError(f"The frame's {name} hold NaN or infinite values; nothing was written.")
 
     def __enter__(self) -> Self:
         return self

@@ -302,6 +302,11 @@ def rdf_mdanalysis(
 
     if not isinstance(universe, MDAnalysis.Universe):
         path = os.fspath(universe)
+        if path.endswith((".h5md", ".h5")):
+            # MDAnalysis would follow whatever links and external storage the file names.
+            from carom.io.hdf5 import inspect
+
+            inspect(path)
         try:
             universe = MDAnalysis.Universe(path)
         except (OSError, ValueError, TypeError) as error:

@@ -95,7 +95,7 @@ class Replay:
             raise FileError(
                 f"{path} has no {missing} in its initial state; expected a log that a Simulation wrote."
             ) from None
-        except (InputError, ValueError) as problem:
+        except (InputError, ValueError, TypeError, OverflowError) as problem:
             raise FileError(f"{path} cannot be replayed: {problem}") from None
         # Along axes with walls nothing is wrapped.
         self._inverse = np.where(self._scene.periodic, 1.0 / self._box, 0.0)
@@ -104,17 +104,25 @@ class Replay:
         self._t = np.zeros(n)
         self._images = np.zeros((n, dimension), np.int32)
         self._epoch, self._offset = 0, 0.0
+        offsets = itertools.product((-1, 0, 1), repeat=dimension)
+        self._digits = np.array(list(offsets), dtype=np.int64)  # of the codes, and of the images, too
         self._events = self._read()
         self._next = next(self._events, None)
         self._done = self._read_so_far = 0
-        offsets = itertools.product((-1, 0, 1), repeat=dimension)
-        self._digits = np.array(list(offsets), dtype=np.int64)  # of the codes, and of the images, too
 
     def _read(self) -> Iterator[tuple[int, float, int, int, int, float]]:
         for start in itertools.count(0, CHUNK):
             events: Events = read_events(self._path, start, start + CHUNK)
             if not len(events.time):
                 return
+            n = len(self._x)
+            others = n + len(self._fixed)
+            if events.i.max() >= n or events.j.max() >= others or events.image.max() >= len(self._digits):
+                raise FileError(
+                    f"{self._path} cannot be replayed: it names component {events.i.max()}, partner "
+                    f"{events.j.max()} or image {events.image.max()}, and there are {n}, {others} and "
+                    f"{len(self._digits)}."
+                )
             events = events._replace(
                 time=self._unit.to_kernel(events.time, 1), impulse=self._unit.to_kernel(events.impulse, -1)
             )

@@ -1,0 +1,149 @@
+"""The one place where HDF5 files are opened to be read: only what Carom writes is let in.
+
+HDF5 knows data sets whose content lies in other files of the machine (external storage, virtual data sets),
+links to other files, filters that load code, and sizes for which no byte is stored. None of these is
+in a file of Carom, so none is followed. In what remains every byte of a data set lies in the file, once.
+
+Groups, attributes and data sets of files in HDF5's format 1.8 have checksums of HDF5's own, and the chunks of
+data that Carom writes have Fletcher-32. The index that tells where the chunks are has none; so it is compared
+with what it must be: each chunk there once, of the full size, at an address of its own. Should a search in
+the index fail nevertheless, HDF5 returns the fill value, which is one that no data set holds
+(:func:`missing`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import h5py
+
+#: Objects in a file; those of Carom hold fewer than 100.
+_MOST_OBJECTS = 10_000
+_LARGEST_COMPACT = 4096  # bytes; HDF5 keeps up to 64 kB in a header
+
+FORMAT = ("v108", "v108")
+"""The format of HDF5 files, for ``h5py.File(..., libver=FORMAT)``: the first with checksums of the headers,
+and the last that marks no file as open for writing, which would make it unreadable after a kill."""
+
+
+def opened(source: Any, mode: str = "r") -> h5py.File:
+    """Open an HDF5 file that exists, from a Python file object, and inspect it.
+
+    Raises
+    ------
+    ValueError, OSError, RuntimeError
+        If it is no HDF5 file, or holds what Carom never writes.
+    """
+    import h5py
+
+    # What is added to a file has checksums; what is read may be of any format.
+    file = h5py.File(source, mode, libver=None if mode == "r" else FORMAT)
+    try:
+        _inspect(file)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def missing(dtype: Any) -> Any:
+    """Return the value that HDF5 shall give for what it cannot find: NaN, or the farthest integer."""
+    kind = np.dtype(dtype)
+    if kind.kind == "f":
+        return np.nan
+    if kind.kind == "b":
+        return None
+    return np.iinfo(kind).min if kind.kind == "i" else np.iinfo(kind).max
+
+
+def put(group: h5py.Group, name: str, array: np.ndarray) -> h5py.Dataset:
+    """Write an array as a data set under a checksum, and return it."""
+    import h5py
+
+    if array.nbytes <= _LARGEST_COMPACT:
+        # Inside the header, which has a checksum; what is empty or a scalar cannot be in chunks.
+        settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        settings.set_layout(h5py.h5d.COMPACT)
+        return group.create_dataset(name, data=array, dcpl=settings)
+    rows = max(1, (1 << 26) // (array.nbytes // len(array)))
+    chunks = (min(rows, len(array)), *array.shape[1:])
+    return group.create_dataset(
+        name, data=array, chunks=chunks, fletcher32=True, fillvalue=missing(array.dtype)
+    )
+
+
+def _inspect(file: h5py.File) -> None:
+    """Refuse everything that is no plain group or data set with all of its bytes in this file."""
+    import h5py
+
+    seen: set[int] = set()
+    waiting: list[tuple[str, Any]] = [("/", file["/"])]
+    while waiting:
+        path, parent = waiting.pop()
+        links = parent.id.links
+        for name in parent.id:
+            where = f"{path}{name.decode('utf-8', 'replace')}"
+            if links.get_info(name).type != h5py.h5l.TYPE_HARD:
+                raise ValueError(f"{where} is a link to somewhere else, and Carom follows none")
+            child = parent[name]
+            address = h5py.h5o.get_info(child.id).addr
+            if address in seen:
+                continue
+            seen.add(address)
+            if len(seen) > _MOST_OBJECTS:
+                raise ValueError(f"it holds more than {_MOST_OBJECTS} objects")
+            if isinstance(child, h5py.Group):
+                waiting.append((f"{where}/", child))
+            elif isinstance(child, h5py.Dataset):
+                _inspect_data(where, child, file.id.get_filesize())
+            else:
+                raise ValueError(f"{where} is neither a group nor a data set")
+
+
+def _inspect_data(where: str, data: h5py.Dataset, size: int) -> None:
+    import h5py
+
+    settings = data.id.get_create_plist()
+    layout = settings.get_layout()
+    inside = (h5py.h5d.COMPACT, h5py.h5d.CONTIGUOUS, h5py.h5d.CHUNKED)
+    if settings.get_external_count() or layout not in inside:
+        raise ValueError(f"{where} lies in another file, and Carom follows no path out of a file")
+    for k in range(settings.get_nfilters()):
+        if settings.get_filter(k)[0] != h5py.h5z.FILTER_FLETCHER32:
+            raise ValueError(f"{where} is compressed; `h5repack -f NONE old new` undoes that")
+    if data.shape is None or data.dtype.hasobject:
+        raise ValueError(f"{where} holds no numbers")
+    # Not data.size: it wraps around where a damaged file declares more than 2^63.
+    if (declared := math.prod(data.shape) * data.dtype.itemsize) == 0:
+        return
+    if layout == h5py.h5d.CHUNKED:
+        _inspect_chunks(where, data, size, 4 * settings.get_nfilters())
+    elif layout == h5py.h5d.CONTIGUOUS:
+        start = data.id.get_offset()
+        if start is None or start + declared > size:
+            raise ValueError(f"{where} declares {declared} bytes, which the file does not hold")
+
+
+def _inspect_chunks(where: str, data: h5py.Dataset, size: int, checksums: int) -> None:
+    found: list[Any] = []
+    data.id.chunk_iter(found.append)
+    expected = math.prod(-(-length // step) for length, step in zip(data.shape, data.chunks, strict=True))
+    if len(found) != expected:
+        raise ValueError(f"{where} declares {expected} chunks of data, and {len(found)} are stored")
+    stored = math.prod(data.chunks) * data.dtype.itemsize + checksums
+    grid, addresses = set(), set()
+    for chunk in found:
+        inside = all(
+            start % step == 0 and 0 <= start < length
+            for start, step, length in zip(chunk.chunk_offset, data.chunks, data.shape, strict=True)
+        )
+        if not inside or chunk.filter_mask or chunk.size != stored or chunk.byte_offset + stored > size:
+            raise ValueError(f"the index of {where} is damaged")
+        grid.add(chunk.chunk_offset)
+        addresses.add(chunk.byte_offset)
+    if len(grid) != expected or len(addresses) != expected:
+        raise ValueError(f"the index of {where} names a chunk twice")

@@ -1,0 +1,105 @@
+"""What a frame must be, whichever file it comes from or goes to: one list, for every format."""
+
+from __future__ import annotations
+
+import numbers
+from typing import Any
+
+import numpy as np
+
+from carom.frame import Frame
+from carom.scene.initial import MOST_DIMENSIONS
+from carom.scene.species import MOST_SPECIES
+
+_REALS = ("positions", "velocities", "box", "diameters", "masses", "time")
+_INTEGERS = np.iinfo(np.int64)
+_IMAGES = np.iinfo(np.int32)
+
+
+def finite(values: Any) -> bool:
+    """Tell whether all values are finite; without a temporary array, where their sum is finite."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(np.isfinite(np.sum(values)) or np.isfinite(values).all())
+
+
+def whole(values: np.ndarray, low: int, high: int) -> bool:
+    """Tell whether these are integers from `low` to `high`."""
+    return values.dtype.kind in "iu" and bool(values.min() >= low and values.max() <= high)
+
+
+def narrowed(images: np.ndarray) -> np.ndarray:
+    """Return image counts as int32.
+
+    Raises
+    ------
+    ValueError
+        If they are no integers, or too large: nothing is forced into the type.
+    """
+    if not whole(images, _IMAGES.min, _IMAGES.max):
+        raise ValueError(f"images hold what is no integer from {_IMAGES.min} to {_IMAGES.max}")
+    return np.ascontiguousarray(images, dtype=np.int32)
+
+
+def flaw(frame: Frame) -> str | None:
+    """Return what is wrong with a frame, as the end of a sentence ("masses hold ..."), or None.
+
+    A frame has one component or more, in 1 to 12 dimensions. Reals are finite; edges and masses exceed 0.
+    Diameters are 0 or more: a packing starts from points. Positions may lie outside the box, as those of a
+    component that touches a wall do by rounding.
+    """
+    return _shape(frame) or _values(frame)
+
+
+def _shape(frame: Frame) -> str | None:
+    if frame.positions.ndim != 2:
+        return f"positions have the shape {frame.positions.shape}; expected (n, d)"
+    n, dimension = frame.positions.shape
+    if n < 1 or not 1 <= dimension <= MOST_DIMENSIONS:
+        return (
+            f"positions are of {n} components in {dimension} dimensions; expected one component or more in "
+            f"1 to {MOST_DIMENSIONS}"
+        )
+    expected: dict[str, tuple[int, ...]] = {
+        "velocities": (n, dimension),
+        "box": (dimension,),
+        "diameters": (n,),
+        "masses": (n,),
+        "time": (),
+        "periodic": (dimension,),
+    }
+    if frame.images is not None:
+        expected["images"] = (n, dimension)
+    if frame.species is not None:
+        expected["species"] = (n,)
+    for name, shape in expected.items():
+        found = np.shape(getattr(frame, name))
+        if found != shape:
+            return f"{name} have the shape {found}; expected {shape}"
+    return None
+
+
+def _values(frame: Frame) -> str | None:
+    for name in _REALS:
+        if not finite(getattr(frame, name)):
+            return f"{name} hold NaN or infinite values"
+    lowest = {"box": min(frame.box), "masses": frame.masses.min(), "diameters": frame.diameters.min()}
+    for name, low in lowest.items():
+        if low < 0.0 or (low == 0.0 and name != "diameters"):
+            return f"{name} hold {low:g}; expected {'0 or more' if name == 'diameters' else 'more than 0'}"
+    if not isinstance(frame.step, numbers.Integral) or not 0 <= frame.step <= _INTEGERS.max:
+        return f"step is {frame.step}; expected an integer from 0 to {_INTEGERS.max}"
+    if frame.images is not None and not whole(frame.images, _IMAGES.min, _IMAGES.max):
+        return f"images hold what is no integer from {_IMAGES.min} to {_IMAGES.max}"
+    kinds = len(frame.species_names) or MOST_SPECIES
+    if frame.species is not None and not whole(frame.species, 0, min(kinds, MOST_SPECIES) - 1):
+        return f"species hold what is no integer from 0 to {min(kinds, MOST_SPECIES) - 1}"
+    return None
+
+
+def step_back(frame: Frame, time: float, step: int) -> str | None:
+    """Return how `frame` goes back behind the frame before it, of this time and step, or None."""
+    if frame.time < time:
+        return f"time is {frame.time!r}, before that of the frame before it, {time!r}"
+    if frame.step < step:
+        return f"step is {frame.step}, less than that of the frame before it, {step}"
+    return None
