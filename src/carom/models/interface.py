@@ -2,7 +2,7 @@
 
 A model is a ``NamedTuple`` of numbers, tuples and arrays: what the compiler sees. A question is answered for
 its type with ``@question.register``. The value that users write makes the model (:class:`Interaction`,
-:class:`Motion`, :class:`Impact`, and :class:`carom.obstacles.Obstacle` for what is fixed).
+:class:`Motion`, :class:`Impact`, and :class:`carom.models.obstacles.Obstacle` for what is fixed).
 
 Arrays with one item a component have n + 1 items: the last is for a ghost, which nobody meets
 (:meth:`Particles.with_ghost`). Times and speeds are in the engine's unit of time (:meth:`Particles.speed`).
