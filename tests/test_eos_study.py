@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from scipy.stats import linregress, norm
 
 import carom
 from carom import studies, theory
@@ -415,6 +416,17 @@ def test_drift_is_a_standard_normal_number_in_equilibrium():
     alarms = sum(drift.drifts(list(pair)) for pair in found.reshape(-1, 2))
     # One in a thousand; of 1000, more than 8 come with a probability of 1e-6.
     assert alarms <= 8
+
+
+@pytest.mark.parametrize("parts", [4, 5, 16])
+def test_drift_has_the_probability_of_the_slope_of_a_line(parts):
+    """Against SciPy's regression, whose p-value knows that few points leave few degrees of freedom."""
+    values = np.random.default_rng(parts).normal(size=7 * parts + 3)
+    means = values[3:].reshape(parts, 7).mean(axis=1)
+    line = linregress(np.arange(parts), means)
+    found = drift.drift(values, parts)
+    assert 2 * norm.sf(abs(found)) == pytest.approx(line.pvalue, rel=1e-9)
+    assert math.copysign(1.0, found) == math.copysign(1.0, line.slope)
 
 
 def test_drift_sees_a_relaxation_and_ignores_constants():

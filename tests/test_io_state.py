@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -214,6 +215,20 @@ def make_events(count, seed=0, epoch=0):
 def assert_events(a, b):
     for x, y in zip(a, b, strict=True):
         assert_identical(x, y)
+
+
+@pytest.mark.parametrize("short", ["impulse", "epoch", "j"])
+def test_events_of_which_a_kill_left_some_columns_shorter_are_dropped(short, tmp_path):
+    events = make_events(20)
+    with EventLog(tmp_path / "e.h5", INITIAL) as log:
+        log.append(*events)
+    with h5py.File(tmp_path / "e.h5", "r+") as file:
+        file[short].resize(17, axis=0)
+    assert_events(cut(events, 0, 17), read_events(tmp_path / "e.h5"))
+    with EventLog(tmp_path / "e.h5") as log:
+        assert len(log) == 17
+        log.append(*cut(events, 17, 20))
+    assert_events(events, read_events(tmp_path / "e.h5"))
 
 
 def cut(events, start, stop):

@@ -14,6 +14,7 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import Pressure
+from carom.observables.partial_rdf import partial_rdf
 from carom.observables.rdf import rdf, rdf_mdanalysis
 from carom.scene.scene import Scene
 
@@ -137,6 +138,14 @@ def test_a_species_of_several_diameters_is_refused():
     frame = frame_of([[1.0, 1.0], [3.0, 1.0], [5.0, 5.0]], [1, 0.5, 0.6], [0, 1, 1], (7.0, 7.0))
     with pytest.raises(InputError, match="Diameters of species 1 differ"):
         rdf([frame], pair=(0, 1))
+
+
+def test_pairs_without_room_in_half_of_the_box_are_left_out():
+    # Half of the shortest edge is 2.5: 1-1 touch at 1, 0-1 at 1.9, 0-0 at 2.8.
+    positions = [[0.5, 0.5], [0.5, 3.4], [3.0, 0.5], [3.0, 3.4]]
+    frame = frame_of(positions, [2.8, 2.8, 1.0, 1.0], [0, 0, 1, 1], (5.0, 6.0))
+    scene = Scene.from_frame(frame)
+    assert partial_rdf(scene, lambda: [frame]).keys() == {"0-1", "1-1"}
 
 
 def test_a_saved_partial_distribution_says_which_it_is(tmp_path):
