@@ -15,8 +15,8 @@ from carom.observables import WallPressure
 from carom.observables.momentum_balance import weighted_momenta
 from carom.plan.plan import Plan
 from carom.plan.sections import OutputSpec, RunSpec, SceneSpec
+from carom.scene import temperature
 from carom.scene.velocities import maxwell_velocities
-from carom.simulation import preparation as contents
 from carom.studies.runs import execution as runs
 
 
@@ -145,7 +145,7 @@ def test_degrees_of_freedom_and_the_temperature_drawn(d, periodic, obstacles, co
     masses = [1.0, 2.0, 5.0]
     places = np.array([[2.0] * d, [4.0] * d, [5.5] * d])
     scene = carom.Scene(places, 8.0, mass=masses, periodic=periodic, obstacles=obstacles)
-    still = contents.conserved(scene)
+    still = temperature.conserved(scene)
     assert sum(still) == conserved
     velocities = maxwell_velocities(3, d, np.array(masses), 0.7, 1, still)
     momentum = np.array(masses) @ velocities

@@ -5,6 +5,24 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
+class Sizes(NamedTuple):
+    """Averages over the time of a stretch in which diameters grow.
+
+    Attributes
+    ----------
+    packing_fraction : float
+        Part of the box that is filled.
+    cube : float
+        The largest diameter to the power d [length^d].
+    equal : bool
+        Whether all diameters are the same.
+    """
+
+    packing_fraction: float
+    cube: float
+    equal: bool
+
+
 class Block(NamedTuple):
     """Sums over the collisions of one stretch of time.
 
@@ -22,6 +40,10 @@ class Block(NamedTuple):
     momentum_changes : tuple of float
         Change of the weighted momentum of the components that belongs to each of them [mass length / time]
         (see :mod:`carom.observables.momentum_balance`); empty where nobody looked.
+    kT_time : float or None
+        Integral of kT over the stretch [energy time], where contacts change it (restitution, growth).
+    sizes : Sizes or None
+        Averages, where diameters grow; of :attr:`carom.Simulation.tally` they are not known.
     """
 
     duration: float
@@ -29,3 +51,10 @@ class Block(NamedTuple):
     virial: float
     impulses: tuple[float, ...] = ()
     momentum_changes: tuple[float, ...] = ()
+    kT_time: float | None = None
+    sizes: Sizes | None = None
+
+    @property
+    def kT(self) -> float | None:
+        """Average of kT over the stretch [energy], where contacts change it."""
+        return None if self.kT_time is None or not self.duration else self.kT_time / self.duration

@@ -74,8 +74,9 @@ def results(result: RunResult, as_json: bool) -> None:
     try:
         console.print(_physics(result.summary))
         console.print(_mechanics(result.summary))
-        if note := result.summary["phase_note"]:
-            console.print(Text(note))
+        for note in (result.summary["phase_note"], result.summary["note"]):
+            if note:
+                console.print(Text(note))
         if reason := result.summary["without_rdf"]:
             console.print(Text(reason))
         console.print(Text(f"Results in {result.folder}"))

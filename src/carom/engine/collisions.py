@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.registry import inner, required
+from carom.engine.balance import audit, exchanged, pushed
 from carom.engine.constants import LAMBDA, OBSTACLE
 from carom.engine.images import count_images, index, separation
 from carom.engine.neighbors.interface import wrapped
@@ -52,6 +53,7 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     a *= part
     b *= part
     virial *= part
+    exchanged(model.balance, a, b, virial, rr, rv, now)
     for axis in range(len(model.boundary.edges)):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         me.v[axis] += a * r
@@ -83,6 +85,7 @@ def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
         return False
     advance(model, state, neighbors, i, now)
     momentum = bounce(model, state, i, OBSTACLE - partner, now)
+    pushed(model.balance, momentum, growth(model.pair, np.int64(i)), now)
     record(log, state.clock[0], np.int64(i), partner, momentum)
     return True
 
@@ -98,5 +101,6 @@ def new_epoch(model, state, neighbors):
         state.rows[i].due -= length
         state.leave[i] -= length
     age(model.pair, length)
+    audit(model.balance, model.pair, state.rows, length)
     clock.epoch += 1
     clock.now = 0.0

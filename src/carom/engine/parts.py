@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.lanes import make_lanes
+from carom.engine.balance import make_balance
 from carom.engine.calendar import Calendar, make_calendar
 from carom.engine.images import NearestImage, SectorImage
 from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
@@ -40,6 +41,8 @@ class Model(NamedTuple):
     boundary: Any
     impact: Any
     """What a contact of two components loses, or None where it is elastic."""
+    balance: Any
+    """The energy and its integral over time, or None where no contact changes it."""
     obstacles: Any
     """Everything fixed that components can meet, or None."""
     sight: Any
@@ -62,7 +65,8 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     number = np.float32 if contents.single else np.float64
     state = make_state(positions, velocities, scheme.epoch, contents.images, number)
     particles = contents.particles
-    pair = contents.interaction.model(particles)
+    pair, impact = contents.interaction.model(particles), contents.impact.model(particles)
+    changes = impact is not None or contents.rates is not None
     neighbors, boundary = build_neighbors(scheme, contents, pair)
     by_species = None
     if contents.kinds is not None:
@@ -78,7 +82,8 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             make_lanes(pair),
             contents.motion.model(particles),
             boundary,
-            contents.impact.model(particles),
+            impact,
+            make_balance(particles.masses, velocities, contents.still) if changes else None,
             make_obstacles(contents.dimension, contents.walls, contents.obstacles),
             _sight(scheme, contents, neighbors),
         ),
@@ -221,8 +226,11 @@ def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
     if old.by_species is not None and new.by_species is not None:
         new.by_species.collisions[:] = old.by_species.collisions
         new.by_species.virial[:] = np.ldexp(old.by_species.virial, slower)
-    if old.model.impact is not None:
-        new.model.impact.spared[:] = old.model.impact.spared
+    if old.model.balance is not None:
+        new.model.balance.action[:] = np.ldexp(old.model.balance.action, slower)
+    for counted, before in zip(new.model.impact or (), old.model.impact or (), strict=True):
+        if isinstance(counted, np.ndarray):  # what a contact law counts
+            counted[:] = before
     if old.model.obstacles is not None:
         new.model.obstacles.hits[:] = old.model.obstacles.hits
         new.model.obstacles.impulse[:] = np.ldexp(old.model.obstacles.impulse, slower)
@@ -255,7 +263,7 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
 
     for part in ("state", "neighbors", "calendar", "tallies", "by_species"):
         collect(part, getattr(engine, part))
-    for part in ("pair", "impact", "obstacles"):
+    for part in ("pair", "impact", "balance", "obstacles"):
         collect(f"model.{part}", getattr(engine.model, part))
     return found
 

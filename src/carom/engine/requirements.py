@@ -47,6 +47,8 @@ class Contents:
         Radius gained a time.
     obstacles : tuple of NamedTuples
         Kernel models of the obstacles.
+    still : tuple of d bools, optional
+        Along which axes the momentum is conserved; none, if left out.
     images : bool
         Whether to count the boxes that each component crosses.
     single : bool
@@ -70,6 +72,7 @@ class Contents:
     rates: np.ndarray | None = None
     by_radii: bool = True
     obstacles: tuple = field(default=())
+    still: tuple[bool, ...] = ()
     images: bool = True
     single: bool = False
 

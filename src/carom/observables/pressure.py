@@ -13,7 +13,8 @@ import numpy as np
 from carom import theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
-from carom.observables.statistics import Estimate, ratio
+from carom.observables.course import Course
+from carom.observables.statistics import Estimate
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -80,7 +81,7 @@ class Pressure:
         packing_fraction: float | None = None,
         simple: bool = True,
     ) -> PressureEstimate:
-        """Pressure of n particles in a periodic box with zero total momentum.
+        """Pressure of n particles in a periodic box.
 
         Parameters
         ----------
@@ -92,7 +93,8 @@ class Pressure:
         diameter, mass : float
             Of every particle; of a mixture the largest diameter, and any mass [length], [mass].
         kT : float
-            Twice the kinetic energy over the degrees of freedom, d (n - 1) in a periodic box [energy].
+            Twice the kinetic energy about the motion of the centre of mass over the degrees of freedom,
+            d (n - 1) in a periodic box [energy]. Blocks that know their own kT are not asked for it.
         packing_fraction : float, optional
             Of a mixture; else it follows from the diameter.
         simple : bool
@@ -121,6 +123,13 @@ class Pressure:
         by 1 / n. One particle has Z = 1 exactly. Nothing in it depends on diameters or masses, so that it
         holds for mixtures as well. Between the walls of a box it is the average over the axes of ``force on a
         wall times free length of the axis / (n kT)``; for the force itself see :class:`carom.WallPressure`.
+
+        Where contacts lose energy, or diameters grow, kT changes: its integral over each block takes the
+        place of ``kT t``. While a gas cools, blocks count by their collisions, and Z is that of inelastic
+        spheres at constant density. While diameters grow, Z is ``<P> V / (n <kT>)`` with averages over time,
+        the packing fraction is averaged likewise, and the contact value is the average of g(sigma+) with
+        weights kT times packing fraction (that of each block); the trend along the stretch, a cubic in time,
+        is no part of their errors.
         """
         for name, value in (("volume", volume), ("diameter", diameter), ("kT", kT), ("mass", mass)):
             if not (math.isfinite(value) and value > 0.0):
@@ -129,45 +138,51 @@ class Pressure:
             raise InputError(f"n is {n} and dimension is {dimension}; both must be at least 1.")
         if packing_fraction is None:
             packing_fraction = n * theory.ball_volume(dimension, diameter) / volume
-        number_density = n * diameter**dimension / volume
         kept = [block for block in blocks if block.duration > 0.0]
         if n == 1:
             z, rate = Estimate.exact(1.0), Estimate.exact(0.0)
             times = [block.duration for block in kept]
             return PressureEstimate(
-                z, rate, Estimate.exact(number_density), UNKNOWN, z, n, dimension, packing_fraction,
-                tuple(times), (1.0,) * len(times), simple,
+                z, rate, Estimate.exact(diameter**dimension / volume), UNKNOWN, z, n, dimension,
+                packing_fraction, tuple(times), (1.0,) * len(times), simple, kT, Estimate.exact(kT / volume),
             )  # fmt: skip
         if not kept:
             raise InputError("No block of positive duration was given; run before measuring the pressure.")
-        durations = np.array([block.duration for block in kept])
+        course = Course.of(kept, kT, packing_fraction, diameter**dimension)
+        durations, kT, simple = course.durations, course.kT, simple and course.equal
         virials = np.array([block.virial for block in kept])
         collisions = np.array([float(block.collisions) for block in kept])
         scale = dimension * n * kT
         with warnings.catch_warnings():
             # One series, one warning: the counts fail where the virial does.
             warnings.simplefilter("ignore", CaromWarning)
-            count = _ratio_of_events(collisions, durations, collisions)
-        excess = _ratio_of_events(virials / scale, durations, collisions)
+            count = _of_events(course.average(collisions, durations), collisions)
+            paced = _of_events(course.rate(collisions, dimension), collisions)
+            contact = _of_events(course.contact(virials / scale), collisions)
+        excess = _of_events(course.excess(virials / scale), collisions)
         _warn_few_collisions(int(collisions.sum()))
         z = excess.scaled(1.0, offset=1.0)
         rate = count.scaled(2.0 / n)
-        per_rate = 1.0 / theory.collision_rate(2.0, dimension, n=n, diameter=diameter, mass=mass, kT=kT)
-        per_excess = theory.contact_value(2.0, packing_fraction, dimension, n)
+        size = diameter if not course.grows else course.cube ** (1.0 / dimension)
+        per_rate = 1.0 / theory.collision_rate(2.0, dimension, n=n, diameter=size, mass=mass, kT=kT)
+        per_excess = theory.contact_value(2.0, course.packing_fraction, dimension, n)
         return PressureEstimate(
             compressibility_factor=z,
             collision_rate=rate,
-            reduced_pressure=z.scaled(number_density),
-            contact_value=excess.scaled(per_excess) if simple else UNKNOWN,
+            reduced_pressure=z.scaled(n * course.cube / volume),
+            contact_value=contact.scaled(per_excess) if simple else UNKNOWN,
             compressibility_factor_from_rate=(
-                rate.scaled(per_rate, offset=1.0) if simple and dimension > 1 else UNKNOWN
+                paced.scaled(2.0 / n).scaled(per_rate, offset=1.0) if simple and dimension > 1 else UNKNOWN
             ),
             n=n,
             dimension=dimension,
-            packing_fraction=packing_fraction,
+            packing_fraction=course.packing_fraction,
             block_durations=tuple(durations.tolist()),
-            block_values=tuple((1.0 + virials / (scale * durations)).tolist()),
+            block_values=tuple((1.0 + virials / (scale * course.heat * durations)).tolist()),
             simple=simple,
+            kT=kT,
+            pressure=z.scaled(n * kT / volume),
+            note=course.note,
         )
 
 
@@ -197,6 +212,12 @@ class PressureEstimate:
         Duration [time] and Z of each block.
     simple : bool
         Whether all particles are equal and elastic, and alone in a periodic box.
+    kT : float
+        Temperature, its average over time where contacts change it [energy].
+    pressure : Estimate
+        P, averaged over time likewise [energy / length^d].
+    note : str
+        What is measured where kT or diameters change, a sentence; else empty.
     """
 
     compressibility_factor: Estimate
@@ -210,9 +231,12 @@ class PressureEstimate:
     block_durations: tuple[float, ...] = field(repr=False)
     block_values: tuple[float, ...] = field(repr=False)
     simple: bool = True
+    kT: float = math.nan
+    pressure: Estimate = UNKNOWN
+    note: str = ""
 
     def __str__(self) -> str:
-        return f"Z = {self.compressibility_factor}"
+        return f"Z = {self.compressibility_factor}" + (f". {self.note}" if self.note else "")
 
     @property
     def primary(self) -> Estimate:
@@ -300,11 +324,9 @@ def finite_size_doubt(packing_fraction: float, n: int, dimension: int) -> str:
     )
 
 
-def _ratio_of_events(sums: np.ndarray, durations: np.ndarray, collisions: np.ndarray) -> Estimate:
-    """Rate of something that collisions add to; without a collision its error is infinite, not zero."""
-    if collisions.sum() == 0.0:
-        return Estimate(0.0, math.inf, 0.0, math.inf, len(durations))
-    return ratio(sums, durations)
+def _of_events(found: Estimate, collisions: np.ndarray) -> Estimate:
+    """Estimate of something that collisions add to; without a collision its error is infinite, not zero."""
+    return found if collisions.any() else Estimate(0.0, math.inf, 0.0, math.inf, len(collisions))
 
 
 def _warn_few_collisions(collisions: int) -> None:

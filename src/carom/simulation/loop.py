@@ -13,7 +13,8 @@ import numpy as np
 
 from carom.block import Block
 from carom.errors import CaromWarning
-from carom.simulation.mechanics import impulses
+from carom.scene.temperature import peculiar
+from carom.simulation.mechanics import impulses, kT_time, sizes
 from carom.simulation.pace import CYCLES
 from carom.simulation.stalling import Reach
 
@@ -62,6 +63,7 @@ def _advance(
 
     before = machine.engine.tallies[0].copy()
     taken = impulses(machine)
+    diameters, heat = machine.diameters, kT_time(machine)
     start = machine.clock.instant
     target = np.int64(
         UNLIMITED if collisions is None else min(int(before.collisions) + collisions, UNLIMITED)
@@ -138,12 +140,15 @@ def _advance(
             break
     if progress is not None:
         progress(1.0)
-    after = machine.engine.tallies[0]
+    after, later = machine.engine.tallies[0], kT_time(machine)
+    duration = float(machine.clock.instant - start)
     return Block(
-        float(machine.clock.instant - start),
+        duration,
         int(after.collisions - before.collisions),
         machine.unit.to_scene(float(after.virial - before.virial), -1),
         tuple(b - a for a, b in zip(taken, impulses(machine), strict=True)),
+        kT_time=None if heat is None or later is None else later - heat,
+        sizes=sizes(machine, diameters, duration),
     )
 
 
@@ -184,11 +189,9 @@ def _lonely(machine: Machine) -> float:
     scene, epoch = machine.scene, machine.scheme.epoch
     if scene.n == 1:  # there is nobody to meet
         return epoch
-    v, masses = machine.speeds, scene.masses
-    fastest = float(np.abs(v).max())
-    if machine.engine.model.obstacles is None:
-        v = v - np.average(v, axis=0, weights=masses)  # a common drift meets nobody
-    speed = math.sqrt(float(np.sum(masses[:, None] * v * v)) / (scene.mass * scene.n))
+    fastest = float(np.abs(machine.speeds).max())
+    v = peculiar(scene, machine.speeds)  # a common drift meets nobody
+    speed = math.sqrt(float(np.sum(scene.masses[:, None] * v * v)) / (scene.mass * scene.n))
     if speed <= 8.0 * np.finfo(float).eps * fastest:
         return epoch
     if machine.contents.threshold > 0.0:  # they cool until contacts are slower than this, hence elastic

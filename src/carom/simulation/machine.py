@@ -11,6 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.scene.temperature import peculiar
 from carom.simulation.alone import Alone
 from carom.simulation.clock import Clock
 from carom.simulation.mechanics import Mechanics
@@ -149,9 +150,9 @@ class Machine:
         if self.contents.rates is None:
             return self.scene.diameters
         pair = self.engine.model.pair
-        return 2.0 * (pair.radii + pair.rates * self._in_epoch())[: self.scene.n]
+        return 2.0 * (pair.radii + pair.rates * self.in_epoch())[: self.scene.n]
 
-    def _in_epoch(self) -> float:
+    def in_epoch(self) -> float:
         """Return the present time relative to the epoch that the kernel is in, in the kernel's unit."""
         ahead = self.clock.epoch - int(self.engine.state.clock[0].epoch)
         return self.clock.offset + float(ahead) * self.scheme.epoch
@@ -173,7 +174,7 @@ class Machine:
         scene, state = self.scene, self.engine.state
         positions, velocities = np.empty((scene.n, scene.dimension)), np.empty((scene.n, scene.dimension))
         images = None if state.images is None else state.images.copy()
-        project(self.engine.model, state, self._in_epoch(), positions, velocities, images)
+        project(self.engine.model, state, self.in_epoch(), positions, velocities, images)
         return Frame(
             time=float(self.clock.instant),
             step=self.collisions,
@@ -237,9 +238,20 @@ class Machine:
     def rest_until(self, end: tuple[np.int64, float]) -> None:
         """Let time pass where nothing moves."""
         record = self.engine.state.clock[0]
+        ahead = int(end[0]) - int(record.epoch)
+        self._hold_balance(end[1] + float(ahead) * self.scheme.epoch, end[1])
         record.epoch, record.now = end
         self.engine.state.rows["t"] = end[1]
         self.engine.calendar.control.end[0] = self.scheme.epoch
+
+    def _hold_balance(self, now: float, since: float) -> None:
+        """Bring the integral of the energy up to a time of this epoch, which will be ``since`` of its own."""
+        from carom.engine.balance import hold
+
+        balance = self.engine.model.balance
+        if balance is not None:
+            hold(balance, now)
+            balance.since[0] = since
 
     def refit(self, velocities: np.ndarray | None = None, rates: np.ndarray | None = None) -> None:
         """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything.
@@ -264,6 +276,7 @@ class Machine:
 
         frame = self.frame()
         velocities = frame.velocities if velocities is None else velocities
+        self._hold_balance(self.in_epoch(), 0.0)
         instant, old, before = self.clock.instant, self.engine, self.unit
         if self.contents.rates is not None and rates is None:
             rates = before.to_scene(self.contents.rates, -1)
@@ -281,7 +294,8 @@ class Machine:
         rate = None
         if seen >= self.scene.n and passed > 0.0:
             rate = before.to_scene(2.0 * seen / (self.scene.n * passed), -1)
-            quicker = float(np.abs(velocities).max()) / float(np.abs(frame.velocities).max())
+            fastest = [float(np.abs(peculiar(self.scene, v)).max()) for v in (velocities, frame.velocities)]
+            quicker = fastest[0] / fastest[1]  # a common drift meets nobody
             rate = unit.to_kernel(math.ldexp(rate, round(math.log2(quicker))), -1)
         try:
             self.scheme = self._choose(velocities, self.wish, rate)

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import time as clock
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from carom import checks
-from carom.block import Block
+from carom.block import Block, Sizes
 from carom.errors import CaromWarning, InputError
 from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
+from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 
 if TYPE_CHECKING:
@@ -35,7 +36,10 @@ def measure(
 
     The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in:
     blocks that end with a collision would bias the mean. A number of collisions is turned into a time by
-    the rate seen so far, or in a short pilot.
+    the rate seen so far, or in a short pilot. Where contacts lose energy, so that the time between collisions
+    grows, a block is as long as so many collisions take at the temperature of its beginning, unless ``time``
+    is given. What is measured where kT or diameters change, :attr:`carom.observables.PressureEstimate.note`
+    says in a sentence.
 
     Parameters
     ----------
@@ -98,14 +102,11 @@ def measure(
         )
     if max_walltime is not None or predicted is not None:
         raise InputError("max_walltime and predicted go with relative_error, which is missing.")
-    if time is None:
-        if collisions_per_particle is not None:
-            collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
-        assert collisions is not None
-        time = sim.time_for(collisions)
+    if collisions_per_particle is not None:
+        collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
     blocks = []
     thermometer = Thermometer(sim.machine)
-    for block in sim.blocks(time / observable.blocks, observable.blocks):
+    for block in _blocks(sim, observable.blocks, time, collisions):
         blocks.append(block)
         thermometer.look()
         if progress is not None:
@@ -129,6 +130,20 @@ def _check_observable(observable: Any) -> None:
     checks.integer(observable.blocks, "the observable's blocks", low=1)
 
 
+def _blocks(sim: Simulation, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
+    """Run on for a number of blocks, and yield each."""
+    if time is not None:
+        yield from sim.blocks(time / count, count)
+        return
+    assert collisions is not None
+    if cools(sim):
+        cooling = Blocks(sim, collisions / count)
+        for _ in range(count):
+            yield cooling.next()
+    else:
+        yield from sim.blocks(sim.time_for(collisions) / count, count)
+
+
 def until(
     sim: Simulation,
     observable: Any,
@@ -148,7 +163,7 @@ def until(
     nothing else, except for ``max_walltime``.
     """
     deadline = clock.perf_counter() + max_walltime
-    duration = sim.time_for(block_collisions(sim.scene.n))
+    source = Blocks(sim, block_collisions(sim.scene.n))
     capacity = 2 * max(int(observable.blocks), 2 * FLOOR)
     blocks: list[Block] = []
     look = FLOOR  # in blocks of the first kind
@@ -158,7 +173,7 @@ def until(
     thermometer = Thermometer(sim.machine)
     while True:
         while size * len(blocks) < look and (len(blocks) < 2 or clock.perf_counter() < deadline):
-            blocks.extend(sim.blocks(size * duration, 1))
+            blocks.append(source.next(size))
             rate.tick()
             thermometer.look()
             if len(blocks) == capacity:
@@ -239,4 +254,19 @@ def merged(one: Block, other: Block) -> Block:
         one.virial + other.virial,
         tuple(a + b for a, b in zip(one.impulses, other.impulses, strict=True)),
         tuple(a + b for a, b in zip(one.momentum_changes, other.momentum_changes, strict=True)),
+        None if one.kT_time is None or other.kT_time is None else one.kT_time + other.kT_time,
+        _averaged(one, other),
+    )
+
+
+def _averaged(one: Block, other: Block) -> Sizes | None:
+    """Return the average sizes of two blocks, where diameters grow."""
+    a, b = one.sizes, other.sizes
+    if a is None or b is None:
+        return None
+    part = one.duration / (one.duration + other.duration)
+    return Sizes(
+        part * a.packing_fraction + (1.0 - part) * b.packing_fraction,
+        part * a.cube + (1.0 - part) * b.cube,
+        a.equal and b.equal,
     )

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from carom.block import Sizes
+from carom.densities import sphere_volume
 from carom.errors import InputError
-from carom.simulation.preparation import conserved, degrees_of_freedom
+from carom.scene.temperature import degrees_of_freedom, peculiar
+from carom.scene.temperature import temperature as temperature_of
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -126,10 +129,35 @@ def statistics(machine: Machine) -> Statistics:
 
 
 def temperature(machine: Machine) -> float:
-    """Return twice the kinetic energy over the degrees of freedom [energy]."""
-    v = machine.speeds
-    kT = float(np.sum(machine.scene.masses[:, None] * v * v) / degrees_of_freedom(machine.scene))
-    return machine.unit.to_scene(kT, -2)
+    """Return the temperature at the present [energy]: :func:`carom.scene.temperature.temperature`."""
+    return machine.unit.to_scene(temperature_of(machine.scene, machine.speeds), -2)
+
+
+def kT_time(machine: Machine) -> float | None:
+    """Return the integral of kT since the start [energy time], or None where no contact changes it."""
+    balance = machine.engine.model.balance
+    if balance is None:
+        return None
+    action = float(balance.action[0] + balance.energy[0] * (machine.in_epoch() - balance.since[0]))
+    return machine.unit.to_scene(2.0 * action / degrees_of_freedom(machine.scene), -1)
+
+
+def sizes(machine: Machine, diameters: np.ndarray, duration: float) -> Sizes | None:
+    """Return the averages over a stretch that began with diameters (n,), or None where none grows."""
+    rates = machine.contents.rates
+    if rates is None:
+        return None
+    dimension = machine.scene.dimension
+    gain = machine.unit.to_kernel(2.0 * rates, 1) * duration
+    # Powers of diameters are polynomials in time, for which so many points of Gauss are exact.
+    nodes, weights = np.polynomial.legendre.leggauss(dimension // 2 + 1)
+    filled = largest = 0.0
+    for node, weight in zip(0.5 * (1.0 + nodes), 0.5 * weights, strict=True):
+        powers = (diameters + node * gain) ** dimension
+        filled += weight * float(powers.sum())
+        largest += weight * float(powers.max())
+    same = bool((diameters == diameters[0]).all() and (rates == rates[0]).all())
+    return Sizes(float(sphere_volume(dimension) * filled / machine.scene.volume), float(largest), same)
 
 
 def at_temperature(velocities: np.ndarray, scene: Scene, kT: float) -> np.ndarray:
@@ -140,10 +168,8 @@ def at_temperature(velocities: np.ndarray, scene: Scene, kT: float) -> np.ndarra
     InputError
         If nothing moves.
     """
-    masses = scene.masses[:, None]
-    momentum = np.where(conserved(scene), np.sum(masses * velocities, axis=0), 0.0)
-    velocities = velocities - momentum / masses.sum()
-    twice = float(np.sum(masses * velocities * velocities))
+    velocities = peculiar(scene, velocities)
+    twice = float(np.sum(scene.masses[:, None] * velocities * velocities))
     if twice == 0.0:
         raise InputError("Nothing moves, so there is no temperature to scale; give the scene velocities.")
     half = math.frexp(twice)[1] // 2  # a temperature over another may be no double; their roots are

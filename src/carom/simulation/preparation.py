@@ -13,6 +13,7 @@ from carom.models import choice
 from carom.models.growing_cores import Growing
 from carom.models.restitution import Restitution
 from carom.models.walls import cushions
+from carom.scene.temperature import conserved, degrees_of_freedom, peculiar, temperature
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -35,31 +36,6 @@ CLOSEST = (1.0, math.pi / math.sqrt(12.0), math.pi / math.sqrt(18.0), math.pi**2
 
 SAME = TimeUnit()
 """The kernel's unit of time is the scene's."""
-
-
-def conserved(scene: Scene) -> tuple[bool, ...]:
-    """Tell for every axis whether the total momentum along it is conserved.
-
-    Walls and obstacles take it up, but planes only along their normals and cylinders only across their axis;
-    of an obstacle of one's own nothing is known. One component alone needs no exception: nothing is conserved
-    that it does not have itself, and all its velocities are free.
-    """
-    if scene.n == 1:
-        return (False,) * scene.dimension
-
-    def glides(obstacle: Any, axis: int) -> bool:
-        return hasattr(obstacle, "glides") and obstacle.glides(axis)
-
-    moves = getattr(scene.motion, "conserves", lambda axis: True)
-    return tuple(
-        wraps and moves(axis) and all(glides(obstacle, axis) for obstacle in scene.obstacles)
-        for axis, wraps in enumerate(scene.periodic)
-    )
-
-
-def degrees_of_freedom(scene: Scene) -> int:
-    """Return how many coordinates of velocity are free: :attr:`carom.Simulation.degrees_of_freedom`."""
-    return scene.dimension * scene.n - sum(conserved(scene))
 
 
 def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> TimeUnit:
@@ -94,9 +70,7 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> T
 
 def thermal_speed(scene: Scene, velocities: np.ndarray, unit: TimeUnit) -> float:
     """Return ``sqrt(kT / m)`` with the mean mass [length / kernel's time]."""
-    v = unit.to_kernel(velocities, -1)
-    twice = float(np.sum(scene.masses[:, None] * v * v))
-    return math.sqrt(twice / (degrees_of_freedom(scene) * scene.mass))
+    return math.sqrt(temperature(scene, unit.to_kernel(velocities, -1)) / scene.mass)
 
 
 def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
@@ -169,8 +143,8 @@ def in_single(precision: str, scene: Scene, velocities: np.ndarray) -> bool:
                 f"positions by {rounding / scene.diameter:.2g}; lower packing_fraction (now "
                 f"{scene.packing_fraction:.9g}), or {otherwise}"
             )
-    mean = velocities.mean(axis=0)
-    drift, fastest = float(np.abs(mean).max()), float(np.abs(velocities - mean).max())
+    rest = peculiar(scene, velocities)
+    drift, fastest = float(np.abs(velocities - rest).max()), float(np.abs(rest).max())
     if scene.n > 1 and SINGLE * drift > COARSEST * fastest:
         raise InputError(
             f"Everybody drifts at {drift:.3g}, and at most at {fastest:.3g} relative to that, which single "
@@ -230,6 +204,7 @@ def contents_of(
         by_radii=by_radii,
         rates=None if rates is None else unit.to_kernel(rates, -1),
         obstacles=tuple(obstacle.model() for obstacle in scene.obstacles),
+        still=conserved(scene),
         images=images,
         single=single,
     )

@@ -14,20 +14,13 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.scene.scene import Scene
+from carom.scene.temperature import conserved, degrees_of_freedom
 from carom.scene.velocities import maxwell_velocities
 from carom.simulation import checkpoint, loop, measuring, mechanics, sampling
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
-from carom.simulation.preparation import (
-    conserved,
-    contents_of,
-    degrees_of_freedom,
-    growth_rates,
-    in_single,
-    thermal_speed,
-    unit_of,
-)
+from carom.simulation.preparation import contents_of, growth_rates, in_single, thermal_speed, unit_of
 from carom.simulation.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -144,10 +137,10 @@ class Simulation:
     @property
     @looks
     def tally(self) -> Block:
-        """Duration, collisions and virial since the start."""
+        """Duration, collisions and virial since the start; and kT by time, where contacts change it."""
         record = self.machine.engine.tallies[0]
         virial = self.machine.unit.to_scene(float(record.virial), -1)
-        return Block(self.time, int(record.collisions), virial)
+        return Block(self.time, int(record.collisions), virial, kT_time=mechanics.kT_time(self.machine))
 
     @property
     @looks
@@ -158,7 +151,9 @@ class Simulation:
     @property
     @looks
     def kT(self) -> float:
-        """Temperature [energy]: twice the kinetic energy over the :attr:`degrees_of_freedom`."""
+        """Temperature [energy]: twice the kinetic energy over the :attr:`degrees_of_freedom`, about the
+        motion of the centre of mass along every axis on which the momentum is conserved.
+        """
         return mechanics.temperature(self.machine)
 
     @property
@@ -220,8 +215,8 @@ class Simulation:
     @looks
     def spared_contacts(self) -> int:
         """Contacts that were elastic because they were slower than ``Scene.elastic_below``."""
-        impact = self.machine.engine.model.impact
-        return 0 if impact is None else int(impact.spared[0])
+        spared = getattr(self.machine.engine.model.impact, "spared", None)
+        return 0 if spared is None else int(spared[0])
 
     @property
     @looks
@@ -337,6 +332,8 @@ class Simulation:
 
     def estimate(self, observable, blocks: Sequence[Block]):
         """Return the observable's estimate from blocks of this run, such as :meth:`blocks` yields."""
+        if self.machine.contents.rates is not None and any(block.sizes is None for block in blocks):
+            raise InputError("Sums since the start do not know how diameters grew; use blocks of run().")
         return observable.of_scene(blocks, self.scene, kT=self.kT)
 
     def blocks(self, duration: float, count: int) -> Iterator[Block]:

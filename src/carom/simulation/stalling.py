@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
+from carom.scene.temperature import peculiar
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
@@ -78,7 +79,7 @@ class Reach:
         passed = float(machine.unit.to_kernel(now - self._since, 1))
         left = float(machine.unit.to_kernel(max(self._end - now, Fraction(0)), 1))
         if machine.contents.rates is not None and contacts:
-            speed = math.sqrt(float(np.mean(np.sum(machine.speeds**2, axis=1))))
+            speed = math.sqrt(float(np.mean(np.sum(peculiar(machine.scene, machine.speeds) ** 2, axis=1))))
             path = speed * passed * machine.scene.n / contacts
             growth = 2.0 * float(machine.contents.rates.mean()) * left
             diameter = float(machine.diameters.mean())

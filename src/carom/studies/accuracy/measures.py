@@ -16,6 +16,7 @@ from carom.errors import CaromError, CaromWarning
 from carom.observables import Pressure, PressureEstimate
 from carom.reference import NaiveSystem
 from carom.scene.scene import Scene
+from carom.scene.temperature import temperature
 from carom.studies.accuracy.methods import Method, Motion
 
 NUDGE = 1e-30
@@ -174,6 +175,8 @@ def pressure(
 ) -> tuple[PressureEstimate, Motion]:
     """Return the pressure from a run of so many CPU seconds, in blocks of ``interval``."""
     motion = method.start(scene)
+    velocities = scene.velocities
+    assert velocities is not None
     motion.run(8.0 * interval)
     blocks: list[Block] = []
     last, began = motion.tally(), clock.process_time()
@@ -190,7 +193,7 @@ def pressure(
             dimension=scene.dimension,
             volume=scene.volume,
             diameter=scene.diameter,
-            kT=_temperature(scene),
+            kT=temperature(scene, velocities),
             mass=scene.mass,
         )
     return found, motion
@@ -204,9 +207,3 @@ def expected_pressure(scene: Scene) -> float | None:
         return float(equation(eta) + theory.finite_size_shift(eta, scene.n, equation))
     except CaromError:
         return None
-
-
-def _temperature(scene: Scene) -> float:
-    v = scene.velocities
-    assert v is not None
-    return scene.mass * float(np.sum(v * v)) / (scene.dimension * (scene.n - 1))

@@ -329,8 +329,7 @@ class _Compression:
         self.stage = 0
         self.history: list[tuple[int, float, float, float]] = []
         self.left = 0
-        self.virial = self.duration = 0.0
-        self.kT = 1.0
+        self.virial = self.duration = self.kT_time = 0.0
         self.note = ""
         self.sim: Simulation
 
@@ -340,7 +339,7 @@ class _Compression:
         plan = tuple(Stage(*stage) for stage in notes["plan"])
         self = cls(plan, notes["limit"], np.array(notes["unit"]), notes["seed"], notes["pictures"], progress)
         self.history = [tuple(row) for row in notes["history"]]
-        for name in ("stage", "left", "virial", "duration", "kT", "note"):
+        for name in ("stage", "left", "virial", "duration", "kT_time", "note"):
             setattr(self, name, notes[name])
         return self
 
@@ -357,7 +356,7 @@ class _Compression:
             left=self.left,
             virial=self.virial,
             duration=self.duration,
-            kT=self.kT,
+            kT_time=self.kT_time,
             note=self.note,
         )
 
@@ -396,8 +395,7 @@ class _Compression:
         self.left = max(round(0.5 * n * min(max(HEATING / rate, 1.0), LONGEST)), 1)
         if self.limit is not None:
             self.left = min(self.left, self.limit - self.sim.collisions)
-        self.virial = self.duration = 0.0
-        self.kT = self.sim.kT
+        self.virial = self.duration = self.kT_time = 0.0
 
     def _part(self) -> None:
         """Run on for at most PART collisions, and end the stretch if it is over."""
@@ -405,13 +403,14 @@ class _Compression:
         self.left -= block.collisions
         self.virial += block.virial
         self.duration += block.duration
+        assert block.kT_time is not None
+        self.kT_time += block.kT_time
         if self.left:
             return
         sim, stage = self.sim, self.plan[self.stage]
         pressure = math.inf
         if self.duration > 0.0:
-            kT = 0.5 * (self.kT + sim.kT)
-            pressure = 1.0 + self.virial / (sim.scene.dimension * sim.scene.n * kT * self.duration)
+            pressure = 1.0 + self.virial / (sim.scene.dimension * sim.scene.n * self.kT_time)
         self.history.append((sim.collisions, sim.packing_fraction, pressure, stage.rate))
         self._judge(pressure)
         sim.rescale(1.0, growth=self.plan[self.stage].rate * self.unit)

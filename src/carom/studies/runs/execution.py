@@ -264,7 +264,7 @@ class _Run:
         self.seconds = self.engine_seconds = 0.0
         self.equilibrated: tuple[int, float] | None = None
         self.first, self.step = 0, 0.0
-        self.marks: list[tuple[float, ...]] = []
+        self.marks: list[tuple[Any, ...]] = []
         self.temperatures: list[tuple[float, ...]] = []
         self.part = 0
         self._began = self._due = clock.perf_counter()
@@ -417,11 +417,11 @@ class _Run:
             self.segments = math.ceil(look / self.per_frame) * self.per_frame
         return True
 
-    def _mark(self) -> tuple[float, ...]:
+    def _mark(self) -> tuple[Any, ...]:
         # Sums since the start: differences of them do not depend on where a segment was cut.
         tally = self.sim.tally
         scene = self.sim.scene
-        sums = int(tally.collisions), float(tally.virial)
+        sums = int(tally.collisions), float(tally.virial), tally.kT_time
         if not (scene.walls or scene.obstacles):
             return sums
         taken_up = (impacts.impulse for impacts in self.sim.obstacles)
@@ -435,9 +435,18 @@ class _Run:
         """Return what each segment added up to."""
         blocks = []
         for before, after in zip(self.marks, self.marks[1:], strict=False):
-            collisions, virial, *walls = (b - a for a, b in zip(before, after, strict=True))
+            walls = [b - a for a, b in zip(before[3:], after[3:], strict=True)]
             half = len(walls) // 2
-            blocks.append(Block(self.step, int(collisions), virial, tuple(walls[:half]), tuple(walls[half:])))
+            blocks.append(
+                Block(
+                    self.step,
+                    int(after[0] - before[0]),
+                    after[1] - before[1],
+                    tuple(walls[:half]),
+                    tuple(walls[half:]),
+                    None if after[2] is None else after[2] - before[2],
+                )
+            )
         return blocks
 
     def _error_bar(self) -> Estimate | None:

@@ -1,0 +1,130 @@
+"""The course of a stretch in which kT or diameters change: what each block says of them, and averages.
+
+Inelastic contacts cool and growth heats. The kinetic energy is constant between contacts, so that its
+integral over a block is known exactly; what remains is how blocks of different temperature are put together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.block import Block
+from carom.observables.statistics import Estimate, blocking, ratio
+
+TREND = 3
+"""Degree in time of what is no scatter, while diameters grow: Z along a stretch is a smooth curve."""
+
+FEW = 16
+"""Blocks below which a straight line is all that is taken for a trend."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """Temperature and sizes along a stretch.
+
+    Parameters
+    ----------
+    durations : (m,) array
+        Of the blocks [time].
+    heat : (m,) array
+        Average of kT in each block, by that of the stretch; ones where kT is constant.
+    filling : (m,) array
+        The same of the packing fraction.
+    kT, packing_fraction, cube : float
+        Averages over the time of the stretch; ``cube`` is of the largest diameter to the power d.
+    equal : bool
+        Whether all diameters are the same.
+    cools, grows : bool
+        Whether contacts lose energy, and diameters stay; or diameters grow.
+    """
+
+    durations: np.ndarray
+    heat: np.ndarray
+    filling: np.ndarray
+    kT: float
+    packing_fraction: float
+    cube: float
+    equal: bool
+    cools: bool
+    grows: bool
+
+    @classmethod
+    def of(cls, blocks: Sequence[Block], kT: float, packing_fraction: float, cube: float) -> Course:
+        """Return the course of blocks; kT, packing fraction and ``cube`` are for a stretch without."""
+        durations = np.array([block.duration for block in blocks])
+        same = np.ones(len(blocks))
+        heat, filling, equal = same, same, True
+        grows = all(block.sizes is not None for block in blocks)
+        changes = all(block.kT_time is not None for block in blocks)
+        if changes:
+            times = np.array([block.kT_time for block in blocks], dtype=np.float64)
+            kT = float(times.sum() / durations.sum())
+            heat = times / durations / kT
+        if grows:
+            sizes = [block.sizes for block in blocks if block.sizes is not None]
+            filled = np.array([each.packing_fraction for each in sizes])
+            packing_fraction = float(durations @ filled / durations.sum())
+            cube = float(durations @ [each.cube for each in sizes] / durations.sum())
+            filling, equal = filled / packing_fraction, all(each.equal for each in sizes)
+        return cls(durations, heat, filling, kT, packing_fraction, cube, equal, changes and not grows, grows)
+
+    @property
+    def note(self) -> str:
+        """What is measured, a sentence; empty where nothing changes."""
+        if self.cools:
+            first, last = self.kT * self.heat[0], self.kT * self.heat[-1]
+            return (
+                f"Contacts lose energy (kT from {first:.3g} to {last:.3g}): Z is PV / NkT with the kT of "
+                "each moment, averaged over collisions; P and kT are averages over time."
+            )
+        if self.grows:
+            first, last = self.packing_fraction * self.filling[0], self.packing_fraction * self.filling[-1]
+            return (
+                f"Diameters grow (packing fraction from {first:.4g} to {last:.4g}): P, kT and the packing "
+                "fraction are averages over time, and Z = PV / NkT of them; g(sigma+) is averaged with the "
+                "weight of kT times packing fraction."
+            )
+        return ""
+
+    def excess(self, virials: np.ndarray) -> Estimate:
+        """Return ``sum(virials) / sum(heat durations)``: Z - 1, of virials by ``d N kT``.
+
+        Notes
+        -----
+        Z does not depend on kT, so that while a gas cools a block may have any weight: here that of the
+        collisions in it, or the hot beginning of a stretch would be all that counts. While diameters grow Z
+        changes, and the weight is that of the definition.
+        """
+        pace = np.sqrt(self.heat) if self.cools else np.ones(len(self.heat))
+        return self.average(virials / pace, self.durations * self.heat / pace)
+
+    def contact(self, virials: np.ndarray) -> Estimate:
+        """Return :meth:`excess` by the packing fraction of each block, over that of the stretch."""
+        return self.average(virials, self.durations * self.heat * self.filling)
+
+    def rate(self, collisions: np.ndarray, dimension: int) -> Estimate:
+        """Return collisions by the time that they take at the average temperature and diameter."""
+        return self.average(
+            collisions, self.durations * np.sqrt(self.heat) / self.filling ** (1.0 / dimension)
+        )
+
+    def average(self, sums: np.ndarray, weights: np.ndarray) -> Estimate:
+        """Return the ratio of two sums over blocks; where diameters grow, its error is from the scatter about
+        a smooth curve, as the course itself is no scatter.
+        """
+        count = len(sums)
+        if not self.grows or count < 4:
+            return ratio(sums, weights)
+        degree = TREND if count >= FEW else 1
+        mean = float(sums.sum() / weights.sum())
+        deviations = (sums - mean * weights) / weights.mean()
+        ends = np.cumsum(self.durations)
+        places = (ends - 0.5 * self.durations) / ends[-1]
+        curve = np.polynomial.Polynomial.fit(places, deviations, degree)(places)
+        free = math.sqrt(count / (count - degree - 1.0))
+        scatter = blocking(mean + free * (deviations - curve))
+        return Estimate(mean, scatter.error, scatter.n_eff, scatter.tau, scatter.blocks)

@@ -1,0 +1,75 @@
+"""Temperature: the kinetic energy about the motion of the centre of mass, by the velocities that are free.
+
+One definition for all of Carom. Along an axis on which the total momentum is conserved, the velocity of the
+centre of mass is no part of the temperature; along the others walls or obstacles take momentum up, and every
+velocity counts.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from carom.scene.scene import Scene
+
+
+def conserved(scene: Scene) -> tuple[bool, ...]:
+    """Tell for every axis whether the total momentum along it is conserved.
+
+    Walls and obstacles take it up, but planes only along their normals and cylinders only across their axis;
+    of an obstacle of one's own nothing is known. One component alone needs no exception: nothing is conserved
+    that it does not have itself, and all its velocities are free.
+    """
+    if scene.n == 1:
+        return (False,) * scene.dimension
+
+    def glides(obstacle: Any, axis: int) -> bool:
+        return hasattr(obstacle, "glides") and obstacle.glides(axis)
+
+    moves = getattr(scene.motion, "conserves", lambda axis: True)
+    return tuple(
+        wraps and moves(axis) and all(glides(obstacle, axis) for obstacle in scene.obstacles)
+        for axis, wraps in enumerate(scene.periodic)
+    )
+
+
+def degrees_of_freedom(scene: Scene) -> int:
+    """Return how many coordinates of velocity are free: :attr:`carom.Simulation.degrees_of_freedom`."""
+    return scene.dimension * scene.n - sum(conserved(scene))
+
+
+def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
+    """Return velocities (n, d) about that of the centre of mass, where the momentum is conserved.
+
+    Parameters
+    ----------
+    scene : Scene
+        Says which axes these are, and the masses.
+    velocities : (n, d) array
+        [length / time].
+
+    Notes
+    -----
+    A drift is taken out together with its rounding: equal velocities leave exactly nothing.
+    """
+    still, masses = np.array(conserved(scene)), scene.masses[:, None]
+
+    def without_drift(v: np.ndarray) -> np.ndarray:
+        return v - np.where(still, np.sum(masses * v, axis=0), 0.0) / masses.sum()
+
+    rest = without_drift(velocities)
+    drift = np.abs(velocities - rest).max(axis=0)
+    if (drift > np.abs(rest).max(axis=0)).any():
+        # Differences of nearly equal velocities are exact, those from a rounded mean are not.
+        rest = without_drift(velocities - np.where(still, velocities[0], 0.0))
+    return rest
+
+
+def temperature(scene: Scene, velocities: np.ndarray) -> float:
+    """Return kT of a scene with velocities (n, d): twice the kinetic energy about the motion of the centre of
+    mass, by :func:`degrees_of_freedom` [energy].
+    """
+    v = peculiar(scene, velocities)
+    return float(np.sum(scene.masses[:, None] * v * v) / degrees_of_freedom(scene))
