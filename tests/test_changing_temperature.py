@@ -85,7 +85,7 @@ def cooling_blocks(count, rng):
     kT = np.exp(-6 * np.arange(count) / count)
     durations = 1 / np.sqrt(kT)
     virials = 2 * 3 * 10 * kT * durations * (1 + 0.2 * rng.normal(size=count))
-    return [Block(t, 40, w, (), k * t) for t, w, k in zip(durations, virials, kT, strict=True)]
+    return [Block(t, 40, w, kT_time=k * t) for t, w, k in zip(durations, virials, kT, strict=True)]
 
 
 def estimate(blocks):
@@ -110,7 +110,7 @@ def test_a_trend_is_no_scatter_and_the_scatter_is_covered():
         z, kT, cube = 2 + 3 * part**2, 1 + part, 1 + 0.5 * part
         virials = (z - 1) * 30 * kT * (1 + 0.1 * rng.normal(size=96))
         rows = zip(virials, kT, cube, strict=True)
-        blocks = [Block(1.0, 40, w, (), k, Sizes(0.1 * c, c, True)) for w, k, c in rows]
+        blocks = [Block(1.0, 40, w, kT_time=k, sizes=Sizes(0.1 * c, c, True)) for w, k, c in rows]
         result = estimate(blocks)
         found = result.compressibility_factor
         pulls.append((found.mean - np.average(z, weights=kT)) / found.error)
@@ -128,6 +128,6 @@ def test_blocks_without_any_change_are_those_of_before():
 
 def test_unequal_rates_make_spheres_unequal_and_leave_contact_values_out():
     sizes = [Sizes(0.1, 1.0, True), Sizes(0.1, 1.1, False)]
-    result = estimate([Block(1.0, 40, 60.0, (), 1.0, size) for size in sizes * 8])
+    result = estimate([Block(1.0, 40, 60.0, kT_time=1.0, sizes=size) for size in sizes * 8])
     assert math.isnan(result.contact_value.mean)
     assert math.isnan(result.compressibility_factor_from_rate.mean)
