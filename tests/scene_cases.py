@@ -263,6 +263,11 @@ def growing_apart(d):
     return case(scene.with_(restitution=0.8, elastic_below=0.1), growth=rates)
 
 
+def dilute(d):
+    """Flights through many sectors and several epochs between two events."""
+    return case(placed(3, (16.0, 14.0, 13.0)[:d], 160 + d, diameters=None, masses=None), count=6, at_least=3)
+
+
 def meeting_by_growth(d):
     """Centres approach each other more slowly than the threshold, surfaces do not: energy is lost."""
     places, velocities = np.zeros((2, d)), np.zeros((2, d))
@@ -294,6 +299,7 @@ KINDS = {
     growing: (1, 2, 3, 4),
     points: (1, 2, 3, 4),
     growing_apart: (1, 2, 3, 4),
+    dilute: (2, 3),
     meeting_by_growth: (1,),
     growing_in_a_flask: (1, 2, 3, 4),
 }

@@ -5,6 +5,7 @@ forgotten in the whole and in its parts alike where both are cut in the same pla
 """
 
 import contextlib
+import copy
 import math
 import sys
 import tempfile
@@ -96,6 +97,7 @@ def sums_of(sim) -> dict[str, np.ndarray]:
         "collisions of the frame": sim.frame().step,
         "virial": sim.tally.virial,
         "energy": 0.5 * sim.kT * sim.degrees_of_freedom,
+        "places without wrapping": sim.frame().unwrapped,
         "hits": np.array([impact.hits for impact in sim.obstacles]),
         "impulses": np.array([impact.impulse for impact in sim.obstacles]),
         "spared": sim.spared_contacts,
@@ -129,13 +131,14 @@ def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarra
         virials[a, b] += oracle.virial - virial
         virial = oracle.virial
         spared += scene.restitution < 1.0 and is_elastic(oracle, event)
-    last = oracle.time
+    last, end = oracle.time, coming(oracle)
     mirror = np.triu(np.ones(counts.shape, bool), 1)
     found = {
         "collisions": oracle.collisions,
         "collisions of the frame": oracle.collisions,
         "virial": oracle.virial,
         "energy": oracle.energy,
+        "places without wrapping": oracle.positions + oracle.velocities * (end - last),
         "hits": oracle.hits.copy(),
         "impulses": oracle.impulses.copy(),
         "spared": spared,
@@ -144,8 +147,12 @@ def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarra
     }
     if scene.species is None:
         del found["collisions by species"], found["virial by species"]
-    found = {name: np.atleast_1d(values) for name, values in found.items()}
-    return float(0.5 * (last + oracle.step().time)), found
+    return end, {name: np.atleast_1d(values) for name, values in found.items()}
+
+
+def coming(oracle) -> float:
+    """Return a time between the last event and the next, which does not happen."""
+    return float(0.5 * (oracle.time + copy.deepcopy(oracle).step().time))
 
 
 def is_elastic(oracle, event) -> bool:
@@ -164,7 +171,7 @@ def is_elastic(oracle, event) -> bool:
 
 
 def instants(end):
-    return [end * (k + 1) / CUTS for k in range(CUTS)]
+    return [*(end * k / CUTS for k in range(1, CUTS)), end]
 
 
 def go_to(sim, instant):
@@ -290,6 +297,8 @@ def check(case: Case) -> int:
         found = compare(sim, way.__name__)
         if way in EXACT:
             for name, values in once.items():
+                if way is in_chunks and name == "places without wrapping":
+                    continue  # stretches of a rounded length end within a rounding of the same instant
                 np.testing.assert_array_equal(found[name], values, err_msg=f"{name}, {way.__name__}")
             assert machinery_of(sim) == machinery, way.__name__
     if "growth" in case.settings:
