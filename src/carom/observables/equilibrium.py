@@ -27,8 +27,10 @@ FEWEST_PARTS = 4
 
 
 def doubts_about(result: Any) -> list[str]:
-    """Return the :func:`doubts` about an observable's estimate, if it keeps its ``block_values``."""
-    values = getattr(result, "block_values", ())
+    """Return the :func:`doubts` about an observable's estimate, if it keeps its ``block_values`` and is not
+    expected to change (``steady``).
+    """
+    values = getattr(result, "block_values", ()) if getattr(result, "steady", True) else ()
     return doubts(getattr(result, "quantity", "what was measured"), result.primary, values) if values else []
 
 

@@ -183,6 +183,7 @@ class Pressure:
             kT=kT,
             pressure=z.scaled(n * kT / volume),
             note=course.note,
+            steady=not course.grows,
         )
 
 
@@ -218,6 +219,8 @@ class PressureEstimate:
         P, averaged over time likewise [energy / length^d].
     note : str
         What is measured where kT or diameters change, a sentence; else empty.
+    steady : bool
+        Whether it may be expected to stay as it is: not while diameters grow.
     """
 
     compressibility_factor: Estimate
@@ -234,6 +237,7 @@ class PressureEstimate:
     kT: float = math.nan
     pressure: Estimate = UNKNOWN
     note: str = ""
+    steady: bool = True
 
     def __str__(self) -> str:
         return f"Z = {self.compressibility_factor}" + (f". {self.note}" if self.note else "")
