@@ -84,3 +84,10 @@ def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
 def test_what_is_thin_costs_what_the_mean_free_path_says():
     assert thin.crossings(2) == pytest.approx(4 / np.pi)
     assert thin.crossings(3) == pytest.approx(1.5)
+
+
+def test_in_high_dimension_sectors_are_small_enough_to_tell_most_images_apart():
+    # One sector would be seen in 3^10 images, with all 100 in each of them.
+    scene = carom.Scene.random(100, box=(2.3,) * 10, diameter=1.0, seed=1)
+    found = scheme.choose(contents_of(scene, None, 1.0, True, False), 10**0.5)
+    assert (found.kind, found.shape) == ("sectors", (2,) * 10)

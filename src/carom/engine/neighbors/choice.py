@@ -229,7 +229,7 @@ def choose(
         side = max(diameter * (1.0 + HAIR), min(SECTOR * spacing, max(box), sight))
         if contents.rates is not None:
             side = max(side, 1.05 * diameter)
-        elif neighbors == "sectors" and packing_fraction < thin.THIN and rate > 0.0:
+        elif neighbors == "sectors" and thin.is_thin(contents) and rate > 0.0:
             side = min(thin.best_side(contents, side, speed / rate), max(box), sight)
         if wish == "auto" and thin.prefers_everybody(contents, side, speed, rate):
             neighbors = "all"

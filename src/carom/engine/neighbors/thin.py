@@ -17,11 +17,14 @@ THIN = 0.049
 measured at 0.05 and beyond stay.
 """
 
-CROSSING, CANDIDATE = 140.0, 3.5
-"""What a crossing costs besides its candidates, and each of these [ns]."""
+CROSSING, SECTOR, CANDIDATE = 115.0, 3.0, 3.5
+"""What a crossing costs by itself, each sector looked into, and each candidate found there [ns]."""
 
 ANEW = 3.0
 """How often a crossing costs as much where images are told apart by sectors: everybody is searched anew."""
+
+MOST = 2.0**20
+"""Sectors, at most."""
 
 WIDER, STEPS = 2.0**0.25, 16
 """Sides that are tried: each so many times as wide as the one before."""
@@ -55,16 +58,29 @@ def sector_cost(contents: Contents, side: float, path: float) -> float:
     dimension = contents.dimension
     shape = [max(int(edge / side), 1) for edge in contents.box]
     members = contents.n / math.prod(shape)
-    new, around = 3.0 ** (dimension - 1) * members, 3.0**dimension * members
+    search = 3.0**dimension * (SECTOR + CANDIDATE * members)
     wide = all(size >= 4 or not wraps for size, wraps in zip(shape, contents.periodic, strict=True))
-    each = CROSSING + CANDIDATE * new if wide else CROSSING + ANEW * CANDIDATE * around
-    return 2.0 * path / side * crossings(dimension) * each + 2.0 * CANDIDATE * around
+    each = CROSSING + (search / 3.0 if wide else ANEW * search)
+    return 2.0 * path / side * crossings(dimension) * each + 2.0 * search
 
 
 def best_side(contents: Contents, least: float, path: float) -> float:
-    """Return the side of sectors, ``least`` or larger, at which a collision costs least."""
+    """Return the side of sectors, ``least`` or larger, at which a collision costs least.
+
+    In high dimension a sector as wide as the box is seen in so many images that smaller ones are tried, too.
+    """
     sides = [least * WIDER**k for k in range(STEPS)]
+    if contents.dimension >= HIGH:
+        tight = contents.diameter * (1.0 + 2.0**-40)
+        finer = [tight * WIDER**k for k in range(STEPS) if tight * WIDER**k < least]
+        sides += [side for side in finer if math.prod(edge / side for edge in contents.box) < MOST]
     return min(sides, key=lambda side: sector_cost(contents, side, path))
+
+
+def is_thin(contents: Contents) -> bool:
+    """Tell whether the rules of this module hold."""
+    several = contents.dimension >= HIGH and 3**contents.dimension > contents.n
+    return contents.packing_fraction < THIN or several
 
 
 def fits_everybody(contents: Contents) -> str | None:
@@ -103,10 +119,7 @@ def prefers_everybody(contents: Contents, side: float, speed: float, rate: float
     Speeds of contacts that lose energy fall, and the time that a search covers does not follow them; in
     single precision coordinates in boxes are too coarse.
     """
-    thin = contents.packing_fraction < THIN or (
-        contents.dimension >= HIGH and 3**contents.dimension > contents.n
-    )
-    if not thin or fits_everybody(contents) or contents.single or not contents.elastic:
+    if not is_thin(contents) or fits_everybody(contents) or contents.single or not contents.elastic:
         return False
     if contents.n == 1 or not (speed > 0.0 and rate > 0.0):
         return False
