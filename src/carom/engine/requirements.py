@@ -1,4 +1,4 @@
-"""What the kernel has to know of a scene."""
+"""What the engine has to know of a scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.units import TimeUnit
 
 @dataclass(frozen=True)
 class Contents:
-    """What the kernel has to know of a scene, in its own unit of time (:mod:`carom.units`).
+    """What the engine has to know of a scene, in its own unit of time (:mod:`carom.units`).
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Contents:
     rates : (n,) float64 array, optional
         Radius gained a time.
     obstacles : tuple of NamedTuples
-        Kernel models of the obstacles.
+        Models of the obstacles.
     images : bool
         Whether to count the boxes that each component crosses.
     single : bool

@@ -1,4 +1,4 @@
-"""From a scene to what the kernel has to know of it."""
+"""From a scene to what the engine has to know of it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CLOSEST = (1.0, math.pi / math.sqrt(12.0), math.pi / math.sqrt(18.0), math.pi**2
 """Packing fractions of the densest lattices in d = 1 to 4."""
 
 SAME = TimeUnit()
-"""The kernel's unit of time is the scene's."""
+"""The engine's unit of time is the scene's."""
 
 
 def conserved(scene: Scene) -> tuple[bool, ...]:
@@ -63,7 +63,7 @@ def degrees_of_freedom(scene: Scene) -> int:
 
 
 def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> TimeUnit:
-    """Return the kernel's unit of time for a scene.
+    """Return the engine's unit of time for a scene.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> T
 
 
 def thermal_speed(scene: Scene, velocities: np.ndarray, unit: TimeUnit) -> float:
-    """Return ``sqrt(kT / m)`` with the mean mass [length / kernel's time]."""
+    """Return ``sqrt(kT / m)`` with the mean mass [length / engine's time]."""
     v = unit.to_kernel(velocities, -1)
     twice = float(np.sum(scene.masses[:, None] * v * v))
     return math.sqrt(twice / (degrees_of_freedom(scene) * scene.mass))
@@ -187,7 +187,7 @@ def contents_of(
     single: bool,
     unit: TimeUnit = SAME,
 ) -> Contents:
-    """Return what the kernel has to know of a scene.
+    """Return what the engine has to know of a scene.
 
     Parameters
     ----------
@@ -196,13 +196,13 @@ def contents_of(
     rates : (n,) array or None
         Radius that each component gains a time.
     speed : float
-        The thermal speed [length / kernel's time].
+        The thermal speed [length / engine's time].
     images : bool
         Whether to count crossings of the box.
     single : bool
         Whether to keep the state in single precision.
     unit : TimeUnit
-        The kernel's unit of time.
+        The engine's unit of time.
     """
     from carom.engine.requirements import Contents
 
