@@ -124,6 +124,51 @@ def test_relative_links_lead_somewhere(page):
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
 
 
+ROOMS = {
+    folder.name for folder in ROOT.joinpath("src/carom").iterdir() if folder.joinpath("__init__.py").exists()
+}
+
+
+def resolves(dotted: str) -> bool:
+    """Tell whether a dotted name is a module, or something in one."""
+    words = dotted.split(".")
+    for k in range(len(words), 0, -1):
+        try:
+            found = importlib.import_module(".".join(words[:k]))
+        except ModuleNotFoundError:
+            continue
+        for k, word in enumerate(words[k:], start=k):
+            if not hasattr(found, word):  # a field of a dataclass or a NamedTuple
+                fields = getattr(found, "__annotations__", {})
+                return k == len(words) - 1 and word in fields
+            found = getattr(found, word)
+        return True
+    return False
+
+
+# The changelog may name what is no more.
+NAMING = [page for page in PAGES if page.name != "CHANGELOG.md"]
+
+
+@pytest.mark.parametrize("page", NAMING, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_name_of_carom_in_the_pages_exists(page):
+    """Modules and their names in backticks, with `carom.` or from a room on; and paths of sources."""
+    text = page.read_text(encoding="utf-8")
+    missing = []
+    names = re.findall(r"`~?((?:[A-Za-z_]\w*\.)+[A-Za-z_]\w*)(?:\([^`]*\))?`", text)
+    names += re.findall(r"^\s*(?:from|import) (carom[\w.]*)", text, re.MULTILINE)
+    for name in names:
+        first = name.split(".")[0]
+        if (first == "carom" and not resolves(name)) or (
+            first in ROOMS and not name.endswith((".py", ".toml")) and not resolves(f"carom.{name}")
+        ):
+            missing.append(name)
+    for path in re.findall(r"`((?:\w+/)+[\w.-]*\w\.(?:py|md|toml))`", text):
+        if not any(base.joinpath(path).exists() for base in (ROOT, ROOT / "src/carom", ROOT / "docs")):
+            missing.append(path)
+    assert missing == []
+
+
 def test_no_text_names_a_place_on_one_machine():
     """No absolute path of a home, a scratch or a mount folder in anything that is read."""
     # Spelled so that this file does not find itself.

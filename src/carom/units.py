@@ -1,6 +1,6 @@
-"""The scene's unit of time and the kernel's: a power of two apart, so that no bit of a run depends on either.
+"""The scene's unit of time and the engine's: a power of two apart, so that no bit of a run depends on either.
 
-The kernel multiplies velocities, up to four of them. With speeds of 1e-150 or 1e150 the products leave the
+The engine multiplies velocities, up to four of them. With speeds of 1e-150 or 1e150 the products leave the
 range of doubles; in a unit of time in which the fastest component passes about a diameter they do not.
 Lengths and masses are the same on both sides.
 """
@@ -18,7 +18,7 @@ USUAL = 20
 
 
 class TimeUnit(NamedTuple):
-    """The kernel's unit of time: ``2**exponent`` of the scene's."""
+    """The engine's unit of time: ``2**exponent`` of the scene's."""
 
     exponent: int = 0
 
@@ -39,7 +39,7 @@ class TimeUnit(NamedTuple):
         return cls(0 if abs(pace) <= USUAL else -pace)
 
     def to_kernel(self, value: Any, power: int) -> Any:
-        """Return a number, an array or a Fraction of the dimension ``time**power`` in the kernel's units.
+        """Return a number, an array or a Fraction of the dimension ``time**power`` in the engine's units.
 
         Lengths and masses do not count: power is 1 for times, -1 for velocities, impulses and virials, -2 for
         energies. What is smaller than the smallest double becomes zero: a speed of 1e-308 of the fastest.
@@ -47,7 +47,7 @@ class TimeUnit(NamedTuple):
         return _shifted(value, -power * self.exponent)
 
     def to_scene(self, value: Any, power: int) -> Any:
-        """Return in the scene's units what is given in the kernel's; as :meth:`to_kernel`."""
+        """Return in the scene's units what is given in the engine's; as :meth:`to_kernel`."""
         return _shifted(value, power * self.exponent)
 
 

@@ -1,4 +1,4 @@
-"""Arrays without reference counts, for the inside of the kernel.
+"""Arrays without reference counts, for the inside of the engine.
 
 Numba counts references to every array it takes out of a tuple: hundreds of atomic operations and opaque calls
 in a main cycle that owns nothing. An entry point borrows its arguments once; the caller holds them while the

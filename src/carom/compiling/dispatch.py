@@ -126,7 +126,7 @@ def source_digest() -> str:
 
 
 def entry(function):
-    """Compile an entry point of the kernel, cached on disk where a cache folder can be written.
+    """Compile an entry point of the engine, cached on disk where a cache folder can be written.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ ENTRIES = 14
 ROOM = 8
 """Entries that one cycle can add to the heap, at most."""
 
-# No field may have the name of an attribute of numpy scalars (size, say): the kernel runs as Python, too.
+# No field may have the name of an attribute of numpy scalars (size, say): the engine runs as Python, too.
 CONTROL = np.dtype(
     [
         ("start", "f8"),

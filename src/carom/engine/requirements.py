@@ -1,4 +1,4 @@
-"""What the kernel has to know of a scene."""
+"""What the engine has to know of a scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from carom.units import TimeUnit
 
 @dataclass(frozen=True)
 class Contents:
-    """What the kernel has to know of a scene, in its own unit of time (:mod:`carom.units`).
+    """What the engine has to know of a scene, in its own unit of time (:mod:`carom.units`).
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The exact time of a run: an epoch and an offset within it, in the kernel's unit."""
+"""The exact time of a run: an epoch and an offset within it, in the engine's unit."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ class Clock:
     Attributes
     ----------
     unit : TimeUnit
-        The kernel's unit of time.
+        The engine's unit of time.
     length : float
-        Of an epoch, a power of two [kernel's time].
+        Of an epoch, a power of two [engine's time].
     base : Fraction
         When the counting of epochs began [time].
     epoch : int
         Epochs since then.
     offset : float
-        Since the start of that epoch [kernel's time].
+        Since the start of that epoch [engine's time].
     """
 
     unit: TimeUnit
@@ -47,7 +47,7 @@ class Clock:
         return self._known[2]
 
     def since_base(self, instant: Fraction) -> Fraction:
-        """Return the time from when the counting began to an instant [kernel's time]."""
+        """Return the time from when the counting began to an instant [engine's time]."""
         return self.unit.to_kernel(instant - self.base, 1)
 
     def split(self, instant: Fraction) -> tuple[int, float]:

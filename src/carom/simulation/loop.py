@@ -153,7 +153,7 @@ def _advance(
 
 
 def _stop(machine: Machine, end: Fraction | None) -> tuple[tuple[np.int64, float], bool]:
-    """Return where the kernel has to return, as an epoch and an offset, and whether the run ends so."""
+    """Return where the engine has to return, as an epoch and an offset, and whether the run ends so."""
     clock, final = machine.clock, True
     if machine.contents.rates is not None:
         refit = clock.base + machine.unit.to_scene(Fraction(machine.scheme.horizon), 1)
@@ -183,7 +183,7 @@ def _patience(machine: Machine) -> float:
 
 
 def _lonely(machine: Machine) -> float:
-    """Return the same in the kernel's unit, for diameters that do not grow."""
+    """Return the same in the engine's unit, for diameters that do not grow."""
     from carom.engine.neighbors import choice as scheme
 
     scene, epoch = machine.scene, machine.scheme.epoch

@@ -55,9 +55,9 @@ class Machine:
     velocities : (n, d) array
         At the start [length / time].
     contents : Contents
-        What the kernel has to know of the scene, in ``unit``.
+        What the engine has to know of the scene, in ``unit``.
     unit : TimeUnit
-        The kernel's unit of time.
+        The engine's unit of time.
     wish : tuple
         What was asked for of the neighbour scheme.
     scheme : Scheme, optional
@@ -71,7 +71,7 @@ class Machine:
     Attributes
     ----------
     engine : Engine
-        Model, state, neighbours, calendar, tallies: the kernel's arrays.
+        Model, state, neighbours, calendar, tallies: the engine's arrays.
     clock : Clock
         The present.
     counted : int
@@ -120,7 +120,7 @@ class Machine:
         self.scheduled = True
 
     def _choose(self, velocities: np.ndarray, wish: Wish, rate: float | None = None) -> Scheme:
-        """Return the scheme for velocities [length / time]; ``rate`` is in the kernel's unit."""
+        """Return the scheme for velocities [length / time]; ``rate`` is in the engine's unit."""
         from carom.engine.neighbors import choice as scheme
 
         v = self.unit.to_kernel(velocities, -1)
@@ -139,7 +139,7 @@ class Machine:
 
     @property
     def speeds(self) -> np.ndarray:
-        """Velocities in the kernel's unit, (n, d) float64: in single precision squares overflow."""
+        """Velocities in the engine's unit, (n, d) float64: in single precision squares overflow."""
         if not self.contents.straight:
             return np.asarray(self.unit.to_kernel(self.frame().velocities, -1))
         return np.asarray(self.engine.state.rows["v"][: self.scene.n], np.float64)
@@ -158,7 +158,7 @@ class Machine:
         return self.clock.offset + float(ahead) * self.scheme.epoch
 
     def obstacle_numbers(self) -> list[int]:
-        """Return the kernel's number of each wall and obstacle, in the scene's order."""
+        """Return the engine's number of each wall and obstacle, in the scene's order."""
         from carom.engine.obstacles import numbering
 
         walls = [

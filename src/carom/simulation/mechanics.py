@@ -96,7 +96,7 @@ class Mechanics(NamedTuple):
 
     @classmethod
     def of(cls, masses: np.ndarray, v: np.ndarray, unit: TimeUnit) -> Mechanics:
-        """Return those of masses (n,) and velocities (n, d) in the kernel's unit of time."""
+        """Return those of masses (n,) and velocities (n, d) in the engine's unit of time."""
         masses = masses[:, None]
         energy = 0.5 * math.fsum((masses * v * v).ravel())
         momentum = np.array([math.fsum(column) for column in (masses * v).T])
@@ -222,7 +222,7 @@ def _by_species(machine: Machine):
 
 
 def _symmetric(sums: np.ndarray, count: int) -> np.ndarray:
-    """Return sums of every pair of ``count`` species; the kernel knows none after the last that occurs."""
+    """Return sums of every pair of ``count`` species; the engine knows none after the last that occurs."""
     whole = np.zeros((count, count), sums.dtype)
     whole[: len(sums), : len(sums)] = sums + np.triu(sums, 1).T
     return whole

@@ -1,4 +1,4 @@
-"""From a scene to what the kernel has to know of it."""
+"""From a scene to what the engine has to know of it."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ CLOSEST = (1.0, math.pi / math.sqrt(12.0), math.pi / math.sqrt(18.0), math.pi**2
 """Packing fractions of the densest lattices in d = 1 to 4."""
 
 SAME = TimeUnit()
-"""The kernel's unit of time is the scene's."""
+"""The engine's unit of time is the scene's."""
 
 
 def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> TimeUnit:
-    """Return the kernel's unit of time for a scene.
+    """Return the engine's unit of time for a scene.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def contents_of(
     single: bool,
     unit: TimeUnit = SAME,
 ) -> Contents:
-    """Return what the kernel has to know of a scene.
+    """Return what the engine has to know of a scene.
 
     Parameters
     ----------
@@ -170,13 +170,13 @@ def contents_of(
     rates : (n,) array or None
         Radius that each component gains a time.
     speed : float
-        The thermal speed [length / kernel's time].
+        The thermal speed [length / engine's time].
     images : bool
         Whether to count crossings of the box.
     single : bool
         Whether to keep the state in single precision.
     unit : TimeUnit
-        The kernel's unit of time.
+        The engine's unit of time.
     """
     from carom.engine.requirements import Contents
 

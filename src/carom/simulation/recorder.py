@@ -1,4 +1,4 @@
-"""The event log of a run: from the kernel's buffer to a file."""
+"""The event log of a run: from the engine's buffer to a file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Recorder:
     Attributes
     ----------
     buffer : carom.engine.tallies.Log
-        What the kernel writes into.
+        What the engine writes into.
     """
 
     def __init__(self, path: str | PathLike[str], machine: Machine, mark: dict[str, Any] | None = None):
