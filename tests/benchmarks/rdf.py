@@ -11,7 +11,7 @@ import time
 import numpy as np
 
 from carom import Scene
-from carom.observables.cells import Grid, SortedCells
+from carom.cells import Grid, SortedCells
 from carom.observables.pairs import distance_counts
 
 

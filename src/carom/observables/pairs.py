@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from carom.observables.cells import SortedCells
+from carom.cells import SortedCells
+from carom.jit import compiled
 
 WORTH_THREADS = 2_000_000
 """Pairs in reach below which a second thread gains nothing: some 15 ms."""
@@ -116,7 +117,7 @@ def _threads(asked: int | None, ours: SortedCells, others: SortedCells, reach: f
 @lru_cache(maxsize=1)
 def _compiled() -> Any:
     """Return the compiled :func:`_count`, from the cache of an earlier process where there is one."""
-    from numba import njit, types
+    from numba import types
 
     numbers, integers = types.float64[::1], types.int64[::1]
     arguments = (
@@ -124,12 +125,7 @@ def _compiled() -> Any:
         *(types.int64[:, ::1], integers, numbers, types.float64, types.float64, types.float64),
         *(types.int64, types.int64, integers),
     )
-    # One signature: all processes that write to the cache at one time write the same.
-    options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
-    try:
-        return njit(types.void(*arguments), cache=True, **options)(_count)
-    except (RuntimeError, OSError):  # no folder for the cache can be written
-        return njit(types.void(*arguments), **options)(_count)
+    return compiled(_count, types.void(*arguments))
 
 
 def _count(

@@ -14,7 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from carom.cells import wrapped
 from carom.models.obstacles import Obstacle, walls
+from carom.scene.nearby import near_pairs
 from carom.scene.species import Contacts
 
 #: Overlap, relative to the contact distance, that the engine's own rounding may leave in a frame it writes.
@@ -22,6 +24,9 @@ ENGINE_OVERLAP = 1e-12
 
 FEW = 400
 """Components up to which looking at every pair is quicker than loading SciPy."""
+
+MANY = 20_000
+"""Components from which compiled code lists pairs. Below, loading it takes longer than a k-d tree."""
 
 #: Overlap, in roundings of coordinates, that flights through the box may leave besides (see tolerance).
 FLIGHTS = 16
@@ -110,14 +115,11 @@ class Room:
             A pair of contact distance s, whose classes have the sizes a and b, is listed if it is nearer than
             ``factor * s + skin * (a + b) / 2``.
         """
-        from scipy.spatial import cKDTree
-
         # Wrapped again, because a change of unit can round a coordinate up to the edge.
         places = self.wrapped(positions)
-        period = np.where(self.periodic, self.box, 0.0)
         classes = contacts.classes
-        several = len(classes) > 1
-        trees = [cKDTree(places[members], boxsize=period) for members in classes if several]
+        if len(classes) == 1:
+            return self.near(places, factor * contacts.reach(0, 0) + skin * contacts.size(0))
         found = []
         for a in range(len(classes)):
             for b in range(a, len(classes)):
@@ -125,13 +127,30 @@ class Room:
                 within = factor * contacts.reach(a, b) + skin * size
                 if a == b:
                     found.append(classes[a][self.near(places[classes[a]], within)])
-                    continue
-                near = trees[a].sparse_distance_matrix(trees[b], within, output_type="ndarray")
-                found.append(np.stack([classes[a][near["i"]], classes[b][near["j"]]], axis=1))
-        return np.concatenate(found) if len(found) > 1 else found[0]
+                else:
+                    i, j = self._between(places[classes[a]], places[classes[b]], within).T
+                    found.append(np.stack([classes[a][i], classes[b][j]], axis=1))
+        return np.concatenate(found)
+
+    def _between(self, ours: np.ndarray, theirs: np.ndarray, within: float) -> np.ndarray:
+        """Return the pairs (m, 2) of one of our places and one of theirs that are nearer than ``within``."""
+        if len(ours) + len(theirs) >= MANY:
+            pairs = near_pairs(self.box, self.periodic, ours, theirs, within)
+            if pairs is not None:
+                return pairs
+        from scipy.spatial import cKDTree
+
+        period = np.where(self.periodic, self.box, 0.0)
+        trees = [cKDTree(places, boxsize=period) for places in (ours, theirs)]
+        near = trees[0].sparse_distance_matrix(trees[1], within, output_type="ndarray")
+        return np.stack([near["i"], near["j"]], axis=1)
 
     def near(self, places: np.ndarray, within: float) -> np.ndarray:
         """Return the pairs (m, 2) of places (n, d), inside the box, that are nearer than ``within``."""
+        if len(places) >= MANY:
+            pairs = near_pairs(self.box, self.periodic, places, None, within)
+            if pairs is not None:
+                return pairs
         from scipy.spatial import cKDTree
 
         if not 4.0 * within < self.box.min():
@@ -205,14 +224,6 @@ def tolerance(box: np.ndarray, contact: float = 1.0) -> float:
     return ENGINE_OVERLAP * contact + FLIGHTS * rounding(box)
 
 
-def wrapped(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return positions (n, d) moved by whole edges into ``0 <= x < edge``."""
-    inside = np.mod(positions, box)
-    # A tiny negative coordinate is rounded up to the edge itself, which is the image of 0.
-    inside[inside >= box] = 0.0
-    return inside
-
-
 def deepest(positions: np.ndarray, room: Room, contacts: Contacts) -> Overlap | None:
     """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None.
 
@@ -266,7 +277,12 @@ def _sharing_a_cell(positions: np.ndarray, contact: float) -> np.ndarray:
     """Return neighbours in the same cell of diagonal (1 - 2^-20) contact, which surely overlap: (m, 2)."""
     # Divided first: where the unit is far from 1, the inverse of a length is rounded too.
     cells = np.floor(positions / contact * (math.sqrt(positions.shape[1]) / (1.0 - 2.0**-20)))
-    order = np.lexsort(cells.T)
+    cells -= cells.min(axis=0)
+    along = cells.max(axis=0) + 1.0
+    if math.prod(along.tolist()) < 2.0**53:  # one number a cell, in the same order, is sorted faster
+        order = np.argsort(cells @ np.cumprod([1.0, *along[:-1]]), kind="stable")
+    else:
+        order = np.lexsort(cells.T)
     cells = cells[order]
     shared = np.nonzero((cells[1:] == cells[:-1]).all(axis=1))[0]
     return np.stack([order[shared], order[shared + 1]], axis=1)

@@ -1,6 +1,6 @@
 """Components sorted into cells: those that are near in space lie side by side in memory.
 
-What is measured on pairs within a reach, such as g(r), looks at each cell and the cells around it. Cells
+What looks for pairs within a reach, such as g(r), looks at each cell and the cells around it. Cells
 along the last axis follow each other in memory, and so do their members. All that is near a component in one
 *column* of cells is then one stretch of memory, in any dimension.
 """
@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from carom.errors import InputError
-from carom.scene.overlaps import wrapped
 
 ACROSS, ALONG = 0.5, 0.2
 """Edges of a cell, in reaches: across the columns, and along them.
@@ -26,6 +25,14 @@ a whole reach takes half as long again.
 
 SLACK = 2.0**-20
 """Part of a cell by which rounding may put a component into the wrong one: far more than it does."""
+
+
+def wrapped(positions: np.ndarray, box: np.ndarray | float) -> np.ndarray:
+    """Return positions (n, d) moved by whole edges into ``0 <= x < edge``."""
+    inside = np.mod(positions, box)
+    # A tiny negative coordinate is rounded up to the edge itself, which is the image of 0.
+    inside[inside >= box] = 0.0
+    return inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,4 +144,4 @@ class SortedCells:
         order = np.argsort(cells, kind="stable")
         starts = np.zeros(math.prod(grid.shape.tolist()) + 1, dtype=np.int64)
         np.cumsum(np.bincount(cells, minlength=starts.size - 1), out=starts[1:])
-        return cls(grid, places[:, order], order, starts)
+        return cls(grid, np.take(places, order, axis=1), order, starts)

@@ -1,0 +1,170 @@
+"""Pairs that are near each other, listed over sorted cells by compiled code: for many components.
+
+The list is that of a k-d tree, in another order, in any dimension. A cell is compared with the stretches of
+memory around it (:mod:`carom.cells`), as g(r) does.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from carom.cells import Grid, SortedCells
+from carom.jit import compiled
+
+CROWDED = 64
+"""Components in the cell of a component, on average, above which a k-d tree is better: few cells hold all,
+as where a drop stands in a large box.
+"""
+
+WIDE = 1000
+"""Columns around a column above which a k-d tree is better, as in high dimensions."""
+
+
+def near_pairs(
+    box: np.ndarray,
+    periodic: np.ndarray,
+    ours: np.ndarray,
+    theirs: np.ndarray | None,
+    within: float,
+) -> np.ndarray | None:
+    """Return the pairs (m, 2) of rows that are at most a distance apart, or None where cells do not help.
+
+    Parameters
+    ----------
+    box, periodic : (d,) arrays
+        Edges [length], and which axes are periodic.
+    ours, theirs : (n, d) arrays
+        Places in the box [length]. A pair has one of each, or two of the first where there is no second.
+    within : float
+        Distance of nearest images [length].
+    """
+    grid = Grid.of(box, periodic, len(ours) if theirs is None else max(len(ours), len(theirs)), within)
+    offsets, windows = grid.surroundings(within)
+    if len(windows) > WIDE:
+        return None
+    mine = SortedCells.of(grid, ours)
+    others = mine if theirs is None else SortedCells.of(grid, theirs)
+    for cells in (mine, others):
+        members = np.diff(cells.starts).astype(np.float64)
+        if float(members @ members) > CROWDED * len(cells.order):
+            return None
+    around = columns_around(grid, offsets)
+    period = np.where(grid.periodic, grid.box, np.inf)
+    # As many as a gas has, and some more; if that is too little, the kernel says how many there are.
+    fraction = min(float(np.prod(np.minimum(2.0 * within / grid.box, 1.0))), 1.0)
+    share = 0.6 if theirs is None else 1.2
+    room = int(share * len(ours) * len(others.order) * fraction) + len(ours)
+    while True:
+        found = np.empty((room, 2), dtype=np.int64)
+        count = _lister()(
+            mine.places,
+            others.places,
+            mine.starts,
+            others.starts,
+            mine.order,
+            others.order,
+            theirs is None,
+            int(grid.shape[-1]),
+            around,
+            windows,
+            period,
+            within * within,
+            found,
+        )
+        if count <= room:
+            return found[:count]
+        room = count
+
+
+def columns_around(grid: Grid, offsets: np.ndarray) -> np.ndarray:
+    """Return the columns (columns, m) at `offsets` (m, d - 1) from each column, -1 beyond a wall."""
+    across = grid.shape[:-1]
+    result = np.zeros((grid.columns, len(offsets)), dtype=np.int64)
+    inside = np.ones(result.shape, dtype=np.bool_)
+    where = np.indices(across.tolist()).reshape(len(across), grid.columns)
+    for axis, count in enumerate(across):
+        place = where[axis][:, None] + offsets[:, axis]
+        if grid.periodic[axis]:
+            place %= count
+        inside &= (place >= 0) & (place < count)
+        result = result * count + place
+    result[~inside] = -1
+    return result
+
+
+@lru_cache(maxsize=1)
+def _lister() -> Any:
+    """Return the compiled :func:`_list`."""
+    from numba import types
+
+    places, integers = types.float64[:, ::1], types.int64[::1]
+    table = types.int64[:, ::1]
+    return compiled(
+        _list,
+        types.int64(
+            *(places, places, integers, integers, integers, integers, types.boolean, types.int64),
+            *(table, integers, types.float64[::1], types.float64, table),
+        ),
+    )
+
+
+def _list(ours, theirs, starts, others, us, them, alike, height, around, windows, period, limit, found):
+    """Write the pairs whose squared distance is at most `limit` to `found`; return how many there are.
+
+    What does not fit is counted only. A pair of cells is looked at from the one with the lower number, where
+    both hold the same components.
+    """
+    dimension = period.size
+    begins = np.empty(3 * windows.size + 1, np.int64)
+    ends = np.empty(3 * windows.size + 1, np.int64)
+    squares = np.empty(them.size)
+    round_the_end = not math.isinf(period[dimension - 1])
+    count = 0
+    for column in range(around.shape[0]):
+        for level in range(height):
+            start, end = starts[column * height + level], starts[column * height + level + 1]
+            if start == end:
+                continue
+            parts = 0
+            for step in range(windows.size):
+                other = around[column, step]
+                if other < 0 or (alike and other < column):
+                    continue
+                least = level + 1 if alike and other == column else 0
+                below, above = level - windows[step], level + windows[step] + 1
+                # What the window holds, then what comes round from below the bottom, and from above the top.
+                for turn in range(3 if round_the_end else 1):
+                    a, b = max(below, least), min(above, height)
+                    if turn == 1:
+                        a, b = max(below + height, above, least), height
+                    elif turn == 2:
+                        a, b = least, min(above - height, below)
+                    if a < b:
+                        begins[parts], ends[parts] = others[other * height + a], others[other * height + b]
+                        parts += begins[parts] < ends[parts]
+            if alike:
+                begins[parts], ends[parts] = start, end
+                parts += 1
+            for i in range(start, end):
+                if alike:
+                    begins[parts - 1] = i + 1
+                for part in range(parts):
+                    begin, size = begins[part], ends[part] - begins[part]
+                    for axis in range(dimension):
+                        x, edge = ours[axis, i], period[axis]
+                        row = theirs[axis, begin : begin + size]
+                        for j in range(size):
+                            # The nearest image: both lie in the box.
+                            r = abs(row[j] - x)
+                            r = min(r, edge - r)
+                            squares[j] = r * r if axis == 0 else squares[j] + r * r
+                    for j in range(size):
+                        if squares[j] <= limit:
+                            if count < found.shape[0]:
+                                found[count, 0], found[count, 1] = us[i], them[begin + j]
+                            count += 1
+    return count
