@@ -46,6 +46,12 @@ def carom(*arguments, cwd=None, **options):
     )
 
 
+def complaints(done):
+    """Return what a command wrote to stderr, but for the line that says that it compiles."""
+    lines = done.stderr.splitlines(keepends=True)
+    return "".join(line for line in lines if not line.startswith("Compiling for this kind of scene"))
+
+
 def start(*arguments, cwd=None):
     """Start a command and return at once."""
     return subprocess.Popen(

@@ -97,7 +97,7 @@ def test_an_event_log_is_there_where_it_is_asked_for(tmp_path):
     ("wish", "says"),
     [
         ({"precision": "half"}, "'double' or 'single'"),
-        ({"neighbors": "trees"}, "'auto', 'lists' or 'sectors'"),
+        ({"neighbors": "trees"}, "'auto', 'lists', 'sectors' or 'all'"),
         ({"shell": 0.5}, "shell must be"),
     ],
 )

@@ -40,8 +40,9 @@ def assert_sound(sim, overlap=None):
     assert np.isfinite(frame.positions).all()
     assert np.isfinite(frame.velocities).all()
     assert ((frame.positions >= 0) & (frame.positions < box)).all()
-    # A coordinate is as coarse as its box; a flight is four boxes long before its clock is set back.
-    bound = 16 * EPS * 4 * max(sim.scene.box) / sim.scene.diameter if overlap is None else overlap
+    # A coordinate is as coarse as its box; a flight is four boxes long before its clock is set back, and the
+    # fastest fly three times as far as the mean.
+    bound = 16 * EPS * 12 * max(sim.scene.box) / sim.scene.diameter if overlap is None else overlap
     assert found.worst_overlap <= bound
     # Each collision rounds the energy of two, and their errors add up like a random walk.
     assert found.energy_drift <= 8 * EPS * (1 + math.sqrt(found.collisions)) * math.sqrt(sim.scene.n)
@@ -83,7 +84,7 @@ def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
         sim.run(collisions=1)
         frame = sim.frame()
         scene.with_(positions=frame.positions, diameter=frame.diameters)
-    assert "FarSight" in carom.explain(sim).models.values()
+    assert carom.explain(sim).models["sight"] in ("FarSight", "NearSight")
     assert sim.collisions == 40
     assert sim.statistics.worst_overlap < 16 * EPS * max(box)
 

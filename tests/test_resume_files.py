@@ -143,7 +143,7 @@ def test_every_bit_of_the_logged_events_is_verified(out):
         start, size = column(path, name)
         place = start + (k * 7919) % size
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 16]) + whole[place + 1 :])
-        with pytest.raises(FileError, match=f"its {name} is not what was written"):
+        with pytest.raises(FileError, match="damaged"):
             Simulation.load(out / "checkpoint.h5", event_log=path)
     path.write_bytes(whole)
     Simulation.load(out / "checkpoint.h5", event_log=path).close()

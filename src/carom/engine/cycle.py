@@ -111,6 +111,8 @@ def _run(digest):
             if chosen == -1:
                 if last and end_time < control.end:
                     return REACHED_TIME
+                if tally.collisions >= collisions:  # the present stays that of the last collision
+                    return REACHED_COLLISIONS
                 adapt(calendar, clock.length)
                 start = control.end
                 if start >= clock.length:
