@@ -1,9 +1,9 @@
 """Values of candidates side by side, seen as if they were still in their arrays.
 
-A pair model reads ``pair.radii[j]`` of a candidate j. In the search, where eight candidates are looked at in
-one register, their radii have been put into a *lane*. Here the model is seen through :func:`lined`, and the
-candidate is a :class:`Candidate`, which knows its index and its place in the lanes: ``pair.radii[j]`` then
-reads the lane, ``pair.radii[i]`` the array. Neither leaves a trace in the machine code.
+A pair model reads ``pair.radii[j]`` of a candidate j. The search looks at eight candidates in one register,
+and has put their radii side by side into a *lane*. :func:`lined` returns a view of the model, and
+:func:`candidate` an index that knows its place in the lanes. In the view ``pair.radii[j]`` reads the lane and
+``pair.radii[i]`` the array. Neither the view nor the index leaves a trace in the machine code.
 """
 
 from __future__ import annotations

@@ -41,17 +41,17 @@ def attach(compile_: Compile) -> None:
 
 
 def inner(function):
-    """Have compiled code inline a function; called from Python it stays as it is."""
+    """Let compiled code inline a function. Called from Python it is unchanged."""
     return _note(function, "inner")
 
 
 def fast(function):
-    """The same, and its loops are vectorised."""
+    """As :func:`inner`, with vectorised loops."""
     return _note(function, "fast")
 
 
 def approximate(function):
-    """The same, and rounded as is fastest: for what only tells who is to be looked at."""
+    """As :func:`fast`, with contraction: to choose whom to look at, never for a time that is kept."""
     return _note(function, "approximate")
 
 

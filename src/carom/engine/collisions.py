@@ -47,7 +47,7 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
     a, b, virial = jump(model.pair, np.int64(i), np.int64(j), rr, rv, now)
-    # By surfaces that grow towards each other a contact is faster than by the centres.
+    # Surfaces that grow approach faster than the centres do.
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
     part = transfer(model.impact, rr, rv - np.sqrt(rr) * rate)
     a *= part
@@ -92,7 +92,7 @@ def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
 
 @inner
 def new_epoch(model, state, neighbors):
-    """Begin the next epoch: every old event is brought to its beginning, every time reduced by its length."""
+    """Begin the next epoch: advance every component to its beginning, reduce every time by its length."""
     clock = state.clock[0]
     length = clock.length
     for i in range(np.uint64(len(state.partner))):

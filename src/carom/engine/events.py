@@ -19,8 +19,8 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     """Schedule the next event of component i (lines 14 to 23 of Figure 2).
 
     ``word`` is what the search for i found. ``met`` is the word under which i has just collided, or none:
-    those two do not collide again at the same time (condition V), even where rounding has them overlap and
-    approach; in a small box they may, under another word.
+    those two do not collide again at the same time (condition V), even where by rounding they overlap and
+    approach. In a small box they may collide again under another word.
     """
     rows = state.rows
     held = np.int64(state.partner[i])
@@ -36,7 +36,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
         again = word == met and due == now
         if not again and (searched or due <= rows[np.uint64(j)].due):
             break
-        # The two just met, or the search was made before the other half of a collision took this candidate.
+        # The two have just met; or the other half of the collision took this candidate after the search.
         searched = True
         due = NEVER
         word = search(model, state, neighbors, i, now, 0, met if again else NOBODY_MET)
@@ -81,9 +81,7 @@ def recheck_obstacles(model, state, calendar, i, now):
 
 @inner
 def release(model, state, calendar, i, held):
-    """Leave the partner that i was given before it chose for itself with an advancement, unless i chose the
-    same.
-    """
+    """Leave the former partner of i (word ``held``) with an advancement, unless i has chosen it again."""
     j = np.uint64(index(model.boundary, held))
     back = np.int64(state.partner[j])
     if back < 0 or np.uint64(index(model.boundary, back)) != i:
@@ -117,8 +115,8 @@ def pair_up(model, state, calendar, i, word, due):
 def enqueue(state, calendar, i):
     """Enter component i into the calendar: at its new event, or where it leaves its sector before that.
 
-    The partner of i needs no entry. If it leaves its sector first, it is in the calendar with that; if i
-    does, i is noted again then.
+    The partner of i needs no entry. If the partner leaves its sector first, it is in the calendar with that
+    time. If i does, i is entered again then.
     """
     insert(calendar, i, time_of(state, i))
 

@@ -27,8 +27,8 @@ NOBODY_MET = np.int64(-1)
 def nearest(model, state, i, now, words, begin, count, half, avoided):
     """Return the word of the candidate that i meets first, ``avoided`` left out, or -1 (the paper's line 4).
 
-    The loop has no branch and no store, so that it is vectorised: the candidate's number takes the place of
-    the time's last five bits, and the smallest integer is the earliest candidate.
+    The loop has no branch and no store, so that it is vectorised. The candidate's number replaces the last
+    five bits of the time; the smallest of these integers is the earliest candidate.
     """
     me = state.rows[i]
     room = np.uint64(half)
@@ -96,7 +96,7 @@ def _(neighbors, model, state, i, now, words, begin, count):
 
 
 class FarSight(NamedTuple):
-    """Sectors so wide that contacts are found from far away."""
+    """Sectors so wide that a contact may be found from far away, and is then computed again from nearby."""
 
     nearness: float = 1.0 / FAR**2
     """Contact distance over distance, squared, below which one is far away."""

@@ -10,8 +10,8 @@ from carom.models.interface import NEVER
 FAR = 32.0
 """Contact distances from which a contact is computed again from nearby.
 
-A distance r squared is rounded by ``eps r^2``, hence that of contact by ``eps (r / sigma)^2 / 2``: by 1e-13
-from 32 diameters, which is less than a scene tolerates.
+The square of a distance r is rounded by ``eps r^2``. The distance at contact is then off by
+``eps (r / sigma)^2 / 2`` diameters: 1e-13 from 32 diameters away, less than a scene tolerates.
 """
 
 

@@ -57,8 +57,9 @@ class GrowingCores(NamedTuple):
 
 @inner
 def growing(radii, rate, rr, rv, vv, now):
-    """Return c, b, a of ``c + 2 b t + a t^2 = 0`` at the contact of two cores whose radii, of that sum at the
-    beginning of the epoch, grow at that rate together.
+    """Return c, b, a of ``c + 2 b t + a t^2 = 0`` at the contact of two growing cores.
+
+    ``radii`` is the sum of their radii at the beginning of the epoch, ``rate`` the sum of their rates.
     """
     contact = radii + rate * now
     return rr - contact * contact, rv - contact * rate, vv - rate * rate
@@ -70,8 +71,7 @@ def _(pair: GrowingCores, i, j, rr, rv, vv, now):
     c, b, a = growing(radii, rate, rr, rv, vv, now)
     discriminant = b * b - a * c
     t = c / (np.sqrt(max(discriminant, 0.0)) - b)
-    # Cores that grow faster than their centres part are caught up with (a < 0); i grows into itself, which is
-    # no meeting.
+    # a < 0: the cores grow faster than their centres part. A candidate that is i itself never meets i.
     meets = ((b < 0.0) | (a < 0.0)) & (discriminant >= 0.0) & (i != j)
     return max(t, 0.0) if meets else NEVER
 

@@ -67,8 +67,9 @@ class Interaction(Protocol):
     """A pair interaction as users write it.
 
     It may also have ``check(scene)``, which raises :class:`carom.InputError` where the scene cannot be
-    simulated; and ``penetrable = True``, where components may be nearer than the mean of their diameters: a
-    scene refuses that else.
+    simulated; ``penetrable = True``, where components may be nearer than the mean of their diameters (a scene
+    refuses that otherwise); and ``by_radii = True``, where no two act on each other from further apart than
+    the sum of their radii, or ``contact``, so that neighbours may be found by their sizes.
     """
 
     def reach(self, scene: Any) -> float:
@@ -82,8 +83,8 @@ class Motion(Protocol):
     """A motion as users write it.
 
     It may also have ``check(scene)``; ``conserves(axis)``, whether it leaves the total momentum along an axis
-    as it is, which is taken for granted else; and ``straight = False``, where components do not move along
-    straight lines, uniformly, between two events.
+    as it is (true if left out); and ``straight = False``, where components do not fly straight and uniformly
+    between two events.
     """
 
     def model(self, particles: Particles) -> Any:
@@ -131,8 +132,8 @@ def interaction_time(pair, i, j, rr, rv, vv, now):
 
     Notes
     -----
-    Compiled, this stands in the loop over candidates. Without a branch and without a store, and with the
-    fields that it reads of j named by :func:`lanes`, the loop is vectorised. A pair that touches and
+    Compiled, this stands in the loop over candidates. The loop is vectorised if the function has no branch
+    and no store, and if :func:`lanes` names the fields that it reads of j. A pair that touches and
     approaches interacts now: 0 (Lubachevsky 1991, sec. 6).
     """
 
@@ -155,8 +156,8 @@ def jump(pair, i, j, rr, rv, now):
 def contact_time(pair, i, j, rr, rv, vv, now):
     """Time from now until i and j interact, where ``interaction_time`` said that they do.
 
-    Rounded along another path a grazing contact may look like a miss; here it is a contact at the closest
-    approach.
+    The two times are rounded differently, so a grazing contact may look like a miss here. It then counts as
+    a contact at the closest approach.
 
     Returns
     -------
@@ -171,33 +172,34 @@ def contact_time(pair, i, j, rr, rv, vv, now):
 
 @optional
 def core_square(pair, i, j, now):
-    """Return the square of the distance that i and j keep [length^2]; 0 where they may pass through each
-    other.
+    """Return the square of the distance that i and j keep [length^2]; 0 where they may overlap.
+
+    The deepest overlap of a run is measured with it.
     """
     return 0.0
 
 
 @optional
 def radius(pair, i, now):
-    """Return the radius of component i at obstacles at the time now: of ``pair.radii``."""
+    """Return the radius of component i at obstacles at the time now; by default ``pair.radii[i]``."""
     return pair.radii[i]
 
 
 @optional
 def growth(pair, i):
-    """Return the rate at which the radius of component i grows: none."""
+    """Return the rate at which the radius of component i grows; by default 0."""
     return 0.0
 
 
 @optional
 def mass(pair, i):
-    """Return the mass of component i: of ``pair.masses``."""
+    """Return the mass of component i; by default ``pair.masses[i]``."""
     return pair.masses[i]
 
 
 @optional
 def age(pair, duration):
-    """Bring what depends on time from the beginning of an epoch to that of the next: nothing."""
+    """Bring arrays that depend on time from the start of an epoch to that of the next; default: nothing."""
     return
 
 
@@ -337,7 +339,7 @@ def outward(obstacle, x, axis):
 
 @optional
 def repeated(obstacle):
-    """Tell whether the obstacle stands in every image of the box, so that all of them are looked at: no."""
+    """Tell whether the obstacle stands in every image of the box; by default it does not."""
     return False
 
 

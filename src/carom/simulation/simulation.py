@@ -50,7 +50,7 @@ class Simulation:
         Count the boxes that each component crosses, for unwrapped positions.
     precision : {"double", "single"}
         What positions, velocities and times are kept in; what is computed with them is in double precision
-        either way. Single precision halves the rows of the state, and its overlaps are of 1e-7 of the box: it
+        either way. Single precision halves the rows of the state and leaves overlaps of 1e-7 of the box. It
         is refused for boxes of more than 8192 diameters, very near close packing, and for fast drifts.
     growth : float or (n,) array_like, optional
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
@@ -289,8 +289,8 @@ class Simulation:
     def rescale(self, kT: float = 1.0, *, growth: float | ArrayLike | None = None) -> None:
         """Scale all velocities, so that the temperature is ``kT``; momentum that is conserved is made zero.
 
-        For diameters that grow: every contact adds energy, and what counts is their rate of growth in units
-        of the thermal speed. Everything is then scheduled anew.
+        Meant for diameters that grow: every contact adds energy, but what counts is the rate of growth over
+        the thermal speed. All components are scheduled anew.
 
         Parameters
         ----------
