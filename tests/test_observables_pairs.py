@@ -12,9 +12,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 import carom
+from carom.cells import Grid, SortedCells
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.cells import Grid, SortedCells
 from carom.observables.pairs import distance_counts
 from carom.observables.partial_rdf import partial_rdf
 from carom.observables.rdf import rdf

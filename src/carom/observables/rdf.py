@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.cells import Grid, SortedCells
 from carom.errors import CaromWarning, FileError, InputError
 from carom.frame import Frame
-from carom.cells import Grid, SortedCells
 from carom.observables.contact import contact_value
 from carom.observables.pairs import distance_counts
 from carom.observables.statistics import MIN_BLOCKS, Estimate, blocking
