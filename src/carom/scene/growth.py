@@ -32,9 +32,6 @@ STRETCH = 0.02
 START = 0.4
 """Packing fraction to start from, in those that random placement reaches: some ten steps do it."""
 
-LARGE = 20_000
-"""Components from which growth is the faster way to a density that placement reaches, too."""
-
 MOST = 1000
 """Collisions a component in one stretch, by far more than any fluid has, after which it counts as jammed."""
 
@@ -42,12 +39,12 @@ CLEAR = 1.0 + 1e-9
 """Diameters grow by so much too far, so that rounding leaves no overlap."""
 
 
-def wanted(n: int, packing_fraction: float, dimension: int) -> bool:
-    """Tell whether growth is the way to a density: random placement cannot reach it, or would take longer."""
+def wanted(packing_fraction: float, dimension: int) -> bool:
+    """Tell whether growth is the way to a density: random placement cannot reach it."""
     limit = placement.random_limit(dimension)
     if dimension == 1 or packing_fraction > placement.growth_limit(dimension):
         return False
-    return packing_fraction > limit or (n >= LARGE and packing_fraction > 1.5 * START * limit)
+    return packing_fraction > limit
 
 
 def start_fraction(dimension: int) -> float:

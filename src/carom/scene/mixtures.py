@@ -62,7 +62,7 @@ def random(
     Notes
     -----
     The exact equilibrium for d = 1; for d >= 2 a start that must still be equilibrated. Beyond 0.85 of
-    random close packing, and for many spheres, they are placed smaller and then grow while they move
+    random close packing they are placed smaller and then grow while they move
     (:mod:`carom.scene.growth`).
     """
     n = checks.integer(n, "n", low=1, high=lattices.MOST)
@@ -237,7 +237,7 @@ def _thrown(
         for given in (diameters, masses, kinds if species is None else species):
             values, which = np.unique(given, return_inverse=True)
             kinds = kinds * len(values) + which
-    if matrix is None and dense.wanted(len(diameters), fraction, d):
+    if matrix is None and dense.wanted(fraction, d):
         smaller = diameters * (dense.start_fraction(d) / fraction) ** (1.0 / d)
         loose = placement.random_positions(room, Contacts(smaller), rng, kinds)
         positions = dense.grown(cls(loose, edges, diameter=smaller, **final), diameters, rng)

@@ -27,6 +27,9 @@ GROWTH_REACH = 0.95
 #: Pairs are moved to this many contact distances, so that the last of them clear contact after few steps.
 CLEARANCE = 1 + 1e-3
 
+#: The same for many components, of which only pairs that overlap are moved: half as many sweeps as at 1e-3.
+WIDE_CLEARANCE = 1.01
+
 #: Pairs up to this many diameters (of their sizes) farther apart are listed, and used until a sphere has
 #: moved half of its own.
 SKIN = 0.3
@@ -110,7 +113,8 @@ def random_positions(
         places = _thrown(room, contacts, positions, placed, members, rng)
         positions[members] = places if kinds is None else ordered(places, box, kinds[members])
         placed = np.concatenate([placed, members])
-        result = separated(positions[placed], room, contacts.part(placed), radii[placed])
+        clearance = WIDE_CLEARANCE if len(placed) >= MANY else CLEARANCE
+        result = separated(positions[placed], room, contacts.part(placed), radii[placed], clearance)
         if result is None:
             raise InputError(
                 f"No random placement of {n} spheres was found in a box of "
