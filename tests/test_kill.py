@@ -8,7 +8,7 @@ import ase.io
 import h5py
 import MDAnalysis
 import pytest
-from command import assert_same_run, carom, start, wait_for, whole_run
+from command import assert_same_run, began, carom, start, wait_for, whole_run
 
 from carom import io
 from carom.errors import FileError
@@ -59,7 +59,7 @@ def has_moved_on(out, known):
 def kill_and_resume(scene, out, kills, seed):
     """Kill a run again and again, and let it come to its end."""
     dice = random.Random(seed)
-    landed = 0
+    landed, beginning = 0, None
     for _ in range(kills):
         known = state(out)
         process = start("resume", out) if out.exists() else start("run", scene, "--out", out)
@@ -71,11 +71,13 @@ def kill_and_resume(scene, out, kills, seed):
             process.kill()
             landed += 1
         process.communicate()
+        beginning = beginning or began(out)
         if (out / "summary.json").exists():
             break
         whole_frames(out)
     done = carom("resume", out)
     assert done.returncode == 0, done.stderr
+    assert began(out) == beginning, "the run did not go on, but started again"
     return landed
 
 

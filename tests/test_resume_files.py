@@ -3,12 +3,13 @@
 import shutil
 
 import full_run
+import numpy as np
 import pytest
 from command import assert_same_run, began, carom, content
 
 from carom import studies
 from carom.errors import FileError, InputError
-from carom.io.events import read_events
+from carom.io.events import EventLog, read_events
 from carom.io.hdf5 import Input
 from carom.simulation.simulation import Simulation
 
@@ -116,6 +117,9 @@ def test_frames_after_the_checkpoint_need_not_be_whole(whole, out):
 def test_where_no_trajectory_is_whole_nothing_is_touched(out, harm):
     for form in ("h5md", "extxyz"):
         harm(out / f"trajectory.{form}")
+    # After a kill the log holds more than the checkpoint knows; that is not dropped either.
+    with EventLog(out / "events.h5") as log:
+        log.append(*(np.ones(1, dtype) for dtype in (int, float, int, int, int, float)))
     before = content(out)
     done = carom("resume", out)
     assert (done.returncode, done.stdout) == (2, "")
