@@ -132,7 +132,12 @@ def ordered(positions: np.ndarray, box: np.ndarray, kinds: np.ndarray) -> np.nda
     n, dimension = positions.shape
     # Cells of some eight positions, taken in blocks of four by four by four.
     cells = np.floor(positions / box * max((n / 8.0) ** (1.0 / dimension), 1.0)).astype(np.int64)
-    order = np.lexsort((*cells.T, *(cells // 4).T, kinds))
+    # By kind, block and cell in the block, as one number.
+    key = kinds.astype(np.int64)
+    for part, count in ((cells // 4, int(cells.max()) // 4 + 1), (cells % 4, 4)):
+        for axis in reversed(range(dimension)):
+            key = key * count + part[:, axis]
+    order = np.argsort(key, kind="stable")
     result = np.empty_like(positions)
     result[np.argsort(kinds, kind="stable")] = positions[order]
     return result
