@@ -22,7 +22,7 @@ from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
 from carom.io.paths import reading, reason, writing
 from carom.io.trajectory import Reader, Writer
-from carom.scene.initial import MOST_DIMENSIONS
+from carom.scene.lattices import MOST_DIMENSIONS
 
 if TYPE_CHECKING:
     import h5py

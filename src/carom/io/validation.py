@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from carom.frame import Frame
-from carom.scene.initial import MOST_DIMENSIONS
+from carom.scene.lattices import MOST_DIMENSIONS
 from carom.scene.species import MOST_SPECIES
 
 _REALS = ("positions", "velocities", "box", "diameters", "masses", "time")
