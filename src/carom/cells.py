@@ -29,6 +29,8 @@ SLACK = 2.0**-20
 
 def wrapped(positions: np.ndarray, box: np.ndarray | float) -> np.ndarray:
     """Return positions (n, d) moved by whole edges into ``0 <= x < edge``."""
+    if ((positions >= 0.0) & (positions < box)).all():
+        return positions + 0.0  # as np.mod, which is slow: -0 becomes 0
     inside = np.mod(positions, box)
     # A tiny negative coordinate is rounded up to the edge itself, which is the image of 0.
     inside[inside >= box] = 0.0
@@ -54,11 +56,14 @@ class Grid:
     shape: np.ndarray
 
     @classmethod
-    def of(cls, box: np.ndarray, periodic: np.ndarray, n: int, reach: float) -> Grid:
-        """Return the grid in which pairs up to `reach` [length] of n components are found fast."""
+    def of(cls, box: np.ndarray, periodic: np.ndarray, n: int, reach: float, across: float = ACROSS) -> Grid:
+        """Return the grid in which pairs up to `reach` [length] of n components are found fast.
+
+        Its cells are `across` reaches wide, and longer where there are few components.
+        """
         box = np.asarray(box, dtype=np.float64)
         spacing = float(np.prod(box / max(n, 1) ** (1.0 / len(box)))) ** (1.0 / len(box))
-        wanted = np.full(len(box), max(ACROSS * reach, spacing))
+        wanted = np.full(len(box), max(across * reach, spacing))
         wanted[-1] = max(ALONG * reach, spacing)
         # Divided as floats, and cut to n cells along an axis before they are integers.
         along = np.clip(np.floor(box / wanted), 1, max(n, 1))

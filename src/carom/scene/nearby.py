@@ -15,6 +15,11 @@ import numpy as np
 from carom.cells import Grid, SortedCells
 from carom.jit import compiled
 
+ACROSS = 1.0 + 2.0**-10
+"""Edge of a cell across the columns, in reaches. The reach is short: 3 x 3 long stretches of memory take 0.6
+of the time of 21 short ones.
+"""
+
 CROWDED = 64
 """Components in the cell of a component, on average, above which a k-d tree is better: few cells hold all,
 as where a drop stands in a large box.
@@ -42,7 +47,8 @@ def near_pairs(
     within : float
         Distance of nearest images [length].
     """
-    grid = Grid.of(box, periodic, len(ours) if theirs is None else max(len(ours), len(theirs)), within)
+    n = len(ours) if theirs is None else max(len(ours), len(theirs))
+    grid = Grid.of(box, periodic, n, within, ACROSS)
     offsets, windows = grid.surroundings(within)
     if len(windows) > WIDE:
         return None
@@ -153,15 +159,20 @@ def _list(ours, theirs, starts, others, us, them, alike, height, around, windows
                 if alike:
                     begins[parts - 1] = i + 1
                 for part in range(parts):
-                    begin, size = begins[part], ends[part] - begins[part]
-                    for axis in range(dimension):
+                    # Unsigned: a signed index is tested for counting from the end.
+                    begin, size = np.uint64(begins[part]), np.uint64(ends[part] - begins[part])
+                    x, edge = ours[0, i], period[0]
+                    for j in range(size):
+                        # The nearest image: both lie in the box.
+                        r = abs(theirs[0, begin + j] - x)
+                        r = min(r, edge - r)
+                        squares[j] = r * r
+                    for axis in range(1, dimension):
                         x, edge = ours[axis, i], period[axis]
-                        row = theirs[axis, begin : begin + size]
                         for j in range(size):
-                            # The nearest image: both lie in the box.
-                            r = abs(row[j] - x)
+                            r = abs(theirs[axis, begin + j] - x)
                             r = min(r, edge - r)
-                            squares[j] = r * r if axis == 0 else squares[j] + r * r
+                            squares[j] += r * r
                     for j in range(size):
                         if squares[j] <= limit:
                             if count < found.shape[0]:
