@@ -16,7 +16,7 @@ def sim():
 WRONG = [math.nan, math.inf, -math.inf, -5, "5", None, True, [1], object()]
 
 
-@pytest.mark.parametrize("value", WRONG, ids=repr)
+@pytest.mark.parametrize("value", WRONG, ids=lambda value: repr(value).partition(" at ")[0])
 @pytest.mark.parametrize(
     "call",
     [
