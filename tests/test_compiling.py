@@ -29,7 +29,7 @@ class Compiled:
 def test_ctrl_c_comes_after_what_is_being_compiled():
     compiled = Compiled()
     with pytest.raises(KeyboardInterrupt):
-        dispatch.undisturbed(compiled).compile("f8")
+        dispatch.watched(compiled).compile("f8")
     assert compiled.finished
 
 

@@ -124,7 +124,7 @@ def test_collisions_that_come_are_waited_for_however_slow_they_may_get():
 scene = carom.Scene.random(4, 1, packing_fraction=0.6, seed=1).with_(restitution=0.9, elastic_below=1e-30)
 print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
 """
-    impatient = "from carom.simulation.simulation import stalling\nstalling.WINDOW = stalling.CLUSTER = 1\n"
+    impatient = "from carom.simulation import stalling\nstalling.WINDOW = stalling.CLUSTER = 1\n"
     assert said(impatient + program) == "60"
 
 

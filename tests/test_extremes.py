@@ -20,6 +20,11 @@ from carom.io.events import read_events, read_initial
 from carom.reference import NaiveSystem
 from carom.simulation.replay import replay
 
+FLOWN = 12
+"""Boxes that a coordinate may be away, and as coarse as: a flight is four boxes long before its clock is set
+back, and the fastest fly three times as far as the mean.
+"""
+
 WALL = 20.0
 """Seconds after which a run that should have ended stalls."""
 
@@ -40,9 +45,7 @@ def assert_sound(sim, overlap=None):
     assert np.isfinite(frame.positions).all()
     assert np.isfinite(frame.velocities).all()
     assert ((frame.positions >= 0) & (frame.positions < box)).all()
-    # A coordinate is as coarse as its box; a flight is four boxes long before its clock is set back, and the
-    # fastest fly three times as far as the mean.
-    bound = 16 * EPS * 12 * max(sim.scene.box) / sim.scene.diameter if overlap is None else overlap
+    bound = 16 * EPS * FLOWN * max(sim.scene.box) / sim.scene.diameter if overlap is None else overlap
     assert found.worst_overlap <= bound
     # Each collision rounds the energy of two, and their errors add up like a random walk.
     assert found.energy_drift <= 8 * EPS * (1 + math.sqrt(found.collisions)) * math.sqrt(sim.scene.n)
@@ -86,7 +89,7 @@ def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
         scene.with_(positions=frame.positions, diameter=frame.diameters)
     assert carom.explain(sim).models["sight"] in ("FarSight", "NearSight")
     assert sim.collisions == 40
-    assert sim.statistics.worst_overlap < 16 * EPS * max(box)
+    assert sim.statistics.worst_overlap < 16 * EPS * FLOWN * max(box)
 
 
 def test_balls_in_wide_boxes_are_met_as_sharply():

@@ -192,7 +192,7 @@ def test_models_of_one_name_in_two_files_do_not_take_each_others_code(folder):
 def test_a_plain_scene_imports_nobodys_model(folder):
     run(folder)
     (folder / "floor_model.py").write_text("raise SystemExit('imported')")
-    plain = "from probe import show; from carom.engine.obstacles import Plane; show(Plane((1.0,), 0.0))"
+    plain = "from probe import show; from carom.models.planes import HalfSpace; show(HalfSpace((1.0,), 0.0))"
     edit(folder / "probe.py", "x, 0.0, 0.0, 0.0)", "(x,), (-1.0,), 0.0, 0.0)")
     assert run(folder, plain) == "compiled 10"
     assert run(folder, plain) == "loaded 10"

@@ -409,7 +409,7 @@ class _Compression:
             return
         sim, stage = self.sim, self.plan[self.stage]
         pressure = math.inf
-        if self.duration > 0.0:
+        if self.kT_time > 0.0:
             pressure = 1.0 + self.virial / (sim.scene.dimension * sim.scene.n * self.kT_time)
         self.history.append((sim.collisions, sim.packing_fraction, pressure, stage.rate))
         self._judge(pressure)
