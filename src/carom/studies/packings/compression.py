@@ -409,8 +409,10 @@ class _Compression:
             return
         sim, stage = self.sim, self.plan[self.stage]
         pressure = math.inf
-        if self.kT_time > 0.0:
-            pressure = 1.0 + self.virial / (sim.scene.dimension * sim.scene.n * self.kT_time)
+        if self.duration > 0.0:
+            # Of a stretch too short for its integral to have digits, by the temperature at its end.
+            heat = self.kT_time if self.kT_time > 0.0 else sim.kT * self.duration
+            pressure = 1.0 + self.virial / (sim.scene.dimension * sim.scene.n * heat)
         self.history.append((sim.collisions, sim.packing_fraction, pressure, stage.rate))
         self._judge(pressure)
         sim.rescale(1.0, growth=self.plan[self.stage].rate * self.unit)
