@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from carom.densities import unit_ball_volume
 from carom.models.interface import Impact, Interaction, Motion, Particles
 from carom.units import TimeUnit
 
@@ -116,7 +117,7 @@ class Contents:
         powers = self.n * self.diameter**self.dimension
         if self.radii is not None:
             powers = float(np.sum((2.0 * self.radii) ** self.dimension))
-        return powers * ball_volume(self.dimension) / 2.0**self.dimension / math.prod(self.box)
+        return powers * unit_ball_volume(self.dimension) / 2.0**self.dimension / math.prod(self.box)
 
     @property
     def reaches(self) -> np.ndarray | None:
@@ -154,8 +155,3 @@ class Contents:
     def smallest(self) -> float:
         """The smallest diameter [length]."""
         return self.diameter if self.radii is None else 2.0 * float(self.radii.min())
-
-
-def ball_volume(dimension: int) -> float:
-    """Return the volume of a ball of radius one."""
-    return math.pi ** (dimension / 2) / math.gamma(dimension / 2 + 1)

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from carom.densities import unit_ball_volume
 from carom.engine.neighbors import thin
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.engine.neighbors.levels import levels_of, spans_of
-from carom.engine.requirements import Contents, ball_volume
+from carom.engine.requirements import Contents
 
 DENSEST = (1.0, 0.9069, 0.7405, 0.6169, 0.4653, 0.3729, 0.2953, 0.2537)
 """Densest known packing fractions in d = 1 to 8."""
@@ -260,7 +261,7 @@ def choose(
     if neighbors != "lists":
         reach = 0.0
     elif sizes is None:
-        listed = density * ball_volume(dimension) * reach**dimension
+        listed = density * unit_ball_volume(dimension) * reach**dimension
         # Most fluids never need more than this; a few longer ones are no reason for room in all of them.
         capacity = int(listed + 1.25 * math.sqrt(listed) + 1.0)
     else:
@@ -292,7 +293,7 @@ def _default_reach(contents: Contents) -> float:
         return contents.diameter * default_shell(contents.packing_fraction, contents.dimension)
     dimension = contents.dimension
     wanted = _of(NEIGHBORS, dimension) + 1
-    density = ball_volume(dimension) / math.prod(contents.box)
+    density = unit_ball_volume(dimension) / math.prod(contents.box)
     kinds, numbers = np.unique(np.column_stack([sizes, contents.paces]), axis=0, return_counts=True)
     if len(kinds) > 64:  # many sizes: some of them stand for all
         order = np.argsort(sizes)[((np.arange(64) + 0.5) / 64.0 * len(sizes)).astype(int)]

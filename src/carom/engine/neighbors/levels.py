@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.engine.requirements import Contents, ball_volume
+from carom.densities import unit_ball_volume
+from carom.engine.requirements import Contents
 
 
 class Levels(NamedTuple):
@@ -72,7 +73,7 @@ def starts_of(bound: np.ndarray, contents: Contents, spare: int) -> np.ndarray:
         edges = np.quantile(bound, np.arange(1, 65) / 64.0)
         inverse = np.minimum(np.searchsorted(edges, bound), 63)
         radii, numbers = edges, np.bincount(inverse, minlength=64)
-    density = ball_volume(dimension) / math.prod(contents.box)
+    density = unit_ball_volume(dimension) / math.prod(contents.box)
     listed = density * ((radii[:, None] + radii[None, :]) ** dimension) @ numbers
     rooms = np.ceil(listed + 2.0 * np.sqrt(listed)).astype(np.int64) + spare
     rooms = np.minimum(rooms, max(contents.n - 1, 1))
