@@ -226,6 +226,8 @@ def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
     if old.by_species is not None and new.by_species is not None:
         new.by_species.collisions[:] = old.by_species.collisions
         new.by_species.virial[:] = np.ldexp(old.by_species.virial, slower)
+    if hasattr(old.model.pair, "impulse"):  # what pinned components took up
+        new.model.pair.impulse[:] = np.ldexp(old.model.pair.impulse, slower)
     if old.model.balance is not None:
         new.model.balance.action[:] = np.ldexp(old.model.balance.action, slower)
     for counted, before in zip(new.model.impact or (), old.model.impact or (), strict=True):

@@ -56,6 +56,11 @@ class Pressure:
 
     def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> PressureEstimate:
         """Pressure of any scene, from blocks of its run: :meth:`estimate` with what the scene says."""
+        if scene.pinned is not None:
+            raise InputError(
+                "The virial gives no pressure where components are pinned: forces from outside hold them. "
+                "Measure Simulation.pinned_impulse, or leave out pinned."
+            )
         return self.estimate(
             blocks,
             n=scene.n,

@@ -20,7 +20,26 @@ def refuse_both(kind: str, value: Any, keyword: str, given: bool) -> None:
         raise InputError(f"{kind} and {keyword} say the same thing in two ways: leave one of them out.")
 
 
-def speeds(velocities: Any, shape: tuple[int, ...]) -> np.ndarray:
+def refuse_pinned(
+    pinned: np.ndarray | None, interaction: Any, motion: Any, impact: Any, contact: Any, elasticity: Any
+) -> None:
+    """Raise InputError where components are pinned and the scene has what does not go with that."""
+    if pinned is None:
+        return
+    given = {
+        "interaction": interaction is not None,
+        "motion": motion is not None,
+        "impact": impact is not None,
+        "contact": contact is not None,
+        "restitution": elasticity.restitution < 1.0,
+    }
+    for name in (name for name, is_given in given.items() if is_given):
+        raise InputError(
+            f"pinned is for elastic hard cores in free flight, and {name} is given: leave one out."
+        )
+
+
+def speeds(velocities: Any, shape: tuple[int, ...], pinned: np.ndarray | None = None) -> np.ndarray:
     """Return velocities of the shape of positions, checked, read-only."""
     result = checks.array(velocities, "velocities", "(n, d)", ndim=2)
     if result.shape != shape:
@@ -28,6 +47,9 @@ def speeds(velocities: Any, shape: tuple[int, ...]) -> np.ndarray:
     fastest = float(np.abs(result).max())
     if fastest > checks.FASTEST:
         raise InputError(f"velocities must be at most {checks.FASTEST:g}, found {fastest:g}.")
+    if pinned is not None and result[pinned].any():
+        i = int(np.flatnonzero(pinned & result.any(axis=1))[0])
+        raise InputError(f"Component {i} is pinned, and has a velocity: give it zero.")
     result.setflags(write=False)
     return result
 
@@ -47,9 +69,12 @@ def refuse_tight(room: Room, diameters: np.ndarray) -> None:
             )
 
 
-def refuse_overlap(places: np.ndarray, room: Room, contacts: Contacts, interaction: Any) -> None:
+def refuse_overlap(
+    places: np.ndarray, room: Room, contacts: Contacts, interaction: Any, pinned: np.ndarray | None = None
+) -> None:
     """Raise OverlapError where two spheres overlap, unless they may, or one an obstacle or a wall."""
-    inside = overlaps.intruder(places, room, 0.5 * contacts.diameters)
+    radii = 0.5 * contacts.diameters
+    inside = overlaps.intruder(places, room, radii if pinned is None else np.where(pinned, 0.0, radii))
     if inside is not None:
         i, obstacle, depth = inside
         raise OverlapError(
@@ -58,7 +83,7 @@ def refuse_overlap(places: np.ndarray, room: Room, contacts: Contacts, interacti
         )
     if getattr(interaction, "penetrable", False):
         return
-    overlap = overlaps.deepest(places, room, contacts)
+    overlap = overlaps.deepest(places, room, contacts, pinned)
     if overlap is None:
         return
     # As many decimals as show the depth with three digits.

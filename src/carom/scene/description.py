@@ -38,6 +38,8 @@ def facts(scene: Scene) -> dict[str, str]:
         facts["walls"] = f"axis {', '.join(axes)}"
     if scene.obstacles:
         facts["obstacles"] = ", ".join(obstacle.name for obstacle in scene.obstacles)
+    if scene.pinned is not None:
+        facts["pinned"] = str(int(scene.pinned.sum()))
     if scene.restitution < 1:
         facts["restitution"] = f"{scene.restitution:.6g}"
     if scene.velocities is not None:

@@ -128,11 +128,11 @@ class Room:
                 if a == b:
                     found.append(classes[a][self.near(places[classes[a]], within)])
                 else:
-                    i, j = self._between(places[classes[a]], places[classes[b]], within).T
+                    i, j = self.between(places[classes[a]], places[classes[b]], within).T
                     found.append(np.stack([classes[a][i], classes[b][j]], axis=1))
         return np.concatenate(found)
 
-    def _between(self, ours: np.ndarray, theirs: np.ndarray, within: float) -> np.ndarray:
+    def between(self, ours: np.ndarray, theirs: np.ndarray, within: float) -> np.ndarray:
         """Return the pairs (m, 2) of one of our places and one of theirs that are nearer than ``within``."""
         if len(ours) + len(theirs) >= MANY:
             pairs = near_pairs(self.box, self.periodic, ours, theirs, within)
@@ -224,7 +224,9 @@ def tolerance(box: np.ndarray, contact: float = 1.0) -> float:
     return ENGINE_OVERLAP * contact + FLIGHTS * rounding(box)
 
 
-def deepest(positions: np.ndarray, room: Room, contacts: Contacts) -> Overlap | None:
+def deepest(
+    positions: np.ndarray, room: Room, contacts: Contacts, pinned: np.ndarray | None = None
+) -> Overlap | None:
     """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None.
 
     If very many spheres share one place, any one overlapping pair of them.
@@ -237,7 +239,11 @@ def deepest(positions: np.ndarray, room: Room, contacts: Contacts) -> Overlap | 
         Where they are.
     contacts : Contacts
         When they touch.
+    pinned : (n,) bool array, optional
+        Those that may overlap each other.
     """
+    if pinned is not None:
+        return _deepest_of(positions, room, contacts, pinned)
     # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Those it must have are found
     # first.
     crowds = [
@@ -250,6 +256,23 @@ def deepest(positions: np.ndarray, room: Room, contacts: Contacts) -> Overlap | 
         pairs = (
             np.stack(np.triu_indices(len(positions), 1), axis=1) if few else room.pairs(positions, contacts)
         )
+    return _worst(positions, room, contacts, pairs)
+
+
+def _deepest_of(positions: np.ndarray, room: Room, contacts: Contacts, pinned: np.ndarray) -> Overlap | None:
+    """Return the deepest overlap in which one at least is not pinned, or any one of very many."""
+    free, fixed = np.flatnonzero(~pinned), np.flatnonzero(pinned)
+    diameters = contacts.diameters
+    among = deepest(positions[free], room, Contacts(diameters[free]))
+    if among is not None:
+        return among._replace(i=int(free[among.i]), j=int(free[among.j]))
+    reach = 0.5 * (float(diameters[free].max()) + float(diameters[fixed].max()))
+    i, j = room.between(positions[free], positions[fixed], reach).T
+    return _worst(positions, room, contacts, np.stack([free[i], fixed[j]], axis=1))
+
+
+def _worst(positions: np.ndarray, room: Room, contacts: Contacts, pairs: np.ndarray) -> Overlap | None:
+    """Return the deepest overlap of some pairs (m, 2), or None."""
     distances, contact = room.distances(positions, pairs), contacts.of(pairs)
     over = distances < contact - (ENGINE_OVERLAP * contact + FLIGHTS * rounding(room.box))
     if not over.any():

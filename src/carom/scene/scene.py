@@ -16,6 +16,8 @@ from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
 from carom.models.interface import Impact, Interaction, Motion
 from carom.models.obstacles import Obstacle
+from carom.models.pinned import Pinned
+from carom.models.pinned import mask as pinned_mask
 from carom.models.restitution import Restitution
 from carom.scene import box as _box
 from carom.scene import checking, conversion
@@ -64,6 +66,9 @@ class Scene:
         out, the simulation takes 1e-3 of the thermal speed sqrt(kT / m).
     species_names : sequence of str, optional
         Names of the species, for files and tables.
+    pinned : (n,) array_like of bool, or of indices, optional
+        Components that stay where they are, as if their mass were infinite (:mod:`carom.models.pinned`).
+        Their velocities are zero, and two of them may overlap. They are no part of the temperature.
     interaction : value, optional
         How two components act on each other; hard cores of these diameters and ``contact`` if left out.
     motion : value, optional
@@ -98,6 +103,7 @@ class Scene:
     obstacles : tuple
         Without the walls of the axes.
     restitution : float
+    pinned : (n,) bool array or None
     elastic_below : float or None
         None where the simulation is to choose it; 0 where collisions are elastic.
     interaction, motion, impact : values
@@ -125,6 +131,7 @@ class Scene:
     obstacles: tuple[Obstacle, ...]
     restitution: float
     elastic_below: float | None
+    pinned: np.ndarray | None
     interaction: Interaction
     motion: Motion
     impact: Impact
@@ -144,6 +151,7 @@ class Scene:
         restitution: float = 1.0,
         elastic_below: float | None = None,
         species_names: Sequence[str] = (),
+        pinned: ArrayLike | None = None,
         interaction: Interaction | None = None,
         motion: Motion | None = None,
         impact: Impact | None = None,
@@ -161,9 +169,13 @@ class Scene:
             contact, interaction = interaction.contact, None
         if isinstance(impact, Restitution):
             restitution, elastic_below, impact = impact.restitution, impact.elastic_below, None
+        if isinstance(interaction, Pinned):
+            pinned, interaction = interaction.which, None
         elasticity = Restitution(restitution, elastic_below)
+        fixed = pinned_mask(pinned, n)
         checking.refuse_both("interaction", interaction, "contact", contact is not None)
         checking.refuse_both("impact", impact, "restitution", elasticity.restitution < 1.0)
+        checking.refuse_pinned(fixed, interaction, motion, impact, contact, elasticity)
         matrix = _species.contact_matrix(contact, kinds, diameters)
         edges = _box.edges(box, dimension, float(diameters.max()), float(diameters.min()))
         repeats = _box.periodicity(periodic, dimension)
@@ -171,7 +183,7 @@ class Scene:
         room = Room(np.asarray(edges), np.asarray(repeats), standing)
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)
-        checking.refuse_overlap(places, room, Contacts(diameters, kinds, matrix), interaction)
+        checking.refuse_overlap(places, room, Contacts(diameters, kinds, matrix), interaction, fixed)
         places.setflags(write=False)
         one_diameter, one_mass = np.ptp(diameters) == 0, np.ptp(masses) == 0
         vars(self).update(
@@ -181,8 +193,8 @@ class Scene:
             mass=float(masses[0] if one_mass else masses.mean()),
             diameters=diameters,
             masses=masses,
-            velocities=None if velocities is None else checking.speeds(velocities, places.shape),
-            equal=bool(one_diameter and one_mass and matrix is None),
+            velocities=None if velocities is None else checking.speeds(velocities, places.shape, fixed),
+            equal=bool(one_diameter and one_mass and matrix is None and fixed is None),
             species=kinds,
             species_names=_species.names(species_names, kinds),
             contact=matrix,
@@ -190,7 +202,9 @@ class Scene:
             obstacles=standing,
             restitution=elasticity.restitution,
             elastic_below=elasticity.elastic_below,
-            interaction=choice.checked("interaction", interaction) or HardCores(matrix),
+            pinned=fixed,
+            interaction=choice.checked("interaction", interaction)
+            or (HardCores(matrix) if fixed is None else Pinned(fixed)),
             motion=choice.checked("motion", motion) or FreeFlight(),
             impact=choice.checked("impact", impact) or elasticity,
         )
@@ -230,6 +244,7 @@ class Scene:
             "restitution": self.restitution,
             "elastic_below": self.elastic_below,
             "species_names": self.species_names,
+            "pinned": self.pinned,
             **{kind: None if self.usual(kind) else getattr(self, kind) for kind in choice.USUAL},
         }
         for name in changes:
@@ -261,6 +276,8 @@ class Scene:
         for name in ("velocities", "species", "contact"):
             if getattr(self, name) is not None:
                 arrays[name] = getattr(self, name)
+        if self.pinned is not None:
+            arrays["pinned"] = np.flatnonzero(self.pinned)
         return arrays, attributes
 
     @classmethod
@@ -309,6 +326,7 @@ class Scene:
                 restitution=attributes["restitution"],
                 elastic_below=attributes["elastic_below"] if attributes["restitution"] < 1 else None,
                 species_names=tuple(attributes["species_names"]),
+                pinned=arrays.get("pinned"),
                 interaction=choice.recalled("interaction", attributes.get("interaction"), interaction),
                 motion=choice.recalled("motion", attributes.get("motion"), motion),
                 impact=choice.recalled("impact", attributes.get("impact"), impact),
@@ -354,7 +372,8 @@ class Scene:
 
     def usual(self, kind: str) -> bool:
         """Tell whether an interaction, motion or impact is what the other keywords say, not one's own."""
-        return type(getattr(self, kind)) is choice.USUAL[kind]
+        value = getattr(self, kind)
+        return type(value) is choice.USUAL[kind] or isinstance(value, Pinned)
 
     @property
     def species_count(self) -> int:

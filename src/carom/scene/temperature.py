@@ -19,10 +19,10 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
     """Tell for every axis whether the total momentum along it is conserved.
 
     Walls and obstacles take it up, but planes only along their normals and cylinders only across their axis;
-    of an obstacle of one's own nothing is known. One component alone needs no exception: nothing is conserved
-    that it does not have itself, and all its velocities are free.
+    of an obstacle of one's own nothing is known. Pinned components take up all of it. One component alone
+    needs no exception: nothing is conserved that it does not have itself, and all its velocities are free.
     """
-    if scene.n == 1:
+    if scene.n == 1 or scene.pinned is not None:
         return (False,) * scene.dimension
 
     def glides(obstacle: Any, axis: int) -> bool:
@@ -37,7 +37,8 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
 
 def degrees_of_freedom(scene: Scene) -> int:
     """Return how many coordinates of velocity are free: :attr:`carom.Simulation.degrees_of_freedom`."""
-    return scene.dimension * scene.n - sum(conserved(scene))
+    free = scene.n if scene.pinned is None else scene.n - int(scene.pinned.sum())
+    return scene.dimension * free - sum(conserved(scene))
 
 
 def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:

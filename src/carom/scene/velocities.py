@@ -19,6 +19,7 @@ def maxwell_velocities(
     kT: float = 1.0,
     seed: int | np.random.Generator = 0,
     conserved: Sequence[bool] | None = None,
+    pinned: np.ndarray | None = None,
 ) -> np.ndarray:
     """Draw velocities with zero total momentum and an exact temperature.
 
@@ -35,6 +36,8 @@ def maxwell_velocities(
     conserved : d bools, optional
         Axes along which momentum is conserved, and zero: all by default. Walls and obstacles take up that of
         others.
+    pinned : (n,) bool array, optional
+        Components that stay at rest.
 
     Returns
     -------
@@ -59,6 +62,8 @@ def maxwell_velocities(
             least = mass.min(initial=np.inf)
             raise InputError(f"masses must be {n} positive numbers, found {len(mass)}, the least {least:g}.")
     velocities = rng.standard_normal((n, dimension)) / np.sqrt(mass)[:, None]
+    if pinned is not None:
+        velocities[pinned] = 0.0
     still = np.ones(dimension, bool) if conserved is None else np.array(conserved, bool)
     if n == 1:
         still[:] = False
@@ -66,5 +71,6 @@ def maxwell_velocities(
         for _ in range(2):  # the second time takes away what rounding left
             velocities -= np.where(still, mass @ velocities, 0.0) / mass.sum()
     twice_kinetic = float(mass @ np.einsum("ij,ij->i", velocities, velocities))
-    freedoms = dimension * n - int(still.sum())
+    moving = n if pinned is None else n - int(pinned.sum())
+    freedoms = dimension * moving - int(still.sum())
     return velocities * math.sqrt(kT * freedoms / twice_kinetic)

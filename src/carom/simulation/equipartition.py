@@ -38,7 +38,8 @@ class Thermometer:
         self.series: list[tuple[float, ...]] = []
         scene = machine.scene
         self.names: tuple[str, ...] = ()
-        elastic = scene.restitution == 1.0 and machine.contents.rates is None
+        # Pinned components have no temperature; those that move among them are compared by nobody.
+        elastic = scene.restitution == 1.0 and machine.contents.rates is None and scene.pinned is None
         if not elastic or scene.masses.min() == scene.masses.max():
             return
         if scene.species is None:

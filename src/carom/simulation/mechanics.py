@@ -114,6 +114,7 @@ def statistics(machine: Machine) -> Statistics:
     tally = machine.engine.tallies[0]
     start, present = machine.start, Mechanics.of(machine.scene.masses, machine.speeds, machine.unit)
     events = 2 * tally.collisions + tally.advancements + tally.transits
+    taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
     return Statistics(
         collisions=int(tally.collisions),
         transits=int(tally.transits),
@@ -124,7 +125,7 @@ def statistics(machine: Machine) -> Statistics:
         collisions_per_second=float(tally.collisions / machine.seconds) if machine.seconds else 0.0,
         worst_overlap=1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0,
         energy_drift=abs(present.energy - start.energy) / start.energy if start.energy else 0.0,
-        momentum_drift=present.momentum_drift(start) if machine.engine.model.obstacles is None else math.nan,
+        momentum_drift=math.nan if taken_up else present.momentum_drift(start),
     )
 
 
@@ -202,6 +203,17 @@ def momenta_at_walls(machine: Machine) -> tuple[float, ...]:
     if machine.engine.model.obstacles is None:
         return ()
     return weighted_momenta(machine.frame(), machine.scene)
+
+
+def pinned_impulse(machine: Machine) -> np.ndarray:
+    """Return the momentum that each component took up while pinned; see
+    :attr:`carom.Simulation.pinned_impulse`.
+    """
+    pinned = machine.scene.pinned
+    if pinned is None:
+        raise InputError("The scene has no pinned components: give it pinned=.")
+    taken = machine.unit.to_scene(machine.engine.model.pair.impulse[:-1], -1)
+    return np.where(pinned, taken, 0.0)
 
 
 def collisions_by_species(machine: Machine) -> np.ndarray:

@@ -98,6 +98,8 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         raise InputError(
             f"growth must be one rate, at least zero and at most {checks.FASTEST:g}, or {scene.n} of them."
         )
+    if scene.pinned is not None:
+        raise InputError("growth is not defined for a scene with pinned components; leave one of them out.")
     if scene.contact is not None:
         raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
     rates = 0.5 * rates

@@ -309,7 +309,7 @@ def _scene(initial: Mapping[str, np.ndarray], own: Mapping[str, Any]) -> Scene:
     arrays = {
         "diameter": initial["diameters"],
         "mass": initial["masses"],
-        **{name: initial[name] for name in ("positions", "species", "contact") if name in initial},
+        **{name: initial[name] for name in ("positions", "species", "contact", "pinned") if name in initial},
     }
     return Scene.from_arrays(arrays, json.loads(bytes(initial["scene"]).decode()), **own)
 

@@ -90,7 +90,13 @@ class Simulation:
         wish = wish_of(neighbors, shell)
         if scene.velocities is None:
             velocities = maxwell_velocities(
-                scene.n, scene.dimension, scene.masses, 1.0 if kT is None else kT, seed, conserved(scene)
+                scene.n,
+                scene.dimension,
+                scene.masses,
+                1.0 if kT is None else kT,
+                seed,
+                conserved(scene),
+                scene.pinned,
             )
         elif kT is None:
             velocities = scene.velocities
@@ -177,6 +183,19 @@ class Simulation:
         dimension = self.scene.dimension
         volume = densities.sphere_volume(dimension) * float(np.sum(self.diameters**dimension))
         return volume / self.scene.volume
+
+    @property
+    @looks
+    def pinned_impulse(self) -> np.ndarray:
+        """Momentum that each pinned component took up so far along the normals of its contacts, (n,); zero
+        for those that move [mass length / time].
+
+        Raises
+        ------
+        InputError
+            If the scene has no pinned components.
+        """
+        return mechanics.pinned_impulse(self.machine)
 
     @property
     @looks

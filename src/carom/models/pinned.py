@@ -1,0 +1,126 @@
+"""Pinned components: hard cores that stay where they are, as if their mass were infinite.
+
+A porous medium, a Lorentz gas of many scatterers, a glass with some particles frozen. They are found through
+sectors and lists like anyone else, so that a thousand of them cost no more than a thousand that move. Two
+pinned ones may overlap each other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models.contact import first_contact, sure_contact
+from carom.models.interface import Particles, contact_time, core_square, interaction_time, jump, lanes
+
+
+def mask(given: Any, n: int) -> np.ndarray | None:
+    """Return which components are pinned, (n,) bool and read-only, or None where none is.
+
+    Parameters
+    ----------
+    given : None, or (n,) array_like of bool, or of the ints that name them
+        Who is.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or everybody is pinned.
+    """
+    if given is None:
+        return None
+    values = np.asarray(given)
+    if values.dtype == bool and values.shape == (n,):
+        result = values.copy()
+    elif values.dtype.kind in "iu" and values.ndim == 1 and values.size:
+        if values.min() < 0 or values.max() >= n:
+            wrong = int(values.min() if values.min() < 0 else values.max())
+            raise InputError(f"pinned must name components from 0 to {n - 1}, found {wrong}.")
+        result = np.zeros(n, bool)
+        result[values] = True
+    elif values.size == 0:
+        return None
+    else:
+        raise InputError(
+            f"pinned must be {n} bools, one a component, or the indices of those that are; found "
+            f"{checks.describe(given)}."
+        )
+    if result.all():
+        raise InputError("All components are pinned, and nothing can move: leave one free.")
+    result.setflags(write=False)
+    return result if result.any() else None
+
+
+@dataclass(frozen=True, eq=False)
+class Pinned:
+    """Hard cores, some of which stay where they are.
+
+    Parameters
+    ----------
+    which : (n,) bool array
+        Those that do.
+    """
+
+    which: np.ndarray
+
+    by_radii = True
+    """No two act on each other from further apart than their radii, or ``contact``, say."""
+
+    def reach(self, scene: Any) -> float:
+        """Return the largest distance of contact [length]."""
+        return float(scene.diameter)
+
+    def model(self, particles: Particles) -> PinnedCores:
+        """Return what the engine compiles."""
+        inverse = np.where(self.which, 0.0, 1.0 / particles.masses)
+        return PinnedCores(
+            particles.with_ghost(particles.radii),
+            particles.with_ghost(inverse),
+            particles.with_ghost(particles.masses),
+            np.zeros(len(inverse) + 1),
+        )
+
+
+@lanes("radii")
+class PinnedCores(NamedTuple):
+    """Hard cores of which some have infinite mass."""
+
+    radii: np.ndarray
+    """(n + 1,) float64 [length]."""
+    inverse: np.ndarray
+    """One over the mass, 0 where a component is pinned, (n + 1,) float64."""
+    masses: np.ndarray
+    """(n + 1,) float64."""
+    impulse: np.ndarray
+    """Momentum that each took up along the normals of its contacts, (n + 1,) float64."""
+
+
+@interaction_time.register
+def _(pair: PinnedCores, i, j, rr, rv, vv, now):
+    contact = pair.radii[i] + pair.radii[j]
+    return first_contact(rr - contact * contact, rv, vv)
+
+
+@contact_time.register
+def _(pair: PinnedCores, i, j, rr, rv, vv, now):
+    return sure_contact(rr - core_square(pair, i, j, now), rv, vv)
+
+
+@jump.register
+def _(pair: PinnedCores, i, j, rr, rv, now):
+    ours, theirs = pair.inverse[i], pair.inverse[j]
+    factor = 2.0 * rv / (rr * (ours + theirs))
+    momentum = -factor * np.sqrt(rr)
+    pair.impulse[i] += momentum
+    pair.impulse[j] += momentum
+    return factor * ours, factor * theirs, -factor * rr
+
+
+@core_square.register
+def _(pair: PinnedCores, i, j, now):
+    contact = pair.radii[i] + pair.radii[j]
+    return contact * contact
