@@ -1,5 +1,29 @@
-"""Planes, balls and containers under the name that scripts import them by; they live in ``carom.models``."""
+"""What stands in a scene, under the name that scripts import it by; it lives in ``carom.models``."""
 
-from carom.models.obstacles import Ball, CylindricalContainer, Obstacle, Plane, SphericalContainer, walls
+from carom.models.obstacles import (
+    Arc,
+    Ball,
+    Box,
+    CylindricalContainer,
+    Obstacle,
+    Plane,
+    Segment,
+    SphericalContainer,
+    Triangle,
+    polygon,
+    walls,
+)
 
-__all__ = ["Ball", "CylindricalContainer", "Obstacle", "Plane", "SphericalContainer", "walls"]
+__all__ = [
+    "Arc",
+    "Ball",
+    "Box",
+    "CylindricalContainer",
+    "Obstacle",
+    "Plane",
+    "Segment",
+    "SphericalContainer",
+    "Triangle",
+    "polygon",
+    "walls",
+]

@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import MISSING, asdict, fields
 from typing import Any
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.models.arcs import Arc
 from carom.models.balls import Ball
+from carom.models.blocks import Box
 from carom.models.containers import CylindricalContainer, SphericalContainer
 from carom.models.interface import Obstacle, anchor, outward, repeated
 from carom.models.planes import Plane, walls
+from carom.models.segments import Segment, polygon
+from carom.models.triangles import Triangle
 
-__all__ = ["Ball", "CylindricalContainer", "Obstacle", "Plane", "SphericalContainer", "walls"]
+__all__ = [
+    "Arc",
+    "Ball",
+    "Box",
+    "CylindricalContainer",
+    "Obstacle",
+    "Plane",
+    "Segment",
+    "SphericalContainer",
+    "Triangle",
+    "polygon",
+    "walls",
+]
 
 #: The kinds by the names that scene files and checkpoints use.
 KINDS: dict[str, type] = {
@@ -23,6 +39,10 @@ KINDS: dict[str, type] = {
     "ball": Ball,
     "sphere": SphericalContainer,
     "cylinder": CylindricalContainer,
+    "segment": Segment,
+    "arc": Arc,
+    "box": Box,
+    "triangle": Triangle,
 }
 
 
@@ -80,7 +100,7 @@ def from_json(values: Any) -> Obstacle:
         if key not in known:
             raise InputError(f"A {kind} has no {key[:40]!r}; known are {', '.join(known)}.")
     for key in known:
-        if key not in given and key != "name":
+        if key not in given and known[key].default is MISSING:
             raise InputError(f"A {kind} needs {key}, found none.")
     return KINDS[kind](**given)
 

@@ -34,3 +34,29 @@ class Line(NamedTuple):
     axis: int
     offset: float
     """The other coordinate [length]."""
+
+
+class Polygon(NamedTuple):
+    """The inside of a polygon is solid."""
+
+    corners: tuple[tuple[float, ...], ...]
+    """In order [length]."""
+
+
+class Stadium(NamedTuple):
+    """All places within a distance of a segment are solid; a line where that is zero."""
+
+    start: tuple[float, ...]
+    end: tuple[float, ...]
+    radius: float
+
+
+class Arc(NamedTuple):
+    """A piece of a circle, without thickness."""
+
+    center: tuple[float, ...]
+    radius: float
+    start: float
+    """Angle from the first axis [radians]."""
+    angle: float
+    """How far it goes from there, counterclockwise [radians]."""

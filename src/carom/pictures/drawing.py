@@ -126,9 +126,31 @@ def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Frame) -> N
             axes.add_patch(Circle(shape.center, shape.radius, **solid))
         elif isinstance(shape, outlines.Circle):
             axes.add_patch(Circle(shape.center, shape.radius, fill=False, edgecolor=BORDER, linewidth=2.0))
+        elif isinstance(shape, outlines.Polygon):
+            axes.add_patch(Polygon(shape.corners, **solid))
+        elif isinstance(shape, outlines.Stadium):
+            _draw_stick(axes, shape, solid)
+        elif isinstance(shape, outlines.Arc):
+            turns = shape.start + shape.angle * np.linspace(0.0, 1.0, 181)
+            place = np.array(shape.center) + shape.radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+            axes.plot(*place.T, color=BORDER, linewidth=2.0, zorder=0.5)
         else:
             line = axes.axhline if shape.axis == 0 else axes.axvline
             line(shape.offset, color=BORDER, linewidth=2.0)
+
+
+def _draw_stick(axes: Axes, stick: outlines.Stadium, solid: dict[str, Any]) -> None:
+    """All places within a distance of a segment, or the segment itself."""
+    from matplotlib.patches import Polygon
+
+    ends = np.array([stick.start, stick.end])
+    if stick.radius == 0.0:
+        axes.plot(*ends.T, color=BORDER, linewidth=2.0, zorder=0.5)
+        return
+    along = math.atan2(*(ends[1] - ends[0])[::-1])
+    turns = along + np.pi * np.linspace(-0.5, 0.5, 31)
+    cap = stick.radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    axes.add_patch(Polygon(np.concatenate([ends[1] + cap, ends[0] - cap]), **solid))
 
 
 def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.ndarray | float = 0.0) -> None:

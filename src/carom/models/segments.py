@@ -1,0 +1,149 @@
+"""Segments and capped cylinders in any dimension, and polygons made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.densities import unit_ball_volume
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.convex import Body, away, closest, first_touch, points_of
+from carom.models.interface import anchor, encounter, outward, repeated
+from carom.models.outlines import Stadium
+
+
+@dataclass(frozen=True)
+class Segment(Body):
+    """A straight line between two points, thickened to a capped cylinder: a stick for d = 2.
+
+    Parameters
+    ----------
+    start, end : d floats
+        [length].
+    radius : float
+        Distance of its surface from the line [length]; 0 is a thin wall, met from both sides.
+    name : str
+        What to call it.
+
+    Raises
+    ------
+    InputError
+        If the points are the same, or a number is out of range.
+    """
+
+    start: tuple[float, ...]
+    end: tuple[float, ...]
+    radius: float = 0.0
+    name: str = "segment"
+
+    def __post_init__(self) -> None:
+        start, end = points_of((self.start, self.end), "ends of a segment")
+        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "end", end)
+        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a segment", low=0.0))
+        fields.check_name(self)
+
+    def corners(self) -> np.ndarray:
+        """Return the two ends."""
+        return np.array([self.start, self.end])
+
+    def model(self) -> Stick:
+        """Return what the engine compiles."""
+        start, end = self.corners()
+        along = end - start
+        return Stick(
+            tuple((0.5 * (start + end)).tolist()),
+            self.radius,
+            self.start,
+            tuple(along.tolist()),
+            float(along @ along),
+        )
+
+    def area(self, box: Sequence[float]) -> float:
+        """Return its surface, both sides of a thin one [length^(d-1)]."""
+        d, length = len(box), float(np.linalg.norm(np.subtract(self.end, self.start)))
+        ball = d * unit_ball_volume(d) * self.radius ** (d - 1)
+        return ball + length * (d - 1) * unit_ball_volume(d - 1) * self.radius ** (d - 2) if d > 1 else 2.0
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
+        """Return what to draw in two dimensions."""
+        return [Stadium(self.start[:2], self.end[:2], self.radius)]
+
+
+class Stick(NamedTuple):
+    """All places within a distance of a segment."""
+
+    anchor: tuple
+    """Its middle [length]."""
+    round: float
+    """The distance [length]."""
+    start: tuple
+    along: tuple
+    """From start to end [length]."""
+    square: float
+    """Length squared [length^2]."""
+
+
+@closest.register
+def _(body: Stick, x, v, t, axis):
+    part = 0.0
+    for k in range(len(body.along)):
+        part += (x[k] + v[k] * t - body.start[k]) * body.along[k]
+    return body.start[axis] + min(max(part / body.square, 0.0), 1.0) * body.along[axis]
+
+
+@encounter.register
+def _(obstacle: Stick, x, v, radius, growth):
+    return first_touch(obstacle, x, v, radius, growth)
+
+
+@outward.register
+def _(obstacle: Stick, x, axis):
+    return away(obstacle, x, axis)
+
+
+@repeated.register
+def _(obstacle: Stick):
+    return True
+
+
+@anchor.register
+def _(obstacle: Stick, axis):
+    return obstacle.anchor[axis]
+
+
+def polygon(
+    corners: Any, *, radius: float = 0.0, closed: bool = True, name: str = "polygon"
+) -> list[Segment]:
+    """Return the sides of a polygon in two dimensions, or a line of segments in any.
+
+    Parameters
+    ----------
+    corners : (k, d) array_like
+        In order [length].
+    radius : float
+        Of each side [length].
+    closed : bool
+        Whether the last corner is joined to the first.
+    name : str
+        Sides are called "name, side k".
+
+    Raises
+    ------
+    InputError
+        If there are too few corners, or two in a row are the same.
+    """
+    points = [fields.vector(each, "corners of a polygon") for each in corners]
+    if len(points) < (3 if closed else 2):
+        raise InputError(f"A polygon needs three corners, and a line two; found {len(points)}.")
+    ends = points[1:] + points[:1] if closed else points[1:]
+    starts = points if closed else points[:-1]
+    return [
+        Segment(start, end, radius, f"{name}, side {k}")
+        for k, (start, end) in enumerate(zip(starts, ends, strict=True))
+    ]

@@ -1,0 +1,169 @@
+"""Shapes that stand in the way: segments, polygons, arcs, boxes and triangles."""
+
+import math
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import InputError, OverlapError
+from carom.models.interface import NEVER, encounter, outward
+from carom.models.obstacles import Arc, Box, Segment, Triangle, from_json, polygon, to_json
+
+EPS = np.finfo(float).eps
+
+
+def shapes(dimension):
+    """Return one of each that there is in a dimension."""
+    rng = np.random.default_rng(dimension)
+    a, b, c = rng.normal(size=(3, dimension))
+    found = [
+        Segment(tuple(a), tuple(b)),
+        Segment(tuple(a), tuple(b), radius=0.4),
+        Box(tuple(np.minimum(a, b) - 0.1), tuple(np.maximum(a, b) + 0.1)),
+        Box(tuple(np.minimum(a, b) - 0.1), tuple(np.maximum(a, b) + 0.1), radius=0.3),
+    ]
+    if dimension > 1:
+        found += [Triangle(tuple(a), tuple(b), tuple(c)), Triangle(tuple(a), tuple(b), tuple(c), radius=0.2)]
+    if dimension == 2:
+        found += [Arc((0.1, 0.2), 1.3, start=30.0, angle=angle) for angle in (40.0, 180.0, 300.0, 360.0)]
+    return found
+
+
+CASES = [pytest.param(d, k, id=f"{d}D {s.name} {k}") for d in (1, 2, 3, 4) for k, s in enumerate(shapes(d))]
+
+
+@pytest.mark.parametrize(("dimension", "k"), CASES)
+@pytest.mark.parametrize("growth", [0.0, 0.07])
+def test_the_first_contact_is_found_and_none_before_it(dimension, k, growth):
+    # A path is looked at in steps of a hundredth, and the distance at the contact computed apart, by `gap`.
+    shape = shapes(dimension)[k]
+    model, rng = shape.model(), np.random.default_rng(7)
+    box, periodic = (100.0,) * dimension, (False,) * dimension
+    met = 0
+    for _ in range(25):
+        x = rng.normal(size=dimension)
+        x *= 4.0 / np.linalg.norm(x)
+        v = rng.normal(size=dimension) * 0.5 - 0.4 * x
+        radius = float(rng.choice([1e-3, 0.2, 0.8]))
+
+        def gap(t, x=x, v=v, radius=radius):
+            times = np.atleast_1d(t)
+            places = x + np.multiply.outer(times, v)
+            return shape.gap(places, radius + growth * times, box, periodic)
+
+        if gap(0.0)[0] <= 0.0:
+            continue
+        t = encounter(model, tuple(x), tuple(v), radius, growth)
+        end = 8.0 if t == NEVER else t
+        # 64 roundings of a coordinate, over the slope at which a graze meets.
+        assert (gap(np.linspace(0.0, end, 101)[:-1]) > -1e-12).all()
+        if t < NEVER:
+            met += 1
+            assert abs(gap(t)[0]) < 1e-12
+            normal = np.array([outward(model, tuple(x + v * t), axis) for axis in range(dimension)])
+            assert normal @ normal == pytest.approx(1.0, rel=1e-12)
+            assert normal @ v < growth + 1e-6  # it approaches
+            h = 1e-6  # the normal is the slope of the distance
+            slope = [
+                (shape.gap((x + v * t + h * e)[None], np.zeros(1), box, periodic)
+                 - shape.gap((x + v * t - h * e)[None], np.zeros(1), box, periodic))[0] / (2 * h)
+                for e in np.eye(dimension)
+            ]  # fmt: skip
+            if radius > 0.1:  # nearer to an end than h, no slope is seen
+                np.testing.assert_allclose(normal, slope, atol=1e-4)
+            bounced = v - 2.0 * (normal @ v - growth) * normal
+            again = encounter(model, tuple(x + v * t), tuple(bounced), radius + growth * t, growth)
+            assert again > 1e-9  # condition V: it does not meet the same surface at once
+    assert met > 1
+
+
+def test_a_sphere_in_an_arc_goes_round_by_whispering():
+    # A component in a whole circle, from inside: chords of one length, for ever.
+    ring = Arc((5.0, 5.0), 4.0)
+    scene = carom.Scene(
+        [[5.0, 2.0]], 10.0, diameter=0.5, velocities=[[1.0, 0.3]], periodic=False, obstacles=[ring]
+    )
+    sim = carom.Simulation(scene)
+    sim.run(time=2000.0)
+    (hits,) = [impacts.hits for impacts in sim.obstacles if impacts.name == "arc"]
+    x, v, r = np.array([0.0, -3.0]), np.array([1.0, 0.3]), 3.75
+    moment = abs(x[0] * v[1] - x[1] * v[0]) / math.hypot(*v)
+    chord = 2.0 * math.sqrt(r * r - moment * moment)
+    assert hits == pytest.approx(2000.0 * math.hypot(*v) / chord, abs=1.0)
+    frame = sim.frame()
+    place, speed = frame.positions[0] - 5.0, frame.velocities[0]
+    # Angular momentum and energy: a thousand bounces of some roundings each.
+    assert abs(place[0] * speed[1] - place[1] * speed[0]) == pytest.approx(moment * math.hypot(*v), rel=1e-10)
+    assert sim.statistics.energy_drift < 1e-12
+
+
+def test_many_shapes_in_two_dimensions_let_nobody_through():
+    obstacles = [
+        *polygon([(4.0, 4.0), (8.0, 4.5), (6.0, 8.0)], name="house"),
+        Segment((10.0, 2.0), (13.0, 5.0), radius=0.3, name="stick"),
+        Box((2.0, 10.0), (4.0, 12.0), name="block"),
+        Triangle((11.0, 10.0), (13.0, 10.0), (12.0, 12.5), radius=0.2, name="wedge"),
+        Arc((8.0, 12.0), 1.5, start=180.0, angle=200.0, name="bowl"),
+    ]
+    start = carom.Scene.random(30, 2, packing_fraction=0.1, seed=3, periodic=False, obstacles=obstacles)
+    sim = carom.Simulation(start, seed=1)
+    # Within the walls of the house nobody starts: whoever is inside later has gone through a wall.
+    from matplotlib.path import Path
+
+    house = Path([(4.0, 4.0), (8.0, 4.5), (6.0, 8.0)])
+    inside = house.contains_points(start.positions)
+    for frame in sim.sample(every=2.0, count=150):
+        for obstacle in obstacles:
+            gaps = obstacle.gap(frame.positions, 0.5 * frame.diameters, frame.box, frame.periodic)
+            assert gaps.min() > -1e-12
+        assert (house.contains_points(frame.positions) == inside).all()
+    assert sim.statistics.energy_drift < 1e-12
+    assert all(impacts.hits > 5 for impacts in sim.obstacles if impacts.name != "axis")
+    again = [from_json(to_json(obstacle)) for obstacle in obstacles]
+    assert again == obstacles
+
+
+@pytest.mark.slow  # a minute of compilation
+def test_solids_in_three_dimensions_stand_in_every_image():
+    obstacles = [
+        Box((0.2, 0.2, 0.2), (2.0, 1.5, 1.0), name="block"),
+        Segment((6.0, 6.0, 6.0), (7.5, 8.0, 6.5), radius=0.5, name="capped cylinder"),
+        Triangle((3.0, 7.0, 3.0), (5.0, 7.5, 3.5), (4.0, 9.0, 5.0), name="facet"),
+    ]
+    sim = carom.Simulation(
+        carom.Scene.random(60, 3, packing_fraction=0.03, seed=2, obstacles=obstacles), seed=1
+    )
+    for frame in sim.sample(every=1.0, count=60):
+        for obstacle in obstacles:
+            gaps = obstacle.gap(frame.positions, 0.5 * frame.diameters, frame.box, frame.periodic)
+            assert gaps.min() > -1e-12
+    assert sim.statistics.energy_drift < 1e-12
+    assert all(impacts.hits > 5 for impacts in sim.obstacles)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Segment((0.0, 0.0), (0.0, 0.0)), "must differ"),
+        (lambda: Segment((0.0, 0.0), (1.0,)), "one number of coordinates"),
+        (lambda: Segment((0.0, 0.0), (1.0, 0.0), radius=-1.0), "radius of a segment"),
+        (lambda: Box((0.0, 0.0), (1.0, 0.0)), "below high"),
+        (lambda: Triangle((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)), "on a line"),
+        (lambda: Arc((0.0, 0.0), 1.0, angle=0.0), "angle of an arc"),
+        (lambda: Arc((0.0, 0.0), 1.0, angle=400.0), "angle of an arc"),
+        (lambda: polygon([(0.0, 0.0), (1.0, 0.0)]), "three corners"),
+        (lambda: Box((0.0, 0.0), (1.0, 1.0)).check((3.0, 3.0, 3.0), (False,) * 3), "3 coordinates"),
+        (lambda: Box((0.0, 0.0), (2.0, 1.0)).check((3.0, 3.0), (True, True)), "fit into half"),
+        (lambda: Arc((1.0, 2.0), 1.5).check((4.0, 4.0), (True, False)), "crosses the edge"),
+        (lambda: Arc((1.0, 2.0, 3.0), 1.5).check((4.0, 4.0, 4.0), (False,) * 3), "two dimensions"),
+    ],
+)
+def test_what_cannot_stand_is_refused(make, says):
+    with pytest.raises(InputError, match=says):
+        make()
+
+
+def test_a_start_inside_a_shape_is_refused():
+    with pytest.raises(OverlapError, match="inside an obstacle, box"):
+        carom.Scene([[1.0, 1.0]], 8.0, periodic=False, obstacles=[Box((0.8, 0.8), (1.5, 1.5))])
