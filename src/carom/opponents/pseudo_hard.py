@@ -1,8 +1,8 @@
 """Pseudo hard spheres: what users of time-stepping codes simulate in the place of hard spheres.
 
-A Mie potential of exponents 50 and 49, cut at its minimum and shifted, has nearly the structure and the pressure of
-hard spheres of diameter sigma at kT = 1.5 epsilon (Jover, Haslam, Galindo, Jackson and Mueller, J. Chem. Phys.
-137, 144505 (2012)). Moved here by velocity Verlet in compiled code.
+A Mie potential of exponents 50 and 49, cut at its minimum and shifted, has nearly the structure and the
+pressure of hard spheres of diameter sigma at kT = 1.5 epsilon (Jover, Haslam, Galindo, Jackson and Mueller,
+J. Chem. Phys. 137, 144505 (2012)). Here velocity Verlet moves them, compiled.
 """
 
 from __future__ import annotations
@@ -85,7 +85,9 @@ class PseudoHardSpheres:
         self._pairs = PairList(self.box, self._x.shape[1])
         self._slack = -1.0
         self.steps = 0
-        self._tally = np.zeros(4)  # integral of the virial, of the kinetic energy; square of closest; potential
+        self._tally = np.zeros(
+            4
+        )  # integral of the virial, of the kinetic energy; square of closest; potential
         self._tally[2] = float(self.box.max()) ** 2
         self.skin = SKINS[2] if skin is None else float(skin)
         if skin is None:
@@ -136,7 +138,15 @@ class PseudoHardSpheres:
     @property
     def bytes(self) -> int:
         """Memory of the state and of the list."""
-        arrays = (self._x, self._v, self._f, self._images, self._listed, self._pairs.first, self._pairs.second)
+        arrays = (
+            self._x,
+            self._v,
+            self._f,
+            self._images,
+            self._listed,
+            self._pairs.first,
+            self._pairs.second,
+        )
         return sum(array.nbytes for array in arrays)
 
     def run(self, steps: int) -> None:
@@ -255,11 +265,11 @@ def _verlet(dimension: int) -> Any:
                 least = cut
                 # Nothing is stored in this loop, so that it is vectorised.
                 for k in range(begin, end):
-                    i = np.uint64(first[k])
-                    j = np.uint64(second[k])
+                    p = np.uint64(first[k])
+                    q = np.uint64(second[k])
                     rr = 0.0
                     for a in range(D):
-                        r = x[a, j] - x[a, i]
+                        r = x[a, q] - x[a, p]
                         r -= box[a] * np.rint(r * inverse[a])
                         rr += r * r
                     least = min(least, rr)
@@ -267,11 +277,11 @@ def _verlet(dimension: int) -> Any:
                     continue
                 tally[2] = min(tally[2], least)
                 for k in range(begin, end):
-                    i = np.uint64(first[k])
-                    j = np.uint64(second[k])
+                    p = np.uint64(first[k])
+                    q = np.uint64(second[k])
                     rr = 0.0
                     for a in range(D):
-                        r = x[a, j] - x[a, i]
+                        r = x[a, q] - x[a, p]
                         r -= box[a] * np.rint(r * inverse[a])
                         rr += r * r
                     if rr < cut:
@@ -286,10 +296,10 @@ def _verlet(dimension: int) -> Any:
                         virial += pull
                         potential += steep - flat + epsilon
                         for a in range(D):
-                            r = x[a, j] - x[a, i]
+                            r = x[a, q] - x[a, p]
                             r -= box[a] * np.rint(r * inverse[a])
-                            f[a, i] -= pull / rr * r
-                            f[a, j] += pull / rr * r
+                            f[a, p] -= pull / rr * r
+                            f[a, q] += pull / rr * r
             tally[3] = potential
             if steps > 0:
                 kinetic = 0.0

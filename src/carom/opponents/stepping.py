@@ -69,7 +69,7 @@ class Stepper:
         self.step, self.diameter, self.mass = float(step), float(diameter), float(mass)
         positions = np.asarray(positions, dtype=np.float64)
         self._order = order_in_cells(positions, self.box)
-        self._x = np.ascontiguousarray(positions[self._order].T, dtype=self.real)
+        self._x: Any = np.ascontiguousarray(positions[self._order].T, dtype=self.real)
         self._v = np.ascontiguousarray(np.asarray(velocities)[self._order].T, dtype=self.real)
         self._images = np.zeros(self._x.shape, dtype=np.int64)
         self._listed = self._x.copy()
@@ -78,7 +78,7 @@ class Stepper:
         self.steps = 0
         self._tally = np.zeros(3)  # collisions, virial, smallest distance squared
         self._tally[2] = self.diameter**2
-        self._log_pairs, self._log_times, self._logged = np.empty((0, 2), np.int64), np.empty(0), 0
+        self._log_pairs, self._log_times = np.empty((0, 2), np.int64), np.empty(0)
         self.skin = SKINS[2] if skin is None else float(skin)
         if skin is None:
             self.skin = self._fastest_skin()
@@ -134,8 +134,8 @@ class Stepper:
                 self._log_pairs, self._log_times = np.empty((room, 2), np.int64), np.empty(room)
             made, logged = move(
                 self._x, self._v, self._listed, self._pairs.first, self._pairs.second, box, 1 / box,
-                real(self.step), left, real(self.diameter**2), real(self._slack), self._tally, self._log_pairs,
-                self._log_times,
+                real(self.step), left, real(self.diameter**2), real(self._slack), self._tally,
+                self._log_pairs, self._log_times,
             )  # fmt: skip
             for k in range(logged):
                 i, j = (int(self._order[one]) for one in self._log_pairs[k])
@@ -149,7 +149,7 @@ class Stepper:
     def _list_pairs(self) -> None:
         """List the pairs anew, after every sphere was put into the box."""
         box = self.box[:, None]
-        turns = np.floor(self._x / box)
+        turns = np.floor(self._x.astype(np.float64) / box)
         self._x -= (turns * box).astype(self.real)
         # Rounding may leave one a hair outside, which the list does not mind.
         self._images += turns.astype(np.int64)
@@ -216,8 +216,9 @@ def _move(dimension: int) -> Any:
                         speed += v[a, i] * v[a, i]
                     furthest = max(furthest, moved)
                     fastest = max(fastest, speed)
-                safe = min(np.int64((slack / 2 - np.sqrt(furthest)) / (np.sqrt(fastest) * step)), steps)
-                if safe <= 0:
+                left = (slack / 2 - np.sqrt(furthest)) / (np.sqrt(fastest) * step)
+                safe = np.int64(max(min(left, 1e9), 0.0))
+                if safe == 0:
                     return made, logged
             if logging and logged > len(log_times) // 2:
                 return made, logged
@@ -231,22 +232,22 @@ def _move(dimension: int) -> Any:
                 least = square
                 # Nothing is stored in this loop, so that it is vectorised.
                 for k in range(begin, end):
-                    i = np.uint64(first[k])
-                    j = np.uint64(second[k])
+                    p = np.uint64(first[k])
+                    q = np.uint64(second[k])
                     rr = box[0] * 0
                     for a in range(D):
-                        r = x[a, j] - x[a, i]
+                        r = x[a, q] - x[a, p]
                         r -= box[a] * np.rint(r * inverse[a])
                         rr += r * r
                     least = min(least, rr)
                 if least >= square:
                     continue
                 for k in range(begin, end):
-                    i = np.uint64(first[k])
-                    j = np.uint64(second[k])
+                    p = np.uint64(first[k])
+                    q = np.uint64(second[k])
                     rr = box[0] * 0
                     for a in range(D):
-                        r = x[a, j] - x[a, i]
+                        r = x[a, q] - x[a, p]
                         r -= box[a] * np.rint(r * inverse[a])
                         rr += r * r
                     if rr < square:
@@ -257,9 +258,9 @@ def _move(dimension: int) -> Any:
                         rv = 0.0
                         vv = 0.0
                         for a in range(D):
-                            r = x[a, j] - x[a, i]
+                            r = x[a, q] - x[a, p]
                             r -= box[a] * np.rint(r * inverse[a])
-                            u = v[a, j] - v[a, i]
+                            u = v[a, q] - v[a, p]
                             rv += r * u
                             vv += u * u
                         c = rr - square
@@ -273,35 +274,35 @@ def _move(dimension: int) -> Any:
             order = np.argsort(ago[:found], kind="mergesort")
             for h in order:
                 k = hits[h]
-                i = np.uint64(first[k])
-                j = np.uint64(second[k])
+                p = np.uint64(first[k])
+                q = np.uint64(second[k])
                 rr = box[0] * 0
                 rv = box[0] * 0
                 for a in range(D):
-                    r = x[a, j] - x[a, i]
+                    r = x[a, q] - x[a, p]
                     r -= box[a] * np.rint(r * inverse[a])
                     rr += r * r
-                    rv += r * (v[a, j] - v[a, i])
+                    rv += r * (v[a, q] - v[a, p])
                 if rv >= 0:
                     continue
                 factor = rv / rr
                 for a in range(D):
-                    r = x[a, j] - x[a, i]
+                    r = x[a, q] - x[a, p]
                     r -= box[a] * np.rint(r * inverse[a])
-                    v[a, i] += factor * r
-                    v[a, j] -= factor * r
+                    v[a, p] += factor * r
+                    v[a, q] -= factor * r
                 mine = box[0] * 0
                 other = box[0] * 0
                 for a in range(D):
-                    mine += v[a, i] * v[a, i]
-                    other += v[a, j] * v[a, j]
+                    mine += v[a, p] * v[a, p]
+                    other += v[a, q] * v[a, q]
                 if max(mine, other) > fastest:
                     safe = 0
                 tally[0] += 1
                 tally[1] -= rv
                 if logging and logged < len(log_times):
-                    log_pairs[logged, 0] = i
-                    log_pairs[logged, 1] = j
+                    log_pairs[logged, 0] = p
+                    log_pairs[logged, 1] = q
                     log_times[logged] = made + 1 - min(-ago[h] / step, 1.0)
                     logged += 1
         return steps, logged
