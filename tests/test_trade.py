@@ -140,13 +140,13 @@ def test_runs_come_back_as_far_as_their_arithmetic_allows(scene):
 def test_the_bias_of_coarse_stepping_is_seen_and_the_engine_has_none(scene):
     start, mean_free_time = scene
     true = trade_measures.expected_pressure(start)
-    good, _ = trade_measures.pressure(start, engine(), mean_free_time, 0.2)
-    bad, motion = trade_measures.pressure(start, stepping(0.3, mean_free_time), mean_free_time, 0.5)
-    z, wrong = good.compressibility_factor, bad.compressibility_factor
+    good = trade_measures.measured(start, engine(), mean_free_time, 0.2)
+    bad = trade_measures.measured(start, stepping(0.3, mean_free_time), mean_free_time, 0.2)
+    z, wrong = good.pressure.compressibility_factor, bad.pressure.compressibility_factor
     # Sixteen disks: what the correction of order 1/N leaves out, beside four errors.
     assert abs(z.mean - true) < 4 * z.error + 0.02 * true
     assert abs(wrong.mean - z.mean) > 4 * math.hypot(wrong.error, z.error)
-    assert motion.faults()[0] > 0.05
+    assert bad.motion.faults()[0] > 0.05
 
 
 def test_the_front_is_of_those_that_nobody_beats_twice():
@@ -171,7 +171,10 @@ def test_a_small_scene_has_the_same_density_and_room_for_stepping():
 def test_every_method_is_one_line():
     names = [method.name for method in methods(1.0)]
     assert names[:4] == ["float64", "float32", "50 digits", "float64 naive"]
-    assert names[4:] == ["step 0.1", "step 0.01", "step 0.001", "step 0.0001"]
+    assert names[4:10] == [
+        "step 0.1", "step 0.01", "step 0.001", "step 0.0001", "step 0.1, float32", "step 0.01, float32"
+    ]  # fmt: skip
+    assert names[10:13] == ["Mie 50-49, step 0.001", "Mie 50-49, step 0.002", "Mie 50-49, step 0.004"]
 
 
 # The whole.
@@ -184,6 +187,7 @@ def finished(tmp_path_factory):
     patch = pytest.MonkeyPatch()
     patch.setattr(trade_statistics, "SIZES", (64, 256))
     patch.setattr("carom.studies.accuracy.trade.STEPS", (1e-1, 1e-2))
+    patch.setattr("carom.studies.accuracy.trade.VERLET", (2e-3,))
     stages = []
     result = trade(plan, folder, seconds=0.05, progress=lambda stage, fraction: stages.append(stage))
     patch.undo()

@@ -28,8 +28,9 @@ def trade(
 ) -> None:
     """Measure speed against accuracy, on this machine: what a digit costs.
 
-    The engine, the naive algorithm in 50 digits and in doubles, and time-driven stepping move the same
-    spheres. The folder then holds trade.csv, sizes.csv, sampling.csv, trade.json, and a picture, trade.png.
+    The engine, the naive algorithm in 50 digits and in doubles, compiled time-driven stepping, and pseudo
+    hard spheres (Mie 50-49; by LAMMPS, too, where it is installed) move the same spheres. The folder then
+    holds trade.csv, sizes.csv, sampling.csv, trade.json, and a picture, trade.png.
 
     [bold]Examples[/bold]
 
@@ -94,11 +95,12 @@ def _print(result: TradeResult) -> None:
     console.print(
         _table(
             "Bias, relative",
-            ["", "Z", "±", "g(σ+)", "±"],
+            ["", "Z", "±", "± in 1 CPU s", "g(σ+)", "±", "MSD", "±"],
             [
                 [
-                    row.method, _signed(row.z_bias), _small(row.z_error), _signed(row.contact_bias),
-                    _small(row.contact_error),
+                    row.method, _signed(row.z_bias), _small(row.z_error), _small(row.z_cost),
+                    _signed(row.contact_bias), _small(row.contact_error), _signed(row.msd_bias),
+                    _small(row.msd_error),
                 ]
                 for row in rows
             ],
@@ -156,4 +158,6 @@ def _signed(value: float) -> str:
 
 
 def _horizon(value: float, result: TradeResult) -> str:
+    if math.isnan(value):
+        return "-"
     return f"> {result.horizon.followed:.0f}" if math.isinf(value) else f"{value:.1f}"

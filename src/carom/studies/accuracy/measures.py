@@ -14,9 +14,9 @@ from carom import theory
 from carom.block import Block
 from carom.errors import CaromError, CaromWarning
 from carom.observables import Pressure, PressureEstimate
+from carom.observables.statistics import Estimate, blocking
 from carom.reference import NaiveSystem
 from carom.scene.scene import Scene
-from carom.scene.temperature import temperature
 from carom.studies.accuracy.methods import Method, Motion
 
 NUDGE = 1e-30
@@ -85,7 +85,7 @@ def true_track(
     # The first mean free times turn a difference of positions into the fastest growing one.
     late = slice(len(apart) // 5, None)
     slope = np.polyfit(times[: len(apart)][late], np.array(apart)[late], 1)[0]
-    return Track(times, np.array(positions), np.array(collisions), motion.order(), float(slope))
+    return Track(times, np.array(positions), np.array(collisions), motion.order() or [], float(slope))
 
 
 def _twin(scene: Scene) -> NaiveSystem:
@@ -113,7 +113,7 @@ class Faithfulness:
     ----------
     order, position : float
         Collisions a particle until the order of collisions, and until any position by 10^-3 diameters,
-        differs; infinite if it never did.
+        differs; infinite if it never did, nan where nothing is a collision.
     error : float
         Median distance from the true positions after one collision a particle [diameters]; 0 where no double
         can tell the difference.
@@ -143,6 +143,8 @@ def faithfulness(scene: Scene, method: Method, track: Track) -> Faithfulness:
         if k >= one and 2.0 * track.collisions[k] / n > lost + 8.0:
             break
     order = motion.order()
+    if order is None:
+        return Faithfulness(math.nan, lost, error)
     same = next((k for k, (a, b) in enumerate(zip(order, track.order, strict=False)) if a != b), None)
     return Faithfulness(math.inf if same is None else 2.0 * same / n, lost, error)
 
@@ -170,21 +172,44 @@ def speed(scene: Scene, method: Method, interval: float, seconds: float) -> tupl
     return (motion.tally()[1] - before) / spent, motion
 
 
-def pressure(
-    scene: Scene, method: Method, interval: float, seconds: float
-) -> tuple[PressureEstimate, Motion]:
-    """Return the pressure from a run of so many CPU seconds, in blocks of ``interval``."""
+@dataclass(frozen=True)
+class Measured:
+    """What a run of a method gave.
+
+    Attributes
+    ----------
+    pressure : PressureEstimate
+    displacement : Estimate
+        Mean squared displacement in one interval [length^2].
+    seconds : float
+        CPU seconds of the stretch that was measured.
+    motion : Motion
+    """
+
+    pressure: PressureEstimate
+    displacement: Estimate
+    seconds: float
+    motion: Motion
+
+
+def measured(scene: Scene, method: Method, interval: float, seconds: float) -> Measured:
+    """Return pressure and mean squared displacement from a run of so many CPU seconds, in blocks of
+    ``interval``.
+    """
     motion = method.start(scene)
-    velocities = scene.velocities
-    assert velocities is not None
-    motion.run(8.0 * interval)
+    motion.settle(8.0 * interval)
     blocks: list[Block] = []
-    last, began = motion.tally(), clock.process_time()
-    while clock.process_time() - began < seconds or len(blocks) < 16:
+    squares: list[float] = []
+    box = np.asarray(scene.box)
+    last, at, began = motion.tally(), motion.positions(), clock.process_time()
+    while (spent := clock.process_time() - began) < seconds or len(blocks) < 16:
         motion.run(interval)
-        now = motion.tally()
+        now, there = motion.tally(), motion.positions()
         blocks.append(Block(*(b - a for a, b in zip(last, now, strict=True))))  # type: ignore[arg-type]
-        last = now
+        way = there - at
+        way -= box * np.rint(way / box)
+        squares.append(float((way * way).sum() / scene.n))
+        last, at = now, there
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", CaromWarning)  # the table shows the error bar
         found = Pressure.estimate(
@@ -193,10 +218,11 @@ def pressure(
             dimension=scene.dimension,
             volume=scene.volume,
             diameter=scene.diameter,
-            kT=temperature(scene, velocities),
+            kT=motion.kT(),
             mass=scene.mass,
         )
-    return found, motion
+        displacement = blocking(squares)
+    return Measured(found, displacement, spent, motion)
 
 
 def expected_pressure(scene: Scene) -> float | None:

@@ -14,10 +14,12 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from carom.errors import CaromWarning
+from carom.opponents.pseudo_hard import PseudoHardSpheres
+from carom.opponents.stepping import Stepper
 from carom.reference import NaiveSystem
 from carom.reference.arithmetic import ArithmeticName
-from carom.reference.stepping import SteppedSystem
 from carom.scene.scene import Scene
+from carom.scene.temperature import temperature
 from carom.simulation.simulation import Simulation
 
 
@@ -27,8 +29,16 @@ class Motion(Protocol):
     def run(self, time: float) -> None:
         """Move on by a time (a stepping method: by the nearest number of steps)."""
 
-    def order(self) -> list[tuple[int, int]]:
-        """Return the pairs that collided so far, in order, the smaller index first; ends the motion."""
+    def settle(self, time: float) -> None:
+        """Move on until it can be measured."""
+
+    def kT(self) -> float:
+        """Return the mean temperature since then [energy]."""
+
+    def order(self) -> list[tuple[int, int]] | None:
+        """Return the pairs that collided so far, in order, the smaller index first, or None where nothing is
+        a collision; ends the motion.
+        """
 
     def positions(self) -> np.ndarray:
         """Return the centres (n, d), up to whole boxes."""
@@ -56,7 +66,7 @@ class Method:
     ----------
     name : str
         As the table shows it.
-    kind : {"event-driven", "naive", "time-driven"}
+    kind : {"event-driven", "naive", "time-driven", "pseudo-hard"}
         Which algorithm.
     start : callable
         ``start(scene)`` returns a :class:`Motion`; the scene has velocities.
@@ -99,22 +109,48 @@ def naive() -> Method:
     )
 
 
-def stepping(fraction: float, mean_free_time: float) -> Method:
+def stepping(fraction: float, mean_free_time: float, *, single: bool = False) -> Method:
     """Return time-driven stepping with a step of that fraction of the mean free time [time]."""
     return Method(
-        f"step {fraction:g}",
+        f"step {fraction:g}" + (", float32" if single else ""),
         "time-driven",
         lambda scene: _Stepping(
-            SteppedSystem(
+            Stepper(
                 scene.positions,
                 scene.velocities,
                 scene.box,
                 step=fraction * mean_free_time,
                 diameter=scene.diameter,
                 mass=scene.mass,
+                single=single,
             )
         ),
     )
+
+
+def pseudo_hard(step: float, mean_free_time: float, *, lammps: bool = False) -> Method:
+    """Return pseudo hard spheres by velocity Verlet, by Carom or by LAMMPS.
+
+    The time step is in units of sigma sqrt(m / epsilon). They have no collisions. What is counted are those
+    that hard spheres make in the same time.
+    """
+
+    def start(scene: Scene) -> Motion:
+        make: Any = PseudoHardSpheres
+        if lammps:
+            from carom.opponents.lammps import LammpsSpheres as make
+        system = make(
+            scene.positions,
+            scene.velocities,
+            scene.box,
+            step=step,
+            kT=temperature(scene, np.asarray(scene.velocities)),
+            diameter=scene.diameter,
+            mass=scene.mass,
+        )
+        return _PseudoHard(system, 0.5 * scene.n / mean_free_time)
+
+    return Method(f"{'LAMMPS' if lammps else 'Mie 50-49'}, step {step:g}", "pseudo-hard", start)
 
 
 @dataclass
@@ -135,6 +171,12 @@ class _Engine:
 
     def run(self, time: float) -> None:
         self.sim.run(time=time)
+
+    def settle(self, time: float) -> None:
+        self.run(time)
+
+    def kT(self) -> float:
+        return self.sim.kT
 
     def order(self) -> list[tuple[int, int]]:
         from carom.io.events import read_events
@@ -183,6 +225,13 @@ class _Naive:
         later = self.system.time + self.system.arithmetic.number(time)
         self.pairs += [(c.i, c.j) for c in self.system.advance_to(later)]
 
+    def settle(self, time: float) -> None:
+        self.run(time)
+
+    def kT(self) -> float:
+        n, d = self.system.positions.shape
+        return 2.0 * float(self.system.energy) / (d * (n - 1))
+
     def order(self) -> list[tuple[int, int]]:
         return self.pairs
 
@@ -227,17 +276,24 @@ class _Naive:
 class _Stepping:
     """Time-driven stepping."""
 
-    system: SteppedSystem
+    system: Stepper
     pairs: list[tuple[int, int]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._asked = 0.0
-        self._speeds = self.system.velocities.copy()
+        self._speeds = self.system.velocities
 
     def run(self, time: float) -> None:
         self._asked += time
         steps = round(self._asked / self.system.step) - self.system.steps
-        self.pairs += [(min(c.i, c.j), max(c.i, c.j)) for c in self.system.run(steps)]
+        self.pairs += [(min(i, j), max(i, j)) for _, i, j in self.system.run(steps, log=True)]
+
+    def settle(self, time: float) -> None:
+        self.run(time)
+
+    def kT(self) -> float:
+        v = self.system.velocities
+        return self.system.mass * float((v * v).sum()) / (v.shape[1] * (len(v) - 1))
 
     def order(self) -> list[tuple[int, int]]:
         return self.pairs
@@ -248,13 +304,15 @@ class _Stepping:
 
     def reversed(self) -> Motion:
         system = self.system
-        back = SteppedSystem(
+        back = Stepper(
             system.positions,
             -system.velocities,
             system.box,
             step=system.step,
             diameter=system.diameter,
             mass=system.mass,
+            single=system.real is np.float32,
+            skin=system.skin,
         )
         return _Stepping(back)
 
@@ -262,15 +320,77 @@ class _Stepping:
         return self.system.time, self.system.collisions, self.system.virial
 
     def faults(self) -> tuple[float, float, float]:
-        before, after = self._speeds, self.system.velocities
-        energy = abs(float(np.sum(after * after) / np.sum(before * before)) - 1.0)
-        change = after.sum(axis=0) - before.sum(axis=0)
-        scale = float(np.sqrt((after * after).sum(axis=1)).sum())
-        return self.system.worst_overlap, energy, float(np.linalg.norm(change)) / scale
+        energy, momentum = _changes(self._speeds, self.system.velocities)
+        return self.system.worst_overlap, energy, momentum
 
     def bytes_per_particle(self) -> float:
-        n, dimension = self.system.positions.shape
-        return 16.0 * dimension + 16.0 * self.system.pairs / n
+        return self.system.bytes / len(self._speeds)
+
+
+@dataclass
+class _PseudoHard:
+    """Pseudo hard spheres."""
+
+    system: Any
+    rate: float
+    """Collisions of hard spheres a time."""
+
+    def __post_init__(self) -> None:
+        self._asked, self._begun = 0.0, 0
+        self._energy, self._speeds = self.system.energy, self.system.velocities
+
+    def run(self, time: float) -> None:
+        self._asked += time
+        self.system.run(round(self._asked / self.system.step) - (self.system.steps - self._begun))
+
+    def settle(self, time: float) -> None:
+        self.system.equilibrate(max(round(4.0 * time / self.system.step), 50))
+        self._begun, self._asked = self.system.steps, 0.0
+        self._energy, self._speeds = self.system.energy, self.system.velocities
+
+    def kT(self) -> float:
+        n, d = self._speeds.shape
+        return 2.0 * self.system.action / self.system.time / (d * (n - 1))
+
+    def order(self) -> None:
+        return None
+
+    def positions(self) -> np.ndarray:
+        return self.system.positions
+
+    def reversed(self) -> Motion:
+        system = self.system
+        back = type(system)(
+            system.positions,
+            -system.velocities,
+            system.box,
+            step=system.step / (system.diameter * math.sqrt(system.mass / system.epsilon)),
+            kT=system.kT,
+            diameter=system.diameter,
+            mass=system.mass,
+            skin=system.skin,
+        )
+        return _PseudoHard(back, self.rate)
+
+    def tally(self) -> tuple[float, int, float]:
+        time = self.system.time
+        return time, round(self.rate * time), self.system.virial
+
+    def faults(self) -> tuple[float, float, float]:
+        kinetic = self.system.mass * float((self._speeds**2).sum()) / 2.0
+        energy = abs(self.system.energy - self._energy) / kinetic
+        return math.nan, energy, _changes(self._speeds, self.system.velocities)[1]
+
+    def bytes_per_particle(self) -> float:
+        return getattr(self.system, "bytes", math.nan) / len(self._speeds)
+
+
+def _changes(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """Return the relative changes of kinetic energy and momentum of equal masses."""
+    energy = abs(float(np.sum(after * after) / np.sum(before * before)) - 1.0)
+    change = after.sum(axis=0) - before.sum(axis=0)
+    scale = float(np.sqrt((after * after).sum(axis=1)).sum())
+    return energy, float(np.linalg.norm(change)) / scale
 
 
 def _system(scene: Scene, velocities: Any, **arithmetic: Any) -> NaiveSystem:

@@ -15,7 +15,12 @@ if TYPE_CHECKING:
 
     from carom.studies.accuracy.trade import TradeResult
 
-LOOKS = {"event-driven": ("o", plots.INK), "naive": ("s", plots.GREY), "time-driven": ("^", plots.WARM)}
+LOOKS = {
+    "event-driven": ("o", plots.INK),
+    "naive": ("s", plots.GREY),
+    "time-driven": ("^", plots.WARM),
+    "pseudo-hard": ("D", "#3b7d4f"),
+}
 """Marker and colour of each algorithm."""
 
 

@@ -15,22 +15,25 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io.paths import replacing, writing
+from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
 from carom.plan.sections import SceneSpec
 from carom.scene import lattices
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 from carom.studies.accuracy.measures import (
+    SAMPLES,
     Faithfulness,
+    Measured,
     Track,
     expected_pressure,
     faithfulness,
-    pressure,
+    measured,
     reversal,
     speed,
     true_track,
 )
-from carom.studies.accuracy.methods import Method, engine, naive, oracle, stepping
+from carom.studies.accuracy.methods import Method, engine, naive, oracle, pseudo_hard, stepping
 from carom.studies.accuracy.statistics import SamplingRow, SizeRow, sampling, sizes
 
 SMALL = 64
@@ -41,6 +44,9 @@ STARTS = 3
 
 STEPS = (1e-1, 1e-2, 1e-3, 1e-4)
 """Steps of the time-driven method [mean free times]."""
+
+VERLET = (1e-3, 2e-3, 4e-3)
+"""Steps of pseudo hard spheres [sigma sqrt(m / epsilon)]; the first is what Jover et al. take."""
 
 BACK = (5, 10, 20)
 """Collisions a particle forward, and as many back."""
@@ -84,7 +90,11 @@ class Row:
     z_bias, z_error : float
         Z over what it should be less one, and its standard error.
     contact_bias, contact_error : float
-        The same of g(sigma+), from the number of collisions.
+        The same of g(sigma+), from the number of collisions; nan where nothing is a collision.
+    msd_bias, msd_error : float
+        The same of the mean squared displacement in a mean free time, compared with the engine's.
+    z_cost : float
+        Error of Z after one CPU second, relative: the statistical one. What a bias leaves is ``z_bias``.
     """
 
     method: str
@@ -105,6 +115,9 @@ class Row:
     z_error: float
     contact_bias: float
     contact_error: float
+    msd_bias: float
+    msd_error: float
+    z_cost: float
 
 
 @dataclass(frozen=True)
@@ -155,14 +168,23 @@ class TradeResult:
     sampling: list[SamplingRow]
 
 
-def methods(mean_free_time: float) -> list[Method]:
+def methods(mean_free_time: float, dimension: int = 3) -> list[Method]:
     """Return what is compared: one line a row of the table."""
+    from carom.opponents.lammps import available
+
     return [
         engine("float64"),
         engine("float32", precision="single"),
         oracle(50),
         naive(),
         *(stepping(fraction, mean_free_time) for fraction in STEPS),
+        *(stepping(fraction, mean_free_time, single=True) for fraction in STEPS[:2]),
+        *(pseudo_hard(step, mean_free_time) for step in VERLET),
+        *(
+            pseudo_hard(step, mean_free_time, lammps=True)
+            for step in VERLET
+            if dimension == 3 and available()
+        ),
     ]
 
 
@@ -216,7 +238,7 @@ def trade(
     scene, _ = melted(simple_scene(plan.build_scene()), plan.run.seed)
     followed_from = [melted(small_scene(scene), plan.run.seed + k) for k in range(STARTS)]
     small, mean_free_time = followed_from[0]
-    followed = methods(mean_free_time)
+    followed = methods(mean_free_time, scene.dimension)
     exact = next(method for method in followed if method.many_digits)
     followings = []
     for k, (start, _) in enumerate(followed_from):
@@ -230,11 +252,13 @@ def trade(
         followings.append((start, track))
     rows: list[Row] = []
     true_z = expected_pressure(small)  # without a theory, the engine's own Z
+    true_msd: Estimate | None = None
     for k, method in enumerate(followed):
         report(method.name, k / len(followed))
         where = scene if method.fast else small
-        row, z = _row(method, where, followings, mean_free_time, seconds, true_z)
-        true_z = z if true_z is None else true_z
+        row, found = _row(method, where, followings, mean_free_time, seconds, true_z, true_msd)
+        true_z = found.pressure.compressibility_factor.mean if true_z is None else true_z
+        true_msd = found.displacement if true_msd is None else true_msd
         rows.append(row)
     by_size = sizes(
         scene.dimension, scene.packing_fraction, plan.run.seed, 0.5 * seconds, lambda f: report("Sizes", f)
@@ -262,7 +286,8 @@ def _row(
     mean_free_time: float,
     seconds: float,
     true_z: float | None,
-) -> tuple[Row, float]:
+    true_msd: Estimate | None,
+) -> tuple[Row, Measured]:
     small, track = followings[0]
     interval = float(track.times[0])
     rate, moving = speed(where, method, interval, 0.25 * seconds)
@@ -276,14 +301,16 @@ def _row(
     back = [
         reversal(small, method, count * mean_free_time) if count <= longest else math.nan for count in BACK
     ]
-    found, motion = pressure(small, method, 4.0 * interval, seconds)
-    overlap, energy, momentum = motion.faults()
-    collisions = motion.tally()[1]
-    motion.order()
-    z, count = found.compressibility_factor, found.compressibility_factor_from_rate
+    found = measured(small, method, SAMPLES * interval, seconds)
+    overlap, energy, momentum = found.motion.faults()
+    collisions = found.motion.tally()[1]
+    collides = found.motion.order() is not None
+    z, count = found.pressure.compressibility_factor, found.pressure.compressibility_factor_from_rate
     true = z.mean if true_z is None else true_z
     # g(sigma+) is proportional to Z - 1.
     from_rate = count.scaled(1.0 / (true - 1.0), offset=-1.0 / (true - 1.0))
+    msd = found.displacement
+    right = msd if true_msd is None else true_msd
     row = Row(
         method=method.name,
         algorithm=method.kind,
@@ -301,10 +328,13 @@ def _row(
         back_20=back[2],
         z_bias=z.mean / true - 1.0,
         z_error=z.error / true,
-        contact_bias=from_rate.mean - 1.0,
-        contact_error=from_rate.error,
+        contact_bias=from_rate.mean - 1.0 if collides else math.nan,
+        contact_error=from_rate.error if collides else math.nan,
+        msd_bias=msd.mean / right.mean - 1.0,
+        msd_error=math.hypot(msd.relative_error, 0.0 if true_msd is None else right.relative_error),
+        z_cost=z.relative_error * math.sqrt(found.seconds),
     )
-    return row, z.mean
+    return row, found
 
 
 def melted(scene: Scene, seed: int) -> tuple[Scene, float]:

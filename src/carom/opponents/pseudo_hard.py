@@ -1,0 +1,314 @@
+"""Pseudo hard spheres: what users of time-stepping codes simulate in the place of hard spheres.
+
+A Mie potential of exponents 50 and 49, cut at its minimum and shifted, has nearly the structure and the
+pressure of hard spheres of diameter sigma at kT = 1.5 epsilon (Jover, Haslam, Galindo, Jackson and Mueller,
+J. Chem. Phys. 137, 144505 (2012)). Here velocity Verlet moves them, compiled.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from carom.opponents.pairs import PairList, compile_kept, order_in_cells
+from carom.opponents.stepping import SKINS
+
+REDUCED_TEMPERATURE = 1.5
+"""kT / epsilon at which the potential imitates hard spheres (Jover et al.)."""
+
+CUT = 50.0 / 49.0
+"""Distance beyond which the force is zero [diameters]."""
+
+CHUNK = 8
+"""Pairs whose smallest distance is looked at before any one of them is."""
+
+
+class PseudoHardSpheres:
+    """Pseudo hard spheres in a periodic box, by velocity Verlet.
+
+    Parameters
+    ----------
+    positions, velocities : (n, d) array_like
+        Centres [length] and velocities [length / time].
+    box : sequence of d floats
+        Edges [length], each at least two diameters.
+    step : float
+        The time step in units of ``diameter * sqrt(mass / epsilon)``.
+    kT : float
+        Temperature [energy]; epsilon is two thirds of it.
+    diameter, mass : float
+        Of every sphere [length], [mass].
+    skin : float, optional
+        Reach of the list of pairs beyond the cut [diameters]; without it the fastest is tried out.
+
+    Attributes
+    ----------
+    steps : int
+    time : float
+        The present [time].
+    virial : float
+        Integral of ``sum r_ij . f_ij`` over the time so far [energy time / time], as a sum over collisions
+        of ``r_ij . dp_ij`` is for hard spheres.
+    action : float
+        Integral of the kinetic energy over the time so far.
+    closest : float
+        Smallest distance of two spheres so far [diameters].
+    """
+
+    def __init__(
+        self,
+        positions: Any,
+        velocities: Any,
+        box: Any,
+        *,
+        step: float,
+        kT: float = 1.0,
+        diameter: float = 1.0,
+        mass: float = 1.0,
+        skin: float | None = None,
+    ):
+        self.box = np.array(box, dtype=np.float64)
+        self.kT, self.diameter, self.mass = float(kT), float(diameter), float(mass)
+        self.epsilon = self.kT / REDUCED_TEMPERATURE
+        self.step = float(step) * self.diameter * math.sqrt(self.mass / self.epsilon)
+        positions = np.asarray(positions, dtype=np.float64)
+        self._order = order_in_cells(positions, self.box)
+        self._x = np.ascontiguousarray(positions[self._order].T)
+        self._v = np.ascontiguousarray(np.asarray(velocities, dtype=np.float64)[self._order].T)
+        self._f = np.zeros(self._x.shape)
+        self._images = np.zeros(self._x.shape, dtype=np.int64)
+        self._listed = self._x.copy()
+        self._pairs = PairList(self.box, self._x.shape[1])
+        self._slack = -1.0
+        self.steps = 0
+        self._tally = np.zeros(
+            4
+        )  # integral of the virial, of the kinetic energy; square of closest; potential
+        self._tally[2] = float(self.box.max()) ** 2
+        self.skin = SKINS[2] if skin is None else float(skin)
+        if skin is None:
+            self.skin = self._fastest_skin()
+
+    @property
+    def virial(self) -> float:
+        """Integral of the virial over the time so far."""
+        return float(self._tally[0])
+
+    @property
+    def action(self) -> float:
+        """Integral of the kinetic energy over the time so far."""
+        return float(self._tally[1])
+
+    @property
+    def closest(self) -> float:
+        """Smallest distance of two spheres so far [diameters]."""
+        return math.sqrt(float(self._tally[2])) / self.diameter
+
+    @property
+    def time(self) -> float:
+        """The present [time]."""
+        return self.steps * self.step
+
+    @property
+    def energy(self) -> float:
+        """Kinetic and potential energy now."""
+        self._renew()
+        self._forces()
+        return self.kinetic_energy + float(self._tally[3])
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Kinetic energy now."""
+        return 0.5 * self.mass * float((self._v**2).sum())
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Unwrapped centres (n, d) [length]."""
+        return self._back(self._x + self._images * self.box[:, None])
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities (n, d) [length / time]."""
+        return self._back(self._v)
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the state and of the list."""
+        arrays = (
+            self._x,
+            self._v,
+            self._f,
+            self._images,
+            self._listed,
+            self._pairs.first,
+            self._pairs.second,
+        )
+        return sum(array.nbytes for array in arrays)
+
+    def run(self, steps: int) -> None:
+        """Make so many steps."""
+        verlet = _verlet(len(self.box))
+        left = steps
+        while left:
+            if self._slack < 0.0:
+                self._renew()
+                self._forces()
+            made = verlet(
+                self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
+                1.0 / self.box, self.step, left, self._slack, self.diameter**2, self.epsilon, self.mass,
+                self._tally,
+            )  # fmt: skip
+            self.steps += made
+            left -= made
+            if left:
+                self._slack = -1.0
+
+    def equilibrate(self, steps: int, every: int = 50) -> None:
+        """Make so many steps with velocities scaled to kT now and then; then forget what was summed up.
+
+        Spheres that come from hard ones have potential energy to gain, which would cool them.
+        """
+        n, d = self._x.shape[1], self._x.shape[0]
+        for _ in range(max(steps // every, 1)):
+            self.run(every)
+            self._v -= self._v.mean(axis=1, keepdims=True)
+            self._v *= math.sqrt(0.5 * d * (n - 1) * self.kT / self.kinetic_energy)
+        self.steps = 0
+        self._tally[:2] = 0.0
+        self._tally[2] = float(self.box.max()) ** 2
+
+    def _renew(self) -> None:
+        """List the pairs anew, after every sphere was put into the box."""
+        turns = np.floor(self._x / self.box[:, None])
+        self._x -= turns * self.box[:, None]
+        self._images += turns.astype(np.int64)
+        self._listed = self._x.copy()
+        fastest = math.sqrt(float((self._v**2).sum(axis=0).max()))
+        self._slack = self.skin * self.diameter + 4.0 * fastest * self.step
+        reach = CUT * self.diameter + self._slack
+        self._pairs.renew(self._x, reach)
+        if 2.0 * reach > self.box.min():
+            self._slack = float(np.finfo(np.float64).max)
+
+    def _forces(self) -> None:
+        _verlet(len(self.box))(
+            self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
+            1.0 / self.box, 0.0, 0, self._slack, self.diameter**2, self.epsilon, self.mass, self._tally,
+        )  # fmt: skip
+
+    def _fastest_skin(self) -> float:
+        """Try skins from here on, and go back to the start."""
+        start = self._x.copy(), self._v.copy(), self._images.copy(), self._tally.copy()
+        costs = []
+        for skin in SKINS:
+            self.skin, self._slack, self.steps = skin, -1.0, 0
+            self.run(1)
+            began, made = clock.process_time(), 0
+            while (spent := clock.process_time() - began) < 0.02:
+                self.run(25)
+                made += 25
+            costs.append(spent / made)
+            for array, before in zip((self._x, self._v, self._images, self._tally), start, strict=True):
+                array[:] = before
+        self._slack, self.steps = -1.0, 0
+        return SKINS[int(np.argmin(costs))]
+
+    def _back(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows (d, n) as (n, d), in the order in which the spheres were given."""
+        result = np.empty(rows.shape[::-1])
+        result[self._order] = rows.T
+        return result
+
+
+@lru_cache
+def _verlet(dimension: int) -> Any:
+    D = dimension
+    strength = 50.0 * CUT**49.0
+
+    def verlet(
+        x, v, f, listed, first, second, box, inverse, step, steps, slack, square, epsilon, mass, tally
+    ):
+        """Make steps until the list is used up; return how many. No steps: the forces alone."""
+        n = x.shape[1]
+        pairs = len(first)
+        cut = CUT * CUT * square
+        kick = 0.5 * step / mass
+        for made in range(max(steps, 1)):
+            if steps > 0:
+                furthest = 0.0
+                for i in range(n):
+                    moved = 0.0
+                    for a in range(D):
+                        v[a, i] += kick * f[a, i]
+                        r = x[a, i] + v[a, i] * step - listed[a, i]
+                        moved += r * r
+                    furthest = max(furthest, moved)
+                if 2.0 * np.sqrt(furthest) > slack:
+                    for a in range(D):
+                        for i in range(n):
+                            v[a, i] -= kick * f[a, i]
+                    return made
+                for a in range(D):
+                    for i in range(n):
+                        x[a, i] += v[a, i] * step
+            for a in range(D):
+                for i in range(n):
+                    f[a, i] = 0.0
+            virial = 0.0
+            potential = 0.0
+            for begin in range(0, pairs, CHUNK):
+                end = min(begin + CHUNK, pairs)
+                least = cut
+                # Nothing is stored in this loop, so that it is vectorised.
+                for k in range(begin, end):
+                    p = np.uint64(first[k])
+                    q = np.uint64(second[k])
+                    rr = 0.0
+                    for a in range(D):
+                        r = x[a, q] - x[a, p]
+                        r -= box[a] * np.rint(r * inverse[a])
+                        rr += r * r
+                    least = min(least, rr)
+                if least >= cut:
+                    continue
+                tally[2] = min(tally[2], least)
+                for k in range(begin, end):
+                    p = np.uint64(first[k])
+                    q = np.uint64(second[k])
+                    rr = 0.0
+                    for a in range(D):
+                        r = x[a, q] - x[a, p]
+                        r -= box[a] * np.rint(r * inverse[a])
+                        rr += r * r
+                    if rr < cut:
+                        s = square / rr
+                        s8 = s * s
+                        s8 *= s8
+                        s8 *= s8
+                        s24 = s8 * s8 * s8
+                        steep = strength * epsilon * s24 * s
+                        flat = strength * epsilon * s24 * np.sqrt(s)
+                        pull = 50.0 * steep - 49.0 * flat
+                        virial += pull
+                        potential += steep - flat + epsilon
+                        for a in range(D):
+                            r = x[a, q] - x[a, p]
+                            r -= box[a] * np.rint(r * inverse[a])
+                            f[a, p] -= pull / rr * r
+                            f[a, q] += pull / rr * r
+            tally[3] = potential
+            if steps > 0:
+                kinetic = 0.0
+                for a in range(D):
+                    for i in range(n):
+                        v[a, i] += kick * f[a, i]
+                        kinetic += v[a, i] * v[a, i]
+                tally[0] += virial * step
+                tally[1] += 0.5 * mass * kinetic * step
+        return steps
+
+    return compile_kept(verlet)

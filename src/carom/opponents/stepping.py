@@ -1,0 +1,310 @@
+"""Time-driven stepping, compiled: the method that Lubachevsky (1991) sets his algorithm against.
+
+The same rules as :class:`carom.reference.stepping.SteppedSystem`, which is written to be read: the clock
+advances by a fixed step, and pairs that are then found to overlap and to approach exchange momentum, the
+earliest contact first.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from carom.opponents.pairs import PairList, compile_kept, order_in_cells
+
+SKINS = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8)
+"""Reaches of the list beyond contact that are tried [diameters]."""
+
+CHUNK = 64
+"""Pairs whose smallest distance is looked at before any one of them is."""
+
+
+class Stepper:
+    """Equal hard spheres in a periodic box, advanced by a fixed time step in compiled code.
+
+    Parameters
+    ----------
+    positions, velocities : (n, d) array_like
+        Centres [length] and velocities [length / time].
+    box : sequence of d floats
+        Edges [length], each at least two diameters.
+    step : float
+        The time step [time].
+    diameter, mass : float
+        Of every sphere [length], [mass].
+    single : bool
+        Whether to compute in float32.
+    skin : float, optional
+        Reach of the list of pairs beyond contact [diameters]. Without it the fastest is tried out. What is
+        found does not depend on it.
+
+    Attributes
+    ----------
+    steps, collisions : int
+        The time is ``steps * step``.
+    virial : float
+        Sum of ``r_ij . dp_ij`` [energy], with the separation found.
+    worst_overlap : float
+        Deepest overlap found after a step [diameters].
+    """
+
+    def __init__(
+        self,
+        positions: Any,
+        velocities: Any,
+        box: Any,
+        *,
+        step: float,
+        diameter: float = 1.0,
+        mass: float = 1.0,
+        single: bool = False,
+        skin: float | None = None,
+    ):
+        self.real: Any = np.float32 if single else np.float64
+        self.box = np.array(box, dtype=np.float64)
+        self.step, self.diameter, self.mass = float(step), float(diameter), float(mass)
+        positions = np.asarray(positions, dtype=np.float64)
+        self._order = order_in_cells(positions, self.box)
+        self._x: Any = np.ascontiguousarray(positions[self._order].T, dtype=self.real)
+        self._v = np.ascontiguousarray(np.asarray(velocities)[self._order].T, dtype=self.real)
+        self._images = np.zeros(self._x.shape, dtype=np.int64)
+        self._listed = self._x.copy()
+        self._pairs = PairList(self.box, self._x.shape[1])
+        self._slack = -1.0
+        self.steps = 0
+        self._tally = np.zeros(3)  # collisions, virial, smallest distance squared
+        self._tally[2] = self.diameter**2
+        self._log_pairs, self._log_times = np.empty((0, 2), np.int64), np.empty(0)
+        self.skin = SKINS[2] if skin is None else float(skin)
+        if skin is None:
+            self.skin = self._fastest_skin()
+
+    @property
+    def collisions(self) -> int:
+        """Collisions so far."""
+        return int(self._tally[0])
+
+    @property
+    def virial(self) -> float:
+        """Sum of ``r_ij . dp_ij`` so far [energy]."""
+        return self.mass * float(self._tally[1])
+
+    @property
+    def worst_overlap(self) -> float:
+        """Deepest overlap found after a step [diameters]."""
+        return max(1.0 - math.sqrt(float(self._tally[2])) / self.diameter, 0.0)
+
+    @property
+    def time(self) -> float:
+        """The present [time]."""
+        return self.steps * self.step
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Unwrapped centres (n, d) [length]."""
+        return self._back(self._x.astype(np.float64) + self._images * self.box[:, None])
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities (n, d) [length / time]."""
+        return self._back(self._v.astype(np.float64))
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the state and of the list."""
+        arrays = (self._x, self._v, self._images, self._listed, self._pairs.first, self._pairs.second)
+        return sum(array.nbytes for array in arrays)
+
+    def run(self, steps: int, *, log: bool = False) -> list[tuple[float, int, int]]:
+        """Make so many steps; return time, and the two, of each collision where a log is asked for."""
+        found: list[tuple[float, int, int]] = []
+        move = _move(len(self.box))
+        real = self.real
+        box = self.box.astype(real)
+        left = steps
+        while left:
+            if self._slack < 0.0:
+                self._list_pairs()
+            room = 4 * self._x.shape[1] if log else 0
+            if len(self._log_times) != room:
+                self._log_pairs, self._log_times = np.empty((room, 2), np.int64), np.empty(room)
+            made, logged = move(
+                self._x, self._v, self._listed, self._pairs.first, self._pairs.second, box, 1 / box,
+                real(self.step), left, real(self.diameter**2), real(self._slack), self._tally,
+                self._log_pairs, self._log_times,
+            )  # fmt: skip
+            for k in range(logged):
+                i, j = (int(self._order[one]) for one in self._log_pairs[k])
+                found.append((self.time + float(self._log_times[k]) * self.step, i, j))
+            self.steps += made
+            left -= made
+            if left:
+                self._slack = -1.0
+        return found
+
+    def _list_pairs(self) -> None:
+        """List the pairs anew, after every sphere was put into the box."""
+        box = self.box[:, None]
+        turns = np.floor(self._x.astype(np.float64) / box)
+        self._x -= (turns * box).astype(self.real)
+        # Rounding may leave one a hair outside, which the list does not mind.
+        self._images += turns.astype(np.int64)
+        self._listed = self._x.copy()
+        fastest = math.sqrt(float((self._v.astype(np.float64) ** 2).sum(axis=0).max()))
+        self._slack = self.skin * self.diameter + 2.0 * fastest * self.step * 1.01
+        # Eight roundings of a coordinate, for what float32 makes of the reach.
+        doubt = 8.0 * float(np.finfo(self.real).eps) * float(self.box.max())
+        reach = self.diameter + self._slack + doubt
+        self._pairs.renew(self._x, reach)
+        if 2.0 * reach > self.box.min():
+            self._slack = float(np.finfo(self.real).max)  # all pairs are listed
+
+    def _fastest_skin(self) -> float:
+        """Try skins from here on, and go back to the start."""
+        start = self._x.copy(), self._v.copy(), self._images.copy(), self._tally.copy()
+        costs = []
+        for skin in SKINS:
+            self.skin, self._slack, self.steps = skin, -1.0, 0
+            self.run(1)
+            began, made = clock.process_time(), 0
+            while (spent := clock.process_time() - began) < 0.02:
+                self.run(25)
+                made += 25
+            costs.append(spent / made)
+            for array, before in zip((self._x, self._v, self._images, self._tally), start, strict=True):
+                array[:] = before
+        self._slack, self.steps = -1.0, 0
+        return SKINS[int(np.argmin(costs))]
+
+    def _back(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows (d, n) as (n, d), in the order in which the spheres were given."""
+        result = np.empty(rows.shape[::-1])
+        result[self._order] = rows.T
+        return result
+
+
+@lru_cache
+def _move(dimension: int) -> Any:
+    D = dimension
+
+    def move(
+        x, v, listed, first, second, box, inverse, step, steps, square, slack, tally, log_pairs, log_times
+    ):
+        """Make steps until the list is used up or the log is full; return how many, and what was logged."""
+        n = x.shape[1]
+        pairs = len(first)
+        logging = len(log_times) > 0
+        logged = 0
+        hits = np.empty(16, np.int64)
+        ago = np.empty(16, np.float64)
+        fastest = box[0] * 0
+        safe = 0  # steps for which nobody can go too far
+        for made in range(steps):
+            if safe == 0:
+                furthest = box[0] * 0
+                fastest = box[0] * 0
+                for i in range(n):
+                    moved = box[0] * 0
+                    speed = box[0] * 0
+                    for a in range(D):
+                        r = x[a, i] - listed[a, i]
+                        moved += r * r
+                        speed += v[a, i] * v[a, i]
+                    furthest = max(furthest, moved)
+                    fastest = max(fastest, speed)
+                left = (slack / 2 - np.sqrt(furthest)) / (np.sqrt(fastest) * step)
+                safe = np.int64(max(min(left, 1e9), 0.0))
+                if safe == 0:
+                    return made, logged
+            if logging and logged > len(log_times) // 2:
+                return made, logged
+            safe -= 1
+            for a in range(D):
+                for i in range(n):
+                    x[a, i] += v[a, i] * step
+            found = 0
+            for begin in range(0, pairs, CHUNK):
+                end = min(begin + CHUNK, pairs)
+                least = square
+                # Nothing is stored in this loop, so that it is vectorised.
+                for k in range(begin, end):
+                    p = np.uint64(first[k])
+                    q = np.uint64(second[k])
+                    rr = box[0] * 0
+                    for a in range(D):
+                        r = x[a, q] - x[a, p]
+                        r -= box[a] * np.rint(r * inverse[a])
+                        rr += r * r
+                    least = min(least, rr)
+                if least >= square:
+                    continue
+                for k in range(begin, end):
+                    p = np.uint64(first[k])
+                    q = np.uint64(second[k])
+                    rr = box[0] * 0
+                    for a in range(D):
+                        r = x[a, q] - x[a, p]
+                        r -= box[a] * np.rint(r * inverse[a])
+                        rr += r * r
+                    if rr < square:
+                        tally[2] = min(tally[2], rr)
+                        if found == len(hits):
+                            hits = np.concatenate((hits, np.empty_like(hits)))
+                            ago = np.concatenate((ago, np.empty_like(ago)))
+                        rv = 0.0
+                        vv = 0.0
+                        for a in range(D):
+                            r = x[a, q] - x[a, p]
+                            r -= box[a] * np.rint(r * inverse[a])
+                            u = v[a, q] - v[a, p]
+                            rv += r * u
+                            vv += u * u
+                        c = rr - square
+                        # Back along straight lines to contact; two at rest have always been there.
+                        way = np.sqrt(max(rv * rv - vv * c, 0.0)) - rv
+                        hits[found] = k
+                        ago[found] = c / way if way > 0.0 else -1e300
+                        found += 1
+            if found == 0:
+                continue
+            order = np.argsort(ago[:found], kind="mergesort")
+            for h in order:
+                k = hits[h]
+                p = np.uint64(first[k])
+                q = np.uint64(second[k])
+                rr = box[0] * 0
+                rv = box[0] * 0
+                for a in range(D):
+                    r = x[a, q] - x[a, p]
+                    r -= box[a] * np.rint(r * inverse[a])
+                    rr += r * r
+                    rv += r * (v[a, q] - v[a, p])
+                if rv >= 0:
+                    continue
+                factor = rv / rr
+                for a in range(D):
+                    r = x[a, q] - x[a, p]
+                    r -= box[a] * np.rint(r * inverse[a])
+                    v[a, p] += factor * r
+                    v[a, q] -= factor * r
+                mine = box[0] * 0
+                other = box[0] * 0
+                for a in range(D):
+                    mine += v[a, p] * v[a, p]
+                    other += v[a, q] * v[a, q]
+                if max(mine, other) > fastest:
+                    safe = 0
+                tally[0] += 1
+                tally[1] -= rv
+                if logging and logged < len(log_times):
+                    log_pairs[logged, 0] = p
+                    log_pairs[logged, 1] = q
+                    log_times[logged] = made + 1 - min(-ago[h] / step, 1.0)
+                    logged += 1
+        return steps, logged
+
+    return compile_kept(move)
