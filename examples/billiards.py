@@ -2,8 +2,8 @@
 
     python examples/billiards.py [--smoke] [--out billiards.png]
 
-The disk in the circle goes round a caustic for ever; in the stadium and on Sinai's table every path comes near
-every place; in the mushroom it depends on how the disk was started.
+The disk in the circle goes round a caustic for ever. In the stadium and on Sinai's table every path comes
+near every place. In the mushroom it depends on how the disk was started.
 """
 
 # %% Arguments: --smoke follows the disks for a short time, --out says where the picture goes.
@@ -55,9 +55,8 @@ scene = carom.Scene(
 sim = carom.Simulation(scene)
 frames = list(sim.sample(every=0.05, count=400 if args.smoke else 30_000))
 paths = np.array([frame.positions for frame in frames])
-print(
-    f"{sum(impacts.hits for impacts in sim.obstacles)} bounces, energy kept to {sim.statistics.energy_drift:.1e}"
-)
+bounces = sum(impacts.hits for impacts in sim.obstacles)
+print(f"{bounces} bounces, energy kept to {sim.statistics.energy_drift:.1e}")
 
 # %% The picture: tables, and the way of each disk.
 figure, axes = plt.subplots(figsize=(12.0, 2.9), dpi=75, layout="constrained")
