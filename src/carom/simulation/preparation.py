@@ -181,6 +181,8 @@ def contents_of(
     from carom.engine.requirements import Contents
 
     interaction = scene.interaction if rates is None else Growing()
+    if rates is not None and hasattr(scene.interaction, "steps"):
+        raise InputError("growth is not defined for pairs on steps: leave out growth, or the interaction.")
     by_radii = getattr(interaction, "by_radii", False)
     equal = scene.equal and rates is None and by_radii
     impact = scene.impact
