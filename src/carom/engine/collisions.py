@@ -63,7 +63,7 @@ def _(boundary: SteppedImage, pair, neighbors, tally, i, word, rr, rv, now):
     if step != before:
         put_step(neighbors, np.uint64(i), np.uint64(j), step)
         put_step(neighbors, np.uint64(j), np.uint64(i), step)
-    pair.events[kind] += 1
+    pair.events[before, kind] += 1
     tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
     return a, b, virial, kind
 

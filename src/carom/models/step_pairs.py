@@ -31,7 +31,7 @@ class StepPairs(NamedTuple):
     energy: np.ndarray
     """Potential energy of a pair on each step [energy]."""
     events: np.ndarray
-    """How many events there were of each kind, (4,) int64."""
+    """How many events there were on each step, of each kind, (steps, 4) int64."""
     radii: np.ndarray
     """Of the components at obstacles, (n + 1,) float64 [length]."""
     masses: np.ndarray

@@ -213,7 +213,7 @@ class StepInteraction:
             unit.to_kernel(enter, -2),
             unit.to_kernel(leave, -2),
             unit.to_kernel(energy, -2),
-            np.zeros(4, np.int64),
+            np.zeros((len(energy), 4), np.int64),
             particles.with_ghost(particles.radii),
             particles.with_ghost(particles.masses),
         )

@@ -220,7 +220,7 @@ class Machine:
         """Build the lists and write into them on which step each pair is; False if an array is too small."""
         from carom.engine import cycle
         from carom.engine.pair_steps import write_steps
-        from carom.simulation.first_steps import first_steps
+        from carom.simulation.pair_steps import first_steps
 
         if self.steps is None:
             self.steps = first_steps(self.scene)
