@@ -83,6 +83,10 @@ def recalled(kind: str, kept: Any, given: Any) -> Any:
     InputError
         If the file names a class of one's own, and none is given.
     """
+    if kept is not None and given is None and "type" in kept:
+        from carom.models.interactions import from_table
+
+        return from_table(kept)
     if kept is not None and given is None:
         raise InputError(
             f"The {kind} of this scene is of the class {kept.get('class')}, which no file holds; "

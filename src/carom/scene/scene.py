@@ -252,7 +252,9 @@ class Scene:
         }
         for kind in choice.USUAL:
             if not self.usual(kind):  # files hold no code
-                attributes[kind] = {"class": type(getattr(self, kind)).__name__}
+                value = getattr(self, kind)
+                described = callable(getattr(value, "to_json", None))
+                attributes[kind] = value.to_json() if described else {"class": type(value).__name__}
         for name, values in (("diameter", self.diameters), ("mass", self.masses)):
             if np.ptp(values) == 0:
                 attributes[name] = float(values[0])
