@@ -28,7 +28,7 @@ _KIND = "event log"
 _FORMAT, _LAYOUT = "carom-events", 1
 _CHUNK = 16384  # events; 128 kB of a float64 column
 _VERIFIED = 1 << 20  # events read at a time when a log continues
-_DTYPES = {
+_DTYPES: dict[str, type] = {
     "epoch": np.int64,
     "time": np.float64,
     "i": np.int32,
@@ -36,7 +36,7 @@ _DTYPES = {
     "image": np.int32,
     "impulse": np.float64,
 }
-_KIND_OF_EVENT = {"kind": np.int8}  # a column that is there where pairs have steps
+_KIND_OF_EVENT: dict[str, type] = {"kind": np.int8}  # a column that is there where pairs have steps
 
 
 class Events(NamedTuple):
@@ -343,9 +343,7 @@ class EventLog:
                 raise
 
 
-def read_events(
-    path: str | os.PathLike[str], start: int = 0, stop: int | None = None
-) -> Events | StepEvents:
+def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None = None) -> Events | StepEvents:
     """Return the events ``start <= k < stop`` of a log, by default all.
 
     Raises

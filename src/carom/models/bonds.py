@@ -24,8 +24,8 @@ class Bonds(StepInteraction):
     inner, outer : float
         Between which distances a bonded pair stays [length]; ``inner`` may be 0.
     others : interaction, optional
-        :class:`carom.models.wells.SquareWell` or ``StepTable``, of pairs that are not bonded. Left out, they pass
-        through each other: ideal chains.
+        :class:`carom.models.wells.SquareWell` or ``StepTable``, of pairs that are not bonded. Left out,
+        they pass through each other: ideal chains.
     bond : Steps, optional
         Instead of ``inner`` and ``outer``: the potential of a bonded pair, with ``outside=math.inf``.
 
@@ -61,7 +61,9 @@ class Bonds(StepInteraction):
             )
         if self.bond is None:
             if self.outer is None:
-                raise InputError("A bond needs outer, the distance that the two never exceed; or bond=Steps(...).")
+                raise InputError(
+                    "A bond needs outer, the distance that it never exceeds; or bond=Steps(...)."
+                )
             outer = checks.positive(self.outer, "outer")
             inner = checks.number(0.0 if self.inner is None else self.inner, "inner", low=0.0)
             ends = (inner, outer) if inner > 0.0 else (outer,)
@@ -112,6 +114,6 @@ def chains(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
 
 def rings(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
     """Return the bonds of rings, as :func:`chains`; ``length`` is at least 3."""
-    length = checks.integer(length, "length", low=3)
-    ends = [(first + k * length, first + (k + 1) * length - 1) for k in range(checks.integer(count, "count", low=1))]
+    count, length = checks.integer(count, "count", low=1), checks.integer(length, "length", low=3)
+    ends = [(first + k * length, first + (k + 1) * length - 1) for k in range(count)]
     return [*chains(count, length, first), *ends]

@@ -38,7 +38,9 @@ def from_table(table: Any) -> Any:
 
 def _steps_of(table: Any) -> Steps:
     if not isinstance(table, Mapping):
-        raise InputError(f"Steps must be a table with distances and energies, found {checks.describe(table)}.")
+        raise InputError(
+            f"Steps must be a table with distances and energies, found {checks.describe(table)}."
+        )
     for name in table:
         if name not in STEPS:
             raise InputError(f"Steps have no {name}; known are {', '.join(STEPS)}.")
@@ -49,7 +51,9 @@ def _table_of(table: Any = None, **steps: Any) -> StepTable:
     if table is None:
         return StepTable(_steps_of(steps))
     if steps:
-        raise InputError(f"table and {', '.join(steps)} say the same thing in two ways: leave one of them out.")
+        raise InputError(
+            f"table and {', '.join(steps)} say the same thing in two ways: leave one of them out."
+        )
     if not isinstance(table, list | tuple) or not all(isinstance(row, list | tuple) for row in table):
         raise InputError(f"table must be rows of tables, found {checks.describe(table)}.")
     return StepTable([[_steps_of(each) for each in row] for row in table])

@@ -74,8 +74,8 @@ class Interaction(Protocol):
     One whose pairs have steps (:func:`step_time`) also has ``steps(particles)``, which returns how many there
     are and, for every pair of species, on which one they are beyond each other's reach, (K, K) ints; and
     ``steps_of(pairs, distances, species, diameter)``, the steps of pairs (m, 2) at the start. Its model has
-    ``energy``, of a pair on each step, and ``events``, one row a step and (steps, 4) int64, in which the engine
-    counts their kinds.
+    ``energy``, of a pair on each step, and ``events``, (steps, 4) int64, in which the engine counts the kinds
+    of events on each.
     """
 
     def reach(self, scene: Any) -> float:

@@ -77,7 +77,8 @@ class Steps:
         for low, high in zip((0.0, *distances), distances, strict=False):
             if not (math.isfinite(high) and high > low * (1.0 + CLOSEST)):
                 raise InputError(
-                    f"distances must be positive and rise by more than rounding, found {high!r} after {low!r}."
+                    f"distances must be positive and rise by more than rounding, found {high!r} after "
+                    f"{low!r}."
                 )
         for name, value in (
             ("distances", distances),
@@ -145,7 +146,9 @@ class StepInteraction:
         table = self.steps_by_species(scene.diameter)
         if len(table) > 1 and (scene.species is None or int(scene.species.max()) >= len(table)):
             count = "none" if scene.species is None else f"{int(scene.species.max()) + 1}"
-            raise InputError(f"Steps are given for {len(table)} species, and the scene has {count}: species=.")
+            raise InputError(
+                f"Steps are given for {len(table)} species, and the scene has {count}: species=."
+            )
         pairs, _ = self.bonded()
         if len(pairs) and int(pairs.max()) >= scene.n:
             raise InputError(f"A bond names component {int(pairs.max())}, and there are {scene.n}.")

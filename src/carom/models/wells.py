@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -185,7 +186,7 @@ def _of_equal_volume(
     ends[[0, -1]] = core, reach
     nodes, weights = np.polynomial.legendre.leggauss(16)
     energies = []
-    for low, high in zip(ends[:-1], ends[1:], strict=True):
+    for low, high in itertools.pairwise(ends):
         volumes = 0.5 * (low**d + high**d) + 0.5 * (high**d - low**d) * nodes
         values = [energy(volume ** (1.0 / d)) for volume in volumes]
         energies.append(float(0.5 * weights @ values))

@@ -1,4 +1,4 @@
-"""What happens at the steps of pair potentials: g(r) on both sides of each, pressure from it, heat capacity."""
+"""What happens at the steps of pair potentials: g(r) on both sides, pressure from it, heat capacity."""
 
 from __future__ import annotations
 
@@ -137,7 +137,13 @@ class StepSums:
             outside = int(self.events[step, :2].sum())
             inside = int(self.events[step + 1, 2:].sum()) if step + 1 < len(self.inner) else 0
             found.append(
-                Sides(distance, inside / rate, outside / rate, math.sqrt(inside) / rate, math.sqrt(outside) / rate)
+                Sides(
+                    distance,
+                    inside / rate,
+                    outside / rate,
+                    math.sqrt(inside) / rate,
+                    math.sqrt(outside) / rate,
+                )
             )
         return found
 
@@ -166,8 +172,8 @@ def heat_capacity(kT: Sequence[float], degrees_of_freedom: int) -> float:
 
     Notes
     -----
-    At constant energy ``var(K) / <K>^2 = (2 / f) (1 - f / 2 C_V)`` (Lebowitz, Percus and Verlet, Phys. Rev. 153
-    (1967) 250), with C_V in units of k.
+    At constant energy ``var(K) / <K>^2 = (2 / f) (1 - f / 2 C_V)`` (Lebowitz, Percus and Verlet, Phys. Rev.
+    153 (1967) 250), with C_V in units of k.
 
     Raises
     ------

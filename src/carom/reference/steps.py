@@ -91,7 +91,9 @@ class NaiveSteps:
             distances, energies = potential(*pair)
             _, out = potential(*pair) if leaving is None else leaving(*pair)
             if len(energies) != len(distances) + 1 or len(out) != len(energies):
-                raise InputError(f"The pair {pair} needs one energy more than its {len(distances)} distances.")
+                raise InputError(
+                    f"The pair {pair} needs one energy more than its {len(distances)} distances."
+                )
             if 2 * max(distances) >= min(self._box):
                 raise InputError(f"The box must be wider than twice the distance {max(distances)}.")
             potentials[pair] = ([number(s) for s in distances], energies, out)
@@ -103,16 +105,16 @@ class NaiveSteps:
     @property
     def energy(self) -> Any:
         """Kinetic plus potential energy."""
-        kinetic = sum(
-            m * a * a / 2 for m, row in zip(self._masses, self.v, strict=True) for a in row
-        )
+        kinetic = sum(m * a * a / 2 for m, row in zip(self._masses, self.v, strict=True) for a in row)
         return kinetic + sum(self._potential[pair][1][level] for pair, level in self.level.items())
 
     def _nearest(self, i: int, j: int) -> list[Any]:
         """Return the nearest image of j relative to i."""
         half = self._context.mpf(1) / 2
         apart = [b - a for a, b in zip(self.x[i], self.x[j], strict=True)]
-        return [r - edge * self._context.floor(r / edge + half) for r, edge in zip(apart, self._box, strict=True)]
+        return [
+            r - edge * self._context.floor(r / edge + half) for r, edge in zip(apart, self._box, strict=True)
+        ]
 
     def step(self) -> Crossing | None:
         """Realise the next event and return it, or None where nothing moves."""

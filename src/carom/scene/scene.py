@@ -23,6 +23,7 @@ from carom.scene import crystals as lattices
 from carom.scene import description as words
 from carom.scene import mixtures as disorder
 from carom.scene import species as _species
+from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
 
@@ -197,6 +198,8 @@ class Scene:
         for value in (self.interaction, self.motion, self.impact):
             if hasattr(value, "check"):
                 value.check(self)
+        if hasattr(self.interaction, "steps_of"):
+            first_steps(self)  # refuses pairs that are where their energy is infinite
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"A Scene cannot be changed; make another: scene.with_({name}=...).")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -220,11 +220,11 @@ class Machine:
         """Build the lists and write into them on which step each pair is; False if an array is too small."""
         from carom.engine import cycle
         from carom.engine.pair_steps import write_steps
-        from carom.simulation.pair_steps import first_steps
+        from carom.scene.first_steps import first_steps
 
         if self.steps is None:
             self.steps = first_steps(self.scene)
-        lists = self.engine.neighbors
+        lists: Any = self.engine.neighbors
         lists.steps.ready[0] = 0
         if not cycle.schedule(*self.engine, np.int64(0), np.int64(0)):
             return False

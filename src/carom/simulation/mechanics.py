@@ -44,8 +44,9 @@ class Statistics:
     worst_overlap : float
         Largest depth of two cores seen at a collision, in diameters.
     energy_drift, momentum_drift : float
-        Change since the start: of the energy, potential energy included, relative to the kinetic one (also what inelastic contacts took and growth
-        brought); of the momentum, relative to ``sum(m |v|)`` (NaN where walls or obstacles take it up).
+        Change since the start: of the energy, kinetic and potential, relative to the kinetic one (also what
+        inelastic contacts took and growth brought); of the momentum, relative to ``sum(m |v|)`` (NaN where
+        walls or obstacles take it up).
     """
 
     collisions: int

@@ -1,4 +1,4 @@
-"""Pairs on steps, in the scene's terms: where they start, their energy, and what happened to them."""
+"""Pairs on steps, in the scene's terms: their energy, and what happened to them."""
 
 from __future__ import annotations
 
@@ -8,30 +8,10 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.observables.steps import StepSums
-from carom.scene.overlaps import Room
+from carom.scene.first_steps import first_steps
 
 if TYPE_CHECKING:
-    from carom.scene.scene import Scene
     from carom.simulation.machine import Machine
-
-
-def first_steps(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs (m, 2) within reach, and the step of each (m,): the only time that distances say so.
-
-    Raises
-    ------
-    OverlapError, InputError
-        If a pair is where its energy is infinite.
-    """
-    interaction = scene.interaction
-    within = float(interaction.reach(scene)) * (1.0 + 2.0**-30)
-    room = Room(np.asarray(scene.box), np.asarray(scene.periodic))
-    pairs = room.near(room.wrapped(scene.positions), within) if scene.n > 1 else []
-    pairs = np.sort(np.asarray(pairs, np.int64).reshape(-1, 2), axis=1)
-    distances = room.distances(scene.positions, pairs)
-    pairs, distances = pairs[distances < within], distances[distances < within]
-    steps = interaction.steps_of(pairs, distances, scene.species, scene.diameter)  # type: ignore[attr-defined]
-    return pairs, steps
 
 
 def potential_at_start(machine: Machine) -> float:

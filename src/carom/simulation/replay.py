@@ -42,8 +42,8 @@ from carom.models.interface import (
 )
 from carom.models.planes import walls
 from carom.models.restitution import Restitution
+from carom.scene.first_steps import first_steps
 from carom.scene.scene import Scene
-from carom.simulation.pair_steps import first_steps
 from carom.simulation.preparation import contents_of, unit_of
 
 CHUNK = 1 << 16

@@ -208,8 +208,8 @@ def choose(
         needed = 2.0 * (core + 2.0 * pace * (max(reach, least) - diameter))
         if contents.stepped:
             raise ValueError(
-                f"The steps of pairs reach {diameter:g}, which needs box edges above {needed:g} to tell images "
-                f"apart; the shortest is {contents.narrowest:g}. Use more components, or steps of less reach."
+                f"The steps of pairs reach {diameter:g}, which needs box edges above {needed:g} to tell "
+                f"images apart; the shortest is {contents.narrowest:g}. Use more components, or shorter steps."
             )
         raise ValueError(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least {needed:g}, "
@@ -217,7 +217,9 @@ def choose(
         )
     if neighbors == "lists" and not contents.straight:
         if contents.stepped:
-            raise ValueError("Steps of pairs are kept in lists, which are for straight flight: leave out motion.")
+            raise ValueError(
+                "Steps of pairs are kept in lists, which are for straight flight: leave out motion."
+            )
         raise ValueError("Neighbour lists are for straight flight; use neighbors='sectors' for this motion.")
     density = contents.n / math.prod(box)
     spacing = density ** (-1.0 / dimension)
