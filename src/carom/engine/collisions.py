@@ -69,21 +69,6 @@ def _(boundary: SteppedImage, pair, neighbors, tally, i, word, rr, rv, now):
 
 
 @required
-def transferred(boundary, impact, kind, rr, rv):
-    """Return the part of an event's momentum that is exchanged: contact laws are of cores."""
-
-
-@transferred.register
-def _(boundary: NearestImage | SectorImage, impact, kind, rr, rv):
-    return transfer(impact, rr, rv)
-
-
-@transferred.register
-def _(boundary: SteppedImage, impact, kind, rr, rv):
-    return transfer(impact, rr, rv) if kind == CORE else 1.0
-
-
-@required
 def logged(boundary, word, kind):
     """Return what the log holds of a word: where there are steps, the kind of the event in place of one."""
 
@@ -116,7 +101,7 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     a, b, virial, kind = outcome(model.boundary, model.pair, neighbors, tally, i, word, rr, rv, now)
     # Surfaces that grow approach faster than the centres do.
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
-    part = transferred(model.boundary, model.impact, kind, rr, rv - np.sqrt(rr) * rate)
+    part = transfer(model.impact, rr, rv - np.sqrt(rr) * rate)
     a *= part
     b *= part
     virial *= part

@@ -296,7 +296,7 @@ class EventLog:
         FileError
             If they cannot be written.
         """
-        columns = {}
+        columns: dict[str, np.ndarray] = {}
         given = (epoch, time, i, j, image, impulse, *(() if kind is None else (kind,)))
         for (name, dtype), values in zip(self._columns.items(), given, strict=True):
             array = np.asarray(values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ def first_steps(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     interaction = scene.interaction
     within = float(interaction.reach(scene)) * (1.0 + 2.0**-30)
     room = Room(np.asarray(scene.box), np.asarray(scene.periodic))
-    found = room.near(room.wrapped(scene.positions), within) if scene.n > 1 else []
+    found: Any = room.near(room.wrapped(scene.positions), within) if scene.n > 1 else []
     pairs = np.sort(np.asarray(found, np.int64).reshape(-1, 2), axis=1)
     pairs = pairs[room.distances(scene.positions, pairs) < within]
     if hasattr(interaction, "bonded"):  # refused where they are further apart

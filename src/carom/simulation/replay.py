@@ -26,7 +26,6 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import read_events, read_initial
 from carom.models.interface import (
-    CORE,
     Obstacle,
     Particles,
     anchor,
@@ -261,7 +260,6 @@ class Replay:
         for a, b in zip(r.tolist(), u.tolist(), strict=True):
             rr += a * a
             rv += a * b
-        part = 1.0
         if self._steps is None:
             ours, theirs, virial = jump(self._pair, i, j, rr, rv, time)
         else:
@@ -269,8 +267,7 @@ class Replay:
             ours, theirs, virial, step, found = step_jump(self._pair, i, j, step, rr, rv, time)
             self._compare(found, kind, f"{i} and {j}", "kind")
             self._steps.put(i, j, step)
-        if kind == CORE:
-            part = transfer(self._impact, rr, rv)
+        part = transfer(self._impact, rr, rv)
         self._compare(virial * part / math.sqrt(rr), impulse, f"{i} and {j}")
         self._v[i] += ours * part * r
         self._v[j] -= theirs * part * r

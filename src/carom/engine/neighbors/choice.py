@@ -127,6 +127,11 @@ a miss. More than so many sectors are not worth it.
 FINEST = 16.0
 """Steps of a reference point in a margin, at least: a flight is cut short by about one of them."""
 
+LONGEST_PLUNGE = 1024.0
+"""Diameters that a pair would fly in an epoch at the speed it has in its deepest well, at most: times are then
+rounded by 1e-13 of a diameter.
+"""
+
 CROWDED = 6.0
 """Components in a sector as wide as the largest, on the average, from which on lists run faster."""
 
@@ -209,7 +214,7 @@ def choose(
         if contents.stepped:
             raise ValueError(
                 f"The steps of pairs reach {diameter:g}, which needs box edges above {needed:g} to tell "
-                f"images apart; the shortest is {contents.narrowest:g}. Use more components, or shorter steps."
+                f"images apart; the shortest is {contents.narrowest:g}. Use more components, or less reach."
             )
         raise ValueError(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least {needed:g}, "
@@ -270,6 +275,8 @@ def choose(
     if speed > 0.0:
         crossing = 4.0 * max(box) / speed
         epoch = _power_of_two(min(16.0 / rate, crossing) if rate > 0.0 else crossing)
+    if contents.plunge > 0.0:
+        epoch = min(epoch, _power_of_two(LONGEST_PLUNGE * contents.smallest / contents.plunge))
     width = epoch
     if speed > 0.0 and rate > 0.0:
         width = min(_power_of_two(4.0 / (contents.n * rate)), epoch)
