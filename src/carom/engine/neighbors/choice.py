@@ -128,8 +128,8 @@ FINEST = 16.0
 """Steps of a reference point in a margin, at least: a flight is cut short by about one of them."""
 
 LONGEST_PLUNGE = 1024.0
-"""Diameters that a pair would fly in an epoch at the speed it has in its deepest well, at most: times are then
-rounded by 1e-13 of a diameter.
+"""Diameters that a pair would fly in an epoch at the speed it has in its deepest well, at most: times are
+then rounded by 1e-13 of a diameter.
 """
 
 CROWDED = 6.0
