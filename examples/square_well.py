@@ -1,4 +1,4 @@
-"""A square-well fluid: g(r) with its jump, its pressure by two routes, drops below the critical point, a chain.
+"""A square-well fluid: g(r) with its jump, its pressure by two routes, drops of disks, and a chain.
 
     python examples/square_well.py [--smoke] [--out square_well.png]
 
@@ -44,7 +44,9 @@ before = sim.steps
 pressure = sim.measure(carom.Pressure(blocks=32), collisions=LONG * scene.n)
 sums = sim.steps - before
 well, core = sums.sides()
-print(f"kT = {sums.kT:.3f}, U / N = {sim.potential_energy / scene.n:.2f}, bonds {sums.bonds_per_particle:.2f}")
+print(
+    f"kT = {sums.kT:.3f}, U / N = {sim.potential_energy / scene.n:.2f}, bonds {sums.bonds_per_particle:.2f}"
+)
 print(f"Z = {pressure.compressibility_factor} from the virial, {sums.compressibility_factor():.4f} from g(r)")
 jump = well.inside / well.outside
 print(f"g(1.5-) / g(1.5+) = {jump:.3f}, and exp(1 / kT) = {math.exp(1.0 / sums.kT):.3f}")

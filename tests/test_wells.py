@@ -1,12 +1,17 @@
 """Square wells, shoulders, steps by species and bonds: against the naive algorithm, and what they keep."""
 
+import json
 import math
+import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import carom
+from carom import cli
 from carom.engine.pair_steps import read_steps
 from carom.errors import InputError, OverlapError
 from carom.io.events import read_events
@@ -366,6 +371,29 @@ def test_a_scene_file_describes_an_interaction(text, interaction):
     assert plan.scene.interaction == interaction
     assert Plan.from_toml(plan.to_toml()) == plan
     assert tomllib.loads(plan.to_toml())["scene"]["interaction"]["type"] in text
+
+
+def test_a_scene_file_runs_from_the_command_line_beside_no_theory_of_hard_spheres(tmp_path):
+    (tmp_path / "well.toml").write_text(
+        TOML + 'type = "square-well"\n[run]\nequilibration = 5\ncollisions_per_particle = 40\nframes = 2\n'
+        "[output]\npictures = false\n"
+    )
+    done = CliRunner().invoke(cli.app, ["run", str(tmp_path / "well.toml"), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["theory"] == []
+    assert summary["energy_drift"] < 1e-13
+    resumed = carom.Simulation.load(tmp_path / "out" / "checkpoint.h5")
+    assert resumed.scene.interaction == SquareWell(1.5, 1.0)
+
+
+def test_the_page_runs_as_it_stands(capsys):
+    page = Path(__file__).parents[1] / "docs" / "wells.md"
+    cells = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    exec("\n".join(cells), {})
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[2] == "True True"
+    Plan.from_toml(re.search(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)[1])
 
 
 @pytest.mark.parametrize(
