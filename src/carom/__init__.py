@@ -34,6 +34,7 @@ _MODULES = {
     "reference": "carom.reference",
     "studies": "carom.studies",
     "theory": "carom.theory",
+    "wells": "carom.wells",
 }
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]

@@ -36,6 +36,7 @@ from carom.simulation.machine import Machine
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import StudySpec, scene_spec
 from carom.studies.eos.start import start as begin
+from carom.wells import SquareWell
 
 
 def size(given: argparse.Namespace) -> None:
@@ -121,9 +122,29 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
             carom.Scene(plain.positions + 0.25, plain.box, diameter=0.98, obstacles=(ball,)),
             {"images": False},
         ),
+        "a square well": (plain.with_(interaction=SquareWell(1.5, 1.0)), {"images": False}),
         "growth": (plain.with_(diameter=0.99), {"images": False, "growth": 1e-9}),
         "event log": (plain, {"images": False, "event_log": True}),
     }
+
+
+def wells(given: argparse.Namespace) -> None:
+    """Print the rate of all events in a square well, in parts of that of hard spheres, in turn."""
+    print("| density | kT | hard spheres [M/s] | square well [M/s] | ratio |\n|---|---|---|---|---|")
+    for density in (0.3, 0.6, 0.8):
+        plain = carom.Scene.fcc(cells=10, density=density)
+        sims = [
+            carom.Simulation(scene, kT=kT, seed=1)
+            for scene, kT in ((plain, 1.0), (plain.with_(interaction=SquareWell(1.5, 1.0)), 1.5))
+        ]
+        for sim in sims:
+            sim.run(collisions_per_particle=100.0)
+        sims[1].rescale(1.5)
+        sims[1].run(collisions_per_particle=20.0)
+        rates = np.array([[rate(sim, 200_000) for sim in sims] for _ in range(9)])
+        few, many = np.median(rates, axis=0)
+        ratio = np.median(rates[:, 1] / rates[:, 0])
+        print(f"| {density} | {sims[1].kT:.2f} | {few:.2f} | {many:.2f} | {ratio:.2f} |", flush=True)
 
 
 def features(given: argparse.Namespace) -> None:
@@ -338,6 +359,7 @@ def main() -> None:
     tables = {
         "size": size, "million": million, "thin": thin, "features": features, "start": start,
         "sampling": sampling, "threads": threads, "mixtures": mixtures, "tasks": tasks,
+        "wells": wells,
     }  # fmt: skip
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

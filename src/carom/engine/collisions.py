@@ -7,11 +7,24 @@ import numpy as np
 from carom.compiling.registry import inner, required
 from carom.engine.balance import audit, exchanged, pushed
 from carom.engine.constants import LAMBDA, OBSTACLE
-from carom.engine.images import count_images, index, separation
+from carom.engine.images import NearestImage, SectorImage, count_images, index, separation
 from carom.engine.neighbors.interface import wrapped
 from carom.engine.obstacles import Obstacles, bounce
+from carom.engine.pair_steps import SteppedImage, put_step, step_of
 from carom.engine.tallies import count_pair, record
-from carom.models.interface import NEVER, age, core_square, growth, jump, position, transfer, velocity
+from carom.models.interface import (
+    CORE,
+    NEVER,
+    age,
+    core_square,
+    growth,
+    jump,
+    position,
+    step_core_square,
+    step_jump,
+    transfer,
+    velocity,
+)
 
 
 @inner
@@ -31,6 +44,45 @@ def advance(model, state, neighbors, i, now):
         row.v[axis] = velocity(model.motion, axis, row.v[axis], t)
 
 
+@required
+def outcome(boundary, pair, neighbors, tally, i, word, rr, rv, now):
+    """Return what the event of i and the component that a word names adds, as ``jump`` does, and its kind."""
+
+
+@outcome.register
+def _(boundary: NearestImage | SectorImage, pair, neighbors, tally, i, word, rr, rv, now):
+    a, b, virial = jump(pair, np.int64(i), np.int64(index(boundary, word)), rr, rv, now)
+    return a, b, virial, CORE
+
+
+@outcome.register
+def _(boundary: SteppedImage, pair, neighbors, tally, i, word, rr, rv, now):
+    j = np.int64(index(boundary, word))
+    before = step_of(boundary, word)
+    a, b, virial, step, kind = step_jump(pair, np.int64(i), j, before, rr, rv, now)
+    if step != before:
+        put_step(neighbors, np.uint64(i), np.uint64(j), step)
+        put_step(neighbors, np.uint64(j), np.uint64(i), step)
+    pair.events[before, kind] += 1
+    tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
+    return a, b, virial, kind
+
+
+@required
+def logged(boundary, word, kind):
+    """Return what the log holds of a word: where there are steps, the kind of the event in place of one."""
+
+
+@logged.register
+def _(boundary: NearestImage | SectorImage, word, kind):
+    return word
+
+
+@logged.register
+def _(boundary: SteppedImage, word, kind):
+    return (index(boundary, word) << boundary.bits) | kind
+
+
 @inner
 def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     """Process both halves of a collision: advance, jump, settle."""
@@ -46,7 +98,7 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
-    a, b, virial = jump(model.pair, np.int64(i), np.int64(j), rr, rv, now)
+    a, b, virial, kind = outcome(model.boundary, model.pair, neighbors, tally, i, word, rr, rv, now)
     # Surfaces that grow approach faster than the centres do.
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
     part = transfer(model.impact, rr, rv - np.sqrt(rr) * rate)
@@ -62,7 +114,7 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     tally.virial += virial
     tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
     count_pair(by_species, np.int64(i), np.int64(j), virial)
-    record(log, state.clock[0], np.int64(i), word, virial / np.sqrt(rr))
+    record(log, state.clock[0], np.int64(i), logged(model.boundary, word, kind), virial / np.sqrt(rr))
     rows[i].due = NEVER
     rows[j].due = NEVER
     state.partner[i] = LAMBDA

@@ -19,6 +19,7 @@ from carom.engine.neighbors.levels import bounds_of, cells_around, levels_of, sh
 from carom.engine.neighbors.lists import Lists, make_lists
 from carom.engine.neighbors.sectors import Sectors, make_sectors
 from carom.engine.obstacles import make_obstacles
+from carom.engine.pair_steps import SteppedImage, make_steps
 from carom.engine.requirements import Contents
 from carom.engine.search import FarSight, NearSight
 from carom.engine.state import State, make_state
@@ -66,7 +67,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     state = make_state(positions, velocities, scheme.epoch, contents.images, number)
     particles = contents.particles
     pair, impact = contents.interaction.model(particles), contents.impact.model(particles)
-    changes = impact is not None or contents.rates is not None
+    changes = impact is not None or contents.rates is not None or contents.stepped
     neighbors, boundary = build_neighbors(scheme, contents, pair)
     by_species = None
     if contents.kinds is not None:
@@ -119,7 +120,10 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
         1.0 / edge if wraps else 0.0 for edge, wraps in zip(edges, contents.periodic, strict=True)
     )
     if scheme.kind == "lists":
-        return _build_lists(scheme, contents, pair), NearestImage(edges, inverse)
+        lists = _build_lists(scheme, contents, pair)
+        if lists.steps is not None:
+            return lists, SteppedImage(edges, inverse, lists.steps.bits)
+        return lists, NearestImage(edges, inverse)
     if scheme.kind == "all":
         return make_everybody(contents.n, edges, contents.diameter, scheme.span), NearestImage(edges, inverse)
     slacks = slacks_of(scheme, contents)
@@ -206,7 +210,9 @@ def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
         else:
             margins = contents.particles.with_ghost(bound - sizes) * SLACK
             bounds = UnequalBounds(ghostly, margins, starts, marks, len(shapes), largest)
-    return make_lists(n, spans, bounds, make_grid(shapes, around), scheme.cell_capacity, words, longest)
+    steps = make_steps(contents.interaction, contents.particles)
+    grid = make_grid(shapes, around)
+    return make_lists(n, spans, bounds, grid, scheme.cell_capacity, words, longest, steps)
 
 
 def enlarge_neighbors(engine: Engine, scheme: Scheme, contents: Contents) -> Engine:
@@ -230,6 +236,8 @@ def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
         new.model.pair.impulse[:] = np.ldexp(old.model.pair.impulse, slower)
     if old.model.balance is not None:
         new.model.balance.action[:] = np.ldexp(old.model.balance.action, slower)
+    if isinstance(old.model.boundary, SteppedImage):
+        new.model.pair.events[:] = old.model.pair.events
     for counted, before in zip(new.model.impact or (), old.model.impact or (), strict=True):
         if isinstance(counted, np.ndarray):  # what a contact law counts
             counted[:] = before

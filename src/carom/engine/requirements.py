@@ -93,6 +93,19 @@ class Contents:
         return bool(getattr(self.motion, "straight", True))
 
     @property
+    def stepped(self) -> bool:
+        """Whether pairs have steps (:mod:`carom.engine.pair_steps`)."""
+        return hasattr(self.interaction, "steps")
+
+    @property
+    def plunge(self) -> float:
+        """Speed that a pair of the lightest gains in its deepest well [length / time]; 0 without one."""
+        if not self.stepped:
+            return 0.0
+        deepest = float(self.interaction.model(self.particles).energy.min())
+        return math.sqrt(4.0 * max(-deepest, 0.0) / float(self.particles.masses.min()))
+
+    @property
     def threshold(self) -> float:
         """Normal speed below which contacts are elastic; 0 where there is no such."""
         return float(self.unit.to_kernel(getattr(self.impact, "elastic_below", None) or 0.0, -1))

@@ -9,18 +9,42 @@ import numpy as np
 from carom.compiling.columns import LANES, WIDTH, spread
 from carom.compiling.lanes import candidate, line_up_fields, lined
 from carom.compiling.registry import fast, inner, required
-from carom.engine.images import index, index_bits, separation
+from carom.engine.images import NearestImage, SectorImage, index, index_bits, separation
 from carom.engine.neighbors.interface import candidates, first_met, first_newcomer
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
+from carom.engine.pair_steps import SteppedImage, step_of
 from carom.models.contact import FAR
-from carom.models.interface import NEVER, contact_time, core_square, interaction_time, position, velocity
+from carom.models.interface import (
+    NEVER,
+    contact_time,
+    core_square,
+    interaction_time,
+    position,
+    step_time,
+    velocity,
+)
 
 NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
 
 NOBODY_MET = np.int64(-1)
 """No word: nothing is left out of a search."""
+
+
+@required
+def time_until(boundary, pair, i, j, word, rr, rv, vv, now):
+    """Return the time until i meets the candidate j that a word names."""
+
+
+@time_until.register
+def _(boundary: NearestImage | SectorImage, pair, i, j, word, rr, rv, vv, now):
+    return interaction_time(pair, i, j, rr, rv, vv, now)
+
+
+@time_until.register
+def _(boundary: SteppedImage, pair, i, j, word, rr, rv, vv, now):
+    return step_time(pair, i, j, np.uint64(step_of(boundary, word)), rr, rv, vv, now)
 
 
 @fast
@@ -64,7 +88,7 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
                 rv += r * v
                 vv += v * v
             j = candidate(index(model.boundary, word), room * np.uint64(WIDTH) + k)
-            t = interaction_time(lined(model.pair, model.lanes), i, j, rr, rv, vv, now)
+            t = time_until(model.boundary, lined(model.pair, model.lanes), i, j, word, rr, rv, vv, now)
             free = (block[room, 2 * dimension + 1, k] >= now + t) & (np.int64(word) != avoided)
             free &= np.int64(k) < size  # what follows the last candidate is somebody's word, but not i's
             t = t if free else NEVER
@@ -133,6 +157,25 @@ def relative(model, state, i, word, now):
 
 
 @required
+def surely(boundary, pair, i, word, rr, rv, vv, now):
+    """Return the time until i meets the candidate that a search found, and whether a negative one was
+    clamped.
+    """
+
+
+@surely.register
+def _(boundary: NearestImage | SectorImage, pair, i, word, rr, rv, vv, now):
+    return contact_time(pair, i, np.int64(index(boundary, word)), rr, rv, vv, now)
+
+
+@surely.register
+def _(boundary: SteppedImage, pair, i, word, rr, rv, vv, now):
+    j, step = np.int64(index(boundary, word)), np.uint64(step_of(boundary, word))
+    t = step_time(pair, i, j, step, rr, rv, vv, now)
+    return t if t < NEVER else max(-rv / vv, 0.0), False
+
+
+@required
 def meet(sight, model, state, i, word, now):
     """Return when i touches the candidate that a search found, and whether a negative time was clamped."""
 
@@ -140,7 +183,7 @@ def meet(sight, model, state, i, word, now):
 @meet.register
 def _(sight: None, model, state, i, word, now):
     rr, rv, vv = relative(model, state, i, word, now)
-    t, clamped = contact_time(model.pair, np.int64(i), np.int64(index(model.boundary, word)), rr, rv, vv, now)
+    t, clamped = surely(model.boundary, model.pair, np.int64(i), word, rr, rv, vv, now)
     return now + t, clamped
 
 

@@ -28,7 +28,7 @@ _KIND = "event log"
 _FORMAT, _LAYOUT = "carom-events", 1
 _CHUNK = 16384  # events; 128 kB of a float64 column
 _VERIFIED = 1 << 20  # events read at a time when a log continues
-_DTYPES = {
+_DTYPES: dict[str, type] = {
     "epoch": np.int64,
     "time": np.float64,
     "i": np.int32,
@@ -36,6 +36,7 @@ _DTYPES = {
     "image": np.int32,
     "impulse": np.float64,
 }
+_KIND_OF_EVENT: dict[str, type] = {"kind": np.int8}  # a column that is there where pairs have steps
 
 
 class Events(NamedTuple):
@@ -63,6 +64,30 @@ class Events(NamedTuple):
     impulse: np.ndarray
 
 
+class StepEvents(NamedTuple):
+    """Events where pairs have steps (:mod:`carom.models.wells`): as :class:`Events`, and of which kind.
+
+    Attributes
+    ----------
+    kind : (k,) int8 array
+        0 for thrown back at the inner end of a step (core), 1 for across it (in), 2 for across the outer end
+        (out), 3 for thrown back there (bounce); 0 at walls and obstacles.
+    """
+
+    epoch: np.ndarray
+    time: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+    image: np.ndarray
+    impulse: np.ndarray
+    kind: np.ndarray
+
+
+def _columns(file: h5py.File) -> dict[str, type]:
+    """Return the columns that a file has, and their types."""
+    return {**_DTYPES, **_KIND_OF_EVENT} if "kind" in file else _DTYPES
+
+
 def _count(file: h5py.File) -> int:
     """Return the number of whole events: a kill may leave some columns longer than others."""
     kind = file.attrs.get("format")
@@ -73,11 +98,11 @@ def _count(file: h5py.File) -> int:
         raise ValueError(
             f"its layout is {layout}, newer than the {_LAYOUT} that carom {carom.__version__} knows"
         )
-    for name, dtype in _DTYPES.items():
+    for name, dtype in _columns(file).items():
         data = file[name]
         if data.dtype.newbyteorder("=") != dtype or data.ndim != 1 or data.chunks is None:
             raise ValueError(f"its column {name} is not one of {np.dtype(dtype)} that grows")
-    return min(len(file[name]) for name in _DTYPES)
+    return min(len(file[name]) for name in _columns(file))
 
 
 def _sum_of_initial(arrays: Mapping[str, np.ndarray]) -> int:
@@ -104,14 +129,15 @@ def _sums_of(file: h5py.File, count: int) -> Iterator[tuple[str, int]]:
     """Yield the checksums of the initial state and of the first ``count`` rows of each column."""
     yield "initial", _sum_of_initial({name: data[()] for name, data in file["initial"].items()})
     step = checksums.PIECE // 8
-    for name in _DTYPES:
+    for name in _columns(file):
         pieces = (file[name][k : min(k + step, count)] for k in range(0, count, step))
         yield name, checksums.of_arrays(pieces)
 
 
-def _read(file: h5py.File, start: int, stop: int) -> Events:
+def _read(file: h5py.File, start: int, stop: int) -> Events | StepEvents:
     """Return these events, which are none that no run can have."""
-    events = Events(*(file[name][start:stop] for name in _DTYPES))
+    columns = {name: file[name][start:stop] for name in _columns(file)}
+    events = StepEvents(**columns) if "kind" in columns else Events(**columns)
     if not stop > start:
         return events
     wrong = ""
@@ -123,6 +149,8 @@ def _read(file: h5py.File, start: int, stop: int) -> Events:
         wrong = "a time is before that of the event before it"
     elif min(events.i.min(), events.j.min(), events.image.min()) < 0 or (events.i == events.j).any():
         wrong = "a component or an image is negative, or a component meets itself"
+    elif isinstance(events, StepEvents) and not 0 <= events.kind.min() <= events.kind.max() <= 3:
+        wrong = "a kind of event is none of 0 to 3"
     if wrong:
         raise ValueError(f"among the events {start} to {stop - 1} {wrong}")
     return events
@@ -152,6 +180,8 @@ class EventLog:
         Of a log that continues: keep the first `keep` events and drop the later ones; by default keep all.
     sums : mapping of str to int, optional
         With `keep`: what :attr:`sums` was after so many events; compared before anything is dropped.
+    kinds : bool
+        Whether a new log has a column for the kinds of events.
 
     Attributes
     ----------
@@ -174,6 +204,7 @@ class EventLog:
         *,
         keep: int | None = None,
         sums: Mapping[str, int] | None = None,
+        kinds: bool = False,
     ):
         self.sums = None if sums is None else dict(sums)
         if keep is not None and (initial is not None or keep < 0):
@@ -182,6 +213,7 @@ class EventLog:
         if initial is None:
             self._reopen(keep)
         else:
+            self._columns = {**_DTYPES, **_KIND_OF_EVENT} if kinds else _DTYPES
             self._create(initial)
 
     def _create(self, initial: Mapping[str, np.ndarray]) -> None:
@@ -200,7 +232,7 @@ class EventLog:
             group = self._file.create_group("initial")
             for name, array in arrays.items():
                 put(group, name, array)
-            for name, dtype in _DTYPES.items():
+            for name, dtype in self._columns.items():
                 self._file.create_dataset(
                     name,
                     shape=(0,),
@@ -212,7 +244,7 @@ class EventLog:
                 )
             self._output.flush()
         self._events = 0
-        self.sums = {**dict.fromkeys(_DTYPES, 0), "initial": _sum_of_initial(arrays)}
+        self.sums = {**dict.fromkeys(self._columns, 0), "initial": _sum_of_initial(arrays)}
 
     def _reopen(self, keep: int | None) -> None:
         existing(self.path)
@@ -223,6 +255,7 @@ class EventLog:
             self._file = self._output.file
             try:
                 count = _count(self._file)
+                self._columns = _columns(self._file)
                 keep = count if keep is None else keep
                 if keep > count:
                     raise FileError(f"{self.path} holds {count} events, and {keep} were to be kept.")
@@ -231,7 +264,7 @@ class EventLog:
                 for start in range(0, keep, _VERIFIED):
                     _read(self._file, start, min(start + _VERIFIED, keep))
                 with writing(self.path):
-                    for name in _DTYPES:
+                    for name in self._columns:
                         self._file[name].resize(keep, axis=0)
                     self._output.flush()
             except BaseException:
@@ -250,8 +283,9 @@ class EventLog:
         j: np.ndarray,
         image: np.ndarray,
         impulse: np.ndarray,
+        kind: np.ndarray | None = None,
     ) -> None:
-        """Append events: (k,) arrays as in :class:`Events`.
+        """Append events: (k,) arrays as in :class:`Events`, or :class:`StepEvents` with their ``kinds``.
 
         On return they have been handed to the system, so that they survive a kill of this process.
 
@@ -262,8 +296,9 @@ class EventLog:
         FileError
             If they cannot be written.
         """
-        columns = {}
-        for (name, dtype), values in zip(_DTYPES.items(), (epoch, time, i, j, image, impulse), strict=True):
+        columns: dict[str, np.ndarray] = {}
+        given = (epoch, time, i, j, image, impulse, *(() if kind is None else (kind,)))
+        for (name, dtype), values in zip(self._columns.items(), given, strict=True):
             array = np.asarray(values)
             if array.ndim != 1 or len(array) != len(np.asarray(epoch)):
                 raise InputError(f"The column {name} has the shape {array.shape}; expected ({len(epoch)},).")
@@ -308,7 +343,7 @@ class EventLog:
                 raise
 
 
-def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None = None) -> Events:
+def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None = None) -> Events | StepEvents:
     """Return the events ``start <= k < stop`` of a log, by default all.
 
     Raises

@@ -22,6 +22,9 @@ REQUIRED: dict[str, tuple[Any, ...]] = {
 }
 """The questions that the model of each kind must answer."""
 
+STEPPED: tuple[Any, ...] = (interface.step_time, interface.step_jump)
+"""The questions that the model of an interaction with steps must answer, instead of those above."""
+
 METHODS: dict[str, tuple[str, ...]] = {
     "interaction": ("reach", "model"),
     "motion": ("model",),
@@ -57,7 +60,8 @@ def answered(kind: str, model: Any) -> Any:
     InputError
         If one is not.
     """
-    for question in REQUIRED[kind]:
+    steps = kind == "interaction" and registry.answers(interface.step_time, type(model))
+    for question in STEPPED if steps else REQUIRED[kind]:
         if not registry.answers(question, type(model)):
             raise InputError(
                 f"The {kind} {type(model).__name__} does not answer {question.__name__}: register a function "
@@ -79,6 +83,10 @@ def recalled(kind: str, kept: Any, given: Any) -> Any:
     InputError
         If the file names a class of one's own, and none is given.
     """
+    if kept is not None and given is None and "type" in kept:
+        from carom.models.interactions import from_table
+
+        return from_table(kept)
     if kept is not None and given is None:
         raise InputError(
             f"The {kind} of this scene is of the class {kept.get('class')}, which no file holds; "

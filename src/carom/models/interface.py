@@ -70,6 +70,12 @@ class Interaction(Protocol):
     simulated; ``penetrable = True``, where components may be nearer than the mean of their diameters (a scene
     refuses that otherwise); and ``by_radii = True``, where no two act on each other from further apart than
     the sum of their radii, or ``contact``, so that neighbours may be found by their sizes.
+
+    One whose pairs have steps (:func:`step_time`) also has ``steps(particles)``, which returns how many there
+    are and, for every pair of species, on which one they are beyond each other's reach, (K, K) ints; and
+    ``steps_of(pairs, distances, species, diameter)``, the steps of pairs (m, 2) at the start. Its model has
+    ``energy``, of a pair on each step, and ``events``, (steps, 4) int64, in which the engine counts the kinds
+    of events on each.
     """
 
     def reach(self, scene: Any) -> float:
@@ -150,6 +156,56 @@ def jump(pair, i, j, rr, rv, now):
     virial : float
         ``r . dp`` of the contact [mass length^2 / time].
     """
+
+
+# Of a pair interaction with steps, instead of the two above: the engine stores the step of every pair.
+
+CORE, IN, OUT, BOUNCE = 0, 1, 2, 3
+"""Kinds of events: thrown back at the inner end of a step, across it, across the outer end, thrown back."""
+
+
+def step_bits(count: int) -> int:
+    """Return how many bits of a word name one of so many steps: two at least, for the kinds of events."""
+    return max((count - 1).bit_length(), 2)
+
+
+@required
+def step_time(pair, i, j, step, rr, rv, vv, now):
+    """Time from now until components i and j, which are on a step, reach one of its ends, or NEVER.
+
+    As :func:`interaction_time`, and the loop over candidates wants the same of it.
+
+    Parameters
+    ----------
+    step : int
+        The step that the pair is on: an index of the model's arrays, which have ``2**step_bits(count)`` items
+        for so many steps.
+    """
+
+
+@required
+def step_jump(pair, i, j, step, rr, rv, now):
+    """Return what reaching the end of a step does to a pair.
+
+    Returns
+    -------
+    a, b, virial : float
+        As :func:`jump` does.
+    step : int
+        The step that the pair is on from now on.
+    kind : int
+        CORE, IN, OUT or BOUNCE.
+    """
+
+
+@optional
+def step_core_square(pair, step):
+    """Return the square of the distance at which a step ends inwards, where that is a wall; else 0
+    [length^2].
+
+    The deepest overlap of a run is measured with it.
+    """
+    return 0.0
 
 
 @optional

@@ -53,8 +53,13 @@ class Course:
     grows: bool
 
     @classmethod
-    def of(cls, blocks: Sequence[Block], kT: float, packing_fraction: float, cube: float) -> Course:
-        """Return the course of blocks; kT, packing fraction and ``cube`` are for a stretch without."""
+    def of(
+        cls, blocks: Sequence[Block], kT: float, packing_fraction: float, cube: float, exchanges: bool = False
+    ) -> Course:
+        """Return the course of blocks; kT, packing fraction and ``cube`` are for a stretch without.
+
+        ``exchanges`` tells whether kT only fluctuates, in exchange with a potential energy.
+        """
         durations = np.array([block.duration for block in blocks])
         same = np.ones(len(blocks))
         heat, filling, equal = same, same, True
@@ -70,7 +75,8 @@ class Course:
             packing_fraction = float(durations @ filled / durations.sum())
             cube = float(durations @ [each.cube for each in sizes] / durations.sum())
             filling, equal = filled / packing_fraction, all(each.equal for each in sizes)
-        return cls(durations, heat, filling, kT, packing_fraction, cube, equal, changes and not grows, grows)
+        cools = changes and not grows and not exchanges
+        return cls(durations, heat, filling, kT, packing_fraction, cube, equal, cools, grows)
 
     @property
     def note(self) -> str:

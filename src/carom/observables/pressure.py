@@ -71,6 +71,7 @@ class Pressure:
             mass=scene.mass,
             packing_fraction=scene.packing_fraction,
             simple=scene.simple,
+            exchanges=hasattr(scene.interaction, "steps"),
         )
 
     @staticmethod
@@ -85,6 +86,7 @@ class Pressure:
         mass: float = 1.0,
         packing_fraction: float | None = None,
         simple: bool = True,
+        exchanges: bool = False,
     ) -> PressureEstimate:
         """Pressure of n particles in a periodic box.
 
@@ -105,6 +107,9 @@ class Pressure:
         simple : bool
             Whether all particles are equal and elastic, and alone in a periodic box. Otherwise contact
             values and the route from the collision rate, which need that, are left out.
+        exchanges : bool
+            Whether kT changes in exchange with a potential energy (:mod:`carom.models.wells`), and not
+            because contacts lose energy.
 
         Returns
         -------
@@ -153,7 +158,7 @@ class Pressure:
             )  # fmt: skip
         if not kept:
             raise InputError("No block of positive duration was given; run before measuring the pressure.")
-        course = Course.of(kept, kT, packing_fraction, diameter**dimension)
+        course = Course.of(kept, kT, packing_fraction, diameter**dimension, exchanges)
         durations, kT, simple = course.durations, course.kT, simple and course.equal
         virials = np.array([block.virial for block in kept])
         collisions = np.array([float(block.collisions) for block in kept])

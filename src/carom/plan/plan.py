@@ -104,6 +104,8 @@ class Plan:
                 if key.name in _TABLES:
                     for each in value:
                         tables += ["", f"[[{section.name}.{key.name}]]", *_pairs(_TABLES[key.name](each))]
+                elif key.name == "interaction" and value is not None:
+                    tables += ["", f"[{section.name}.{key.name}]", *_pairs(value.to_json())]
                 elif value is not None:
                     lines.append(f"{key.name} = {_toml(value)}")
             lines += [*tables, ""]
@@ -227,6 +229,8 @@ def _toml(value: Any) -> str:
             "\\" + c if c in '"\\' else c if c.isprintable() else f"\\U{ord(c):08X}" for c in value
         )
         return f'"{escaped}"'
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, dict):
+        return "{" + ", ".join(_pairs(value)) + "}"
     return repr(value)

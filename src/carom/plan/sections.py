@@ -11,7 +11,7 @@ from typing import Any
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import obstacles
+from carom.models import interactions, obstacles
 from carom.models.obstacles import Obstacle
 from carom.scene import lattices
 from carom.scene.box import LONGEST_EDGE
@@ -23,7 +23,7 @@ NEIGHBORS = ("auto", "sectors", "lists", "all")
 FORMATS = ("h5md", "extxyz", "gsd")
 
 #: Keys of [scene] that go with any start: what a trajectory does not hold.
-ADDED = ("restitution", "elastic_below", "contact", "obstacles")
+ADDED = ("restitution", "elastic_below", "contact", "obstacles", "interaction")
 
 #: Collisions a particle that are measured where nothing else is said.
 DEFAULT_COLLISIONS = 10000.0
@@ -99,6 +99,8 @@ class SceneSpec:
         What the mixture consists of.
     obstacles : tuple of obstacles, or of mappings as ``{"kind": "ball", "center": ..., "radius": ...}``
         See :mod:`carom.models.obstacles`.
+    interaction : value, or a mapping as ``{"type": "square-well", "width": 1.5, "depth": 1.0}``
+        See :mod:`carom.models.interactions`; hard cores when left out.
     """
 
     initial: str = "fcc"
@@ -119,9 +121,11 @@ class SceneSpec:
     contact: tuple[tuple[float, ...], ...] | None = None
     species: tuple[SpeciesSpec, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
+    interaction: Any = None
 
     def __post_init__(self) -> None:
         check = _Checker("scene", self)
+        check.interaction("interaction")
         check.choice("initial", INITIAL)
         check.integers("cells", low=1, high=lattices.MOST)
         check.integer("n", low=1, high=lattices.MOST)
@@ -292,7 +296,9 @@ class SceneSpec:
         )
 
     def _elastic(self, scene: Scene) -> Scene:
-        """Return the scene with this restitution."""
+        """Return the scene with this interaction and restitution."""
+        if self.interaction is not None:
+            scene = scene.with_(interaction=self.interaction)
         if self.restitution is None:
             return scene
         return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)
@@ -471,6 +477,18 @@ class _Checker:
             if not isinstance(value, tuple):
                 raise InputError(f"{key} must be a list of tables, found {checks.describe(value)}.")
             return tuple(make(each, f"{key} {k}") for k, each in enumerate(value))
+
+        self._replace(name, check)
+
+    def interaction(self, name: str) -> None:
+        def check(value: Any, key: str) -> Any:
+            try:
+                made = interactions.from_table(value) if isinstance(value, Mapping) else value
+                if not callable(getattr(made, "to_json", None)):
+                    raise InputError(f"it must be a table with a type, found {checks.describe(value)}.")
+            except InputError as problem:
+                raise InputError(f"{key}: {problem}") from problem
+            return made
 
         self._replace(name, check)
 

@@ -25,6 +25,7 @@ from carom.scene import crystals as lattices
 from carom.scene import description as words
 from carom.scene import mixtures as disorder
 from carom.scene import species as _species
+from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
 
@@ -211,6 +212,8 @@ class Scene:
         for value in (self.interaction, self.motion, self.impact):
             if hasattr(value, "check"):
                 value.check(self)
+        if hasattr(self.interaction, "steps_of"):
+            first_steps(self)  # refuses pairs that are where their energy is infinite
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"A Scene cannot be changed; make another: scene.with_({name}=...).")
@@ -267,7 +270,9 @@ class Scene:
         }
         for kind in choice.USUAL:
             if not self.usual(kind):  # files hold no code
-                attributes[kind] = {"class": type(getattr(self, kind)).__name__}
+                value = getattr(self, kind)
+                described = callable(getattr(value, "to_json", None))
+                attributes[kind] = value.to_json() if described else {"class": type(value).__name__}
         for name, values in (("diameter", self.diameters), ("mass", self.masses)):
             if np.ptp(values) == 0:
                 attributes[name] = float(values[0])

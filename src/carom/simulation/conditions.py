@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from carom.compiling import registry
 from carom.errors import InputError
 from carom.models import choice
 from carom.models.interface import (
@@ -18,6 +19,8 @@ from carom.models.interface import (
     jump,
     mass,
     position,
+    step_jump,
+    step_time,
     transfer,
     velocity,
 )
@@ -186,6 +189,9 @@ class _Trial:
 
     def interaction(self, rng: np.random.Generator) -> None:
         """Try I, II, IV and V on a pair that is likely to meet, with free flight in between."""
+        if registry.answers(step_time, type(self._model)):
+            self._steps(rng)
+            return
         pair = self._model
         i, j = (int(k) for k in rng.choice(8, 2, replace=False))
         r = rng.normal(size=self._d)
@@ -224,6 +230,53 @@ class _Trial:
         after = u - (ours + theirs) * touch
         again = float(interaction_time(pair, i, j, *_scalars(touch, after), t))
         self._try("V", again > 0.0, **facts, velocity_after=after, again=again)
+
+    def _steps(self, rng: np.random.Generator) -> None:
+        """Try the same of a pair on a step, from somewhere on it."""
+        pair = self._model
+        step = int(rng.integers(len(self._model.energy)))
+        i, j = (int(k) for k in rng.choice(8, 2, replace=False))
+        low, high = math.sqrt(max(pair.inner[step], 0.0)), math.sqrt(pair.outer[step])
+        high = min(high, 2.0 * low + 1.0)
+        if not low < high:  # a row that stands for no step
+            return
+        r = rng.normal(size=self._d)
+        r *= rng.uniform(low, high) / np.linalg.norm(r)
+        u = (rng.normal(size=self._d) - r * rng.uniform(-1.0, 1.0)) * 10.0 ** rng.uniform(-1.0, 1.0)
+        rr, rv, vv = _scalars(r, u)
+        t, other = (float(step_time(pair, *both, step, rr, rv, vv, 0.0)) for both in ((i, j), (j, i)))
+        facts = {"i": i, "j": j, "step": step, "r": r, "v": u, "time": t}
+        self._try("I", t == other or _same(t, other), **facts, exchanged=other)
+        if not t < NEVER:
+            return
+        part = rng.uniform(0.0, 1.0) * t
+        left = float(step_time(pair, i, j, step, *_scalars(r + part * u, u), part))
+        touch = r + t * u
+        rr, rv, _ = _scalars(touch, u)
+        if abs(rv) < GRAZING * math.sqrt(rr * vv):
+            return
+        self._try(
+            "IV", abs(part + left - t) <= TOLERANCE * (t + 1.0 / math.sqrt(vv)), **facts, part=part, left=left
+        )
+        ours, theirs, virial, after, kind = step_jump(pair, i, j, step, rr, rv, t)
+        mine, yours, _, same, alike = step_jump(pair, j, i, step, rr, rv, t)
+        self._try(
+            "II",
+            _same(ours, yours) and _same(theirs, mine) and (after, kind) == (same, alike),
+            **facts,
+            jump=(ours, theirs),
+            exchanged=(mine, yours),
+        )
+        balance = mass(pair, i) * ours - mass(pair, j) * theirs
+        self._try(
+            "momentum",
+            abs(balance) <= TOLERANCE * (abs(virial) / rr + abs(mass(pair, i) * ours)),
+            **facts,
+            lost=balance,
+        )
+        flown = u - (ours + theirs) * touch
+        again = float(step_time(pair, i, j, int(after), *_scalars(touch, flown), t))
+        self._try("V", again > 0.0, **facts, velocity_after=flown, again=again)
 
     def motion(self, rng: np.random.Generator) -> None:
         """Try III, that relative flight is straight, and exit_time."""

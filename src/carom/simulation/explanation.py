@@ -176,6 +176,7 @@ def _explanation(
         "growth": contents.rates is None,
         "walls and obstacles": engine.model.obstacles is None,
         "restitution": engine.model.impact is None,
+        "steps of pairs": not contents.stepped,
         "image counts": engine.state.images is None,
         "an event log": not logged,
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from carom.engine.requirements import Contents
     from carom.scene.scene import Scene
     from carom.simulation.recorder import Recorder
+
+Steps = tuple[np.ndarray, np.ndarray]
+"""Pairs (m, 2), and on which step each is, (m,)."""
 
 Wish = tuple[str, float | None]
 """The neighbour scheme that was asked for, and the reach of its lists."""
@@ -86,6 +89,8 @@ class Machine:
         Who is using it.
     pace : Pace
         Cycles a call of the compiled cycle.
+    steps : tuple of two arrays, or None
+        Pairs and their steps, to be written into the next lists; None where there are none.
     scheduled : bool
         Whether every component has its event: not, where Ctrl-C came while they were being given them.
     """
@@ -117,6 +122,7 @@ class Machine:
         self.log: Recorder | None = None
         self.alone = Alone()
         self.pace = Pace(CYCLES)
+        self.steps: Steps | None = None
         self.scheduled = True
 
     def _choose(self, velocities: np.ndarray, wish: Wish, rate: float | None = None) -> Scheme:
@@ -196,6 +202,9 @@ class Machine:
         self.scheduled = False
         n, begin, pace = self.scene.n, 0, Pace(MOST_SCHEDULED)
         while begin < n:
+            if begin == 0 and self.contents.stepped and not self._settle_steps():
+                self.enlarge_neighbors()
+                continue
             end = min(begin + pace.count, n)
             with pace:
                 done = cycle.schedule(*self.engine, np.int64(begin), np.int64(end))
@@ -205,11 +214,36 @@ class Machine:
                 begin = 0
                 self.enlarge_neighbors()
         self.scheduled = True
+        self.steps = None
+
+    def _settle_steps(self) -> bool:
+        """Build the lists and write into them on which step each pair is; False if an array is too small."""
+        from carom.engine import cycle
+        from carom.engine.pair_steps import write_steps
+        from carom.scene.first_steps import first_steps
+
+        if self.steps is None:
+            self.steps = first_steps(self.scene)
+        lists: Any = self.engine.neighbors
+        lists.steps.ready[0] = 0
+        if not cycle.schedule(*self.engine, np.int64(0), np.int64(0)):
+            return False
+        write_steps(lists, *self.steps)
+        lists.steps.ready[0] = 1
+        return True
+
+    def _keep_steps(self) -> None:
+        """Take the steps of pairs out of the lists, which are about to be built anew."""
+        from carom.engine.pair_steps import read_steps
+
+        if self.contents.stepped and self.scheduled:
+            self.steps = read_steps(self.engine.neighbors)
 
     def enlarge_neighbors(self) -> None:
         """Make more room in sectors, cells and lists; everything has then to be scheduled anew."""
         from carom.engine import parts as engine
 
+        self._keep_steps()
         self.scheduled = False
         members = getattr(self.engine.neighbors, "members", np.zeros(1))
         full_cell = self.scheme.kind == "sectors" or members.max() == self.scheme.cell_capacity
@@ -263,7 +297,7 @@ class Machine:
         rates : (n,) array, optional
             New rates at which the radii grow [length / time].
         """
-        names = ("unit", "contents", "scheme", "engine", "clock", "counted", "scheduled")
+        names = ("unit", "contents", "scheme", "engine", "clock", "counted", "steps", "scheduled")
         before = {name: getattr(self, name) for name in names}
         try:
             self._refit(velocities, rates)
@@ -278,6 +312,7 @@ class Machine:
         velocities = frame.velocities if velocities is None else velocities
         self._hold_balance(self.in_epoch(), 0.0)
         instant, old, before = self.clock.instant, self.engine, self.unit
+        self._keep_steps()
         if self.contents.rates is not None and rates is None:
             rates = before.to_scene(self.contents.rates, -1)
         self.unit = unit = unit_of(self.scene, velocities, rates)

@@ -13,6 +13,7 @@ from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.scene.temperature import degrees_of_freedom, peculiar
 from carom.scene.temperature import temperature as temperature_of
+from carom.simulation.pair_steps import potential_at_start, potential_energy
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -43,8 +44,9 @@ class Statistics:
     worst_overlap : float
         Largest depth of two cores seen at a collision, in diameters.
     energy_drift, momentum_drift : float
-        Change since the start: of the energy, relative to it (also what inelastic contacts took and growth
-        brought); of the momentum, relative to ``sum(m |v|)`` (NaN where walls or obstacles take it up).
+        Change since the start: of the energy, kinetic and potential, relative to the kinetic one (also what
+        inelastic contacts took and growth brought); of the momentum, relative to ``sum(m |v|)`` (NaN where
+        walls or obstacles take it up).
     """
 
     collisions: int
@@ -115,6 +117,9 @@ def statistics(machine: Machine) -> Statistics:
     start, present = machine.start, Mechanics.of(machine.scene.masses, machine.speeds, machine.unit)
     events = 2 * tally.collisions + tally.advancements + tally.transits
     taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
+    change = abs(present.energy - start.energy)
+    if machine.contents.stepped:
+        change = abs(present.energy - start.energy + potential_energy(machine) - potential_at_start(machine))
     return Statistics(
         collisions=int(tally.collisions),
         transits=int(tally.transits),
@@ -124,7 +129,7 @@ def statistics(machine: Machine) -> Statistics:
         clamped_roots=int(tally.clamped),
         collisions_per_second=float(tally.collisions / machine.seconds) if machine.seconds else 0.0,
         worst_overlap=1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0,
-        energy_drift=abs(present.energy - start.energy) / start.energy if start.energy else 0.0,
+        energy_drift=change / start.energy if start.energy else 0.0,
         momentum_drift=math.nan if taken_up else present.momentum_drift(start),
     )
 

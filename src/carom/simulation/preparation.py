@@ -155,6 +155,17 @@ def in_single(precision: str, scene: Scene, velocities: np.ndarray) -> bool:
     return True
 
 
+def refuse_with_steps(scene: Scene, rates: np.ndarray | None, single: bool) -> None:
+    """Raise InputError where something is asked for that is not defined for pairs on steps."""
+    for name, given, instead in (
+        ("growth", rates is not None, "leave it out"),
+        ("precision='single'", single, "leave it out"),
+        ("restitution", not scene.usual("impact") or scene.restitution < 1.0, "give hysteretic steps"),
+    ):
+        if given:
+            raise InputError(f"{name} is not for pairs on steps (SquareWell, ...): {instead}.")
+
+
 def contents_of(
     scene: Scene,
     rates: np.ndarray | None,
@@ -183,6 +194,8 @@ def contents_of(
     from carom.engine.requirements import Contents
 
     interaction = scene.interaction if rates is None else Growing()
+    if hasattr(scene.interaction, "steps"):
+        refuse_with_steps(scene, rates, single)
     by_radii = getattr(interaction, "by_radii", False)
     equal = scene.equal and rates is None and by_radii
     impact = scene.impact

@@ -44,7 +44,7 @@ class Recorder:
         from carom.io.events import EventLog
 
         if mark is None:
-            self._file = EventLog(path, _header(machine))
+            self._file = EventLog(path, _header(machine), kinds=machine.contents.stepped)
         else:
             self._file = EventLog(path, keep=int(mark["events"]), sums=mark["sums"])
         self.buffer = make_log(BUFFER)
@@ -63,15 +63,21 @@ class Recorder:
         from carom.engine.constants import LAMBDA, OBSTACLE
 
         used = int(self.buffer.used[0])
-        bits = _bits(machine)
+        stepped = machine.contents.stepped
+        bits = machine.engine.model.boundary.bits if stepped else _bits(machine)
         word = self.buffer.word[:used]
         other, image = word >> bits, word & ((1 << bits) - 1)
+        kind = image.copy() if stepped else None
+        if stepped:
+            image[:] = 0
         fixed = word < LAMBDA
         if fixed.any():  # the paper's partners N + k
             public = np.argsort(machine.obstacle_numbers())
             order = np.sort(machine.obstacle_numbers())
             k = public[np.searchsorted(order, OBSTACLE - word[fixed])]
             other[fixed], image[fixed] = machine.scene.n + k, 0
+            if kind is not None:
+                kind[fixed] = 0
         self._file.append(
             self.buffer.epoch[:used],
             machine.unit.to_scene(self.buffer.time[:used], 1),
@@ -79,6 +85,7 @@ class Recorder:
             other,
             image,
             machine.unit.to_scene(self.buffer.impulse[:used], -1),
+            kind,
         )
         self.buffer.used[0] = 0
 

@@ -24,9 +24,10 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.events import Events, read_events, read_initial
+from carom.io.events import read_events, read_initial
 from carom.models.interface import (
     Obstacle,
+    Particles,
     anchor,
     core_square,
     jump,
@@ -34,11 +35,13 @@ from carom.models.interface import (
     outward,
     position,
     repeated,
+    step_jump,
     transfer,
     velocity,
 )
 from carom.models.planes import walls
 from carom.models.restitution import Restitution
+from carom.scene.first_steps import first_steps
 from carom.scene.scene import Scene
 from carom.simulation.preparation import contents_of, unit_of
 
@@ -87,6 +90,7 @@ class Replay:
             if isinstance(impact, Restitution):
                 impact = impact.below(float(initial["threshold"]))
             particles = contents.particles
+            self._steps = None if not contents.stepped else _Steps(scene, particles)
             self._pair = contents.interaction.model(particles)
             self._motion = contents.motion.model(particles)
             self._impact = impact.model(particles)
@@ -110,9 +114,9 @@ class Replay:
         self._next = next(self._events, None)
         self._done = self._read_so_far = 0
 
-    def _read(self) -> Iterator[tuple[int, float, int, int, int, float]]:
+    def _read(self) -> Iterator[tuple[int, float, int, int, int, float, int]]:
         for start in itertools.count(0, CHUNK):
-            events: Events = read_events(self._path, start, start + CHUNK)
+            events = read_events(self._path, start, start + CHUNK)
             if not len(events.time):
                 return
             n = len(self._x)
@@ -126,7 +130,11 @@ class Replay:
             events = events._replace(
                 time=self._unit.to_kernel(events.time, 1), impulse=self._unit.to_kernel(events.impulse, -1)
             )
-            yield from zip(*(column.tolist() for column in events), strict=True)
+            kinds = getattr(events, "kind", None)
+            if (kinds is None) != (self._steps is None):
+                raise FileError(f"{self._path} cannot be replayed: kinds of events go with pairs on steps.")
+            kinds = np.zeros(len(events.time), np.int8) if kinds is None else kinds
+            yield from zip(*(column.tolist() for column in (*events[:6], kinds)), strict=True)
 
     @property
     def time(self) -> float:
@@ -155,10 +163,10 @@ class Replay:
         """
         if self._next is None:
             return False
-        epoch, time, i, j, code, impulse = self._next
+        epoch, time, i, j, code, impulse, kind = self._next
         self._enter_epoch(epoch)
         if j < len(self._x):
-            self._collide(time, i, j, code, impulse)
+            self._collide(time, i, j, code, impulse, kind)
             self._done += 1
         else:
             self._bounce(time, i, self._fixed[j - len(self._x)], impulse)
@@ -244,7 +252,7 @@ class Replay:
         self._images[who] += crossings.astype(np.int32)
         self._t[who] = time
 
-    def _collide(self, time: float, i: int, j: int, code: int, impulse: float) -> None:
+    def _collide(self, time: float, i: int, j: int, code: int, impulse: float, kind: int) -> None:
         self._advance(np.array([i, j]), time)
         r = self._separation(i, j, code)
         u = self._v[j] - self._v[i]
@@ -252,7 +260,13 @@ class Replay:
         for a, b in zip(r.tolist(), u.tolist(), strict=True):
             rr += a * a
             rv += a * b
-        ours, theirs, virial = jump(self._pair, i, j, rr, rv, time)
+        if self._steps is None:
+            ours, theirs, virial = jump(self._pair, i, j, rr, rv, time)
+        else:
+            step = self._steps.of(i, j)
+            ours, theirs, virial, step, found = step_jump(self._pair, i, j, step, rr, rv, time)
+            self._compare(found, kind, f"{i} and {j}", "kind")
+            self._steps.put(i, j, step)
         part = transfer(self._impact, rr, rv)
         self._compare(virial * part / math.sqrt(rr), impulse, f"{i} and {j}")
         self._v[i] += ours * part * r
@@ -274,11 +288,11 @@ class Replay:
         self._compare(mass(self._pair, i) * change, impulse, f"{i} and {obstacle.name}")
         self._v[i] += change * np.array(normal)
 
-    def _compare(self, found: float, logged: float, who: str) -> None:
-        """Raise FileError where the impulse of a collision is not the logged one."""
+    def _compare(self, found: float, logged: float, who: str, what: str = "impulse") -> None:
+        """Raise FileError where the impulse, or the kind, of a collision is not the logged one."""
         if found != logged:
             raise FileError(
-                f"{self._path}: the impulse of collision {self._read_so_far} between {who} is logged as "
+                f"{self._path}: the {what} of collision {self._read_so_far} between {who} is logged as "
                 f"{logged!r}, and the states before it give {found!r}; the log is damaged, or of another "
                 "version of Carom."
             )
@@ -302,6 +316,26 @@ class Replay:
         named = (sectors[0] + self._digits[code] - sectors[1]) / self._shape
         unlike = np.abs(self._digits[ties] - named).sum(axis=1)
         return images[ties[np.argmin(unlike)]]
+
+
+class _Steps:
+    """On which step each pair is, as a plain dictionary."""
+
+    def __init__(self, scene: Scene, particles: Particles):
+        self._near = {
+            (i, j): step for (i, j), step in zip(*(a.tolist() for a in first_steps(scene)), strict=True)
+        }
+        _, outside = scene.interaction.steps(particles)  # type: ignore[attr-defined]
+        self._outside, self._species = outside, scene.species
+
+    def of(self, i: int, j: int) -> int:
+        """Return the step of a pair."""
+        kinds = (0, 0) if self._species is None or len(self._outside) == 1 else self._species[[i, j]]
+        return self._near.get((min(i, j), max(i, j)), int(self._outside[tuple(kinds)]))
+
+    def put(self, i: int, j: int, step: int) -> None:
+        """Note the step of a pair."""
+        self._near[min(i, j), max(i, j)] = step
 
 
 def _scene(initial: Mapping[str, np.ndarray], own: Mapping[str, Any]) -> Scene:

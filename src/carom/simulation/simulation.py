@@ -16,7 +16,7 @@ from carom.frame import Frame
 from carom.scene.scene import Scene
 from carom.scene.temperature import conserved, degrees_of_freedom
 from carom.scene.velocities import maxwell_velocities
-from carom.simulation import checkpoint, loop, measuring, mechanics, sampling
+from carom.simulation import checkpoint, loop, measuring, mechanics, pair_steps, sampling
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from carom.models.interface import Impact, Interaction, Motion, Obstacle
+    from carom.observables.steps import StepSums
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
 
@@ -161,6 +162,30 @@ class Simulation:
         motion of the centre of mass along every axis on which the momentum is conserved.
         """
         return mechanics.temperature(self.machine)
+
+    @property
+    @looks
+    def potential_energy(self) -> float:
+        """Potential energy of all pairs, where they have steps [energy].
+
+        Raises
+        ------
+        InputError
+            If they have none.
+        """
+        return pair_steps.potential_energy(self.machine)
+
+    @property
+    @looks
+    def steps(self) -> StepSums:
+        """Events at the ends of every step since the start, by kind, and the pairs that are on it now.
+
+        Raises
+        ------
+        InputError
+            If pairs have no steps.
+        """
+        return pair_steps.step_sums(self.machine)
 
     @property
     def degrees_of_freedom(self) -> int:

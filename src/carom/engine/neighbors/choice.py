@@ -127,6 +127,11 @@ a miss. More than so many sectors are not worth it.
 FINEST = 16.0
 """Steps of a reference point in a margin, at least: a flight is cut short by about one of them."""
 
+LONGEST_PLUNGE = 1024.0
+"""Diameters that a pair would fly in an epoch at the speed it has in its deepest well, at most: times are
+then rounded by 1e-13 of a diameter.
+"""
+
 CROWDED = 6.0
 """Components in a sector as wide as the largest, on the average, from which on lists run faster."""
 
@@ -175,6 +180,13 @@ def choose(
     """
     box, diameter, dimension = contents.box, contents.diameter, contents.dimension
     packing_fraction = contents.packing_fraction
+    if contents.stepped:
+        if neighbors not in ("auto", "lists"):
+            raise ValueError(
+                f"The steps of pairs are kept in neighbour lists, which neighbors={neighbors!r} has not; use "
+                "neighbors='auto'."
+            )
+        neighbors = "lists"
     # Neighbours must stay the nearest image while both move by the margin, and be listed under no other one.
     pace = 1.0 if contents.radii is None else float(contents.paces.max())
     core = diameter if contents.reaches is None else 2.0 * float(contents.reaches.max())
@@ -199,11 +211,20 @@ def choose(
         )
     if neighbors == "lists" and (reach > widest or reach <= least):
         needed = 2.0 * (core + 2.0 * pace * (max(reach, least) - diameter))
+        if contents.stepped:
+            raise ValueError(
+                f"The steps of pairs reach {diameter:g}, which needs box edges above {needed:g} to tell "
+                f"images apart; the shortest is {contents.narrowest:g}. Use more components, or less reach."
+            )
         raise ValueError(
             f"Neighbour lists with a reach of {reach:g} need box edges of at least {needed:g}, "
             f"the shortest is {contents.narrowest:g}; use neighbors='sectors', or a smaller shell."
         )
     if neighbors == "lists" and not contents.straight:
+        if contents.stepped:
+            raise ValueError(
+                "Steps of pairs are kept in lists, which are for straight flight: leave out motion."
+            )
         raise ValueError("Neighbour lists are for straight flight; use neighbors='sectors' for this motion.")
     density = contents.n / math.prod(box)
     spacing = density ** (-1.0 / dimension)
@@ -254,6 +275,8 @@ def choose(
     if speed > 0.0:
         crossing = 4.0 * max(box) / speed
         epoch = _power_of_two(min(16.0 / rate, crossing) if rate > 0.0 else crossing)
+    if contents.plunge > 0.0:
+        epoch = min(epoch, _power_of_two(LONGEST_PLUNGE * contents.smallest / contents.plunge))
     width = epoch
     if speed > 0.0 and rate > 0.0:
         width = min(_power_of_two(4.0 / (contents.n * rate)), epoch)
@@ -289,6 +312,10 @@ def dilute(dimension: int) -> float:
 def _default_reach(contents: Contents) -> float:
     """Return the reach at which lists are as long as they should be, on the average."""
     sizes = contents.reaches
+    if contents.stepped:
+        filled = contents.n * unit_ball_volume(contents.dimension) / math.prod(contents.box)
+        filled *= (0.5 * contents.diameter) ** contents.dimension
+        return contents.diameter * default_shell(filled, contents.dimension)
     if sizes is None:
         return contents.diameter * default_shell(contents.packing_fraction, contents.dimension)
     dimension = contents.dimension

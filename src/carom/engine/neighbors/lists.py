@@ -34,6 +34,7 @@ from carom.engine.neighbors.bounds import (
 from carom.engine.neighbors.grid import Grid, between, bits, cell_of, cells_near, coordinate_bits, steps
 from carom.engine.neighbors.interface import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.engine.neighbors.prefetch import HUGE, ask, ask_members, ask_own, leaves_first, prefetch, stages
+from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, position
 
@@ -68,9 +69,13 @@ class Lists(NamedTuple):
     """Which of them are to be listed, (room,) int64."""
     counts: np.ndarray
     """How many neighbours, (n,) uint16, or int32 where there is room for more."""
+    steps: Any
+    """How words name the steps of pairs (:mod:`carom.engine.pair_steps`), or None where they have none."""
 
 
-def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int, longest: int) -> Lists:
+def make_lists(
+    n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int, longest: int, steps: Any = None
+) -> Lists:
     """Return empty lists.
 
     Parameters
@@ -89,7 +94,10 @@ def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int
         Neighbours that all lists can hold.
     longest : int
         Neighbours that the longest of them can hold.
+    steps : PairSteps or SpeciesSteps, optional
+        How words name the steps of pairs.
     """
+    nobody = n if steps is None else n << steps.bits
     dimension = len(spans)
     cells = int(grid.shape.prod(axis=1).sum())
     blocks = np.minimum(2 * grid.spans + 1, grid.shape).prod(axis=2).sum(axis=1)
@@ -101,13 +109,14 @@ def make_lists(n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int
         members=np.zeros(cells, np.uint16),
         grain=tuple(span * 2.0 ** -coordinate_bits(dimension) for span in spans),
         reference=np.zeros(n, np.uint64),
-        words=np.full(words + STEP, n, np.uint32),
+        words=np.full(words + STEP, nobody, np.uint32),
         found=np.zeros(room, np.uint32),
         points=np.zeros(room, np.uint64),
         sizes=np.zeros(0 if isinstance(bounds, EqualBounds) else room),
-        newcomers=np.full(room + STEP, n, np.uint32),
+        newcomers=np.full(room + STEP, nobody, np.uint32),
         hits=np.zeros(room, np.int64),
         counts=np.zeros(n, np.uint16 if longest < 2**16 else np.int32),
+        steps=steps,
     )
 
 
@@ -118,10 +127,10 @@ def unlist(lists, i, j):
     count = lists.counts[i] - 1
     last = first + np.uint64(count)
     for k in range(first, last):
-        if lists.words[k] == j:
+        if named(lists.steps, lists.words[k]) == j:
             lists.words[k] = lists.words[last]
             break
-    lists.words[last] = len(lists.counts)
+    lists.words[last] = fresh_word(lists.steps, i, len(lists.counts))
     lists.counts[i] = count
 
 
@@ -136,7 +145,7 @@ def listed_fully(lists, i):
 def enlist(lists, i, j):
     """Add j to the list of i; the caller has seen to the room."""
     count = lists.counts[i]
-    lists.words[start(lists.bounds, i) + np.uint64(count)] = j
+    lists.words[start(lists.bounds, i) + np.uint64(count)] = fresh_word(lists.steps, i, j)
     lists.counts[i] = count + 1
 
 
@@ -230,7 +239,7 @@ def renew(lists, motion, state, i, now):
     Returns the number of newcomers, or -1 if an array is too small.
     """
     me = np.uint32(i)
-    nobody = np.uint32(len(lists.counts))
+    nobody = fresh_word(lists.steps, i, len(lists.counts))
     old = lists.reference[i]
     fresh = refer(lists, motion, state, i, now)
     own = level(lists.bounds, i)
@@ -239,9 +248,10 @@ def renew(lists, motion, state, i, now):
     end = first + np.uint64(lists.counts[i])
     kept = first
     for k in range(first, end):
-        j = lists.words[k]
+        word = lists.words[k]
+        j = named(lists.steps, word)
         if apart(lists, fresh, lists.reference[np.uint64(j)]) <= touching(lists.bounds, i, np.uint64(j)):
-            lists.words[kept] = j
+            lists.words[kept] = word
             kept += np.uint64(1)
         else:
             unlist(lists, np.uint64(j), me)
@@ -315,6 +325,7 @@ def enlist_hits(lists, i, total):
             return np.int64(-1)
         enlist(lists, i, np.uint32(j))
         enlist(lists, j, np.uint32(i))
+        put_newcomer(lists.steps, lists.newcomers, k, i, j)
     return np.int64(last)
 
 
@@ -333,7 +344,7 @@ def ask_listed(lists, array, i):
     """Ask for the elements of an array that belong to the neighbours of component i."""
     begin = start(lists.bounds, i)
     for k in range(begin, begin + np.uint64(lists.counts[i])):
-        prefetch(array, np.int64(lists.words[k]))
+        prefetch(array, np.int64(named(lists.steps, lists.words[k])))
 
 
 @stages.register
@@ -395,10 +406,12 @@ def _(neighbors: Lists, i, axis, crossings):
 
 @settle.register
 def _(neighbors: Lists, motion, boundary, state):
+    if standing(neighbors.steps):
+        return True
     now = state.clock[0].now
     neighbors.members[:] = 0
     neighbors.counts[:] = 0
-    neighbors.words[:] = len(neighbors.counts)
+    neighbors.words[:] = fresh_word(neighbors.steps, np.uint64(0), len(neighbors.counts))
     for i in range(np.uint64(len(state.partner))):
         own = level(neighbors.bounds, i)
         fresh = refer(neighbors, motion, state, i, now)

@@ -291,6 +291,8 @@ def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
     """Return what is known of additive mixtures in periodic boxes, infinitely large; nothing of others."""
     if scene.walls or scene.obstacles or scene.contact is not None or scene.restitution < 1.0:
         return []
+    if not scene.usual("interaction"):
+        return []
     diameters, counts = np.unique(scene.diameters, return_counts=True)
     arguments = scene.packing_fraction, counts / scene.n, diameters
     values = {"Santos-Yuste-Lopez de Haro": theory.santos_yuste_lopez_de_haro(*arguments, scene.dimension)}

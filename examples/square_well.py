@@ -1,0 +1,98 @@
+"""A square-well fluid: g(r) with its jump, its pressure by two routes, drops of disks, and a chain.
+
+    python examples/square_well.py [--smoke] [--out square_well.png]
+
+Alder and Wainwright's second model (J. Chem. Phys. 31 (1959) 459), and beads on a string.
+"""
+
+# %% Arguments: --smoke makes a short run and a small picture, --out says where the picture goes.
+import argparse
+import math
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import EllipseCollection
+
+import carom
+from carom.wells import Bonds, SquareWell, chains
+
+parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+parser.add_argument("--smoke", action="store_true", help="few events, a small picture")
+parser.add_argument("--out", type=Path, default=Path("square_well.png"), help="file of the picture")
+args = parser.parse_args()
+LONG = 20 if args.smoke else 400  # events a particle
+
+
+def brought_to(sim, kT, rounds=6):
+    """Run and rescale in turn: falling into wells heats, so that one rescaling is not enough."""
+    for _ in range(rounds):
+        sim.run(collisions_per_particle=LONG / 4)
+        sim.rescale(kT)
+    sim.run(collisions_per_particle=LONG / 2)
+    return sim
+
+
+# %% A fluid above its critical point. What arrives at a step counts g(r) on both of its sides.
+cells = 4 if args.smoke else 8
+scene = carom.Scene.fcc(cells, density=0.4).with_(interaction=SquareWell(width=1.5, depth=1.0))
+sim = brought_to(carom.Simulation(scene, kT=1.5, seed=1), 1.5)
+before = sim.steps
+pressure = sim.measure(carom.Pressure(blocks=32), collisions=LONG * scene.n)
+sums = sim.steps - before
+well, core = sums.sides()
+print(
+    f"kT = {sums.kT:.3f}, U / N = {sim.potential_energy / scene.n:.2f}, bonds {sums.bonds_per_particle:.2f}"
+)
+print(f"Z = {pressure.compressibility_factor} from the virial, {sums.compressibility_factor():.4f} from g(r)")
+jump = well.inside / well.outside
+print(f"g(1.5-) / g(1.5+) = {jump:.3f}, and exp(1 / kT) = {math.exp(1.0 / sums.kT):.3f}")
+gr = carom.rdf(sim.sample(every=0.2, count=10 if args.smoke else 100), rmax=3.0, width=0.02)
+
+# %% Disks below the critical point come together in drops.
+disks = carom.Scene.triangular(12 if args.smoke else 32, packing_fraction=0.25)
+drops = carom.Simulation(disks.with_(interaction=SquareWell(1.5, 1.0)), kT=0.4, seed=2)
+brought_to(drops, 0.4, rounds=4 if args.smoke else 30)
+print(f"disks at kT = {drops.kT:.2f}: {drops.steps.bonds_per_particle:.2f} neighbours each in their wells")
+
+# %% A chain of hard disks: neighbours on it are never further apart than 1.2 diameters.
+length = 10 if args.smoke else 60
+x = 4.0 + np.column_stack([1.1 * np.arange(length), 0.3 * (np.arange(length) % 2)])
+bonds = Bonds(chains(1, length), inner=1.0, outer=1.2, others=SquareWell(1.5, 0.5))
+string = carom.Simulation(carom.Scene(x, 1.1 * length + 8.0, interaction=bonds), kT=1.0, seed=3)
+string.run(collisions_per_particle=20 * LONG)
+print(f"a chain of {length}: {string.collisions} events, energy kept to {string.statistics.energy_drift:.1g}")
+
+# %% The picture.
+figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.7))
+left.plot(gr.r, gr.g, color="0.4", lw=1)
+for side in (core, well):
+    left.plot([side.distance] * 2, [side.inside, side.outside], "o", color="C3", ms=5)
+left.set(xlabel="$r / \\sigma$", ylabel="$g(r)$", title=f"density 0.4, kT = {sums.kT:.2f}", xlim=(0.8, 3))
+
+
+def draw(axes, positions, title):
+    """Disks of diameter 1 where they are."""
+    sizes = np.ones(len(positions))
+    disks = EllipseCollection(
+        sizes, sizes, 0 * sizes, units="x", offsets=positions, transOffset=axes.transData,
+        facecolor="C0", edgecolor="white", lw=0.2,
+    )  # fmt: skip
+    axes.add_collection(disks)
+    axes.set(aspect="equal", xticks=[], yticks=[], title=title)
+
+
+shape = drops.frame()
+draw(middle, shape.positions, f"disks, kT = {drops.kT:.2f}")
+middle.set(xlim=(0, shape.box[0]), ylim=(0, shape.box[1]))
+bead = string.frame()
+unwrapped = bead.positions + bead.images * np.array(bead.box)
+draw(right, unwrapped, f"a chain of {length}")
+right.plot(*unwrapped.T, color="C3", lw=1)
+center, reach = unwrapped.mean(axis=0), np.abs(unwrapped - unwrapped.mean(axis=0)).max() + 1.5
+right.set(xlim=(center[0] - reach, center[0] + reach), ylim=(center[1] - reach, center[1] + reach))
+figure.tight_layout()
+figure.savefig(args.out, dpi=60 if args.smoke else 100, format="png")

@@ -1,0 +1,243 @@
+"""On which step a pair is: bits of the words in neighbour lists.
+
+Where a pair potential has steps, the word of a list's entry is ``index << bits | step``. Both partners list
+each other as long as they are near, so that a pair has two entries, which change together at its events. A
+list that is renewed keeps the words of those who stay; who is new to it comes from beyond all steps. Nothing
+is ever derived from a distance but at the start of a run, by the caller, who writes it here.
+
+Lists of a scene without steps have None in this place, and their words are indices.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner, required
+from carom.engine.images import (
+    in_box,
+    index,
+    index_bits,
+    lasting,
+    mirror,
+    separation,
+)
+from carom.engine.neighbors.bounds import start
+from carom.models.interface import step_bits
+
+
+class PairSteps(NamedTuple):
+    """How words name steps."""
+
+    bits: int
+    """Low bits of a word that hold the step."""
+    ready: np.ndarray
+    """Whether lists have been built and steps written into them since, (1,) int64."""
+
+
+class SpeciesSteps(NamedTuple):
+    """The same where pairs of species have steps of their own."""
+
+    bits: int
+    """Low bits of a word that hold the step."""
+    ready: np.ndarray
+    """Whether lists have been built and steps written into them since, (1,) int64."""
+    kinds: np.ndarray
+    """Species, (n + 1,) int64."""
+    species: int
+    """K."""
+    outside: np.ndarray
+    """Step of a pair of species that is out of reach, (K * K,) int64."""
+
+
+class SteppedImage(NamedTuple):
+    """A wide periodic box as :class:`carom.engine.images.NearestImage`, and words that name steps."""
+
+    edges: tuple
+    """Edges of the box [length]."""
+    inverse: tuple
+    """Their inverses."""
+    bits: int
+    """Low bits of a word that hold the step."""
+
+
+def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | None:
+    """Return how lists name the steps of an interaction, or None where it has none.
+
+    Raises
+    ------
+    ValueError
+        If there are more components and steps than a word can name.
+    """
+    if not hasattr(interaction, "steps"):
+        return None
+    count, outside = interaction.steps(particles)
+    bits, n = step_bits(count), len(particles.radii)
+    if (n + 1) << bits >= 1 << 31:
+        raise ValueError(
+            f"{n} components on {count} steps are more than a word of 31 bits can name: use fewer of them."
+        )
+    ready = np.zeros(1, np.int64)
+    if not np.any(outside):
+        return PairSteps(bits, ready)
+    kinds = particles.with_ghost(particles.species, np.int64)
+    return SpeciesSteps(bits, ready, kinds, len(outside), np.ascontiguousarray(outside, np.int64).ravel())
+
+
+@required
+def named(steps, word):
+    """Return the component that a word of a list names."""
+
+
+@named.register
+def _(steps: None, word):
+    return word
+
+
+@named.register
+def _(steps: PairSteps | SpeciesSteps, word):
+    return np.uint32(word >> np.uint32(steps.bits))
+
+
+@required
+def fresh_word(steps, i, j):
+    """Return the word under which i lists j, a newcomer from beyond all steps."""
+
+
+@fresh_word.register
+def _(steps: None, i, j):
+    return np.uint32(j)
+
+
+@fresh_word.register
+def _(steps: PairSteps, i, j):
+    return np.uint32(np.uint64(j) << np.uint64(steps.bits))
+
+
+@fresh_word.register
+def _(steps: SpeciesSteps, i, j):
+    step = steps.outside[steps.kinds[i] * steps.species + steps.kinds[j]]
+    return np.uint32((np.uint64(j) << np.uint64(steps.bits)) | np.uint64(step))
+
+
+@required
+def put_newcomer(steps, newcomers, k, i, j):
+    """Put the word of a newcomer in the place of its index."""
+
+
+@put_newcomer.register
+def _(steps: None, newcomers, k, i, j):
+    return None
+
+
+@put_newcomer.register
+def _(steps: PairSteps | SpeciesSteps, newcomers, k, i, j):
+    newcomers[k] = fresh_word(steps, i, j)
+
+
+@required
+def standing(steps):
+    """Tell whether the lists stand already, with steps in them; only the first time it is asked."""
+
+
+@standing.register
+def _(steps: None):
+    return False
+
+
+@standing.register
+def _(steps: PairSteps | SpeciesSteps):
+    ready = steps.ready[0] != 0
+    steps.ready[0] = 0
+    return ready
+
+
+@index.register
+def _(boundary: SteppedImage, word):
+    return np.int64(word) >> boundary.bits
+
+
+@index_bits.register
+def _(boundary: SteppedImage):
+    return boundary.bits
+
+
+@lasting.register
+def _(boundary: SteppedImage):
+    return True
+
+
+@mirror.register
+def _(boundary: SteppedImage, i, word):
+    return (i << boundary.bits) | step_of(boundary, word)
+
+
+@separation.register
+def _(boundary: SteppedImage, i, word, axis, dx):
+    return dx - boundary.edges[axis] * np.rint(dx * boundary.inverse[axis])
+
+
+@in_box.register
+def _(boundary: SteppedImage, i, axis, x):
+    return x - np.floor(x * boundary.inverse[axis]) * boundary.edges[axis]
+
+
+@inner
+def step_of(boundary, word):
+    """Return the step that a word names."""
+    return np.int64(word) & ((np.int64(1) << boundary.bits) - 1)
+
+
+@inner
+def put_step(lists, i, j, step):
+    """Note in the list of i that it and j are on another step."""
+    first = start(lists.bounds, i)
+    for k in range(first, first + np.uint64(lists.counts[i])):
+        if named(lists.steps, lists.words[k]) == j:
+            lists.words[k] = np.uint32((np.uint64(j) << np.uint64(lists.steps.bits)) | np.uint64(step))
+            break
+
+
+def _entries(lists: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return where in the words the lists' entries are, and whose each is."""
+    n = len(lists.counts)
+    owners = np.repeat(np.arange(n), lists.counts)
+    begins = np.repeat(np.cumsum(lists.counts, dtype=np.int64) - lists.counts, lists.counts)
+    return owners * lists.bounds.room + np.arange(len(owners)) - begins, owners
+
+
+def read_steps(lists: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs (m, 2), i < j, that are not beyond all steps, and the step of each (m,)."""
+    where, owners = _entries(lists)
+    words = lists.words[where].astype(np.int64)
+    others, steps = words >> lists.steps.bits, words & ((1 << lists.steps.bits) - 1)
+    outside: Any = 0
+    if isinstance(lists.steps, SpeciesSteps):
+        kinds = lists.steps.kinds
+        outside = lists.steps.outside[kinds[owners] * lists.steps.species + kinds[others]]
+    near = (owners < others) & (steps != outside)
+    return np.stack([owners[near], others[near]], axis=1), steps[near]
+
+
+def write_steps(lists: Any, pairs: np.ndarray, steps: np.ndarray) -> None:
+    """Write the steps (m,) of pairs (m, 2) into both lists; pairs that are not listed must be out of reach.
+
+    Raises
+    ------
+    RuntimeError
+        If a pair within reach is not listed.
+    """
+    n = len(lists.counts)
+    where, owners = _entries(lists)
+    others = lists.words[where].astype(np.int64) >> lists.steps.bits
+    keys = owners * n + others
+    order = np.argsort(keys)
+    for i, j in (pairs.T, pairs.T[::-1]):
+        if not len(i):
+            return
+        at = np.searchsorted(keys, i * n + j, sorter=order)
+        found = order[np.minimum(at, len(order) - 1)] if len(order) else at
+        if not len(order) or (keys[found] != i * n + j).any():
+            raise RuntimeError("A pair within reach is in no list; please report this.")
+        lists.words[where[found]] = (j << lists.steps.bits | steps).astype(np.uint32)

@@ -1,0 +1,33 @@
+"""On which step each pair of a scene starts: the only time that distances say so."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.scene.overlaps import Room
+
+if TYPE_CHECKING:
+    from carom.scene.scene import Scene
+
+
+def first_steps(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs (m, 2) within reach, and the step of each (m,).
+
+    Raises
+    ------
+    OverlapError, InputError
+        If a pair is where its energy is infinite.
+    """
+    interaction = scene.interaction
+    within = float(interaction.reach(scene)) * (1.0 + 2.0**-30)
+    room = Room(np.asarray(scene.box), np.asarray(scene.periodic))
+    found: Any = room.near(room.wrapped(scene.positions), within) if scene.n > 1 else []
+    pairs = np.sort(np.asarray(found, np.int64).reshape(-1, 2), axis=1)
+    pairs = pairs[room.distances(scene.positions, pairs) < within]
+    if hasattr(interaction, "bonded"):  # refused where they are further apart
+        pairs = np.unique(np.concatenate([pairs, interaction.bonded()[0]]), axis=0)
+    distances = room.distances(scene.positions, pairs)
+    steps = interaction.steps_of(pairs, distances, scene.species, scene.diameter)  # type: ignore[attr-defined]
+    return pairs, steps

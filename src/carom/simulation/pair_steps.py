@@ -1,0 +1,78 @@
+"""Pairs on steps, in the scene's terms: their energy, and what happened to them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.observables.steps import StepSums
+from carom.scene.first_steps import first_steps
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+
+
+def potential_at_start(machine: Machine) -> float:
+    """Return the potential energy at the start of a run [energy]."""
+    _, steps = first_steps(machine.scene)
+    return _energy(machine, steps)
+
+
+def potential_energy(machine: Machine) -> float:
+    """Return the potential energy now: the number of pairs on each step times its energy [energy].
+
+    Raises
+    ------
+    InputError
+        If pairs have no steps.
+    """
+    _, steps = _present(machine)
+    return _energy(machine, steps)
+
+
+def step_sums(machine: Machine) -> StepSums:
+    """Return what happened at the ends of every step since the start, and who is on it now.
+
+    Raises
+    ------
+    InputError
+        If pairs have no steps.
+    """
+    from carom.simulation.mechanics import kT_time
+
+    _, steps = _present(machine)
+    pair = machine.engine.model.pair
+    count, _ = machine.contents.interaction.steps(machine.contents.particles)  # type: ignore[attr-defined]
+    heat = kT_time(machine)
+    assert heat is not None
+    return StepSums(
+        time=float(machine.clock.instant),
+        kT_time=heat,
+        n=machine.scene.n,
+        dimension=machine.scene.dimension,
+        volume=machine.scene.volume,
+        mass=machine.scene.mass,
+        inner=np.sqrt(np.maximum(pair.inner[:count], 0.0)),
+        outer=np.sqrt(pair.outer[:count]),
+        energies=np.asarray(machine.unit.to_scene(pair.energy[:count], -2)),
+        pairs=np.bincount(steps, minlength=count)[:count],
+        events=pair.events[:count].copy(),
+    )
+
+
+def _present(machine: Machine) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs within reach now, and their steps."""
+    from carom.engine.pair_steps import read_steps
+
+    if not machine.contents.stepped:
+        raise InputError("Pairs of this scene have no steps: give it an interaction such as SquareWell().")
+    return read_steps(machine.engine.neighbors) if machine.steps is None else machine.steps
+
+
+def _energy(machine: Machine, steps: np.ndarray) -> float:
+    pair = machine.engine.model.pair
+    energies = machine.unit.to_scene(pair.energy, -2)
+    counts = np.bincount(steps, minlength=len(energies))
+    return float(counts[counts > 0] @ energies[counts > 0])

@@ -1,0 +1,7 @@
+"""Wells, steps and bonds under the name that scripts import them by; they live in ``carom.models``."""
+
+from carom.models.bonds import Bonds, chains, rings
+from carom.models.steps import Steps
+from carom.models.wells import SquareWell, StepTable, from_potential
+
+__all__ = ["Bonds", "SquareWell", "StepTable", "Steps", "chains", "from_potential", "rings"]
