@@ -93,6 +93,11 @@ class Contents:
         return bool(getattr(self.motion, "straight", True))
 
     @property
+    def curved(self) -> bool:
+        """Whether two components do not even fly straight relative to each other."""
+        return bool(getattr(self.motion, "curved", False))
+
+    @property
     def threshold(self) -> float:
         """Normal speed below which contacts are elastic; 0 where there is no such."""
         return float(self.unit.to_kernel(getattr(self.impact, "elastic_below", None) or 0.0, -1))

@@ -339,7 +339,8 @@ class Scene:
     @property
     def packing_fraction(self) -> float:
         """Volume of the spheres over that of the box, eta; what obstacles take is not subtracted."""
-        return _box.packing_fraction(self.diameters, self.box)
+        part = getattr(self.motion, "packing_fraction", _box.packing_fraction)
+        return float(part(self.diameters, self.box))
 
     @property
     def walls(self) -> bool:

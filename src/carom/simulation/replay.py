@@ -28,12 +28,14 @@ from carom.io.events import Events, read_events, read_initial
 from carom.models.interface import (
     Obstacle,
     anchor,
+    carry,
     core_square,
     jump,
     mass,
     outward,
     position,
     repeated,
+    thrust,
     transfer,
     velocity,
 )
@@ -89,6 +91,7 @@ class Replay:
             particles = contents.particles
             self._pair = contents.interaction.model(particles)
             self._motion = contents.motion.model(particles)
+            self._curved = contents.curved
             self._impact = impact.model(particles)
             self._scene = scene
         except KeyError as missing:
@@ -231,6 +234,9 @@ class Replay:
         """Return places, not wrapped, and velocities at a time of this epoch."""
         x, v, t = self._x[who], self._v[who], time - self._t[who]
         places, speeds = np.empty_like(x), np.empty_like(v)
+        if self._curved:
+            for k in range(len(x)):
+                x[k], v[k], t[k] = carry(self._motion, x[k], v[k], t[k], places[k], speeds[k])
         for axis in range(x.shape[1]):
             places[:, axis] = position(self._motion, axis, x[:, axis], v[:, axis], t)
             speeds[:, axis] = velocity(self._motion, axis, v[:, axis], t)
@@ -255,8 +261,11 @@ class Replay:
         ours, theirs, virial = jump(self._pair, i, j, rr, rv, time)
         part = transfer(self._impact, rr, rv)
         self._compare(virial * part / math.sqrt(rr), impulse, f"{i} and {j}")
-        self._v[i] += ours * part * r
-        self._v[j] -= theirs * part * r
+        for axis in range(len(r)):
+            push = thrust(self._motion, axis, self._x[i, axis], r[axis], rr)
+            back = thrust(self._motion, axis, self._x[j, axis], -r[axis], rr)
+            self._v[i, axis] += ours * part * push
+            self._v[j, axis] += theirs * part * back
 
     def _bounce(self, time: float, i: int, obstacle: Obstacle, impulse: float) -> None:
         self._advance(np.array([i]), time)
