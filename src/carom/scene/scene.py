@@ -252,7 +252,7 @@ class Scene:
         }
         for kind in choice.USUAL:
             if not self.usual(kind):  # files hold no code
-                attributes[kind] = {"class": type(getattr(self, kind)).__name__}
+                attributes[kind] = choice.described(getattr(self, kind))
         for name, values in (("diameter", self.diameters), ("mass", self.masses)):
             if np.ptp(values) == 0:
                 attributes[name] = float(values[0])

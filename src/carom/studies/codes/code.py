@@ -12,6 +12,7 @@ import numpy as np
 
 from carom.errors import FileError
 from carom.io.paths import existing, reading, replacing, writing
+from carom.studies.codes.polish import GUARD
 
 FORMAT = "carom spherical code"
 """What a file says that it is."""
@@ -83,7 +84,7 @@ class SphericalCode:
         """The smallest angle, a number of ``mpmath`` [degrees]."""
         import mpmath
 
-        with mpmath.workdps(self.digits + 10):
+        with mpmath.workdps(self.digits + GUARD):
             return mpmath.degrees(mpmath.acos(self.cosine))
 
     @property
@@ -127,13 +128,19 @@ class SphericalCode:
         import mpmath
 
         path = Path(path)
-        places = [
-            [mpmath.nstr(x, self.digits, strip_zeros=False) for x in row] for row in self.coordinates.tolist()
-        ]
-        if path.suffix == ".json":
+        whole = path.suffix == ".json"
+        # What load() reads has the digits that are there to guard the last one, too.
+        digits = self.digits + GUARD if whole else self.digits
+
+        def written(x: Any) -> str:
+            return str(mpmath.nstr(x, digits, strip_zeros=False))
+
+        places = [[written(x) for x in row] for row in self.coordinates.tolist()]
+        if whole:
             words = {
                 "format": FORMAT,
                 **self.summary(),
+                "cosine": written(self.cosine),
                 "digits": self.digits,
                 "points": places,
                 "pairs": self.contacts.tolist(),
@@ -163,7 +170,7 @@ class SphericalCode:
             if not isinstance(words, dict) or words.get("format") != FORMAT:
                 raise FileError(f"{path} holds no spherical code; expected a file that save() wrote.")
             n, k, digits = int(words["n"]), int(words["k"]), int(words["digits"])
-            with mpmath.workdps(digits + 10):
+            with mpmath.workdps(digits + GUARD):
                 coordinates = np.array([[mpmath.mpf(x) for x in row] for row in words["points"]], object)
                 cosine = mpmath.mpf(words["cosine"])
             contacts = np.array(words["pairs"], np.int64).reshape(-1, 2)
