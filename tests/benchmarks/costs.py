@@ -8,6 +8,7 @@
     python tests/benchmarks/costs.py threads    two simulations on two cores against one
     python tests/benchmarks/costs.py mixtures   two sizes against one at the same packing fraction
     python tests/benchmarks/costs.py thin       thin systems with the rule for them and without
+    python tests/benchmarks/costs.py sphere     caps on great circles, of several numbers
     python tests/benchmarks/costs.py tasks      what a task of a study takes beside its events
 
 Rates are million pair collisions per second of CPU time; only ratios within one table mean anything.
@@ -124,6 +125,22 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
         "growth": (plain.with_(diameter=0.99), {"images": False, "growth": 1e-9}),
         "event log": (plain, {"images": False, "event_log": True}),
     }
+
+
+def sphere(given: argparse.Namespace) -> None:
+    """Print the table of caps on great circles that cover a fifth of the sphere."""
+    from carom.studies.codes.compression import random_points, scene_of, tiling_diameter
+
+    print("| n | thousand collisions / s | bytes a particle | compiled in [CPU s] |\n|---|---|---|---|")
+    for n in (12, 24, 48, 96):
+        wide = np.sqrt(0.2) * tiling_diameter(n, 3)
+        points = random_points(n, 3, wide, np.random.default_rng(n))
+        began = time.process_time()
+        sim = carom.Simulation(scene_of(points, wide), seed=1, images=False)
+        sim.run(collisions=10)
+        compiled = time.process_time() - began
+        speed = 1e3 * rate(sim, 20_000, 3)
+        print(f"| {n} | {speed:.0f} | {size_of(sim):.0f} | {compiled:.1f} |", flush=True)
 
 
 def features(given: argparse.Namespace) -> None:
@@ -338,6 +355,7 @@ def main() -> None:
     tables = {
         "size": size, "million": million, "thin": thin, "features": features, "start": start,
         "sampling": sampling, "threads": threads, "mixtures": mixtures, "tasks": tasks,
+        "sphere": sphere,
     }  # fmt: skip
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

@@ -7,7 +7,7 @@ the chord of their centres is ``2 sin(theta / 2)``: hard spheres of this diamete
 sphere. So hard and growing cores, their masses and contact laws serve as they are; what is new is how a
 component moves, when a pair meets, and along which direction it is pushed.
 
-The paper names this billiard in section 10 (Smith, 1991: optimal spherical codes).
+The paper names this billiard in section 10: Smith's search for optimal spherical codes.
 """
 
 from __future__ import annotations

@@ -56,6 +56,11 @@ class Pressure:
 
     def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> PressureEstimate:
         """Pressure of any scene, from blocks of its run: :meth:`estimate` with what the scene says."""
+        if getattr(scene.motion, "curved", False):
+            raise InputError(
+                f"The virial is the pressure of straight flight, and {type(scene.motion).__name__} bends the "
+                "paths; count collisions with Simulation.run()."
+            )
         return self.estimate(
             blocks,
             n=scene.n,

@@ -55,9 +55,11 @@ def caps(
     digits : int
         Decimal digits of the arithmetic.
     """
-    from mpmath import fdot, mp, mpf, sqrt
+    import mpmath
 
+    mp = mpmath.mp.clone()  # the global precision is nobody's
     mp.dps = digits
+    mpf, fdot, sqrt = mp.mpf, mp.fdot, mp.sqrt
     x = [[mpf(float(c)) for c in row] for row in positions]
     x = [[c / sqrt(fdot(row, row)) for c in row] for row in x]
     v = [[mpf(float(c)) for c in row] for row in velocities]
@@ -65,14 +67,14 @@ def caps(
     now, sigma, rate = mpf(0), mpf(diameter), mpf(growth)
     met: tuple[int, int] | None = None
     while True:
-        best, who = mpf("inf"), None
+        best, who = mp.inf, None
         for i in range(len(x)):
             for j in range(i + 1, len(x)):
-                t = _first(x[i], v[i], x[j], v[j], sigma, rate, best, (i, j) == met)
+                t = _first(mp, x[i], v[i], x[j], v[j], sigma, rate, best, (i, j) == met)
                 if t < best:
                     best, who = t, (i, j)
         assert who is not None, "caps that neither grow nor meet"
-        x, v = map(list, zip(*(_flown(a, b, best) for a, b in zip(x, v, strict=True)), strict=True))
+        x, v = map(list, zip(*(_flown(mp, a, b, best) for a, b in zip(x, v, strict=True)), strict=True))
         now, sigma, met = now + best, sigma + rate * best, who
         i, j = who
         c = fdot(x[i], x[j])
@@ -86,14 +88,12 @@ def caps(
         yield Contact(now, i, j, x, v)
 
 
-def _flown(x: list[Any], v: list[Any], t: Any) -> tuple[list[Any], list[Any]]:
+def _flown(mp: Any, x: list[Any], v: list[Any], t: Any) -> tuple[list[Any], list[Any]]:
     """Return place and velocity of one a time later."""
-    from mpmath import cos, fdot, sin, sqrt
-
-    w = sqrt(fdot(v, v))
+    w = mp.sqrt(mp.fdot(v, v))
     if w == 0:
         return x, v
-    c, s = cos(w * t), sin(w * t)
+    c, s = mp.cos(w * t), mp.sin(w * t)
     return (
         [a * c + b * s / w for a, b in zip(x, v, strict=True)],
         [b * c - a * w * s for a, b in zip(x, v, strict=True)],
@@ -101,18 +101,25 @@ def _flown(x: list[Any], v: list[Any], t: Any) -> tuple[list[Any], list[Any]]:
 
 
 def _first(
-    x: list[Any], v: list[Any], y: list[Any], u: list[Any], sigma: Any, rate: Any, limit: Any, parting: bool
+    mp: Any,
+    x: list[Any],
+    v: list[Any],
+    y: list[Any],
+    u: list[Any],
+    sigma: Any,
+    rate: Any,
+    limit: Any,
+    parting: bool,
 ) -> Any:
     """Return the time until two touch, or infinity if it is later than a limit."""
-    from mpmath import eps, fdot, inf, mpf, sqrt
 
     def gap(t: Any) -> Any:
-        a, b = _flown(x, v, t)[0], _flown(y, u, t)[0]
-        return sqrt(sum((p - q) ** 2 for p, q in zip(a, b, strict=True))) - sigma - rate * t
+        a, b = _flown(mp, x, v, t)[0], _flown(mp, y, u, t)[0]
+        return mp.sqrt(sum((p - q) ** 2 for p, q in zip(a, b, strict=True))) - sigma - rate * t
 
-    fastest = sqrt(fdot(v, v)) + sqrt(fdot(u, u)) + rate
+    fastest = mp.sqrt(mp.fdot(v, v)) + mp.sqrt(mp.fdot(u, u)) + rate
     shortest = FINEST * sigma
-    before = t = mpf(0)
+    before = t = mp.mpf(0)
     while t <= limit:
         now = gap(t)
         if now > 0:
@@ -121,8 +128,8 @@ def _first(
             break
         before, t = t, t + max(now, shortest) / fastest
     else:
-        return inf
-    while t - before > 4 * eps * (1 + t):
+        return mp.inf
+    while t - before > 4 * mp.eps * (1 + t):
         middle = (before + t) / 2
         before, t = (middle, t) if gap(middle) > 0 else (before, middle)
     return t

@@ -268,9 +268,8 @@ class _Trial:
         """Try I, III, IV and V on two components that move along curves, and what else they must keep."""
         motion, contact, rate, span = self._model, 0.3, rng.uniform(0.0, 0.05), 20.0
         # To go nowhere is to be put where the motion has its components.
-        pair = [
-            _carried(motion, rng.uniform(9.0, 11.0, self._d), rng.normal(size=self._d), 0.0) for _ in "ab"
-        ]
+        places, speeds = rng.uniform(9.0, 11.0, (2, self._d)), rng.normal(size=(2, self._d))
+        pair = [_carried(motion, *one, 0.0) for one in zip(places, speeds, strict=True)]
         first, second = rng.uniform(0.0, 2.0, 2)
         x, v = _carried(motion, *_carried(motion, *pair[0], first), second)
         at_once, then = _carried(motion, *pair[0], first + second)
@@ -287,10 +286,8 @@ class _Trial:
             return
         times = np.linspace(0.0, t, 65)
         flown = [[_carried(motion, *one, s) for one in pair] for s in times]
-        gaps = [
-            float(np.linalg.norm(b[0] - a[0])) - contact - rate * s
-            for (a, b), s in zip(flown, times, strict=True)
-        ]
+        chords = np.array([np.linalg.norm(b[0] - a[0]) for a, b in flown])
+        gaps = chords - contact - rate * times
         touches = abs(gaps[-1]) <= TOLERANCE and gaps.min() >= -TOLERANCE
         self._try("first", touches, **facts, time=t, gaps=gaps)
         left = _meeting(motion, flown[21], contact + rate * times[21], rate, span)
