@@ -139,6 +139,7 @@ TOO_SLOW = {
         ("eos", option)
         for option in ("--dimension", "--relative-error", "--engine", "--workers", "--scheduler")
     ),
+    *(("code", option) for option in ("--seeds", "--first", "--rate", "--workers")),
 }
 """Here the function behind the command is only asked: its own tests show what it does."""
 
@@ -259,6 +260,26 @@ CASES = {
         "--seconds": added((), ("--seconds", "0.5"), lambda done: done.asked["seconds"], 0.5),
         "--overwrite": added((), ("--overwrite",), lambda done: done.asked["overwrite"], True),
     },
+    "code": {
+        "n": added((), ("5",), lambda done: "5 points on S^2" in done.printed, True),
+        "--dimension": added(
+            ("5",), ("--dimension", "4"), lambda done: "5 points on S^3" in done.printed, True
+        ),
+        "--seeds": added(("9",), ("--seeds", "3"), lambda done: list(done.asked["seeds"]), [0, 1, 2]),
+        "--first": added(
+            ("9", "--seeds", "2"), ("--first", "7"), lambda done: list(done.asked["seeds"]), [7, 8]
+        ),
+        "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked["rate"], 0.1),
+        "--digits": added(
+            ("5", "--json"), ("--digits", "40"), lambda done: len(json.loads(done.printed)["angle"]), 41
+        ),
+        "--workers": added(("9",), ("--workers", "1"), lambda done: done.asked["workers"], 1),
+        "--out": added(("5",), ("--out", "five.txt"), made("five.txt"), True),
+        "--overwrite": added(
+            ("5", "--out", "full/rdf.csv"), ("--overwrite",), lambda done: done.code, 0
+        ),
+        "--json": added(("5",), ("--json",), json_alone, True),
+    },
     "eos": {
         "study": added((*EOS, *OUT), ("study.toml",), scene_told("mass"), {2.0}),
         "--out": added(EOS, ("--out", "elsewhere"), made("elsewhere/eos.csv"), True),
@@ -350,6 +371,11 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update(spec=spec, **settings)
                 raise Asked
 
+            def code(n, k, **settings):
+                asked.update(n=n, k=k, **settings)
+                raise Asked
+
+            patch.setattr("carom.studies.spherical_code", code)
             patch.setattr("carom.studies.accuracy.trade.trade", trade)
             patch.setattr("carom.studies.eos.study.run", run)
         done = CliRunner().invoke(cli.app, [command, *arguments])

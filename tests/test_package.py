@@ -1,10 +1,12 @@
 """The package builds, installs, is typed, and is imported in a moment."""
 
+import ast
 import os
 import re
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from importlib import metadata
 from pathlib import Path
@@ -145,3 +147,89 @@ def test_wheel_installs_and_runs(built, tmp_path):
     file, version, n = done.stdout.rsplit(maxsplit=2)
     assert Path(file).is_relative_to(target)
     assert (version, n) == (carom.__version__, "32")
+
+
+def plain_dependencies() -> list[str]:
+    """Return the names of the packages that the README's install brings, without theirs."""
+    project = tomllib.loads(ROOT.joinpath("pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return [re.match(r"[\w-]+", line)[0] for line in project["dependencies"]]
+
+
+# Finds packages before all others do, and hides those that the plain install does not bring.
+HIDING = """
+import importlib.metadata as metadata, re, sys
+
+def plainly(name):
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+def bring(name, found):
+    if name not in found:
+        found.add(name)
+        try:
+            lines = metadata.requires(name) or ()
+        except metadata.PackageNotFoundError:
+            return
+        for line in lines:
+            if "extra ==" not in line:
+                bring(plainly(re.match(r"[\\w.-]+", line)[0]), found)
+
+plain = {"carom"}
+for name in sys.argv[1:]:
+    bring(plainly(name), plain)
+hidden = {
+    package
+    for package, owners in metadata.packages_distributions().items()
+    if not set(map(plainly, owners)) & plain and not package.startswith("_")
+}
+
+class Hide:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in hidden:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Hide())
+import typer.testing, carom.cli
+from carom.reference import arithmetic
+print("pytest hidden:", "pytest" in hidden)
+arithmetic.make_arithmetic("mpmath", 30)
+runner = typer.testing.CliRunner()
+for name in typer.main.get_command(carom.cli.app).commands:
+    print(name, runner.invoke(carom.cli.app, [name, "--help"]).exit_code)
+print("code 5:", runner.invoke(carom.cli.app, ["code", "5"]).exit_code)
+"""
+
+
+def test_every_command_starts_where_only_the_plain_dependencies_are():
+    """``carom trade`` once failed after the README's install, because it needs mpmath."""
+    done = subprocess.run(
+        [sys.executable, "-c", HIDING, *plain_dependencies()], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0] == "pytest hidden: True"
+    assert "trade 0" in lines
+    assert all(line.endswith(" 0") for line in lines[1:]), lines
+
+
+# Behind an engine, a format or a table that is asked for by name: a sentence says what to install.
+EXTRAS = {"mpi4py", "distributed", "gsd", "freud", "pandas"}
+
+
+def test_no_module_imports_what_the_plain_install_does_not_bring():
+    known = {
+        *plain_dependencies(),
+        *EXTRAS,
+        *sys.stdlib_module_names,
+        "carom",
+        "llvmlite",
+    }  # Numba is made of it
+    for path in sorted(ROOT.joinpath("src/carom").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                names = [node.module or "carom"]
+            else:
+                continue
+            unknown = {name.split(".")[0] for name in names} - known
+            assert not unknown, f"{path.name}:{node.lineno} imports {unknown}"

@@ -8,6 +8,7 @@
     python tests/benchmarks/costs.py threads    two simulations on two cores against one
     python tests/benchmarks/costs.py mixtures   two sizes against one at the same packing fraction
     python tests/benchmarks/costs.py thin       thin systems with the rule for them and without
+    python tests/benchmarks/costs.py sphere     caps on great circles, of several numbers
     python tests/benchmarks/costs.py tasks      what a task of a study takes beside its events
 
 Rates are million pair collisions per second of CPU time; only ratios within one table mean anything.
@@ -145,6 +146,22 @@ def wells(given: argparse.Namespace) -> None:
         few, many = np.median(rates, axis=0)
         ratio = np.median(rates[:, 1] / rates[:, 0])
         print(f"| {density} | {sims[1].kT:.2f} | {few:.2f} | {many:.2f} | {ratio:.2f} |", flush=True)
+
+
+def sphere(given: argparse.Namespace) -> None:
+    """Print the table of caps on great circles that cover a fifth of the sphere."""
+    from carom.studies.codes.compression import random_points, scene_of, tiling_diameter
+
+    print("| n | thousand collisions / s | bytes a particle | compiled in [CPU s] |\n|---|---|---|---|")
+    for n in (12, 24, 48, 96):
+        wide = np.sqrt(0.2) * tiling_diameter(n, 3)
+        points = random_points(n, 3, wide, np.random.default_rng(n))
+        began = time.process_time()
+        sim = carom.Simulation(scene_of(points, wide), seed=1, images=False)
+        sim.run(collisions=10)
+        compiled = time.process_time() - began
+        speed = 1e3 * rate(sim, 20_000, 3)
+        print(f"| {n} | {speed:.0f} | {size_of(sim):.0f} | {compiled:.1f} |", flush=True)
 
 
 def features(given: argparse.Namespace) -> None:
@@ -360,6 +377,7 @@ def main() -> None:
         "size": size, "million": million, "thin": thin, "features": features, "start": start,
         "sampling": sampling, "threads": threads, "mixtures": mixtures, "tasks": tasks,
         "wells": wells,
+        "sphere": sphere,
     }  # fmt: skip
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

@@ -16,12 +16,14 @@ from carom.models.interface import (
     CORE,
     NEVER,
     age,
+    carry,
     core_square,
     growth,
     jump,
     position,
     step_core_square,
     step_jump,
+    thrust,
     transfer,
     velocity,
 )
@@ -33,15 +35,16 @@ def advance(model, state, neighbors, i, now):
     row = state.rows[i]
     t = now - row.t
     row.t = now
+    x0, v0, t = carry(model.motion, row.x, row.v, t, row.x, row.v)
     for axis in range(len(model.boundary.edges)):
-        x = position(model.motion, axis, row.x[axis], row.v[axis], t)
+        x = position(model.motion, axis, x0[axis], v0[axis], t)
         crossings = np.floor(x * model.boundary.inverse[axis])
         if crossings != 0.0:
             x -= crossings * model.boundary.edges[axis]
             count_images(state.images, i, axis, np.int64(crossings))
             wrapped(neighbors, i, axis, crossings)
         row.x[axis] = x
-        row.v[axis] = velocity(model.motion, axis, row.v[axis], t)
+        row.v[axis] = velocity(model.motion, axis, v0[axis], t)
 
 
 @required
@@ -108,8 +111,8 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     exchanged(model.balance, a, b, virial, rr, rv, now)
     for axis in range(len(model.boundary.edges)):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
-        me.v[axis] += a * r
-        other.v[axis] -= b * r
+        me.v[axis] += a * thrust(model.motion, axis, me.x[axis], r, rr)
+        other.v[axis] += b * thrust(model.motion, axis, other.x[axis], -r, rr)
     tally.collisions += 1
     tally.virial += virial
     tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)

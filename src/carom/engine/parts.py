@@ -17,6 +17,7 @@ from carom.engine.neighbors.everybody import Everybody, make_everybody
 from carom.engine.neighbors.grid import make_grid
 from carom.engine.neighbors.levels import bounds_of, cells_around, levels_of, shape_of, spans_of, starts_of
 from carom.engine.neighbors.lists import Lists, make_lists
+from carom.engine.neighbors.pairs import AlongCurves, Pairs, make_pairs
 from carom.engine.neighbors.sectors import Sectors, make_sectors
 from carom.engine.obstacles import make_obstacles
 from carom.engine.pair_steps import SteppedImage, make_steps
@@ -55,7 +56,7 @@ class Engine(NamedTuple):
 
     model: Model
     state: State
-    neighbors: Lists | Sectors | Everybody
+    neighbors: Lists | Sectors | Everybody | Pairs
     calendar: Calendar
     tallies: Any
     by_species: BySpecies | None
@@ -96,10 +97,12 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     )
 
 
-def _sight(scheme: Scheme, contents: Contents, neighbors) -> FarSight | NearSight | None:
+def _sight(scheme: Scheme, contents: Contents, neighbors) -> FarSight | NearSight | AlongCurves | None:
     """Return how the time of a contact is computed."""
     if scheme.kind == "all":
         return NearSight(neighbors.near)
+    if scheme.kind == "pairs":
+        return AlongCurves(scheme.span)
     return FarSight() if _farthest(scheme, contents) > FAR else None
 
 
@@ -126,6 +129,8 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
         return lists, NearestImage(edges, inverse)
     if scheme.kind == "all":
         return make_everybody(contents.n, edges, contents.diameter, scheme.span), NearestImage(edges, inverse)
+    if scheme.kind == "pairs":
+        return make_pairs(contents.n, scheme.span), NearestImage(edges, inverse)
     slacks = slacks_of(scheme, contents)
     spare = _spare(scheme, contents, slacks)
     sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks, spare)

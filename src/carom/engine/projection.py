@@ -6,7 +6,7 @@ import numpy as np
 
 from carom.compiling.dispatch import entry
 from carom.engine.images import count_images
-from carom.models.interface import position, velocity
+from carom.models.interface import carry, position, velocity
 
 
 def _project(digest):
@@ -17,10 +17,10 @@ def _project(digest):
         digest  # noqa: B018 (part of the cache's key)
         for i in range(np.uint64(len(state.partner))):
             row = state.rows[i]
-            t = time - row.t
+            x0, v0, t = carry(model.motion, row.x, row.v, time - row.t, positions[i], velocities[i])
             for axis in range(len(model.boundary.edges)):
                 edge = model.boundary.edges[axis]
-                x = position(model.motion, axis, row.x[axis], row.v[axis], t)
+                x = position(model.motion, axis, x0[axis], v0[axis], t)
                 crossings = np.floor(x * model.boundary.inverse[axis])
                 x -= crossings * edge
                 if x >= edge:
@@ -29,7 +29,7 @@ def _project(digest):
                 elif x < 0.0:  # a division that rounded up: x is a hair below the face
                     x = 0.0
                 positions[i, axis] = x
-                velocities[i, axis] = velocity(model.motion, axis, row.v[axis], t)
+                velocities[i, axis] = velocity(model.motion, axis, v0[axis], t)
                 count_images(images, i, axis, np.int64(crossings))
 
     return project

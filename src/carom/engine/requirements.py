@@ -105,6 +105,10 @@ class Contents:
         deepest = float(self.interaction.model(self.particles).energy.min())
         return math.sqrt(4.0 * max(-deepest, 0.0) / float(self.particles.masses.min()))
 
+    def curved(self) -> bool:
+        """Whether two components do not even fly straight relative to each other."""
+        return bool(getattr(self.motion, "curved", False))
+
     @property
     def threshold(self) -> float:
         """Normal speed below which contacts are elastic; 0 where there is no such."""

@@ -90,7 +90,7 @@ class Motion(Protocol):
 
     It may also have ``check(scene)``; ``conserves(axis)``, whether it leaves the total momentum along an axis
     as it is (true if left out); and ``straight = False``, where components do not fly straight and uniformly
-    between two events.
+    between two events; ``curved = True``, where they do not even do so relative to each other.
     """
 
     def model(self, particles: Particles) -> Any:
@@ -305,6 +305,82 @@ def exit_time(motion, axis, x, v, low, high):
     up = np.int64(v > 0.0)
     end = high if up else low
     return max((end - x) / v, 0.0) if v != 0.0 else NEVER, up
+
+
+# Of a curved motion, by which two components do not fly straight relative to each other.
+
+
+@optional
+def carry(motion, x, v, t, there, then):
+    """Move all coordinates of a component at once, where they depend on each other.
+
+    Parameters
+    ----------
+    motion : model
+        The motion.
+    x, v : (d,) arrays
+        Position [length] and velocity.
+    t : float
+        Time.
+    there, then : (d,) arrays
+        Where a curved motion writes position and velocity after that time; they may be x and v.
+
+    Returns
+    -------
+    x, v, t
+        From where :func:`position` and :func:`velocity` go on, axis by axis, and for how long. By default
+        nothing has moved; a curved motion returns ``there, then, 0.0``.
+    """
+    return x, v, t
+
+
+@optional
+def thrust(motion, axis, x, r, rr):
+    """Return a coordinate of the direction in which a contact pushes a component.
+
+    Parameters
+    ----------
+    motion : model
+        The motion.
+    axis : int
+        The axis.
+    x : float
+        The component's coordinate [length].
+    r : float
+        That of the vector to the other [length], whose direction it is by default.
+    rr : float
+        Square of that vector [length^2].
+    """
+    return r
+
+
+@optional
+def meeting_time(motion, me, other, now, contact, rate, limit, span):
+    """Return the time from now until two components touch that do not fly straight relative to each other.
+
+    Parameters
+    ----------
+    motion : model
+        The motion.
+    me, other : records
+        Their old events: fields x and v, (d,), and t.
+    now : float
+        Time since the beginning of the epoch.
+    contact, rate : float
+        The distance of contact now [length], and its growth a time.
+    limit : float
+        A contact later than that is of no interest; NEVER may be said for it.
+    span : float
+        How far to look, the same in all calls, so that a contact has the same bits in all.
+
+    Returns
+    -------
+    t : float
+        Not negative, or NEVER.
+    clamped : bool
+        Whether the two are in contact already, by rounding.
+    """
+    return NEVER, False
 
 
 # Of an impact.

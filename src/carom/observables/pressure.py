@@ -61,6 +61,11 @@ class Pressure:
                 "The virial gives no pressure where components are pinned: forces from outside hold them. "
                 "Measure Simulation.pinned_impulse, or leave out pinned."
             )
+        if getattr(scene.motion, "curved", False):
+            raise InputError(
+                f"The virial is the pressure of straight flight, and {type(scene.motion).__name__} bends the "
+                "paths; count collisions with Simulation.run()."
+            )
         return self.estimate(
             blocks,
             n=scene.n,

@@ -270,9 +270,7 @@ class Scene:
         }
         for kind in choice.USUAL:
             if not self.usual(kind):  # files hold no code
-                value = getattr(self, kind)
-                described = callable(getattr(value, "to_json", None))
-                attributes[kind] = value.to_json() if described else {"class": type(value).__name__}
+                attributes[kind] = choice.described(getattr(self, kind))
         for name, values in (("diameter", self.diameters), ("mass", self.masses)):
             if np.ptp(values) == 0:
                 attributes[name] = float(values[0])
@@ -362,7 +360,8 @@ class Scene:
     @property
     def packing_fraction(self) -> float:
         """Volume of the spheres over that of the box, eta; what obstacles take is not subtracted."""
-        return _box.packing_fraction(self.diameters, self.box)
+        part = getattr(self.motion, "packing_fraction", _box.packing_fraction)
+        return float(part(self.diameters, self.box))
 
     @property
     def walls(self) -> bool:

@@ -37,6 +37,9 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
 
 def degrees_of_freedom(scene: Scene) -> int:
     """Return how many coordinates of velocity are free: :attr:`carom.Simulation.degrees_of_freedom`."""
+    own = getattr(scene.motion, "degrees_of_freedom", None)
+    if own is not None:
+        return int(own(scene.n, scene.dimension))
     free = scene.n if scene.pinned is None else scene.n - int(scene.pinned.sum())
     return scene.dimension * free - sum(conserved(scene))
 

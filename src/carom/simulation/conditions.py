@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,13 +15,16 @@ from carom.models import choice
 from carom.models.interface import (
     NEVER,
     Particles,
+    carry,
     exit_time,
     interaction_time,
     jump,
     mass,
+    meeting_time,
     position,
     step_jump,
     step_time,
+    thrust,
     transfer,
     velocity,
 )
@@ -40,6 +44,8 @@ SENTENCES = {
     "V": "after a jump the two do not interact at once",
     "momentum": "jump keeps the total momentum",
     "relative": "relative to each other two components fly straight",
+    "first": "along curves the two are apart until they meet, and touch then",
+    "energy": "along curves an elastic contact keeps the kinetic energy",
     "exit": "exit_time is when the coordinate leaves the interval",
     "part": "transfer is between 1/2 (all is lost) and 1 (nothing is)",
 }
@@ -281,6 +287,10 @@ class _Trial:
     def motion(self, rng: np.random.Generator) -> None:
         """Try III, that relative flight is straight, and exit_time."""
         motion = self._model
+        if registry.answers(meeting_time, type(motion)):
+            if self._d > 1:  # a curve has room to bend
+                self._curves(rng)
+            return
         x, v = rng.uniform(0.0, 20.0, (2, self._d)), rng.normal(size=(2, self._d))
         first, second = rng.uniform(0.0, 2.0, 2)
         places, speeds = _flown(motion, *_flown(motion, x, v, first), second)
@@ -306,11 +316,65 @@ class _Trial:
             there = abs(end - (high if up else low)) <= slack
             self._try("exit", inside and there, **facts, axis=axis, interval=(low, high), exit=t, place=end)
 
+    def _curves(self, rng: np.random.Generator) -> None:
+        """Try I, III, IV and V on two components that move along curves, and what else they must keep."""
+        motion, contact, rate, span = self._model, 0.3, rng.uniform(0.0, 0.05), 20.0
+        # To go nowhere is to be put where the motion has its components.
+        places, speeds = rng.uniform(9.0, 11.0, (2, self._d)), rng.normal(size=(2, self._d))
+        pair = [_carried(motion, *one, 0.0) for one in zip(places, speeds, strict=True)]
+        first, second = rng.uniform(0.0, 2.0, 2)
+        x, v = _carried(motion, *_carried(motion, *pair[0], first), second)
+        at_once, then = _carried(motion, *pair[0], first + second)
+        facts = {"x": [x for x, _ in pair], "v": [v for _, v in pair]}
+        size = np.abs(at_once).max() + np.abs(then).max()
+        off = max(np.abs(x - at_once).max(), np.abs(v - then).max())
+        self._try("III", off <= TOLERANCE * size, **facts, first=first, second=second, off=off)
+        r = pair[1][0] - pair[0][0]
+        if float(np.sqrt(r @ r)) <= contact:
+            return
+        t, other = (_meeting(motion, both, contact, rate, span) for both in (pair, pair[::-1]))
+        self._try("I", t == other or _same(t, other), **facts, time=t, exchanged=other)
+        if not t < NEVER:
+            return
+        times = np.linspace(0.0, t, 65)
+        flown = [[_carried(motion, *one, s) for one in pair] for s in times]
+        chords = np.array([np.linalg.norm(b[0] - a[0]) for a, b in flown])
+        gaps = chords - contact - rate * times
+        touches = abs(gaps[-1]) <= TOLERANCE and gaps.min() >= -TOLERANCE
+        self._try("first", touches, **facts, time=t, gaps=gaps)
+        left = _meeting(motion, flown[21], contact + rate * times[21], rate, span)
+        self._try("IV", abs(times[21] + left - t) <= TOLERANCE * (1.0 + t), **facts, time=t, left=left)
+        (xi, vi), (xj, vj) = flown[-1]
+        r, u = xj - xi, vj - vi
+        rr, rv = float(r @ r), float(r @ u)
+        if abs(rv) < GRAZING * math.sqrt(rr * float(u @ u)):
+            return
+        push = [thrust(motion, axis, xi[axis], r[axis], rr) for axis in range(self._d)]
+        back = [thrust(motion, axis, xj[axis], -r[axis], rr) for axis in range(self._d)]
+        after = [(xi, vi + rv / rr * np.array(push)), (xj, vj + rv / rr * np.array(back))]
+        energies = [sum(float(w @ w) for _, w in both) for both in (flown[-1], after)]
+        self._try("energy", _same(*energies), **facts, energies=energies)
+        again = _meeting(motion, after, contact + rate * t, 0.0, span)
+        self._try("V", again > 0.0, **facts, again=again)
+
     def impact(self, rng: np.random.Generator) -> None:
         """Try the part of the momentum that is exchanged."""
         distance, speed = rng.uniform(0.5, 2.0), 10.0 ** rng.uniform(-6.0, 2.0)
         part = float(transfer(self._model, distance * distance, -speed * distance))
         self._try("part", 0.5 <= part <= 1.0, distance=distance, normal_speed=speed, part=part)
+
+
+def _carried(motion: Any, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return place and velocity (d,) of one component on a curve a time later."""
+    there, then, left = carry(motion, x, v, t, np.empty_like(x), np.empty_like(v))
+    places = [position(motion, axis, there[axis], then[axis], left) for axis in range(len(x))]
+    return np.array(places), np.array([velocity(motion, axis, then[axis], left) for axis in range(len(x))])
+
+
+def _meeting(motion: Any, pair: Any, contact: float, rate: float, span: float) -> float:
+    """Return when two components on curves meet."""
+    me, other = (SimpleNamespace(x=x, v=v, t=0.0) for x, v in pair)
+    return float(meeting_time(motion, me, other, 0.0, contact, rate, span, span)[0])
 
 
 def _scalars(r: np.ndarray, v: np.ndarray) -> tuple[float, float, float]:

@@ -226,6 +226,8 @@ def _reason(contents: Contents, chosen: Scheme, wish: Wish) -> str:
         what = f"lists with a reach of {chosen.reach / contents.diameter:.3g} diameters, from {cells} cells"
     elif chosen.kind == "all":
         what = "everybody, along paths through the images of the box"
+    elif chosen.kind == "pairs":
+        return "all pairs, one by one: they do not fly straight relative to each other."
     else:
         what = f"{cells} sectors"
     if wish[0] != "auto":

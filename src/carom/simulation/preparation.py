@@ -228,6 +228,11 @@ def contents_of(
             f"Walls and obstacles are met in straight flight only, and {type(scene.motion).__name__} bends: "
             "make all axes periodic and leave out obstacles."
         )
+    if contents.curved and single:
+        raise InputError(
+            f"precision='single' is for straight flight, and {type(scene.motion).__name__} bends: "
+            "leave it out."
+        )
     for kind in choice.USUAL:
         if not scene.usual(kind):
             choice.answered(kind, getattr(contents, kind).model(contents.particles))

@@ -29,6 +29,7 @@ from carom.models.interface import (
     Obstacle,
     Particles,
     anchor,
+    carry,
     core_square,
     jump,
     mass,
@@ -36,6 +37,7 @@ from carom.models.interface import (
     position,
     repeated,
     step_jump,
+    thrust,
     transfer,
     velocity,
 )
@@ -93,6 +95,7 @@ class Replay:
             self._steps = None if not contents.stepped else _Steps(scene, particles)
             self._pair = contents.interaction.model(particles)
             self._motion = contents.motion.model(particles)
+            self._curved = contents.curved
             self._impact = impact.model(particles)
             self._scene = scene
         except KeyError as missing:
@@ -239,6 +242,9 @@ class Replay:
         """Return places, not wrapped, and velocities at a time of this epoch."""
         x, v, t = self._x[who], self._v[who], time - self._t[who]
         places, speeds = np.empty_like(x), np.empty_like(v)
+        if self._curved:
+            for k in range(len(x)):
+                x[k], v[k], t[k] = carry(self._motion, x[k], v[k], t[k], places[k], speeds[k])
         for axis in range(x.shape[1]):
             places[:, axis] = position(self._motion, axis, x[:, axis], v[:, axis], t)
             speeds[:, axis] = velocity(self._motion, axis, v[:, axis], t)
@@ -269,8 +275,11 @@ class Replay:
             self._steps.put(i, j, step)
         part = transfer(self._impact, rr, rv)
         self._compare(virial * part / math.sqrt(rr), impulse, f"{i} and {j}")
-        self._v[i] += ours * part * r
-        self._v[j] -= theirs * part * r
+        for axis in range(len(r)):
+            push = thrust(self._motion, axis, self._x[i, axis], r[axis], rr)
+            back = thrust(self._motion, axis, self._x[j, axis], -r[axis], rr)
+            self._v[i, axis] += ours * part * push
+            self._v[j, axis] += theirs * part * back
 
     def _bounce(self, time: float, i: int, obstacle: Obstacle, impulse: float) -> None:
         self._advance(np.array([i]), time)

@@ -90,15 +90,13 @@ class Simulation:
             raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
         wish = wish_of(neighbors, shell)
         if scene.velocities is None:
+            kT = 1.0 if kT is None else kT
             velocities = maxwell_velocities(
-                scene.n,
-                scene.dimension,
-                scene.masses,
-                1.0 if kT is None else kT,
-                seed,
-                conserved(scene),
-                scene.pinned,
+                scene.n, scene.dimension, scene.masses, kT, seed, conserved(scene), scene.pinned
             )
+            if hasattr(scene.motion, "tangent") and kT > 0.0:
+                velocities = scene.motion.tangent(scene.positions, velocities, scene.box)
+                velocities = mechanics.at_temperature(velocities, scene, kT)
         elif kT is None:
             velocities = scene.velocities
         else:
@@ -205,7 +203,9 @@ class Simulation:
     @looks
     def packing_fraction(self) -> float:
         """Part of the box that the components fill at the present time."""
-        dimension = self.scene.dimension
+        dimension, motion = self.scene.dimension, self.scene.motion
+        if hasattr(motion, "packing_fraction"):
+            return float(motion.packing_fraction(self.diameters, self.scene.box))
         volume = densities.sphere_volume(dimension) * float(np.sum(self.diameters**dimension))
         return volume / self.scene.volume
 

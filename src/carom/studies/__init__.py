@@ -1,5 +1,7 @@
 """Whole studies: from a plan to a folder of results, from points to a jammed packing, equations of state."""
 
+from carom.studies.codes.code import SphericalCode
+from carom.studies.codes.search import CodeInterrupted, spherical_code
 from carom.studies.eos.result import EquationOfState
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import equation_of_state
@@ -9,11 +11,13 @@ from carom.studies.runs.execution import RunResult, resume, run
 from carom.studies.signals import Interrupted
 
 __all__ = [
+    "CodeInterrupted",
     "EquationOfState",
     "Interrupted",
     "Packing",
     "PackingInterrupted",
     "RunResult",
+    "SphericalCode",
     "StudySpec",
     "equation_of_state",
     "holds_packing",
@@ -22,4 +26,5 @@ __all__ = [
     "resume",
     "resume_packing",
     "run",
+    "spherical_code",
 ]

@@ -25,7 +25,7 @@ class Scheme:
 
     Attributes
     ----------
-    kind : {"lists", "sectors", "all"}
+    kind : {"lists", "sectors", "all", "pairs"}
         The neighbour scheme.
     shape : tuple of int
         Cells along each edge.
@@ -55,7 +55,7 @@ class Scheme:
     horizon: float = math.inf
     """Time after which components that grow need another scheme."""
     span: float = 0.0
-    """Time that a search among all covers; 0 for lists and sectors."""
+    """Time that a search among all, or all pairs, covers; 0 for lists and sectors."""
     step: int = 8
     """By how much the room in lists grows at least when one is full, twice that the next time; 0 where all
     lists have the room of the longest, which then grows by a sixteenth.
@@ -178,6 +178,13 @@ def choose(
     ValueError
         If lists are asked for in a box too small for them.
     """
+    if contents.curved:
+        if neighbors not in ("auto", "all"):
+            raise ValueError(
+                f"neighbors={neighbors!r} is for straight flight, and {type(contents.motion).__name__} bends "
+                "the paths of a pair apart; use neighbors='auto'."
+            )
+        return _pairs(contents, speed)
     box, diameter, dimension = contents.box, contents.diameter, contents.dimension
     packing_fraction = contents.packing_fraction
     if contents.stepped:
@@ -301,6 +308,26 @@ def choose(
         horizon=_short(horizon),
         step=0 if sizes is None else 8,
         span=_short(thin.span_of(contents, speed, rate)) if neighbors == "all" else 0.0,
+    )
+
+
+def _pairs(contents: Contents, speed: float) -> Scheme:
+    """Return the scheme that looks at all pairs, one by one; ``speed`` as of :func:`choose`."""
+    epoch = _power_of_two(4.0 * contents.narrowest / speed) if speed > 0.0 else 1.0
+    horizon = math.inf
+    if contents.rates is not None:  # nobody can outgrow this scheme
+        horizon = 0.5 * contents.narrowest / float(contents.rates.max())
+    return Scheme(
+        kind="pairs",
+        shape=(1,) * contents.dimension,
+        cell_capacity=0,
+        reach=0.0,
+        capacity=0,
+        epoch=epoch,
+        width=epoch / _power_of_two(4.0 * contents.n),
+        heap=256,
+        horizon=_short(horizon),
+        span=_short(0.25 * epoch),
     )
 
 

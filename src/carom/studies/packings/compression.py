@@ -224,6 +224,8 @@ def pack(
     limit = None if collisions is None else checks.integer(collisions, "collisions", low=1)
     if scene.n < 2:
         raise InputError("A packing needs at least two components, found one.")
+    if getattr(scene.motion, "curved", False):
+        raise InputError("A packing is one of a box; for caps on a sphere there is spherical_code().")
     unit = np.full(scene.n, 1.0) if common else scene.diameters / scene.diameters.mean()
     unit = unit / math.sqrt(scene.mass)
     compression = _Compression(plan, limit, unit, checks.integer(seed, "seed", low=0), pictures, progress)

@@ -1,0 +1,1 @@
+"""Spherical codes: caps that grow on a sphere until they jam, and a polish to 30 digits."""

@@ -1,0 +1,72 @@
+"""Uphill to the next local optimum of the smallest angle, by a sequence of linear programmes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.studies.codes.contacts import ROUNDING, pairs_by_product
+
+WIDEST, NARROWEST = 2.0**-6, 2.0**-50
+"""Steps of a coordinate, at most; and where a climb ends."""
+
+PROGRAMMES = 200
+"""At most; some ten are used."""
+
+
+def climb(points: np.ndarray) -> np.ndarray:
+    """Return points (n, k) at a local maximum of the smallest angle, near those given.
+
+    Where caps are nearly jammed, but some contacts close much later than the others, growth at a finite
+    pressure ends before the optimum. Each linear programme maximises the smallest angle at first order, over
+    tangent steps of a bounded size; the bound shrinks where curvature takes the gain away. At an optimum that
+    is a vertex the steps converge quadratically (Torquato and Jiao, Phys. Rev. E 82 (2010) 061302, for
+    packings).
+    """
+    x, reach = points, WIDEST
+    _, products = pairs_by_product(x)
+    for _ in range(PROGRAMMES):
+        step, gain = _programme(x, reach)
+        if step is None or gain <= 0.125 * ROUNDING:
+            break
+        ahead = x + step
+        ahead /= np.linalg.norm(ahead, axis=1)[:, None]
+        _, later = pairs_by_product(ahead)
+        if later[0] < products[0]:
+            x, products = ahead, later
+            reach = min(reach, 4.0 * float(np.abs(step).max()))
+        else:
+            reach *= 0.25
+        if reach < NARROWEST:
+            break
+    return x
+
+
+def _programme(x: np.ndarray, reach: float) -> tuple[np.ndarray | None, float]:
+    """Return the step (n, k) of a linear programme, and by how much the largest product should fall."""
+    from scipy.optimize import linprog
+    from scipy.sparse import coo_matrix
+
+    n, k = x.shape
+    pairs, products = pairs_by_product(x)
+    near = products > products[0] - 4.0 * reach * np.sqrt(k)
+    pairs, products = pairs[near], products[near]
+    m = len(pairs)
+    # Steps in units of their bound, products likewise: numbers of order one.
+    rows = np.repeat(np.arange(m), 2 * k + 1)
+    first = pairs[:, :1] * k + np.arange(k)
+    second = pairs[:, 1:] * k + np.arange(k)
+    columns = np.hstack([first, second, np.full((m, 1), n * k)])
+    values = np.hstack([x[pairs[:, 1]], x[pairs[:, 0]], np.ones((m, 1))])
+    tangent = coo_matrix((x.ravel(), (np.repeat(np.arange(n), k), np.arange(n * k))), shape=(n, n * k + 1))
+    solved = linprog(
+        np.r_[np.zeros(n * k), -1.0],
+        A_ub=coo_matrix((values.ravel(), (rows, columns.ravel())), shape=(m, n * k + 1)),
+        b_ub=(products[0] - products) / reach,
+        A_eq=tangent,
+        b_eq=np.zeros(n),
+        bounds=[(-1.0, 1.0)] * (n * k) + [(0.0, None)],
+        method="highs",
+    )
+    if solved.x is None:
+        return None, 0.0
+    return reach * solved.x[:-1].reshape(n, k), reach * float(solved.x[-1])

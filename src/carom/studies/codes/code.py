@@ -1,0 +1,229 @@
+"""A spherical code: its points to many digits, its contacts, and the files that hold it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom.errors import FileError
+from carom.io.paths import existing, reading, replacing, writing
+from carom.studies.codes.polish import GUARD
+
+FORMAT = "carom spherical code"
+"""What a file says that it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class SphericalCode:
+    """Points on the unit sphere of R^k, the smallest angle between two of them as large as could be found.
+
+    Attributes
+    ----------
+    coordinates : (n, k) object array
+        Of the points, numbers of ``mpmath``.
+    cosine : mpf
+        Of the smallest angle.
+    residual : mpf
+        The largest difference of a contact's ``x_i . x_j`` from the cosine, or of ``(x_i . x_i - 1) / 2``
+        from 0.
+    digits : int
+        Decimal digits to which coordinates and cosine are known.
+    contacts : (m, 2) array
+        Pairs at the smallest angle that bear a force.
+    forces : (m,) array
+        Along the contacts, all positive; they add up to 1.
+    rattlers : (r,) array
+        Points that no contact holds, by number.
+    rigid : bool
+        Whether the code is a strict local optimum, but for its rattlers and rotations.
+    seed : int or None
+        The first seed that led to it; None where it was not searched for.
+    angles : dict of int to float
+        What every seed led to [degrees]; NaN where its caps did not jam.
+    reached : int
+        How many seeds led to this angle.
+    note : str
+        Where it comes from.
+    """
+
+    coordinates: np.ndarray
+    cosine: Any
+    residual: Any
+    digits: int
+    contacts: np.ndarray
+    forces: np.ndarray
+    rattlers: np.ndarray
+    rigid: bool
+    seed: int | None
+    angles: dict[int, float]
+    reached: int
+    note: str
+
+    @property
+    def n(self) -> int:
+        """Points."""
+        return len(self.coordinates)
+
+    @property
+    def k(self) -> int:
+        """Dimensions of the space of the sphere."""
+        return self.coordinates.shape[1]
+
+    @property
+    def points(self) -> np.ndarray:
+        """The points in doubles, (n, k)."""
+        return self.coordinates.astype(np.float64)
+
+    @property
+    def precise_angle(self) -> Any:
+        """The smallest angle, a number of ``mpmath`` [degrees]."""
+        import mpmath
+
+        with mpmath.workdps(self.digits + GUARD):
+            return mpmath.degrees(mpmath.acos(self.cosine))
+
+    @property
+    def angle(self) -> float:
+        """The smallest angle [degrees]."""
+        return float(self.precise_angle)
+
+    def summary(self) -> dict[str, Any]:
+        """Return what a table shows: numbers and strings."""
+        import mpmath
+
+        return {
+            "n": self.n,
+            "k": self.k,
+            "angle": mpmath.nstr(self.precise_angle, self.digits, strip_zeros=False),
+            "cosine": mpmath.nstr(self.cosine, self.digits, strip_zeros=False),
+            "residual": float(self.residual),
+            "contacts": len(self.contacts),
+            "rattlers": self.rattlers.tolist(),
+            "rigid": self.rigid,
+            "seed": self.seed,
+            "seeds": len(self.angles),
+            "reached": self.reached,
+            "note": self.note,
+        }
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the code to a file.
+
+        Parameters
+        ----------
+        path : path
+            ``.json`` for all that :meth:`load` reads; with any other suffix one point a line, coordinates
+            with all digits, as in public tables.
+
+        Raises
+        ------
+        FileError
+            If it cannot be written.
+        """
+        import mpmath
+
+        path = Path(path)
+        whole = path.suffix == ".json"
+        # What load() reads has the digits that are there to guard the last one, too.
+        digits = self.digits + GUARD if whole else self.digits
+
+        def written(x: Any) -> str:
+            return str(mpmath.nstr(x, digits, strip_zeros=False))
+
+        places = [[written(x) for x in row] for row in self.coordinates.tolist()]
+        if whole:
+            words = {
+                "format": FORMAT,
+                **self.summary(),
+                "cosine": written(self.cosine),
+                "digits": self.digits,
+                "points": places,
+                "pairs": self.contacts.tolist(),
+                "forces": self.forces.tolist(),
+                "angles": [[seed, angle if angle == angle else None] for seed, angle in self.angles.items()],
+            }
+            text = json.dumps(words, indent=1, allow_nan=False) + "\n"
+        else:
+            text = "".join(" ".join(row) + "\n" for row in places)
+        with replacing(path) as temporary, writing(path):
+            temporary.write_text(text, encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> SphericalCode:
+        """Return the code of a JSON file.
+
+        Raises
+        ------
+        FileError
+            If it is missing, damaged, or holds something else.
+        """
+        import mpmath
+
+        path = existing(path)
+        with reading(path, "spherical code"):
+            words = json.loads(path.read_text(encoding="utf-8"))
+            if not isinstance(words, dict) or words.get("format") != FORMAT:
+                raise FileError(f"{path} holds no spherical code; expected a file that save() wrote.")
+            n, k, digits = int(words["n"]), int(words["k"]), int(words["digits"])
+            with mpmath.workdps(digits + GUARD):
+                coordinates = np.array([[mpmath.mpf(x) for x in row] for row in words["points"]], object)
+                cosine = mpmath.mpf(words["cosine"])
+            contacts = np.array(words["pairs"], np.int64).reshape(-1, 2)
+            forces = np.array(words["forces"], float)
+            if coordinates.shape != (n, k) or len(forces) != len(contacts) or (contacts >= n).any():
+                raise ValueError("its tables do not fit each other")
+            return cls(
+                coordinates,
+                cosine,
+                mpmath.mpf(words["residual"]),
+                digits,
+                contacts,
+                forces,
+                np.array(words["rattlers"], np.int64),
+                bool(words["rigid"]),
+                words["seed"],
+                {int(s): float("nan") if a is None else float(a) for s, a in words["angles"]},
+                int(words["reached"]),
+                str(words["note"]),
+            )
+
+    def plot(self, path: str | PathLike[str] | None = None, **options: Any) -> Any:
+        """Draw the caps of a code on S^2 (see :func:`carom.pictures.caps.caps`)."""
+        from carom.pictures.caps import caps
+
+        return caps(self.points, 0.5 * self.angle, self.contacts, path=path, **options)
+
+    def _rows(self) -> list[tuple[str, str]]:
+        words = self.summary()
+        who = ", ".join(map(str, words["rattlers"])) or "none"
+        kind = "a strict local optimum" if self.rigid else "held by forces, but parts of it can move"
+        rows = [
+            ("smallest angle", f"{words['angle']} degrees"),
+            ("its cosine", words["cosine"]),
+            ("contacts", f"{words['contacts']}: {kind}"),
+            ("rattlers", who),
+            ("residual", f"{words['residual']:.1e}"),
+        ]
+        if self.angles:
+            text = f"reached by {self.reached} of {len(self.angles)}, first by seed {self.seed}"
+            rows.append(("seeds", text))
+        return [*rows, ("source", self.note)]
+
+    def __str__(self) -> str:
+        head = f"Spherical code of {self.n} points on S^{self.k - 1}"
+        return "\n".join([head, *(f"  {name:<15} {text}" for name, text in self._rows())])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><th style='text-align:left'>{name}</th><td style='text-align:left'>{text}</td></tr>"
+            for name, text in self._rows()
+        )
+        return f"<table><caption>{self.n} points on S<sup>{self.k - 1}</sup></caption>{rows}</table>"
+
+    def __repr__(self) -> str:
+        return f"<SphericalCode of {self.n} points on S^{self.k - 1}: {self.angle:.9f} degrees>"

@@ -1,0 +1,93 @@
+"""One seed of a spherical code: caps on great circles grow until they jam (the paper's secs. 8, 10)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from carom.models.great_circles import GreatCircles
+from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
+from carom.studies.executors import Stopped
+
+EDGE = 8.0
+"""Of the box around the unit sphere: no image is near."""
+
+SPARSE = 0.1
+"""Diameter at the start, in those of caps that would tile the sphere."""
+
+CLOSING = 1e3
+"""Reduced pressure from which caps grow ten times as fast as is slow enough for them to order: they cannot
+any more."""
+
+JAMMED = 1e8
+"""Reduced pressure at which contacts are told from near ones: gaps of contacts are of order 1e-8."""
+
+HEATING = 0.4
+"""Growth rate times collisions per cap between two rescalings: as in :mod:`carom.studies.packings`."""
+
+STRETCHES = 4000
+"""Stretches after which a compression ends, whatever the pressure."""
+
+
+def random_points(n: int, k: int, apart: float, rng: np.random.Generator) -> np.ndarray:
+    """Return ``n`` random points of the unit sphere in R^k, (n, k), at least ``apart`` from each other."""
+    points = np.empty((0, k))
+    while len(points) < n:
+        x = rng.standard_normal(k)
+        x /= np.linalg.norm(x)
+        if not len(points) or np.linalg.norm(points - x, axis=1).min() > apart:
+            points = np.vstack([points, x])
+    return points
+
+
+def tiling_diameter(n: int, k: int) -> float:
+    """Return about the chord that ``n`` points could have if their caps left no room on the sphere."""
+    area = 2.0 * math.exp(0.5 * k * math.log(math.pi) - math.lgamma(0.5 * k))
+    cap = math.exp(0.5 * (k - 1) * math.log(math.pi) - math.lgamma(0.5 * (k + 1)))
+    return min(2.0 * (area / (n * cap)) ** (1.0 / (k - 1)), 2.0)
+
+
+def scene_of(points: np.ndarray, diameter: float) -> Scene:
+    """Return points (n, k) of the unit sphere as caps whose centres touch at a chord of ``diameter``."""
+    return Scene(0.5 * EDGE + points, box=EDGE, diameter=diameter, motion=GreatCircles())
+
+
+def compress(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> dict[str, Any]:
+    """Let random points of a sphere grow into caps that jam.
+
+    Parameters
+    ----------
+    task : dict
+        ``n`` points in R^``k``, the ``seed``, and the ``rate`` at which the diameters grow, over the thermal
+        speed.
+    stop : callable
+        Asked now and then; if true, :class:`carom.studies.executors.Stopped` is raised.
+
+    Returns
+    -------
+    dict
+        ``points`` (n, k), the reduced ``pressure`` at the end and the number of ``collisions``.
+    """
+    n, k, rate = task["n"], task["k"], task["rate"]
+    rng = np.random.default_rng([n, k, task["seed"]])
+    start = SPARSE * tiling_diameter(n, k)
+    scene = scene_of(random_points(n, k, start, rng), start)
+    sim = Simulation(scene, seed=int(rng.integers(2**31)), growth=rate, images=False)
+    pressure, growth = 1.0, rate
+    for _ in range(STRETCHES):
+        if stop():
+            raise Stopped
+        block = sim.run(collisions_per_particle=max(HEATING / growth, 1.0))
+        if block.duration > 0.0 and block.kT_time:
+            pressure = 1.0 + block.virial / ((k - 1) * n * block.kT_time)
+        if pressure >= JAMMED:
+            break
+        growth = 10.0 * rate if pressure >= CLOSING else rate
+        sim.rescale(1.0, growth=growth)
+    points = sim.frame().positions - 0.5 * EDGE
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    return {"points": points.tolist(), "pressure": pressure, "collisions": sim.collisions}

@@ -1,0 +1,235 @@
+"""Many seeds, the best code of them, and its polish."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.studies import executors as engines
+from carom.studies.codes.code import SphericalCode
+from carom.studies.codes.compression import compress
+from carom.studies.codes.contacts import contact_graph, forces
+from carom.studies.codes.known import known
+from carom.studies.codes.polish import Digits, Polished, equations, polish, refine
+from carom.studies.signals import Interrupted, stoppable
+
+MOST = 1000
+"""Points: every cap looks at all others."""
+
+SEEDS = 20
+"""Without a wish."""
+
+RATE = 0.01
+"""Growth of the diameters over the thermal speed, without a wish: slow enough that of 40 points on S^2 a
+third of the seeds reach the best code."""
+
+SAME = 2.0**-44
+"""Of two cosines that are computed from the same code in doubles, some ten times over."""
+
+Progress = Callable[[str, float], object]
+
+
+class CodeInterrupted(Interrupted):
+    """A search was stopped by Ctrl-C or SIGTERM.
+
+    Attributes
+    ----------
+    code : SphericalCode or None
+        The best so far.
+    """
+
+    code: SphericalCode | None = None
+
+
+def spherical_code(
+    n: int,
+    k: int = 3,
+    *,
+    seeds: int | Sequence[int] = SEEDS,
+    rate: float = RATE,
+    digits: int = 32,
+    executor: Any = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> SphericalCode:
+    """Search for n points on the sphere S^(k-1) whose smallest angle is as large as possible.
+
+    From every seed, random points move on great circles and grow into caps until they jam (Smith; the paper's
+    sec. 10). The contacts of a jammed configuration are then solved for by Newton's method, those of the best
+    one in ``mpmath``.
+
+    Parameters
+    ----------
+    n : int
+        Points, 2 to 1000.
+    k : int
+        Dimensions of the space of the sphere, at least 2: 3 for the usual sphere.
+    seeds : int or sequence of int
+        How many, from 0; or which.
+    rate : float
+        Growth of the diameters over the thermal speed. Slower growth finds good codes more often.
+    digits : int
+        Decimal digits of the result.
+    executor, workers : optional
+        Where the seeds run: see :func:`carom.studies.executors.engine`. The result is the same everywhere.
+    progress : callable, optional
+        Called as ``progress("Searching", fraction)``.
+
+    Returns
+    -------
+    SphericalCode
+        Where the optimum is known for all sizes (k = 2, and n <= 2 k), that one, without a search.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or none of the seeds led to a code.
+    CodeInterrupted
+        After Ctrl-C; its ``code`` is the best so far.
+
+    Examples
+    --------
+    >>> code = spherical_code(6)
+    >>> code.angle, len(code.contacts), code.note
+    (90.0, 12, 'the cross-polytope, optimal (Rankin 1955)')
+    """
+    n = checks.integer(n, "n", low=2, high=MOST)
+    k = checks.integer(k, "k", low=2, high=12)
+    digits = checks.integer(digits, "digits", low=15, high=1000)
+    rate = checks.number(rate, "rate", low=0.0, high=1.0, open_low=True)
+    numbers = _seeds(seeds)
+    engines.check(executor, workers)
+    exact = known(n, k, digits)
+    if exact is not None:
+        return _exact(*exact, digits)
+    tasks = [{"n": n, "k": k, "seed": seed, "rate": rate} for seed in numbers]
+    found: dict[int, dict[str, Any]] = {}
+    failed: dict[int, str] = {}
+
+    def report() -> None:
+        if progress is not None:
+            progress("Searching", (len(found) + len(failed)) / len(tasks))
+
+    def done(index: int, record: dict[str, Any]) -> None:
+        found[numbers[index]] = record
+        report()
+
+    def lost(index: int, error: BaseException) -> None:
+        failed[numbers[index]] = engines.reason(error)
+        report()
+
+    with stoppable() as stop:
+        report()
+        stop.deferred = True
+        asked = lambda: stop.asked  # noqa: E731
+        with engines.engine(executor, workers) as where:
+            function = functools.partial(search, stop=asked) if where.local else search
+            ended = engines.run(function, tasks, where, done=done, failed=lost, stop=asked)
+            if not ended:
+                where.close(now=True)
+        stop.deferred = False
+        if not ended:
+            interrupted = CodeInterrupted(f"Stopped after {len(found)} of {len(tasks)} seeds.")
+            if any(record["points"] is not None for record in found.values()):
+                interrupted.code = _best(found, digits)
+            raise interrupted
+    if failed:
+        seed, why = min(failed.items())
+        raise InputError(f"The search from seed {seed} failed: {why}.")
+    return _best({seed: found[seed] for seed in numbers}, digits)
+
+
+def _seeds(seeds: int | Sequence[int]) -> list[int]:
+    """Return the seeds as a list.
+
+    Raises
+    ------
+    InputError
+        If there is none, one is no number, or one is there twice.
+    """
+    if not checks.several(seeds):
+        return list(range(checks.integer(seeds, "seeds", low=1)))
+    numbers = [checks.integer(seed, "seeds", low=0) for seed in seeds]  # type: ignore[union-attr]
+    if not numbers or len(set(numbers)) < len(numbers):
+        raise InputError(f"seeds must be one number at least, each once; found {numbers}.")
+    return numbers
+
+
+def search(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> dict[str, Any]:
+    """Return what one seed leads to: points, contacts, forces and cosine; None where its caps did not jam.
+
+    Parameters and task are those of :func:`carom.studies.codes.compression.compress`.
+    """
+    jammed = compress(task, stop)
+    try:
+        code = polish(np.array(jammed["points"]))
+    except ValueError as problem:
+        return {"points": None, "cosine": math.inf, "problem": str(problem)}
+    return {
+        "points": code.points.tolist(),
+        "cosine": code.cosine,
+        "contacts": code.contacts.tolist(),
+        "forces": code.forces.tolist(),
+    }
+
+
+def _best(found: dict[int, dict[str, Any]], digits: int) -> SphericalCode:
+    """Return the best code, polished to many digits."""
+    least = min(record["cosine"] for record in found.values())
+    if least == math.inf:
+        seed, record = next(iter(found.items()))
+        raise InputError(
+            f"None of {len(found)} seeds led to a code; of seed {seed}, {record['problem']}. Try more seeds."
+        )
+    reached = [seed for seed, record in found.items() if record["cosine"] <= least + SAME]
+    record = found[reached[0]]
+    points = np.array(record["points"])
+    code = Polished(points, record["cosine"], np.array(record["contacts"]), np.array(record["forces"]))
+    coordinates, cosine, residual = refine(code, digits)
+    angles = {
+        seed: math.degrees(math.acos(each["cosine"])) if each["points"] is not None else math.nan
+        for seed, each in found.items()
+    }
+    return SphericalCode(
+        np.array(coordinates, object),
+        cosine,
+        residual,
+        digits,
+        code.contacts,
+        code.forces,
+        code.rattlers,
+        code.rigid,
+        reached[0],
+        angles,
+        len(reached),
+        "the best of a search",
+    )
+
+
+def _exact(coordinates: Digits, cosine: Any, note: str, digits: int) -> SphericalCode:
+    """Return a code that is known exactly."""
+    points = np.array(coordinates, object).astype(float)
+    n = len(points)
+    pairs = contact_graph(points) if n > 2 else np.array([[0, 1]])
+    bear = forces(points, pairs)
+    code = Polished(points, float(cosine), pairs[bear > 0.0], bear[bear > 0.0] / bear.sum())
+    return SphericalCode(
+        np.array(coordinates, object),
+        cosine,
+        max(map(abs, equations(coordinates, cosine, code.contacts, digits))),
+        digits,
+        code.contacts,
+        code.forces,
+        code.rattlers,
+        code.rigid,
+        None,
+        {},
+        0,
+        note,
+    )
