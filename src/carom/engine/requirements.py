@@ -46,8 +46,8 @@ class Contents:
         do so up to ``diameter``.
     rates : (n,) float64 array, optional
         Radius gained a time.
-    obstacles : tuple of NamedTuples
-        Kernel models of the obstacles.
+    obstacles : tuple of NamedTuples and values
+        Kernel models of the obstacles; values of those that are live.
     still : tuple of d bools, optional
         Along which axes the momentum is conserved; none, if left out.
     images : bool
@@ -76,6 +76,12 @@ class Contents:
     still: tuple[bool, ...] = ()
     images: bool = True
     single: bool = False
+
+    @property
+    def obstacle_models(self) -> tuple:
+        """What the engine compiles of the obstacles: their models, or what those that are live make."""
+        particles = self.particles
+        return tuple(each.live(particles) if hasattr(each, "live") else each for each in self.obstacles)
 
     @property
     def dimension(self) -> int:

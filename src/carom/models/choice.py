@@ -7,7 +7,7 @@ from typing import Any
 from carom import checks
 from carom.compiling import registry
 from carom.errors import InputError
-from carom.models import interface
+from carom.models import interface, tables
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
 from carom.models.restitution import Restitution
@@ -79,6 +79,8 @@ def recalled(kind: str, kept: Any, given: Any) -> Any:
     InputError
         If the file names a class of one's own, and none is given.
     """
+    if kept is not None and given is None and "type" in kept:
+        return tables.from_table(kept, kind)
     if kept is not None and given is None:
         raise InputError(
             f"The {kind} of this scene is of the class {kept.get('class')}, which no file holds; "

@@ -104,6 +104,8 @@ class Plan:
                 if key.name in _TABLES:
                     for each in value:
                         tables += ["", f"[[{section.name}.{key.name}]]", *_pairs(_TABLES[key.name](each))]
+                elif value is not None and hasattr(value, "to_table"):
+                    lines.append(f"{key.name} = {_toml(value.to_table())}")
                 elif value is not None:
                     lines.append(f"{key.name} = {_toml(value)}")
             lines += [*tables, ""]
@@ -229,4 +231,8 @@ def _toml(value: Any) -> str:
         return f'"{escaped}"'
     if isinstance(value, tuple):
         return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, list):
+        return _toml(tuple(value))
+    if isinstance(value, dict):
+        return "{ " + ", ".join(_pairs(value)) + " }"
     return repr(value)

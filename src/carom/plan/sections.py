@@ -11,7 +11,7 @@ from typing import Any
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import obstacles
+from carom.models import obstacles, tables
 from carom.models.obstacles import Obstacle
 from carom.scene import lattices
 from carom.scene.box import LONGEST_EDGE
@@ -23,7 +23,7 @@ NEIGHBORS = ("auto", "sectors", "lists", "all")
 FORMATS = ("h5md", "extxyz", "gsd")
 
 #: Keys of [scene] that go with any start: what a trajectory does not hold.
-ADDED = ("restitution", "elastic_below", "contact", "obstacles")
+ADDED = ("restitution", "elastic_below", "contact", "obstacles", "motion", "impact")
 
 #: Collisions a particle that are measured where nothing else is said.
 DEFAULT_COLLISIONS = 10000.0
@@ -99,6 +99,8 @@ class SceneSpec:
         What the mixture consists of.
     obstacles : tuple of obstacles, or of mappings as ``{"kind": "ball", "center": ..., "radius": ...}``
         See :mod:`carom.models.obstacles`.
+    motion, impact : values or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
+        How all move, and what contacts lose, where that is not usual (:mod:`carom.models.tables`).
     """
 
     initial: str = "fcc"
@@ -119,6 +121,8 @@ class SceneSpec:
     contact: tuple[tuple[float, ...], ...] | None = None
     species: tuple[SpeciesSpec, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
+    motion: Any = None
+    impact: Any = None
 
     def __post_init__(self) -> None:
         check = _Checker("scene", self)
@@ -140,6 +144,8 @@ class SceneSpec:
         check.table("contact")
         check.each("species", _species)
         check.each("obstacles", _obstacle)
+        for name in ("motion", "impact"):
+            check.value(name)
         self._check_together()
         self._check_species()
         # Made explicit, so that equal scenes are equal values.
@@ -292,7 +298,9 @@ class SceneSpec:
         )
 
     def _elastic(self, scene: Scene) -> Scene:
-        """Return the scene with this restitution."""
+        """Return the scene with this motion, and this restitution or impact."""
+        given = {name: getattr(self, name) for name in self._given("motion", "impact")}
+        scene = scene.with_(**given) if given else scene
         if self.restitution is None:
             return scene
         return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)
@@ -471,6 +479,17 @@ class _Checker:
             if not isinstance(value, tuple):
                 raise InputError(f"{key} must be a list of tables, found {checks.describe(value)}.")
             return tuple(make(each, f"{key} {k}") for k, each in enumerate(value))
+
+        self._replace(name, check)
+
+    def value(self, name: str) -> None:
+        """Check a motion or an impact: a value, or its table."""
+
+        def check(value: Any, key: str) -> Any:
+            try:
+                return tables.from_table(value, name) if isinstance(value, Mapping) else value
+            except InputError as problem:
+                raise InputError(f"{key}: {problem}") from problem
 
         self._replace(name, check)
 
