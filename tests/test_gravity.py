@@ -141,11 +141,11 @@ def test_a_log_is_replayed_bit_for_bit(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("g", "amplitude", "period"), [(1e-12, 0.3, 2e6), (1e12, 0.3, 2e-6), (1e-3, 0.4, 0.01)]
+    ("g", "amplitude", "period"), [(1e-12, 0.3, 2e6), (1e12, 0.3, 2e-6), (1e-3, 0.4, 0.1)]
 )
 def test_tiny_and_huge_fields_and_fast_shaking_go_on(g, amplitude, period):
     unit = 1.0 / math.sqrt(g)
-    scene = bed(0.8, g=g, amplitude=amplitude, period=period, contact_time=1e-3 * unit)
+    scene = bed(0.8, g=g, amplitude=amplitude, period=period, contact_time=1e-3 * min(unit, period))
     scene = scene.with_(velocities=scene.velocities / unit)
     with carom.Simulation(scene) as sim:
         sim.run(time=5.0 * unit)

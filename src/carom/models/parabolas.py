@@ -143,28 +143,38 @@ def _(body: HalfSpace, course, start, g, x, v, radius, growth):
         slant += body.normal[axis] * course.direction[axis]
     low = min(slant * course.lowest, slant * course.highest)
     high = max(slant * course.lowest, slant * course.highest)
+    curve = Lift(course, start, slant, height, speed, acceleration)
     if acceleration < 0.0 or (acceleration == 0.0 and speed < 0.0):
         limit = SURE * first_landing(height - low, speed, acceleration)
-        ahead = first_landing(height - high, speed, acceleration) if height > high else 0.0
-    elif acceleration > 0.0 or speed > 0.0:
+        over = height - high
+        root = speed * speed - 2.0 * acceleration * over
+        if over <= 0.0 and (speed <= 0.0 or root < 0.0):
+            return next_fall(curve, limit)
+        if over <= 0.0:  # it leaves the heights at which the plane may be, or is met before
+            t = next_fall(curve, SURE * -2.0 * over / (speed + np.sqrt(root)))
+            if t < NEVER:
+                return t
+        # Nothing happens until it is back, or comes there.
+        back = (2.0 - SURE) * first_landing(over, speed, acceleration)
+        return back + next_fall(later(curve, back), limit - back)
+    if acceleration > 0.0 or speed > 0.0:
         limit = last_passing(height - high, speed, acceleration)
-        ahead = 0.0
     else:
         limit = course.period if height <= high else -NEVER
-        ahead = 0.0
-    if limit < 0.0:
-        return NEVER
-    # Nothing happens before it comes as low as the plane may be high.
-    ahead *= 2.0 - SURE
-    rest = Lift(
-        course,
-        start + ahead,
-        slant,
-        height + (speed + 0.5 * acceleration * ahead) * ahead,
-        speed + acceleration * ahead,
-        acceleration,
+    return next_fall(curve, limit) if limit >= 0.0 else NEVER
+
+
+@inner
+def later(curve, t):
+    """Return the height above a plane as a function of the time since t."""
+    return Lift(
+        curve.course,
+        curve.start + t,
+        curve.slant,
+        curve.height + (curve.speed + 0.5 * curve.acceleration * t) * t,
+        curve.speed + curve.acceleration * t,
+        curve.acceleration,
     )
-    return ahead + next_fall(rest, limit - ahead)
 
 
 class Gap(NamedTuple):
