@@ -1,8 +1,11 @@
 """The engine compared with pseudo hard spheres, by Carom's own Verlet and by LAMMPS, in CPU seconds.
 
-``python tests/benchmarks/lammps.py`` prints, for densities and numbers of spheres, the CPU time of one core for
-the same stretch of time, and Z with its distance from the infinite fluid. LAMMPS is left out where it cannot be
-imported. Each row starts from one melted configuration; pseudo hard spheres are first held at kT = 1.5 epsilon.
+python tests/benchmarks/lammps.py                     # densities 0.1 to 0.92, N = 500 to 108 000
+python tests/benchmarks/lammps.py --sizes 2048 --densities 0.5 0.85
+
+Prints the CPU time of one core for the same stretch of time, and Z with its distance from the infinite fluid.
+LAMMPS is left out where it cannot be imported. All start from one melted configuration; pseudo hard spheres
+are first held at kT = 1.5 epsilon.
 """
 
 from __future__ import annotations

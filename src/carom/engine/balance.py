@@ -73,18 +73,18 @@ def _(balance: Balance, a, b, virial, rr, rv, now):
 
 
 @required
-def pushed(balance, momentum, rate, now):
-    """Take note of the energy that a component gains which grows at this rate against an obstacle."""
+def pushed(balance, energy, now):
+    """Take note of the energy that a component gains at an obstacle."""
 
 
 @pushed.register
-def _(balance: None, momentum, rate, now):
+def _(balance: None, energy, now):
     return None
 
 
 @pushed.register
-def _(balance: Balance, momentum, rate, now):
-    book(balance, momentum * rate, now)
+def _(balance: Balance, energy, now):
+    book(balance, energy, now)
 
 
 @required

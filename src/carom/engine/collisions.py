@@ -8,8 +8,9 @@ from carom.compiling.registry import inner, required
 from carom.engine.balance import audit, exchanged, pushed
 from carom.engine.constants import LAMBDA, OBSTACLE
 from carom.engine.images import NearestImage, SectorImage, count_images, index, separation
+from carom.engine.live import age_obstacles
 from carom.engine.neighbors.interface import wrapped
-from carom.engine.obstacles import Obstacles, bounce
+from carom.engine.obstacles import Obstacles, bounce, gained
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
 from carom.engine.tallies import count_pair, record
 from carom.models.interface import (
@@ -18,13 +19,13 @@ from carom.models.interface import (
     age,
     carry,
     core_square,
+    exchanged_part,
     growth,
     jump,
     position,
     step_core_square,
     step_jump,
     thrust,
-    transfer,
     velocity,
 )
 
@@ -104,7 +105,7 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     a, b, virial, kind = outcome(model.boundary, model.pair, neighbors, tally, i, word, rr, rv, now)
     # Surfaces that grow approach faster than the centres do.
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
-    part = transfer(model.impact, rr, rv - np.sqrt(rr) * rate)
+    part = exchanged_part(model.impact, np.int64(i), np.int64(j), rr, rv - np.sqrt(rr) * rate, now)
     a *= part
     b *= part
     virial *= part
@@ -140,7 +141,8 @@ def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
         return False
     advance(model, state, neighbors, i, now)
     momentum = bounce(model, state, i, OBSTACLE - partner, now)
-    pushed(model.balance, momentum, growth(model.pair, np.int64(i)), now)
+    energy = gained(obstacles.live, momentum, growth(model.pair, np.int64(i)))
+    pushed(model.balance, energy, now)
     record(log, state.clock[0], np.int64(i), partner, momentum)
     return True
 
@@ -156,6 +158,8 @@ def new_epoch(model, state, neighbors):
         state.rows[i].due -= length
         state.leave[i] -= length
     age(model.pair, length)
+    age(model.impact, length)
+    age_obstacles(model.obstacles, length)
     audit(model.balance, model.pair, state.rows, length)
     clock.epoch += 1
     clock.now = 0.0

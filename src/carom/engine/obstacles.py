@@ -15,17 +15,18 @@ from carom.engine.images import in_box
 from carom.models.interface import (
     NEVER,
     anchor,
-    encounter,
     growth,
     mass,
+    meeting,
     member,
     members,
     outward,
     position,
     radius,
     repeated,
-    soonest_wall,
+    thrown,
     velocity,
+    wall_meeting,
     wall_normal,
 )
 
@@ -76,6 +77,8 @@ class Obstacles(NamedTuple):
     """Room for one of its images, (d,)."""
     v: np.ndarray
     """Room for a velocity, (d,)."""
+    live: Any = None
+    """What those that move, lose energy or remember add up to (:mod:`carom.engine.live`), or None."""
 
 
 def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
@@ -92,15 +95,15 @@ def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
     """
     if walls is None and not models:
         return None
-    kinds: dict[type, list] = {}
+    kinds: dict[tuple, list] = {}
     for model in models:
-        kinds.setdefault(type(model), []).append(model)
+        kinds.setdefault(kind_of(model), []).append(model)
     total = 2 * dimension + len(models)
     number = total
     chain: Chain | Crowd | None = None
     for kind, group in reversed(kinds.items()):
         number -= len(group)
-        together = getattr(kind, "together", None)
+        together = getattr(kind[0], "together", None)
         if together is not None and len(group) >= CROWDED:
             chain = Crowd(together(group), number, chain)
         else:
@@ -109,11 +112,16 @@ def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
     return Obstacles(walls, chain, np.zeros(total, np.int64), np.zeros(total), *places)
 
 
+def kind_of(model) -> tuple:
+    """Return the type of a model, and those of the models in it: what the compiler tells apart."""
+    return type(model), *(kind_of(part) for part in model if hasattr(part, "_fields"))
+
+
 def numbering(models) -> list[int]:
     """Return the place of each obstacle after they were put together by kind."""
-    kinds: dict[type, list[int]] = {}
+    kinds: dict[tuple, list[int]] = {}
     for k, model in enumerate(models):
-        kinds.setdefault(type(model), []).append(k)
+        kinds.setdefault(kind_of(model), []).append(k)
     order = [k for group in kinds.values() for k in group]
     return [order.index(k) for k in range(len(models))]
 
@@ -152,8 +160,8 @@ def _(obstacles: Obstacles, model, state, i, now, every):
     best = NEVER
     number = np.int64(-1)
     if every:
-        best, number = soonest_wall(obstacles.walls, obstacles.x, obstacles.v, size, rate)
-    t, k = soonest_link(obstacles.chain, obstacles, model.boundary, size, rate, every)
+        best, number = wall_meeting(model.motion, obstacles.walls, obstacles.x, obstacles.v, size, rate)
+    t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now)
     if t < best:
         best = t
         number = k
@@ -161,20 +169,20 @@ def _(obstacles: Obstacles, model, state, i, now, every):
 
 
 @required
-def soonest_link(chain, obstacles, boundary, size, rate, every):
+def soonest_link(chain, obstacles, model, size, rate, every, now):
     """Return the time until a component touches one of a chain of obstacles, and its number."""
 
 
 @soonest_link.register
-def _(chain: None, obstacles, boundary, size, rate, every):
+def _(chain: None, obstacles, model, size, rate, every, now):
     return NEVER, np.int64(-1)
 
 
 @soonest_link.register
-def _(chain: Chain, obstacles, boundary, size, rate, every):
-    best, number = soonest_link(chain.tail, obstacles, boundary, size, rate, every)
+def _(chain: Chain, obstacles, model, size, rate, every, now):
+    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now)
     for k in range(len(chain.head)):
-        t = soonest_image(chain.head[k], obstacles, boundary, size, rate, every)
+        t = soonest_image(chain.head[k], obstacles, model, size, rate, every, now)
         if t < best:
             best = t
             number = np.int64(chain.number + k)
@@ -182,10 +190,10 @@ def _(chain: Chain, obstacles, boundary, size, rate, every):
 
 
 @soonest_link.register
-def _(chain: Crowd, obstacles, boundary, size, rate, every):
-    best, number = soonest_link(chain.tail, obstacles, boundary, size, rate, every)
+def _(chain: Crowd, obstacles, model, size, rate, every, now):
+    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now)
     for k in range(members(chain.head)):
-        t = soonest_image(member(chain.head, k), obstacles, boundary, size, rate, every)
+        t = soonest_image(member(chain.head, k), obstacles, model, size, rate, every, now)
         if t < best:
             best = t
             number = np.int64(chain.number + k)
@@ -193,8 +201,9 @@ def _(chain: Crowd, obstacles, boundary, size, rate, every):
 
 
 @inner
-def soonest_image(obstacle, obstacles, boundary, size, rate, every):
+def soonest_image(obstacle, obstacles, model, size, rate, every, now):
     """Return the time until a component touches an obstacle, in any image of the box in which it stands."""
+    boundary = model.boundary
     t = NEVER
     if repeated(obstacle):
         for code in range(3 ** len(boundary.edges)):
@@ -205,9 +214,9 @@ def soonest_image(obstacle, obstacles, boundary, size, rate, every):
                 turns = np.floor(anchor(obstacle, axis) * boundary.inverse[axis])
                 obstacles.image[axis] = obstacles.x[axis] + (turns + (digits % 3 - 1)) * edge
                 digits //= 3
-            t = min(t, encounter(obstacle, obstacles.image, obstacles.v, size, rate))
+            t = min(t, meeting(model.motion, obstacle, obstacles.image, obstacles.v, size, rate, now))
     elif every:
-        t = encounter(obstacle, obstacles.x, obstacles.v, size, rate)
+        t = meeting(model.motion, obstacle, obstacles.x, obstacles.v, size, rate, now)
     return t
 
 
@@ -218,18 +227,41 @@ def bounce(model, state, i, number, now):
     face_images(model, state, i, now)
     for axis in range(len(model.boundary.edges)):
         obstacles.image[axis] = wall_normal(obstacles.walls, number, axis)
+    momentum = strike(obstacles.live, model, state, i, number, now)
+    obstacles.hits[number] += 1
+    obstacles.impulse[number] += momentum
+    return momentum
+
+
+@required
+def strike(live, model, state, i, number, now):
+    """Give component i its velocity after the contact, whose normal is in the room for an image if it is one
+    with a wall; return the momentum along the normal.
+    """
+
+
+@strike.register
+def _(live: None, model, state, i, number, now):
+    obstacles = model.obstacles
     normal_along(obstacles.chain, obstacles, model.boundary, number)
     row = state.rows[i]
     speed = 0.0
     for axis in range(len(model.boundary.edges)):
         speed += obstacles.image[axis] * row.v[axis]
-    change = 2.0 * (growth(model.pair, i) - speed)
+    change = thrown(model.motion, growth(model.pair, i) - speed)
     for axis in range(len(model.boundary.edges)):
         row.v[axis] += change * obstacles.image[axis]
-    momentum = mass(model.pair, i) * change
-    obstacles.hits[number] += 1
-    obstacles.impulse[number] += momentum
-    return momentum
+    return mass(model.pair, i) * change
+
+
+@required
+def gained(live, momentum, rate):
+    """Return the energy that a contact with an obstacle gave to a component that grows at this rate."""
+
+
+@gained.register
+def _(live: None, momentum, rate):
+    return momentum * rate
 
 
 @required

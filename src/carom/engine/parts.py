@@ -11,6 +11,7 @@ from carom.compiling.lanes import make_lanes
 from carom.engine.balance import make_balance
 from carom.engine.calendar import Calendar, make_calendar
 from carom.engine.images import NearestImage, SectorImage
+from carom.engine.live import is_live, made_live
 from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
 from carom.engine.neighbors.choice import HAIR, Scheme
 from carom.engine.neighbors.everybody import Everybody, make_everybody
@@ -68,7 +69,12 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     state = make_state(positions, velocities, scheme.epoch, contents.images, number)
     particles = contents.particles
     pair, impact = contents.interaction.model(particles), contents.impact.model(particles)
-    changes = impact is not None or contents.rates is not None or contents.stepped
+    obstacles = made_live(
+        make_obstacles(contents.dimension, contents.walls, contents.obstacle_models), contents.obstacle_models
+    )
+    live = obstacles is not None and obstacles.live is not None
+    lossy = impact is not None or contents.rates is not None or contents.stepped or live
+    changes = contents.straight and lossy
     neighbors, boundary = build_neighbors(scheme, contents, pair)
     by_species = None
     if contents.kinds is not None:
@@ -86,7 +92,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             boundary,
             impact,
             make_balance(particles.masses, velocities, contents.still) if changes else None,
-            make_obstacles(contents.dimension, contents.walls, contents.obstacles),
+            obstacles,
             _sight(scheme, contents, neighbors),
         ),
         state,
@@ -275,6 +281,10 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
         elif hasattr(value, "_fields"):
             for field, part in zip(value._fields, value, strict=True):
                 collect(f"{name}.{field}" if name else field, part)
+        elif isinstance(value, tuple):
+            for k, part in enumerate(value):
+                if is_live(part):
+                    collect(f"{name}.{k}", part)
 
     for part in ("state", "neighbors", "calendar", "tallies", "by_species"):
         collect(part, getattr(engine, part))

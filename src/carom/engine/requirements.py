@@ -46,8 +46,8 @@ class Contents:
         do so up to ``diameter``.
     rates : (n,) float64 array, optional
         Radius gained a time.
-    obstacles : tuple of NamedTuples
-        Kernel models of the obstacles.
+    obstacles : tuple of NamedTuples and values
+        Kernel models of the obstacles; values of those that are live.
     still : tuple of d bools, optional
         Along which axes the momentum is conserved; none, if left out.
     images : bool
@@ -78,6 +78,12 @@ class Contents:
     single: bool = False
 
     @property
+    def obstacle_models(self) -> tuple:
+        """What the engine compiles of the obstacles: their models, or what those that are live make."""
+        particles = self.particles
+        return tuple(each.live(particles) if hasattr(each, "live") else each for each in self.obstacles)
+
+    @property
     def dimension(self) -> int:
         """Number of dimensions."""
         return len(self.box)
@@ -105,6 +111,7 @@ class Contents:
         deepest = float(self.interaction.model(self.particles).energy.min())
         return math.sqrt(4.0 * max(-deepest, 0.0) / float(self.particles.masses.min()))
 
+    @property
     def curved(self) -> bool:
         """Whether two components do not even fly straight relative to each other."""
         return bool(getattr(self.motion, "curved", False))

@@ -76,11 +76,11 @@ class Bonds(StepInteraction):
         object.__setattr__(self, "inner", None)
         object.__setattr__(self, "outer", None)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
         assert self.bond is not None
-        found = {"type": "bonds", "pairs": [list(pair) for pair in self.pairs], "bond": self.bond.to_json()}
-        return found if self.others is None else {**found, "others": self.others.to_json()}
+        found = {"type": "bonds", "pairs": [list(pair) for pair in self.pairs], "bond": self.bond.to_table()}
+        return found if self.others is None else {**found, "others": self.others.to_table()}
 
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps | None, ...], ...]:
         """Return the potentials of pairs that are not bonded, by species."""

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 from carom import checks
 from carom.compiling import registry
 from carom.errors import InputError
-from carom.models import interface
+from carom.models import interface, tables
 from carom.models.free_flight import FreeFlight
-from carom.models.great_circles import GreatCircles
 from carom.models.hard_cores import HardCores
 from carom.models.restitution import Restitution
 
@@ -33,19 +31,6 @@ METHODS: dict[str, tuple[str, ...]] = {
     "impact": ("model",),
 }
 """What the value of each kind must have."""
-
-
-KEPT: dict[str, type] = {"GreatCircles": GreatCircles}
-"""Dataclasses of the package that files hold by their fields."""
-
-
-def described(value: Any) -> dict[str, Any]:
-    """Return what a file holds of a value: its class, and the fields of those of the package."""
-    if callable(getattr(value, "to_json", None)):
-        return value.to_json()
-    name = type(value).__name__
-    fields = dataclasses.asdict(value) if KEPT.get(name) is type(value) else {}  # type: ignore[call-overload]
-    return {"class": name, **fields}
 
 
 def checked(kind: str, value: Any) -> Any:
@@ -99,11 +84,7 @@ def recalled(kind: str, kept: Any, given: Any) -> Any:
         If the file names a class of one's own, and none is given.
     """
     if kept is not None and given is None and "type" in kept:
-        from carom.models.interactions import from_table
-
-        return from_table(kept)
-    if kept is not None and given is None and kept.get("class") in KEPT:
-        return KEPT[kept["class"]](**{name: value for name, value in kept.items() if name != "class"})
+        return tables.from_table(kept, kind)
     if kept is not None and given is None:
         raise InputError(
             f"The {kind} of this scene is of the class {kept.get('class')}, which no file holds; "

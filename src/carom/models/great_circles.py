@@ -60,6 +60,10 @@ class GreatCircles:
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", checks.positive(self.radius, "radius of the sphere"))
 
+    def to_table(self) -> dict[str, Any]:
+        """Return the arguments, for a file."""
+        return {"type": "great-circles", "radius": self.radius}
+
     def conserves(self, axis: int) -> bool:
         """Return False: what holds components on the sphere takes up momentum."""
         return False

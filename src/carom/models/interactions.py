@@ -13,7 +13,7 @@ from carom.models.wells import SquareWell, StepTable
 
 
 def from_table(table: Any) -> Any:
-    """Return the interaction that a table with a ``type`` describes; its ``to_json`` returns the table.
+    """Return the interaction that a table with a ``type`` describes; its ``to_table`` returns the table.
 
     Raises
     ------

@@ -404,6 +404,15 @@ def _(impact: None, rr, rv):
     return 1.0
 
 
+@optional
+def exchanged_part(impact, i, j, rr, rv, now):
+    """Return :func:`transfer` for the components i and j at the time ``now`` of the epoch.
+
+    For a contact law that remembers; by default it does not depend on who meets when. Asked once a contact.
+    """
+    return transfer(impact, rr, rv)
+
+
 # Of an obstacle.
 
 
@@ -413,7 +422,9 @@ class Obstacle(Protocol):
 
     It may also have ``glides(axis)``, whether it takes up no momentum along an axis; ``area(box)``, its
     surface [length^(d-1)]; ``inside(box)``, the width of the room in a container [length]; ``outline(box,
-    periodic)``, shapes to draw in two dimensions: see :mod:`carom.models.outlines`.
+    periodic)``, shapes to draw in two dimensions: see :mod:`carom.models.outlines`; and ``live(particles)``,
+    which then takes the place of ``model()`` in the engine, for an obstacle that moves, loses energy or
+    remembers.
     """
 
     @property
@@ -511,3 +522,123 @@ def wall_normal(walls, number, axis):
     """Return a coordinate of the unit vector from a wall into the box; 0 for the number of another
     obstacle.
     """
+
+
+# Of a motion or an obstacle, where flights bend or obstacles move.
+
+
+@optional
+def meeting(motion, obstacle, x, v, radius, growth, now):
+    """Return :func:`encounter` for components in this motion; asked of the motion.
+
+    Parameters
+    ----------
+    motion, obstacle : models
+        The motion, and an obstacle.
+    x, v, radius, growth
+        As of :func:`encounter`.
+    now : float
+        Time since the beginning of the epoch.
+    """
+    return arrival(obstacle, x, v, radius, growth, now)
+
+
+@optional
+def arrival(obstacle, x, v, radius, growth, now):
+    """Return :func:`encounter` at the time ``now`` of the epoch, in straight flight; asked of the obstacle.
+
+    By default the obstacle does not move.
+    """
+    return encounter(obstacle, x, v, radius, growth)
+
+
+@required
+def fall(obstacle, g, x, v, radius, growth, now):
+    """Return :func:`encounter` on a parabola: everybody has the acceleration ``g``, d floats."""
+
+
+@optional
+def wall_meeting(motion, walls, x, v, radius, growth):
+    """Return :func:`soonest_wall` for components in this motion; asked of the motion."""
+    return soonest_wall(walls, x, v, radius, growth)
+
+
+@optional
+def rest_speed(model):
+    """Return the speed at which a component at least leaves what it touches; by default 0.
+
+    Asked of the motion, and of obstacles. In a uniform field, or on what accelerates, one that rests would
+    touch for ever, and a contact that goes on has no next event.
+    """
+    return 0.0
+
+
+@optional
+def pull(motion, normal):
+    """Return the acceleration against a unit vector, (d,) float64: onto the surface with that normal."""
+    return 0.0
+
+
+@optional
+def thrown(motion, approach):
+    """Return what an elastic contact adds to the normal velocity of a component that approaches so fast."""
+    return 2.0 * approach
+
+
+@optional
+def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
+    """Replace the velocity ``v``, (d,) float64, of component i, which touches, by that after the contact.
+
+    By default the contact is elastic and the obstacle rests.
+
+    Parameters
+    ----------
+    obstacle, motion : models
+        The obstacle, and the motion of the components.
+    i : int
+        The component.
+    mass : float
+        Its mass.
+    x, v : (d,) float64 arrays
+        Position of its centre, and velocity.
+    normal : (d,) float64 array
+        Unit vector along which it is thrown back.
+    growth, now : float
+        Rate at which its radius grows; time since the beginning of the epoch.
+    """
+    approach = growth
+    for axis in range(len(v)):
+        approach -= normal[axis] * v[axis]
+    change = thrown(motion, approach)
+    for axis in range(len(v)):
+        v[axis] += change * normal[axis]
+
+
+@optional
+def surface_speed(obstacle, normal, now):
+    """Return how fast an obstacle moves along a unit vector, (d,) float64, at a time of the epoch; or 0."""
+    return 0.0
+
+
+@optional
+def at_time(obstacle, now):
+    """Take note of the time of the contact that :func:`outward` and :func:`anchor` are asked about next."""
+    return
+
+
+@optional
+def take_over(model, before, instant, passed, slower):
+    """Go on from what ``before``, a model of the same type, remembers; called from Python.
+
+    Parameters
+    ----------
+    model, before : models
+        Of an obstacle or an impact: the new one, and the one whose place it takes.
+    instant : Fraction
+        The present since the start of the run [time of the new one]: its epochs begin there.
+    passed : float
+        The present in the epoch of the other [its time].
+    slower : int
+        The unit of time of the new one is longer by ``2**slower``.
+    """
+    return

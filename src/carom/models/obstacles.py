@@ -10,6 +10,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.models import tables
 from carom.models.arcs import Arc
 from carom.models.balls import Ball
 from carom.models.blocks import Box
@@ -71,6 +72,8 @@ def to_json(obstacle: Obstacle) -> dict[str, Any]:
     for kind, known in KINDS.items():
         if type(obstacle) is known:
             return {"kind": kind, **asdict(obstacle)}  # type: ignore[call-overload]
+    if hasattr(obstacle, "to_table") and tables.holds(obstacle):
+        return tables.to_table(obstacle, "obstacle")
     return {"kind": "own", "class": type(obstacle).__name__, "name": obstacle.name}
 
 
@@ -90,9 +93,12 @@ def from_json(values: Any) -> Obstacle:
             f"The obstacle {values.get('name')} is of the class {values.get('class')}, which no file holds; "
             "give obstacles=."
         )
+    if kind in tables.KINDS["obstacle"]:
+        return tables.from_table(values, "obstacle", "kind")
     if kind not in KINDS:
         raise InputError(
-            f"kind of an obstacle must be one of {', '.join(KINDS)}; found {checks.describe(kind)}."
+            f"kind of an obstacle must be one of {', '.join((*KINDS, *tables.KINDS['obstacle']))}; found "
+            f"{checks.describe(kind)}."
         )
     known = {f.name: f for f in fields(KINDS[kind])}
     given = {key: value for key, value in values.items() if key != "kind"}

@@ -88,7 +88,7 @@ class Steps:
         ):
             object.__setattr__(self, name, value)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
         found: dict[str, Any] = {"distances": list(self.distances), "energies": list(self.energies)}
         if self.outside != 0.0:

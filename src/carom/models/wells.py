@@ -42,7 +42,7 @@ class SquareWell(StepInteraction):
         object.__setattr__(self, "width", width)
         object.__setattr__(self, "depth", checks.number(self.depth, "depth", low=-checks.MAGNITUDE))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
         return {"type": "square-well", "width": self.width, "depth": self.depth}
 
@@ -99,9 +99,9 @@ class StepTable(StepInteraction):
                     raise InputError(f"table[{a}][{b}] and table[{b}][{a}] differ: a pair has one potential.")
         object.__setattr__(self, "table", rows)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
-        return {"type": "steps", "table": [[steps.to_json() for steps in row] for row in self.table]}
+        return {"type": "steps", "table": [[steps.to_table() for steps in row] for row in self.table]}
 
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps, ...], ...]:
         """Return the table."""

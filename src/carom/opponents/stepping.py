@@ -202,7 +202,7 @@ def _move(dimension: int) -> Any:
         hits = np.empty(16, np.int64)
         ago = np.empty(16, np.float64)
         fastest = box[0] * 0
-        safe = 0  # steps for which nobody can go too far
+        safe = np.int64(0)  # steps for which nobody can go too far
         for made in range(steps):
             if safe == 0:
                 furthest = box[0] * 0
@@ -297,7 +297,7 @@ def _move(dimension: int) -> Any:
                     mine += v[a, p] * v[a, p]
                     other += v[a, q] * v[a, q]
                 if max(mine, other) > fastest:
-                    safe = 0
+                    safe = np.int64(0)
                 tally[0] += 1
                 tally[1] -= rv
                 if logging and logged < len(log_times):

@@ -104,8 +104,8 @@ class Plan:
                 if key.name in _TABLES:
                     for each in value:
                         tables += ["", f"[[{section.name}.{key.name}]]", *_pairs(_TABLES[key.name](each))]
-                elif key.name == "interaction" and value is not None:
-                    tables += ["", f"[{section.name}.{key.name}]", *_pairs(value.to_json())]
+                elif value is not None and hasattr(value, "to_table"):
+                    tables += ["", f"[{section.name}.{key.name}]", *_pairs(value.to_table())]
                 elif value is not None:
                     lines.append(f"{key.name} = {_toml(value)}")
             lines += [*tables, ""]
@@ -232,5 +232,5 @@ def _toml(value: Any) -> str:
     if isinstance(value, tuple | list):
         return "[" + ", ".join(map(_toml, value)) + "]"
     if isinstance(value, dict):
-        return "{" + ", ".join(_pairs(value)) + "}"
+        return "{ " + ", ".join(_pairs(value)) + " }"
     return repr(value)

@@ -11,7 +11,7 @@ from typing import Any
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import interactions, obstacles
+from carom.models import obstacles, tables
 from carom.models.obstacles import Obstacle
 from carom.scene import lattices
 from carom.scene.box import LONGEST_EDGE
@@ -23,7 +23,7 @@ NEIGHBORS = ("auto", "sectors", "lists", "all")
 FORMATS = ("h5md", "extxyz", "gsd")
 
 #: Keys of [scene] that go with any start: what a trajectory does not hold.
-ADDED = ("restitution", "elastic_below", "contact", "obstacles", "interaction")
+ADDED = ("restitution", "elastic_below", "contact", "obstacles", "interaction", "motion", "impact")
 
 #: Collisions a particle that are measured where nothing else is said.
 DEFAULT_COLLISIONS = 10000.0
@@ -99,8 +99,9 @@ class SceneSpec:
         What the mixture consists of.
     obstacles : tuple of obstacles, or of mappings as ``{"kind": "ball", "center": ..., "radius": ...}``
         See :mod:`carom.models.obstacles`.
-    interaction : value, or a mapping as ``{"type": "square-well", "width": 1.5, "depth": 1.0}``
-        See :mod:`carom.models.interactions`; hard cores when left out.
+    interaction, motion, impact : values, or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
+        How two act on each other, how all move, and what contacts lose, where that is not usual
+        (:mod:`carom.models.tables`).
     """
 
     initial: str = "fcc"
@@ -122,10 +123,11 @@ class SceneSpec:
     species: tuple[SpeciesSpec, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     interaction: Any = None
+    motion: Any = None
+    impact: Any = None
 
     def __post_init__(self) -> None:
         check = _Checker("scene", self)
-        check.interaction("interaction")
         check.choice("initial", INITIAL)
         check.integers("cells", low=1, high=lattices.MOST)
         check.integer("n", low=1, high=lattices.MOST)
@@ -144,6 +146,8 @@ class SceneSpec:
         check.table("contact")
         check.each("species", _species)
         check.each("obstacles", _obstacle)
+        for name in ("interaction", "motion", "impact"):
+            check.value(name)
         self._check_together()
         self._check_species()
         # Made explicit, so that equal scenes are equal values.
@@ -296,9 +300,9 @@ class SceneSpec:
         )
 
     def _elastic(self, scene: Scene) -> Scene:
-        """Return the scene with this interaction and restitution."""
-        if self.interaction is not None:
-            scene = scene.with_(interaction=self.interaction)
+        """Return the scene with this interaction and motion, and this restitution or impact."""
+        given = {name: getattr(self, name) for name in self._given("interaction", "motion", "impact")}
+        scene = scene.with_(**given) if given else scene
         if self.restitution is None:
             return scene
         return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)
@@ -480,15 +484,14 @@ class _Checker:
 
         self._replace(name, check)
 
-    def interaction(self, name: str) -> None:
+    def value(self, name: str) -> None:
+        """Check an interaction, a motion or an impact: a value, or its table."""
+
         def check(value: Any, key: str) -> Any:
             try:
-                made = interactions.from_table(value) if isinstance(value, Mapping) else value
-                if not callable(getattr(made, "to_json", None)):
-                    raise InputError(f"it must be a table with a type, found {checks.describe(value)}.")
+                return tables.from_table(value, name) if isinstance(value, Mapping) else value
             except InputError as problem:
                 raise InputError(f"{key}: {problem}") from problem
-            return made
 
         self._replace(name, check)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import choice
+from carom.models import choice, tables
 from carom.models import obstacles as _obstacles
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
@@ -270,7 +270,10 @@ class Scene:
         }
         for kind in choice.USUAL:
             if not self.usual(kind):  # files hold no code
-                attributes[kind] = choice.described(getattr(self, kind))
+                value = getattr(self, kind)
+                attributes[kind] = (
+                    value.to_table() if tables.holds(value) else {"class": type(value).__name__}
+                )
         for name, values in (("diameter", self.diameters), ("mass", self.masses)):
             if np.ptp(values) == 0:
                 attributes[name] = float(values[0])

@@ -16,7 +16,7 @@ from carom.simulation.alone import Alone
 from carom.simulation.clock import Clock
 from carom.simulation.mechanics import Mechanics
 from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
-from carom.simulation.preparation import unit_of
+from carom.simulation.preparation import pace_of, unit_of
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -104,6 +104,8 @@ class Machine:
         wish: Wish,
         scheme: Scheme | None = None,
     ):
+        # All answers are registered before the first is compiled, which may be that of projecting.
+        import carom.engine.cycle  # noqa: F401
         from carom.engine.parts import build
 
         self.scene = scene
@@ -133,6 +135,8 @@ class Machine:
         speed = math.sqrt(float(np.mean(np.sum(v * v, axis=1))))
         if self.contents.rates is not None:
             speed += 2.0 * float(self.contents.rates.max())
+        if not self.contents.straight or self.contents.obstacles:
+            speed = max(speed, self.unit.to_kernel(pace_of(self.scene), -1))
         try:
             return scheme.choose(self.contents, speed, *wish, rate)
         except ValueError as error:
@@ -171,7 +175,7 @@ class Machine:
             2 * axis + side for axis, wraps in enumerate(self.scene.periodic) if not wraps for side in (0, 1)
         ]
         first = 2 * self.scene.dimension
-        return walls + [first + k for k in numbering(self.contents.obstacles)]
+        return walls + [first + k for k in numbering(self.contents.obstacle_models)]
 
     def frame(self) -> Frame:
         """Return all components at the present time; changes no bit of the run."""
@@ -306,6 +310,7 @@ class Machine:
             raise
 
     def _refit(self, velocities: np.ndarray | None, rates: np.ndarray | None) -> None:
+        from carom.engine.live import take_over_all
         from carom.engine.parts import build, keep_tallies
 
         frame = self.frame()
@@ -313,6 +318,7 @@ class Machine:
         self._hold_balance(self.in_epoch(), 0.0)
         instant, old, before = self.clock.instant, self.engine, self.unit
         self._keep_steps()
+        passed_in_epoch = self.in_epoch()
         if self.contents.rates is not None and rates is None:
             rates = before.to_scene(self.contents.rates, -1)
         self.unit = unit = unit_of(self.scene, velocities, rates)
@@ -338,6 +344,8 @@ class Machine:
             self.scheme = self._choose(velocities, ("sectors", None), rate)
         self.engine = build(self.scheme, self.contents, frame.positions, unit.to_kernel(velocities, -1))
         keep_tallies(old, self.engine, unit.exponent - before.exponent)
+        present = unit.to_kernel(instant, 1)
+        take_over_all(self.engine.model, old.model, present, passed_in_epoch, unit.exponent - before.exponent)
         images = self.engine.state.images
         if frame.images is not None and images is not None:
             images[:] = frame.images

@@ -72,11 +72,19 @@ class Impacts(NamedTuple):
         Collisions with it.
     impulse : float
         Sum of the momentum along its normal [mass length / time]; over time and area this is a pressure.
+    work : float
+        Energy that it gave to components, by moving, at its temperature, or less what it took [energy].
+    spared, lifted : int
+        Contacts that lost nothing for their speed, or because they came too soon; and that were thrown faster
+        than they came, because they would have stayed.
     """
 
     name: str
     hits: int
     impulse: float
+    work: float = 0.0
+    spared: int = 0
+    lifted: int = 0
 
 
 class Mechanics(NamedTuple):
@@ -117,9 +125,6 @@ def statistics(machine: Machine) -> Statistics:
     start, present = machine.start, Mechanics.of(machine.scene.masses, machine.speeds, machine.unit)
     events = 2 * tally.collisions + tally.advancements + tally.transits
     taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
-    change = abs(present.energy - start.energy)
-    if machine.contents.stepped:
-        change = abs(present.energy - start.energy + potential_energy(machine) - potential_at_start(machine))
     return Statistics(
         collisions=int(tally.collisions),
         transits=int(tally.transits),
@@ -129,9 +134,27 @@ def statistics(machine: Machine) -> Statistics:
         clamped_roots=int(tally.clamped),
         collisions_per_second=float(tally.collisions / machine.seconds) if machine.seconds else 0.0,
         worst_overlap=1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0,
-        energy_drift=change / start.energy if start.energy else 0.0,
+        energy_drift=_energy_drift(machine, present),
         momentum_drift=math.nan if taken_up else present.momentum_drift(start),
     )
+
+
+def _energy_drift(machine: Machine, present: Mechanics) -> float:
+    """Return the change of the energy since the start, relative to it: with that in a field, if there is one,
+    from the end of the box to which it pulls; NaN, where the boxes that components cross are not counted. The
+    energy of pairs on steps counts as a change.
+    """
+    scene, before, after = machine.scene, machine.start.energy, present.energy
+    if machine.contents.stepped:
+        after += potential_energy(machine) - potential_at_start(machine)
+    if hasattr(scene.motion, "potential_energy"):
+        frame = machine.frame()
+        if frame.images is None:
+            return math.nan
+        places = frame.positions + frame.images * np.array(scene.box)
+        before += scene.motion.potential_energy(scene.masses, scene.positions, scene.box)
+        after += scene.motion.potential_energy(scene.masses, places, scene.box)
+    return abs(after - before) / before if before else 0.0
 
 
 def temperature(machine: Machine) -> float:
@@ -187,11 +210,19 @@ def impacts(machine: Machine) -> tuple[Impacts, ...]:
     """Return what each wall and obstacle took up since the start."""
     from carom.observables.wall_pressure import obstacle_names
 
-    tally = machine.engine.model.obstacles
-    return tuple(
+    tally, numbers = machine.engine.model.obstacles, machine.obstacle_numbers()
+    found = [
         Impacts(name, int(tally.hits[k]), machine.unit.to_scene(float(tally.impulse[k]), -1))
-        for name, k in zip(obstacle_names(machine.scene), machine.obstacle_numbers(), strict=True)
-    )
+        for name, k in zip(obstacle_names(machine.scene), numbers, strict=True)
+    ]
+    if tally is not None and tally.live is not None:
+        from carom.engine.live import spared_by_number
+
+        spared = spared_by_number(tally.chain)
+        for place, k in enumerate(numbers):
+            work = machine.unit.to_scene(float(tally.live.work[k]), -2)
+            found[place] = Impacts(*found[place][:3], work, *spared.get(k, (0, 0)))
+    return tuple(found)
 
 
 def impulses(machine: Machine) -> tuple[float, ...]:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
+from carom.compiling import registry
 from carom.errors import InputError
-from carom.models import choice
+from carom.models import choice, interface
 from carom.models.growing_cores import Growing
 from carom.models.restitution import Restitution
 from carom.models.walls import cushions
@@ -38,6 +39,14 @@ SAME = TimeUnit()
 """The engine's unit of time is the scene's."""
 
 
+def pace_of(scene: Scene) -> float:
+    """Return a speed that the motion, or what moves, gives to components that rest [length / time]."""
+    paces = [float(each.fastest) for each in scene.obstacles if hasattr(each, "fastest")]
+    if hasattr(scene.motion, "pace"):
+        paces.append(float(scene.motion.pace(scene.diameter)))
+    return max(paces, default=0.0)
+
+
 def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> TimeUnit:
     """Return the engine's unit of time for a scene.
 
@@ -56,7 +65,8 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> T
         If the energy is out of range.
     """
     fastest = float(np.abs(velocities).max())
-    unit = TimeUnit.of(max(fastest, 0.0 if rates is None else 2.0 * float(rates.max())), scene.diameter)
+    others = 0.0 if rates is None else 2.0 * float(rates.max())
+    unit = TimeUnit.of(max(fastest, others, pace_of(scene)), scene.diameter)
     v = unit.to_kernel(velocities, -1)
     twice = unit.to_scene(float(np.sum(scene.masses[:, None] * v * v)), -2)
     if fastest > 0.0 and not (LEAST_ENERGY * degrees_of_freedom(scene) <= twice <= MOST_ENERGY):
@@ -166,6 +176,33 @@ def refuse_with_steps(scene: Scene, rates: np.ndarray | None, single: bool) -> N
             raise InputError(f"{name} is not for pairs on steps (SquareWell, ...): {instead}.")
 
 
+def check_meetings(contents: Contents, scene: Scene) -> None:
+    """Raise InputError where components cannot meet walls or obstacles in their motion, or grow or are kept
+    in single precision where obstacles move.
+    """
+    model = contents.motion.model(contents.particles)
+    bends = not contents.straight
+    fixed = contents.walls is not None or contents.obstacles
+    if bends and fixed and not registry.answers(interface.meeting, type(model)):
+        raise InputError(
+            f"Walls and obstacles are met in straight flight only, and {type(scene.motion).__name__} bends: "
+            "make all axes periodic and leave out obstacles, or answer meeting and wall_meeting."
+        )
+    if contents.single:
+        raise InputError(
+            "Single precision is for straight flight between obstacles that rest; leave out "
+            "precision='single'."
+        )
+    for value, each in zip(scene.obstacles, contents.obstacle_models, strict=True):
+        if contents.rates is not None and hasattr(value, "live"):
+            raise InputError(f"growth is not defined where {value.name} moves or loses energy; leave it out.")
+        if bends and not registry.answers(interface.fall, type(each)):
+            raise InputError(
+                f"{value.name} is met in straight flight only: register an answer of "
+                f"{type(each).__name__} to fall (docs/gravity.md)."
+            )
+
+
 def contents_of(
     scene: Scene,
     rates: np.ndarray | None,
@@ -218,21 +255,18 @@ def contents_of(
         contact=scene.contact,
         by_radii=by_radii,
         rates=None if rates is None else unit.to_kernel(rates, -1),
-        obstacles=tuple(obstacle.model() for obstacle in scene.obstacles),
+        obstacles=tuple(each if hasattr(each, "live") else each.model() for each in scene.obstacles),
         still=conserved(scene),
         images=images,
         single=single,
     )
-    if not contents.straight and (contents.walls is not None or contents.obstacles):
-        raise InputError(
-            f"Walls and obstacles are met in straight flight only, and {type(scene.motion).__name__} bends: "
-            "make all axes periodic and leave out obstacles."
-        )
     if contents.curved and single:
         raise InputError(
             f"precision='single' is for straight flight, and {type(scene.motion).__name__} bends: "
             "leave it out."
         )
+    if not contents.straight or any(hasattr(each, "live") for each in scene.obstacles):
+        check_meetings(contents, scene)
     for kind in choice.USUAL:
         if not scene.usual(kind):
             choice.answered(kind, getattr(contents, kind).model(contents.particles))

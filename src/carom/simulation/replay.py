@@ -26,19 +26,22 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import read_events, read_initial
 from carom.models.interface import (
-    Obstacle,
     Particles,
+    age,
     anchor,
+    at_time,
     carry,
     core_square,
+    exchanged_part,
     jump,
     mass,
     outward,
     position,
+    recoil,
     repeated,
     step_jump,
+    thrown,
     thrust,
-    transfer,
     velocity,
 )
 from carom.models.planes import walls
@@ -104,9 +107,13 @@ class Replay:
             ) from None
         except (InputError, ValueError, TypeError, OverflowError) as problem:
             raise FileError(f"{path} cannot be replayed: {problem}") from None
+        self._live = any(hasattr(value, "live") for value in self._scene.obstacles)
         # Along axes with walls nothing is wrapped.
         self._inverse = np.where(self._scene.periodic, 1.0 / self._box, 0.0)
         self._fixed = (*walls(self._scene.box, self._scene.periodic), *self._scene.obstacles)
+        self._models = [
+            value.live(particles) if hasattr(value, "live") else value.model() for value in self._fixed
+        ]
         n, dimension = self._x.shape
         self._t = np.zeros(n)
         self._images = np.zeros((n, dimension), np.int32)
@@ -172,7 +179,7 @@ class Replay:
             self._collide(time, i, j, code, impulse, kind)
             self._done += 1
         else:
-            self._bounce(time, i, self._fixed[j - len(self._x)], impulse)
+            self._bounce(time, i, j - len(self._x), impulse)
         self._offset = time
         self._read_so_far += 1
         self._next = next(self._events, None)
@@ -235,6 +242,8 @@ class Replay:
         while self._epoch < epoch:
             self._advance(everyone, self._length)
             self._t[:] = 0.0
+            for remembers in (self._impact, *self._models):
+                age(remembers, self._length)
             self._epoch += 1
             self._offset = 0.0
 
@@ -273,7 +282,7 @@ class Replay:
             ours, theirs, virial, step, found = step_jump(self._pair, i, j, step, rr, rv, time)
             self._compare(found, kind, f"{i} and {j}", "kind")
             self._steps.put(i, j, step)
-        part = transfer(self._impact, rr, rv)
+        part = exchanged_part(self._impact, i, j, rr, rv, time)
         self._compare(virial * part / math.sqrt(rr), impulse, f"{i} and {j}")
         for axis in range(len(r)):
             push = thrust(self._motion, axis, self._x[i, axis], r[axis], rr)
@@ -281,21 +290,29 @@ class Replay:
             self._v[i, axis] += ours * part * push
             self._v[j, axis] += theirs * part * back
 
-    def _bounce(self, time: float, i: int, obstacle: Obstacle, impulse: float) -> None:
+    def _bounce(self, time: float, i: int, k: int, impulse: float) -> None:
         self._advance(np.array([i]), time)
-        model = obstacle.model()
+        model = self._models[k]
+        at_time(model, time)
         x = self._x[i] - np.floor(self._x[i] * self._inverse) * self._box
         if repeated(model):  # the image that is touched is the nearest one
             center = np.array([anchor(model, axis) for axis in range(len(x))])
             x = x - np.rint((x - center) * self._inverse) * self._box
         place = tuple(x.tolist())
         normal = [outward(model, place, axis) for axis in range(len(x))]
-        speed = 0.0
-        for a, b in zip(normal, self._v[i].tolist(), strict=True):
-            speed += a * b
-        change = 2.0 * (0.0 - speed)
-        self._compare(mass(self._pair, i) * change, impulse, f"{i} and {obstacle.name}")
-        self._v[i] += change * np.array(normal)
+        weight, before = mass(self._pair, i), self._v[i].tolist()
+        along = 0.0
+        if self._live:
+            recoil(model, self._motion, i, weight, x, self._v[i], np.array(normal), 0.0, time)
+            for a, new, old in zip(normal, self._v[i].tolist(), before, strict=True):
+                along += a * (new - old)
+        else:
+            speed = 0.0
+            for a, b in zip(normal, before, strict=True):
+                speed += a * b
+            along = thrown(self._motion, 0.0 - speed)
+            self._v[i] += along * np.array(normal)
+        self._compare(weight * along, impulse, f"{i} and {self._fixed[k].name}")
 
     def _compare(self, found: float, logged: float, who: str, what: str = "impulse") -> None:
         """Raise FileError where the impulse, or the kind, of a collision is not the logged one."""

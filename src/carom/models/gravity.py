@@ -1,0 +1,160 @@
+"""Gravity: a uniform field. Components fly on parabolas, and relative to each other along straight lines."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.interface import (
+    NEVER,
+    Particles,
+    exit_time,
+    fall,
+    meeting,
+    position,
+    pull,
+    rest_speed,
+    thrown,
+    velocity,
+    wall_meeting,
+)
+from carom.models.parabolas import HOP, landing_on_wall
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """A uniform field: the same acceleration for all.
+
+    Parameters
+    ----------
+    g : d floats
+        Acceleration along each axis [length / time^2].
+
+    Raises
+    ------
+    InputError
+        If an item is no finite number.
+
+    Notes
+    -----
+    Two components fall alike, so that they meet as without the field. Walls and obstacles are met on
+    parabolas. A component that rests on a surface is thrown to 2^-36 of the largest diameter whenever it
+    touches: a contact that lasts has no next event.
+
+    Examples
+    --------
+    >>> Gravity((0.0, -9.81)).strength
+    9.81
+    """
+
+    g: tuple[float, ...]
+    straight = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "g", fields.vector(self.g, "g of Gravity"))
+
+    @property
+    def strength(self) -> float:
+        """Magnitude of the acceleration [length / time^2]."""
+        return math.hypot(*self.g)
+
+    def check(self, scene: Any) -> None:
+        """Raise InputError where the field has another dimension than the scene."""
+        fields.check_dimensions(self.g, scene.box, "g of Gravity")
+        if self.strength * scene.diameter > 1e300 or 0.0 < self.strength * scene.diameter < 1e-300:
+            raise InputError(
+                f"A field of {self.strength:g} and a diameter of {scene.diameter:g} make speeds whose "
+                "squares are no doubles; choose another unit of time."
+            )
+
+    def conserves(self, axis: int) -> bool:
+        """Tell whether it leaves the total momentum along an axis as it is."""
+        return self.g[axis] == 0.0
+
+    def pace(self, diameter: float) -> float:
+        """Return a speed that the field gives, as in falling by half a diameter [length / time]."""
+        return math.sqrt(self.strength * diameter)
+
+    def potential_energy(self, masses: np.ndarray, places: np.ndarray, box: tuple[float, ...]) -> float:
+        """Return the energy of masses (n,) at places (n, d) that are not wrapped [energy].
+
+        Zero is at the end of the box to which the field pulls, so that it is not negative in the box.
+        """
+        g, edges = np.array(self.g), np.array(box)
+        heights = np.where(g > 0.0, edges - places, places)
+        return math.fsum((masses[:, None] * np.abs(g) * heights).ravel())
+
+    def to_table(self) -> dict[str, Any]:
+        """Return what files hold of it."""
+        return {"type": "gravity", "g": list(self.g)}
+
+    def model(self, particles: Particles) -> Falling:
+        """Return what the engine compiles."""
+        g = tuple(float(particles.unit.to_kernel(each, -2)) for each in self.g)
+        diameter = 2.0 * float(particles.radii.max())
+        return Falling(g, math.sqrt(2.0 * HOP * diameter * math.hypot(*g)))
+
+
+class Falling(NamedTuple):
+    """Parabolas of one acceleration."""
+
+    g: tuple
+    """Acceleration along each axis."""
+    rest: float
+    """Speed at which what rests is thrown."""
+
+
+@position.register
+def _(motion: Falling, axis, x, v, t):
+    return x + (v + 0.5 * motion.g[axis] * t) * t
+
+
+@velocity.register
+def _(motion: Falling, axis, v, t):
+    return v + motion.g[axis] * t
+
+
+@exit_time.register
+def _(motion: Falling, axis, x, v, low, high):
+    g = motion.g[axis]
+    up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
+    root = v * v + 2.0 * g * ((high if up else low) - x)
+    if root < 0.0:  # it turns round before, and leaves at the other end
+        up = np.int64(1) - up
+        back = np.sqrt(max(v * v + 2.0 * g * ((high if up else low) - x), 0.0))
+        return (abs(v) + back) / abs(g), up
+    way = abs(v) + np.sqrt(root)
+    return 2.0 * abs((high if up else low) - x) / way if way > 0.0 else NEVER, up
+
+
+@meeting.register
+def _(motion: Falling, obstacle, x, v, radius, growth, now):
+    return fall(obstacle, motion.g, x, v, radius, growth, now)
+
+
+@wall_meeting.register
+def _(motion: Falling, walls, x, v, radius, growth):
+    return landing_on_wall(walls, motion.g, x, v, radius, growth)
+
+
+@rest_speed.register
+def _(motion: Falling):
+    return motion.rest
+
+
+@pull.register
+def _(motion: Falling, normal):
+    down = 0.0
+    for axis in range(len(motion.g)):
+        down -= motion.g[axis] * normal[axis]
+    return max(down, 0.0)
+
+
+@thrown.register
+def _(motion: Falling, approach):
+    return approach + max(approach, motion.rest)

@@ -1,0 +1,283 @@
+"""Paths: how floors, walls and containers move to and fro along a line, as functions of time.
+
+A path is a value (:class:`Path`) with its compiled twin, which answers :func:`place` and :func:`pace`. One of
+your own is a file like this one: any function with a continuous slope, and a bound on its acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from carom import checks
+from carom.compiling.registry import required
+from carom.errors import InputError
+from carom.units import TimeUnit
+
+
+@runtime_checkable
+class Path(Protocol):
+    """A path as users write it.
+
+    Its bounds are what proves that no contact is missed, so they must hold: displacements stay between
+    ``lowest`` and ``highest``, accelerations within ``acceleration``, and all repeats itself after ``period``
+    (longer than the run, for what does not).
+    """
+
+    @property
+    def lowest(self) -> float:
+        """The least displacement [length]."""
+
+    @property
+    def highest(self) -> float:
+        """The largest displacement [length]."""
+
+    @property
+    def acceleration(self) -> float:
+        """Bound on the magnitude of the acceleration [length / time^2]."""
+
+    @property
+    def period(self) -> float:
+        """Time after which it repeats itself."""
+
+    def model(self, unit: TimeUnit) -> Any:
+        """Return what the engine compiles, with its times in the engine's unit."""
+
+
+@required
+def place(path, t):
+    """Return the displacement at a time since the start of the run, which is reduced by whole periods."""
+
+
+@required
+def pace(path, t):
+    """Return its rate of change."""
+
+
+class Still(NamedTuple):
+    """No displacement."""
+
+    still: bool = True
+
+
+@place.register
+def _(path: Still, t):
+    return 0.0
+
+
+@pace.register
+def _(path: Still, t):
+    return 0.0
+
+
+@dataclass(frozen=True)
+class Sine:
+    """Displacement ``amplitude sin(2 pi (t / period + phase))``.
+
+    Parameters
+    ----------
+    amplitude : float
+        [length].
+    period : float
+        [time].
+    phase : float
+        At the start, in periods.
+
+    Examples
+    --------
+    >>> round(Sine(0.5, period=2.0).acceleration, 6)
+    4.934802
+    """
+
+    amplitude: float
+    period: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("amplitude", "period"):
+            object.__setattr__(self, name, checks.positive(getattr(self, name), f"{name} of a Sine"))
+        phase = checks.number(self.phase, "phase of a Sine", low=-checks.MAGNITUDE, high=checks.MAGNITUDE)
+        object.__setattr__(self, "phase", phase % 1.0)
+
+    @property
+    def lowest(self) -> float:
+        """The least displacement [length]."""
+        return -self.amplitude
+
+    @property
+    def highest(self) -> float:
+        """The largest displacement [length]."""
+        return self.amplitude
+
+    @property
+    def acceleration(self) -> float:
+        """Largest acceleration [length / time^2]."""
+        return self.amplitude * (2.0 * math.pi / self.period) ** 2
+
+    def to_table(self) -> dict[str, Any]:
+        """Return what files hold of it."""
+        return {"type": "sine", **asdict(self)}
+
+    def model(self, unit: TimeUnit) -> Swing:
+        """Return what the engine compiles."""
+        period = float(unit.to_kernel(self.period, 1))
+        return Swing(self.amplitude, 2.0 * math.pi / period, 2.0 * math.pi * self.phase)
+
+
+class Swing(NamedTuple):
+    """``amplitude sin(frequency t + phase)``."""
+
+    amplitude: float
+    frequency: float
+    phase: float
+
+
+@place.register
+def _(path: Swing, t):
+    return path.amplitude * math.sin(path.frequency * t + path.phase)
+
+
+@pace.register
+def _(path: Swing, t):
+    return path.amplitude * path.frequency * math.cos(path.frequency * t + path.phase)
+
+
+@dataclass(frozen=True)
+class Parabolas:
+    """Stretches of constant acceleration, one after the other, and from the start again.
+
+    Parameters
+    ----------
+    pieces : sequence of (duration, acceleration)
+        [time], [length / time^2].
+    speed : float
+        At the start, from a displacement of zero [length / time].
+
+    Raises
+    ------
+    InputError
+        If place or speed do not come back after the last piece: a jump of the speed would be an infinite
+        acceleration.
+
+    Examples
+    --------
+    >>> Parabolas([(1.0, -2.0), (1.0, 2.0)], speed=1.0).highest
+    0.25
+    """
+
+    pieces: tuple[tuple[float, float], ...]
+    speed: float
+
+    def __post_init__(self) -> None:
+        what = "pieces of Parabolas"
+        if isinstance(self.pieces, str) or not isinstance(self.pieces, Sequence) or not len(self.pieces):
+            raise InputError(f"{what} must be pairs of duration and acceleration, found {self.pieces!r}.")
+        found = []
+        for piece in self.pieces:
+            if isinstance(piece, str) or not isinstance(piece, Sequence) or len(piece) != 2:
+                raise InputError(f"{what} must be pairs of duration and acceleration, found {piece!r}.")
+            bend = checks.number(
+                piece[1], f"acceleration of {what}", low=-checks.MAGNITUDE, high=checks.MAGNITUDE
+            )
+            found.append((checks.positive(piece[0], f"duration of {what}"), bend))
+        object.__setattr__(self, "pieces", tuple(found))
+        speed = checks.number(self.speed, "speed of Parabolas", low=-checks.FASTEST, high=checks.FASTEST)
+        object.__setattr__(self, "speed", speed)
+        _, places, speeds = self._knots()
+        fastest = max(map(abs, speeds))
+        off = max(
+            abs(places[-1]) / (fastest * self.period or 1.0), abs(speeds[-1] - speed) / (fastest or 1.0)
+        )
+        if off > 2.0**-40:
+            raise InputError(
+                f"After its period the path is at {places[-1]:g} with speed {speeds[-1]:g}; expected 0 and "
+                f"{speed:g}, where it started."
+            )
+
+    def _knots(self) -> tuple[list[float], list[float], list[float]]:
+        """Return times, places and speeds where pieces begin, and at the end."""
+        times, places, speeds = [0.0], [0.0], [self.speed]
+        for duration, bend in self.pieces:
+            times.append(times[-1] + duration)
+            places.append(places[-1] + (speeds[-1] + 0.5 * bend * duration) * duration)
+            speeds.append(speeds[-1] + bend * duration)
+        return times, places, speeds
+
+    @property
+    def _extremes(self) -> list[float]:
+        _, places, speeds = self._knots()
+        turns = [
+            x - 0.5 * v * v / bend
+            for x, v, (duration, bend) in zip(places, speeds, self.pieces, strict=False)
+            if bend and 0.0 < -v / bend < duration
+        ]
+        return [*places, *turns]
+
+    @property
+    def lowest(self) -> float:
+        """The least displacement [length]."""
+        return min(self._extremes)
+
+    @property
+    def highest(self) -> float:
+        """The largest displacement [length]."""
+        return max(self._extremes)
+
+    @property
+    def acceleration(self) -> float:
+        """Largest acceleration [length / time^2]."""
+        return max(abs(bend) for _, bend in self.pieces)
+
+    @property
+    def period(self) -> float:
+        """Time after which it repeats itself."""
+        return math.fsum(duration for duration, _ in self.pieces)
+
+    def to_table(self) -> dict[str, Any]:
+        """Return what files hold of it."""
+        return {"type": "parabolas", "pieces": [list(each) for each in self.pieces], "speed": self.speed}
+
+    def model(self, unit: TimeUnit) -> Arcs:
+        """Return what the engine compiles."""
+        times, places, speeds = self._knots()
+        bends = [bend for _, bend in self.pieces]
+        return Arcs(
+            np.asarray(unit.to_kernel(np.array(times), 1)),
+            np.array(places),
+            np.asarray(unit.to_kernel(np.array(speeds), -1)),
+            np.asarray(unit.to_kernel(np.array(bends), -2)),
+        )
+
+
+class Arcs(NamedTuple):
+    """Pieces of parabolas."""
+
+    times: np.ndarray
+    """When each begins, and the end, (k + 1,) float64."""
+    places: np.ndarray
+    speeds: np.ndarray
+    bends: np.ndarray
+    """Acceleration of each, (k,) float64."""
+
+
+@place.register
+def _(path: Arcs, t):
+    t = t % path.times[-1]
+    k = 0
+    while k + 1 < len(path.bends) and t >= path.times[k + 1]:
+        k += 1
+    t -= path.times[k]
+    return path.places[k] + (path.speeds[k] + 0.5 * path.bends[k] * t) * t
+
+
+@pace.register
+def _(path: Arcs, t):
+    t = t % path.times[-1]
+    k = 0
+    while k + 1 < len(path.bends) and t >= path.times[k + 1]:
+        k += 1
+    return path.speeds[k] + path.bends[k] * (t - path.times[k])

@@ -1,0 +1,255 @@
+"""Obstacles that move: floors, walls, balls and containers, displaced along a line by a path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling import registry
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.interface import (
+    Particles,
+    age,
+    anchor,
+    arrival,
+    at_time,
+    encounter,
+    fall,
+    outward,
+    recoil,
+    repeated,
+    rest_speed,
+    surface_speed,
+    take_over,
+)
+from carom.models.obstacles import to_json
+from carom.models.parabolas import HOP, Course, chase
+from carom.models.paths import Path, pace, place
+from carom.models.tables import to_table
+from carom.units import TimeUnit
+
+
+@dataclass(frozen=True)
+class Shaken:
+    """An obstacle that moves to and fro as a whole.
+
+    Parameters
+    ----------
+    obstacle : obstacle
+        Where it is when it is not displaced: a plane, a ball or a container.
+    direction : d floats
+        Along which it moves; of any length.
+    path : Path
+        Its displacement: :class:`carom.models.paths.Sine`, ``Parabolas`` or one's own.
+
+    Examples
+    --------
+    >>> from carom.models.paths import Sine
+    >>> from carom.models.planes import Plane
+    >>> Shaken(Plane((0, 1), 0.0, "floor"), (0, 1), Sine(0.2, period=1.5)).name
+    'floor'
+    """
+
+    obstacle: Any
+    direction: tuple[float, ...]
+    path: Any
+
+    def __post_init__(self) -> None:
+        direction = fields.vector(self.direction, "direction of Shaken")
+        length = math.hypot(*direction)
+        if length == 0.0:
+            raise InputError("The direction of Shaken must not be zero: the obstacle moves along it.")
+        object.__setattr__(self, "direction", tuple(x / length for x in direction))
+        if isinstance(self.path, type) or not isinstance(self.path, Path):
+            raise InputError(
+                f"The path of Shaken must have lowest, highest, acceleration, period and model, such as "
+                f"Sine(0.2, period=1.5); found {self.path!r}."
+            )
+        bounds = (self.path.lowest, self.path.highest, self.path.acceleration, self.path.period)
+        if not all(math.isfinite(x) for x in bounds) or bounds[0] > bounds[1] or bounds[3] <= 0.0:
+            raise InputError(
+                "A path must have finite bounds: lowest <= highest, acceleration, and a period > 0 (longer "
+                f"than the run, where it does not repeat itself); found {bounds}."
+            )
+
+    @property
+    def name(self) -> str:
+        """What to call it."""
+        return str(self.obstacle.name)
+
+    @property
+    def fastest(self) -> float:
+        """Bound on its speed, as a sine of this acceleration and period has [length / time]."""
+        return float(self.path.acceleration * self.path.period / (2.0 * math.pi))
+
+    def gap(self, positions, radii, box, periodic):
+        """Return how far each component's surface is from it at the start (n,) [length]."""
+        away = place(self.path.model(TimeUnit()), 0.0) * np.array(self.direction)
+        return self.obstacle.gap(np.asarray(positions) - away, radii, box, periodic)
+
+    def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
+        """Raise InputError if the obstacle cannot stand, or move, in this box."""
+        self.obstacle.check(box, periodic)
+        fields.check_dimensions(self.direction, box, "direction of Shaken")
+        model = self.obstacle.model()
+        if not registry.answers(chase, type(model)):
+            raise InputError(
+                f"Shaken moves planes, balls and containers, and obstacles that answer chase; found "
+                f"{type(self.obstacle).__name__}."
+            )
+        far = max(abs(self.path.lowest), abs(self.path.highest))
+        for edge, wraps in zip(box, periodic, strict=True):
+            if wraps and repeated(model) and 4.0 * far > edge:
+                raise InputError(
+                    f"{self.name} moves {far:g} far; expected at most a quarter of the periodic edge, "
+                    f"{edge:g}."
+                )
+
+    def glides(self, axis: int) -> bool:
+        """Tell whether it takes up no momentum along an axis."""
+        return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
+
+    def to_table(self) -> dict[str, Any]:
+        """Return what files hold of it."""
+        path = to_table(self.path, "path")
+        return {
+            "kind": "shaken",
+            "obstacle": to_json(self.obstacle),
+            "direction": list(self.direction),
+            "path": path,
+        }
+
+    def model(self) -> Any:
+        """Return the obstacle where it is not displaced, as it is compiled."""
+        return self.obstacle.model()
+
+    def live(self, particles: Particles) -> Displaced:
+        """Return what the engine compiles."""
+        path, unit = self.path, particles.unit
+        d = len(self.direction)
+        course = Course(
+            path.model(unit),
+            self.direction,
+            float(path.lowest),
+            float(path.highest),
+            float(unit.to_kernel(path.acceleration, -2)),
+            float(unit.to_kernel(path.period, 1)),
+        )
+        return Displaced(
+            self.obstacle.model(),
+            course,
+            (0.0,) * d,
+            math.sqrt(4.0 * HOP * float(particles.radii.max()) * course.bend),
+            np.zeros(1),
+            np.zeros(1),
+            np.zeros(1, np.int64),
+            np.zeros(1),
+            np.zeros(d),
+        )
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
+        """Return what to draw in two dimensions: where it is not displaced."""
+        return self.obstacle.outline(box, periodic)
+
+
+class Displaced(NamedTuple):
+    """A body that is displaced along a course."""
+
+    body: Any
+    course: Course
+    free: tuple
+    """Acceleration of a component without field: zeros."""
+    rest: float
+    """Speed at which what rests on it is thrown."""
+    begin: np.ndarray
+    """Time of the path when the counting of epochs began, (1,) float64."""
+    phase: np.ndarray
+    """The same at the beginning of this epoch, (1,) float64."""
+    epochs: np.ndarray
+    """Epochs counted, (1,) int64."""
+    away: np.ndarray
+    """Displacement at the contact that is asked about, (1,) float64."""
+    shifted: np.ndarray
+    """Room for a position, (d,)."""
+
+
+@age.register
+def _(obstacle: Displaced, duration):
+    # Products and remainders are exact: the phase does not drift, however many epochs there are.
+    obstacle.epochs[0] += 1
+    period = obstacle.course.period
+    passed = (np.float64(obstacle.epochs[0]) * duration) % period
+    obstacle.phase[0] = (obstacle.begin[0] + passed) % period
+
+
+@take_over.register
+def _(obstacle: Displaced, before, instant, passed, slower):
+    obstacle.begin[0] = obstacle.phase[0] = float(instant % Fraction(obstacle.course.period))
+    obstacle.epochs[0] = 0
+
+
+@encounter.register
+def _(obstacle: Displaced, x, v, radius, growth):
+    return arrival(obstacle, x, v, radius, growth, 0.0)
+
+
+@arrival.register
+def _(obstacle: Displaced, x, v, radius, growth, now):
+    return fall(obstacle, obstacle.free, x, v, radius, growth, now)
+
+
+@fall.register
+def _(obstacle: Displaced, g, x, v, radius, growth, now):
+    return chase(obstacle.body, obstacle.course, obstacle.phase[0] + now, g, x, v, radius, growth)
+
+
+@repeated.register
+def _(obstacle: Displaced):
+    return repeated(obstacle.body)
+
+
+@anchor.register
+def _(obstacle: Displaced, axis):
+    return anchor(obstacle.body, axis)
+
+
+@at_time.register
+def _(obstacle: Displaced, now):
+    obstacle.away[0] = place(obstacle.course.path, obstacle.phase[0] + now)
+
+
+@outward.register
+def _(obstacle: Displaced, x, axis):
+    for k in range(len(obstacle.shifted)):
+        obstacle.shifted[k] = x[k] - obstacle.course.direction[k] * obstacle.away[0]
+    return outward(obstacle.body, obstacle.shifted, axis)
+
+
+@surface_speed.register
+def _(obstacle: Displaced, normal, now):
+    along = 0.0
+    for axis in range(len(obstacle.course.direction)):
+        along += normal[axis] * obstacle.course.direction[axis]
+    return along * pace(obstacle.course.path, obstacle.phase[0] + now)
+
+
+@rest_speed.register
+def _(obstacle: Displaced):
+    return obstacle.rest
+
+
+@recoil.register
+def _(obstacle: Displaced, motion, i, mass, x, v, normal, growth, now):
+    approach = growth + surface_speed(obstacle, normal, now)
+    for axis in range(len(v)):
+        approach -= normal[axis] * v[axis]
+    approach = max(approach, 0.0)
+    change = approach + max(approach, rest_speed(motion), obstacle.rest)
+    for axis in range(len(v)):
+        v[axis] += change * normal[axis]

@@ -1,0 +1,285 @@
+"""Surfaces of obstacles: what they lose, or the temperature at which they throw back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models.draws import normal as draw_normal
+from carom.models.draws import uniform
+from carom.models.interface import (
+    Particles,
+    age,
+    anchor,
+    arrival,
+    at_time,
+    encounter,
+    fall,
+    outward,
+    pull,
+    recoil,
+    repeated,
+    rest_speed,
+    surface_speed,
+    take_over,
+)
+from carom.models.losses import Law, Loss, kept, never_touched
+from carom.models.obstacles import to_json
+
+
+class _Covered:
+    """What an obstacle with a surface of its own has of the obstacle itself."""
+
+    obstacle: Any
+
+    @property
+    def name(self) -> str:
+        """What to call it."""
+        return str(self.obstacle.name)
+
+    @property
+    def fastest(self) -> float:
+        """Bound on its speed [length / time]."""
+        return float(getattr(self.obstacle, "fastest", 0.0))
+
+    def gap(self, positions, radii, box, periodic):
+        """Return how far each component's surface is from it at the start (n,) [length]."""
+        return self.obstacle.gap(positions, radii, box, periodic)
+
+    def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
+        """Raise InputError if the obstacle cannot stand in this box."""
+        self.obstacle.check(box, periodic)
+
+    def model(self) -> Any:
+        """Return the obstacle where it rests, as it is compiled."""
+        return self.obstacle.model()
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
+        """Return what to draw in two dimensions."""
+        return self.obstacle.outline(box, periodic)
+
+    def _body(self, particles: Particles) -> Any:
+        value = self.obstacle
+        return value.live(particles) if hasattr(value, "live") else value.model()
+
+
+@dataclass(frozen=True)
+class Surface(_Covered):
+    """An obstacle whose contacts lose energy.
+
+    Parameters
+    ----------
+    obstacle : obstacle
+        A plane, a ball, a container, or one that is :class:`carom.models.shaken.Shaken`.
+    loss : Loss
+        What a contact loses, in the frame of the surface.
+
+    Notes
+    -----
+    A component is thrown back at least as fast as lets it fly for half of ``contact_time``, or at
+    ``restitution * elastic_below``: that is how one rests on it.
+
+    Examples
+    --------
+    >>> from carom.models.planes import Plane
+    >>> Surface(Plane((0, 1), 0.0, "floor"), Loss(0.8, contact_time=1e-3)).name
+    'floor'
+    """
+
+    obstacle: Any
+    loss: Loss
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.loss, Loss):
+            raise InputError(f"The loss of a Surface must be a Loss, found {checks.describe(self.loss)}.")
+
+    def glides(self, axis: int) -> bool:
+        """Tell whether it takes up no momentum along an axis."""
+        return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
+
+    def to_table(self) -> dict[str, Any]:
+        """Return what files hold of it."""
+        return {"kind": "surface", "obstacle": to_json(self.obstacle), "loss": self.loss.to_table()}
+
+    def live(self, particles: Particles) -> Lossy:
+        """Return what the engine compiles."""
+        return Lossy(
+            self._body(particles), self.loss.law(particles), never_touched(particles), np.zeros(2, np.int64)
+        )
+
+
+@dataclass(frozen=True)
+class Thermal(_Covered):
+    """An obstacle that throws components back as if they came from a gas behind it.
+
+    Parameters
+    ----------
+    obstacle : obstacle
+        As of :class:`Surface`.
+    kT : float
+        Temperature of that gas [energy].
+    seed : int
+        Of its random numbers: every component has a stream of its own.
+
+    Notes
+    -----
+    The normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of those that pass a hole in a wall; along the
+    surface it is Maxwell's. Both are in the frame of the surface.
+
+    Examples
+    --------
+    >>> from carom.models.planes import Plane
+    >>> Thermal(Plane((0, 1), 0.0, "floor"), kT=2.0, seed=1).name
+    'floor'
+    """
+
+    obstacle: Any
+    kT: float
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        kT = checks.number(self.kT, "kT of Thermal", low=0.0, high=checks.HOTTEST, open_low=True)
+        object.__setattr__(self, "kT", kT)
+        seed = checks.integer(self.seed, "seed of Thermal", low=0, high=2**63 - 1)
+        object.__setattr__(self, "seed", seed)
+
+    def to_table(self) -> dict[str, Any]:
+        """Return what files hold of it."""
+        return {"kind": "thermal", "obstacle": to_json(self.obstacle), "kT": self.kT, "seed": self.seed}
+
+    def live(self, particles: Particles) -> Thermostat:
+        """Return what the engine compiles."""
+        return Thermostat(
+            self._body(particles),
+            float(particles.unit.to_kernel(self.kT, -2)),
+            self.seed,
+            np.zeros(len(particles.radii) + 1, np.int64),
+        )
+
+
+class Lossy(NamedTuple):
+    """A body whose contacts lose energy."""
+
+    body: Any
+    law: Law
+    last: np.ndarray
+    """When each component touched it last, in the epoch, (n + 1,) float64."""
+    spared: np.ndarray
+    """Contacts that were elastic, and that threw faster than they had to, (2,) int64."""
+
+
+class Thermostat(NamedTuple):
+    """A body that throws back at a temperature."""
+
+    body: Any
+    kT: float
+    seed: int
+    drawn: np.ndarray
+    """Numbers that each component has drawn, (n + 1,) int64."""
+
+
+def _passed_on(kind: type) -> None:
+    """Register answers of a surface that are those of its body."""
+
+    @encounter.register(kind)
+    def _(obstacle, x, v, radius, growth):
+        return encounter(obstacle.body, x, v, radius, growth)
+
+    @arrival.register(kind)
+    def _(obstacle, x, v, radius, growth, now):
+        return arrival(obstacle.body, x, v, radius, growth, now)
+
+    @fall.register(kind)
+    def _(obstacle, g, x, v, radius, growth, now):
+        return fall(obstacle.body, g, x, v, radius, growth, now)
+
+    @outward.register(kind)
+    def _(obstacle, x, axis):
+        return outward(obstacle.body, x, axis)
+
+    @repeated.register(kind)
+    def _(obstacle):
+        return repeated(obstacle.body)
+
+    @anchor.register(kind)
+    def _(obstacle, axis):
+        return anchor(obstacle.body, axis)
+
+    @at_time.register(kind)
+    def _(obstacle, now):
+        at_time(obstacle.body, now)
+
+    @surface_speed.register(kind)
+    def _(obstacle, normal, now):
+        return surface_speed(obstacle.body, normal, now)
+
+
+_passed_on(Lossy)
+_passed_on(Thermostat)
+
+
+@age.register
+def _(obstacle: Lossy, duration):
+    age(obstacle.body, duration)
+    for i in range(len(obstacle.last)):
+        obstacle.last[i] -= duration
+
+
+@age.register
+def _(obstacle: Thermostat, duration):
+    age(obstacle.body, duration)
+
+
+@take_over.register
+def _(obstacle: Lossy, before, instant, passed, slower):
+    take_over(obstacle.body, before.body, instant, passed, slower)
+    obstacle.last[:] = np.ldexp(before.last - passed, -slower)
+    obstacle.spared[:] = before.spared
+
+
+@take_over.register
+def _(obstacle: Thermostat, before, instant, passed, slower):
+    take_over(obstacle.body, before.body, instant, passed, slower)
+    obstacle.drawn[:] = before.drawn
+
+
+@recoil.register
+def _(obstacle: Lossy, motion, i, mass, x, v, normal, growth, now):
+    law = obstacle.law
+    speed = 0.0
+    for axis in range(len(v)):
+        speed += normal[axis] * v[axis]
+    surface = growth + surface_speed(obstacle.body, normal, now)
+    approach = max(surface - speed, 0.0)
+    spared = approach < law.threshold or now - obstacle.last[i] < law.contact_time
+    obstacle.last[i] = now
+    left = approach if spared else kept(law, approach) * approach
+    least = max(rest_speed(motion), rest_speed(obstacle.body))
+    least = max(least, 0.25 * law.contact_time * pull(motion, normal), law.restitution * law.threshold)
+    obstacle.spared[0] += np.int64(spared)
+    obstacle.spared[1] += np.int64(left < least)
+    change = surface - speed + max(left, least)
+    for axis in range(len(v)):
+        v[axis] += change * normal[axis]
+
+
+@recoil.register
+def _(obstacle: Thermostat, motion, i, mass, x, v, normal, growth, now):
+    hot = math.sqrt(obstacle.kT / mass)
+    k = obstacle.drawn[i]
+    fast = hot * math.sqrt(-2.0 * math.log(uniform(obstacle.seed, i, k)))
+    along = 0.0
+    for axis in range(len(v)):
+        v[axis] = hot * draw_normal(obstacle.seed, i, k + 1 + 2 * axis)
+        along += v[axis] * normal[axis]
+    obstacle.drawn[i] = k + 1 + 2 * len(v)
+    surface = growth + surface_speed(obstacle.body, normal, now)
+    change = surface + max(fast, rest_speed(motion), rest_speed(obstacle.body)) - along
+    for axis in range(len(v)):
+        v[axis] += change * normal[axis]

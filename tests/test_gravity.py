@@ -1,0 +1,269 @@
+"""Gravity, shaken floors and losses: beside the oracle, exact balances, files and replays."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import InputError
+from carom.models.gravity import Gravity
+from carom.models.losses import Loss
+from carom.models.paths import Sine
+from carom.models.planes import Plane
+from carom.models.shaken import Shaken
+from carom.models.surfaces import Surface
+from carom.reference.falling import Floor, fall
+from carom.simulation.replay import Replay
+
+HEIGHT = 12.0
+EDGE = 8.5
+
+
+def bed(restitution=0.9, *, n=6, amplitude=0.3, period=2.0, contact_time=1e-3, g=1.0, seed=1) -> carom.Scene:
+    """Return disks over a shaken floor that loses energy, too: one type of scene for all of these tests."""
+    rng = np.random.default_rng(seed)
+    columns = 5
+    places = np.array([[1.0 + 1.6 * (k % columns), 2.0 + 1.6 * (k // columns)] for k in range(n)])
+    loss = Loss(restitution, contact_time=contact_time)
+    floor = Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(amplitude, period))
+    return carom.Scene(
+        places,
+        (EDGE, HEIGHT),
+        velocities=rng.normal(size=places.shape),
+        periodic=(True, False),
+        motion=Gravity((0.0, -g)),
+        obstacles=[Surface(floor, loss)],
+        impact=loss,
+    )
+
+
+def oracle(scene, restitution, contact_time):
+    path = scene.obstacles[0].obstacle.path
+    floors = [
+        Floor((0, 1), 0),
+        Floor((0, -1), -HEIGHT),
+        Floor((0, 1), 0.5, path.amplitude, path.period, restitution),
+    ]
+    return fall(
+        scene.positions.tolist(),
+        scene.velocities.tolist(),
+        scene.motion.g,
+        floors,
+        box=(EDGE, 0),
+        restitution=restitution,
+        contact_time=contact_time,
+    )
+
+
+def events_of(scene, path, time):
+    """Return the events of a run: time, component, partner."""
+    from carom.io.events import read_events
+
+    with carom.Simulation(scene, event_log=path) as sim:
+        sim.run(time=time)
+        length = sim.epoch_length
+    found = read_events(path)
+    return [
+        (epoch * length + t, i, j)
+        for epoch, t, i, j in zip(found.epoch, found.time, found.i, found.j, strict=True)
+    ], sim
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.9])
+def test_events_over_a_shaken_floor_are_those_of_the_oracle(tmp_path, restitution):
+    scene = bed(restitution)
+    found, _ = events_of(scene, tmp_path / "log.h5", 30.0)
+    assert len(found) > 50
+    # A disk amplifies errors by some ten a collision, and every event is one of two of six: 1.5 on average.
+    for k, (step, (time, i, j)) in enumerate(zip(oracle(scene, restitution, 1e-3), found[:50], strict=False)):
+        assert {step.i, step.j} == {i, j}
+        assert abs(float(step.time) - time) < 1e-14 * 1.5**k
+
+
+def test_the_floor_bears_the_weight():
+    # Exact: impulse of floor and walls = N m g t + change of momentum, at any density and restitution.
+    scene = bed(0.7, n=30)
+    with carom.Simulation(scene) as sim:
+        sim.run(time=200.0)
+        frame = sim.frame()
+        lower, upper, floor = sim.obstacles
+    gained = frame.velocities[:, 1].sum() - scene.velocities[:, 1].sum()
+    pushed = lower.impulse - upper.impulse + floor.impulse
+    # Sums of some 1e5 rounded impulses.
+    assert math.isclose(pushed, 30.0 * 200.0 + gained, rel_tol=1e-11)
+    assert floor.hits > 1000
+    assert floor.spared > 0
+    assert sim.spared_contacts > 0
+    assert (frame.positions[:, 1] >= 0.5 + 0.5 - 0.3).all()
+
+
+def test_work_is_accounted():
+    # With elastic contacts what the floor gives is what the disks have gained.
+    scene = bed(1.0, n=12)
+    with carom.Simulation(scene) as sim:
+        sim.run(time=50.0)
+        frame, work = sim.frame(), sim.obstacles[2].work
+
+    def energy(x, v):
+        return 0.5 * (v**2).sum() + x[:, 1].sum()
+
+    change = energy(frame.positions, frame.velocities) - energy(scene.positions, scene.velocities)
+    assert abs(work) > 1.0
+    assert math.isclose(work, change, rel_tol=1e-10)
+
+
+def test_a_checkpoint_in_flight_changes_no_bit(tmp_path):
+    scene = bed(0.8, n=12)
+    with carom.Simulation(scene) as whole, carom.Simulation(scene) as half:
+        whole.run(time=300.0)
+        half.run(time=100.0)
+        half.save(tmp_path / "half.h5")
+        again = carom.Simulation.load(tmp_path / "half.h5")  # its classes are in the file
+        again.run(time=200.0)
+        assert again.scene.motion == scene.motion
+        assert again.scene.obstacles == scene.obstacles
+        one, other = whole.frame(), again.frame()
+        assert (one.positions == other.positions).all()
+        assert (one.velocities == other.velocities).all()
+        assert whole.obstacles == again.obstacles
+        again.close()
+
+
+def test_a_log_is_replayed_bit_for_bit(tmp_path):
+    _, sim = events_of(bed(0.8, n=12), tmp_path / "log.h5", 60.0)
+    frame = sim.frame()
+    run = Replay(tmp_path / "log.h5")
+    run.advance_to(60.0)
+    assert (run.frame().velocities == frame.velocities).all()
+    assert (run.frame().positions == frame.positions).all()
+
+
+@pytest.mark.parametrize(
+    ("g", "amplitude", "period"), [(1e-12, 0.3, 2e6), (1e12, 0.3, 2e-6), (1e-3, 0.4, 0.1)]
+)
+def test_tiny_and_huge_fields_and_fast_shaking_go_on(g, amplitude, period):
+    unit = 1.0 / math.sqrt(g)
+    scene = bed(0.8, g=g, amplitude=amplitude, period=period, contact_time=1e-3 * min(unit, period))
+    scene = scene.with_(velocities=scene.velocities / unit)
+    with carom.Simulation(scene) as sim:
+        sim.run(time=5.0 * unit)
+        frame = sim.frame()
+        assert sum(each.hits for each in sim.obstacles) > 0
+    assert (frame.positions[:, 1] >= 1.0 - amplitude - 1e-9).all()
+    assert np.isfinite(frame.velocities).all()
+
+
+def test_what_rests_on_the_floor_goes_on_resting():
+    # Acceleration of the floor below g: the disk is carried, and never more than t_c's flight above it.
+    scene = bed(0.5, n=1, amplitude=0.05, period=2.0, contact_time=1e-2)
+    scene = scene.with_(positions=[[1.0, 1.0]], velocities=[[0.0, 0.0]])
+    with carom.Simulation(scene) as sim:
+        for time in np.linspace(0.5, 20.0, 40):
+            sim.run(time=0.5)
+            height = sim.frame().positions[0, 1] - 1.0 - 0.05 * math.sin(math.pi * time)
+            assert -1e-12 < height < 0.05
+        assert sim.obstacles[2].hits > 1000
+
+
+@pytest.mark.slow
+def test_ten_million_bounces_without_one_that_sinks():
+    scene = bed(0.8, n=1, amplitude=0.05, period=2.0, contact_time=1e-4)
+    floor, period = 1.0, 2.0
+    with carom.Simulation(scene) as sim:
+        time = 0
+        while sim.obstacles[2].hits < 10_000_000:
+            sim.run(time=7.0)
+            time += 7
+            height = (
+                sim.frame().positions[0, 1]
+                - floor
+                - 0.05 * math.sin(2.0 * math.pi * (time % period) / period)
+            )
+            assert height > -1e-12
+        assert sim.obstacles[0].hits == 0
+        # The floor's force on average is the weight: none was missed.
+        gained = sim.frame().velocities[0, 1] - scene.velocities[0, 1]
+        pushed = sim.obstacles[2].impulse - sim.obstacles[1].impulse
+        assert math.isclose(pushed, time + gained, rel_tol=1e-9)
+
+
+def test_bad_input_is_refused_in_a_sentence():
+    places = [[1.0, 1.0], [3.0, 1.0]]
+    with pytest.raises(InputError, match="g of Gravity must have 2"):
+        carom.Scene(places, 8.0, motion=Gravity((0.0, 0.0, -1.0)))
+    with pytest.raises(InputError, match="contact_time or elastic_below"):
+        Loss(0.5)
+    with pytest.raises(InputError, match="direction"):
+        Shaken(Plane((0.0, 1.0), 0.0), (0.0, 0.0), Sine(0.1, 1.0))
+    with pytest.raises(InputError, match="must have lowest"):
+        Shaken(Plane((0.0, 1.0), 0.0), (0.0, 1.0), 3.0)
+    with pytest.raises(InputError, match="amplitude of a Sine"):
+        Sine(-1.0, 1.0)
+    scene = bed()
+    with pytest.raises(InputError, match="Single precision"):
+        carom.Simulation(scene, precision="single")
+    with pytest.raises(InputError, match="growth"):
+        carom.Simulation(scene, growth=0.1)
+    with pytest.raises(InputError, match="straight flight"):
+        carom.Simulation(scene, neighbors="lists")
+
+
+def test_a_scene_file_holds_field_floor_and_loss():
+    from carom.plan.plan import Plan
+
+    text = """
+[scene]
+initial = "random"
+n = 20
+box = [8.5, 12.0]
+periodic = [true, false]
+
+[scene.motion]
+type = "gravity"
+g = [0.0, -1.0]
+
+[scene.impact]
+type = "loss"
+restitution = 0.9
+contact_time = 1e-3
+
+[[scene.obstacles]]
+kind = "surface"
+loss = { restitution = 0.8, contact_time = 1e-3 }
+
+[scene.obstacles.obstacle]
+kind = "shaken"
+direction = [0.0, 1.0]
+path = { type = "sine", amplitude = 0.3, period = 2.0 }
+obstacle = { kind = "plane", normal = [0.0, 1.0], offset = 0.5, name = "floor" }
+"""
+    plan = Plan.from_toml(text)
+    assert Plan.from_toml(plan.to_toml()) == plan
+    scene = plan.build_scene()
+    assert scene.motion == Gravity((0.0, -1.0))
+    assert scene.impact == Loss(0.9, contact_time=1e-3)
+    assert scene.obstacles[0] == Surface(
+        Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(0.3, 2.0)), Loss(0.8, contact_time=1e-3)
+    )
+    with pytest.raises(InputError, match="type of a motion must be one of gravity"):
+        Plan.from_toml('[scene]\nmotion = { type = "warp" }')
+    with pytest.raises(InputError, match="A gravity needs g"):
+        Plan.from_toml('[scene]\nmotion = { type = "gravity" }')
+
+
+def test_the_conditions_hold():
+    assert carom.check(Gravity((0.3, -0.5, 0.0, 0.1)), dimensions=(4,)).passed
+    assert carom.check(Gravity((-0.7,)), dimensions=(1,)).passed
+    assert carom.check(Loss(0.8, contact_time=1.0)).passed
+    assert carom.check(Loss(0.8, elastic_below=0.1, at_speed=1.0)).passed
+
+
+def test_the_oracle_bounces_as_a_ball_does():
+    # From height 1 with restitution 1/2: flights of 2 u / g with u = sqrt(2), halved each time.
+    steps = fall([[2.0]], [[0.0]], [-1.0], [Floor((1,), 0.5, restitution=0.5)])
+    times = [float(step.time) for step in itertools.islice(steps, 5)]
+    first = math.sqrt(2.0)
+    wanted = list(itertools.accumulate([first, *(2.0 * first * 0.5**k for k in range(1, 5))]))
+    assert np.allclose(times, wanted, rtol=1e-14)

@@ -1,0 +1,243 @@
+"""Contacts on parabolas, function by function: planes, balls, containers, at rest and shaken, d = 1 to 4."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from carom.errors import InputError
+from carom.models.balls import SolidBall
+from carom.models.containers import InsideOfCylinder, InsideOfSphere
+from carom.models.draws import normal, uniform
+from carom.models.gravity import Falling, Gravity
+from carom.models.interface import (
+    NEVER,
+    Particles,
+    age,
+    arrival,
+    fall,
+    meeting,
+    outward,
+    position,
+    recoil,
+    surface_speed,
+    wall_meeting,
+)
+from carom.models.losses import Loss
+from carom.models.paths import Parabolas, Sine, pace, place
+from carom.models.planes import HalfSpace, Plane
+from carom.models.shaken import Shaken
+from carom.models.surfaces import Surface, Thermal
+from carom.models.walls import Cushions
+from carom.units import TimeUnit
+
+RADIUS = 0.5
+
+
+def particles(d, n=3):
+    return Particles((20.0,) * d, np.full(n, RADIUS), np.ones(n), None, None, True, TimeUnit())
+
+
+def bodies(d):
+    """Return a body of each kind, and the gap of a component at a place."""
+    center = (0.0,) * d
+
+    def radius_of(x, axes):
+        return math.sqrt(sum(x[k] ** 2 for k in axes))
+
+    every = range(d)
+    found = [
+        (HalfSpace((1.0,) + (0.0,) * (d - 1), -3.0), lambda x: x[0] + 3.0 - RADIUS),
+        (SolidBall(center, 1.0), lambda x: radius_of(x, every) - 1.0 - RADIUS),
+        (InsideOfSphere(center, 4.0), lambda x: 4.0 - RADIUS - radius_of(x, every)),
+    ]
+    if d > 1:
+        across = range(1, d)
+        found.append((InsideOfCylinder(0, center, 4.0), lambda x: 4.0 - RADIUS - radius_of(x, across)))
+    return found
+
+
+def first_sign_change(gap, x, v, g, away, until):
+    """Return two times between which the gap goes below zero first, looked for at 1500 times."""
+    times = np.linspace(0.0, until, 1501)
+    values = [gap(x + (v + 0.5 * g * t) * t - away(t)) for t in times]
+    for k in range(1, len(times)):
+        if values[k] <= 0.0 < values[k - 1]:
+            return times[k - 1], times[k]
+    return None
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+@pytest.mark.parametrize("shaken", [False, True])
+def test_contacts_are_those_found_by_looking_everywhere(d, shaken):
+    rng = np.random.default_rng(d)
+    motion = Falling(tuple(rng.normal(size=d).tolist()), 0.0)
+    found = 0
+    for body, gap in bodies(d):
+        path = Sine(0.4, period=0.9, phase=0.2)
+        swing = path.model(TimeUnit())
+        obstacle = body
+        direction = rng.normal(size=d)
+        direction /= np.linalg.norm(direction)
+
+        if shaken:
+            value = Shaken(Plane((1.0,) * d, 0.0), tuple(direction), path)
+            obstacle = value.live(particles(d))._replace(body=body)
+
+        def away(t, swing=swing, direction=direction):
+            return place(swing, t) * direction if shaken else 0.0 * direction
+
+        for _ in range(4):
+            x, v = rng.uniform(-2.0, 2.0, d), 2.0 * rng.normal(size=d)
+            if gap(x - away(0.0)) < 0.1:
+                continue
+            t = meeting(motion, obstacle, x, v, RADIUS, 0.0, 0.0)
+            between = first_sign_change(gap, x, v, np.array(motion.g), away, 6.0)
+            if between is None:
+                assert t > 6.0 - 1e-3 or abs(gap(x + (v + 0.5 * np.array(motion.g) * t) * t - away(t))) < 1e-7
+                continue
+            found += 1
+            assert between[0] <= t <= between[1]
+            # At contact the gap is zero but for the rounding of places.
+            assert abs(gap(x + (v + 0.5 * np.array(motion.g) * t) * t - away(t))) < 1e-13
+    assert found > 3
+
+
+def test_walls_of_the_box_are_met_on_parabolas():
+    # Thrown up from 5 with 1 in a field of -1: down at RADIUS after 1 + sqrt(1 + 2 (5 - RADIUS)).
+    walls, motion = Cushions((10.0,), (1,)), Falling((-1.0,), 0.0)
+    t, number = wall_meeting(motion, walls, np.array([5.0]), np.array([1.0]), RADIUS, 0.0)
+    assert number == 0
+    assert math.isclose(t, 1.0 + math.sqrt(1.0 + 2.0 * 4.5), rel_tol=1e-15)
+    t, number = wall_meeting(motion, walls, np.array([5.0]), np.array([9.0]), RADIUS, 0.0)
+    assert number == 1
+    # A hair inside and on the way out: it lands when it comes back.
+    t, number = wall_meeting(motion, walls, np.array([RADIUS - 1e-17]), np.array([2.0]), RADIUS, 0.0)
+    assert (number, t) == (0, 4.0)
+
+
+def test_straight_flight_meets_what_moves():
+    floor = Shaken(Plane((1.0,), 0.0), (1.0,), Sine(0.5, period=1.0)).live(particles(1))
+    # At rest at 0.8: the floor comes to 0.3, asin(0.6) / 2 pi after the start.
+    t = arrival(floor, np.array([0.8]), np.array([0.0]), RADIUS, 0.0, 0.0)
+    assert math.isclose(t, math.asin(0.6) / (2.0 * math.pi), rel_tol=1e-14)
+    assert arrival(floor, np.array([1.2]), np.array([0.0]), RADIUS, 0.0, 0.0) == NEVER
+    assert arrival(floor, np.array([5.0]), np.array([0.1]), RADIUS, 0.0, 0.0) == NEVER
+
+
+class Bump(NamedTuple):
+    """A path of one's own: exp(sin(w t)) / 4."""
+
+    w: float
+
+
+@place.register
+def _(path: Bump, t):
+    return 0.25 * math.exp(math.sin(path.w * t))
+
+
+@pace.register
+def _(path: Bump, t):
+    return 0.25 * path.w * math.cos(path.w * t) * math.exp(math.sin(path.w * t))
+
+
+class Bumps:
+    lowest, highest = 0.25 / math.e, 0.25 * math.e
+    period = 2.0
+    acceleration = 0.25 * math.pi**2 * 2.0 * math.e  # |cos^2 - sin| <= 2
+
+    def model(self, unit):
+        return Bump(2.0 * math.pi / unit.to_kernel(self.period, 1))
+
+
+def test_a_path_of_ones_own_is_met():
+    floor = Shaken(Plane((1.0,), 0.0), (1.0,), Bumps()).live(particles(1))
+    t = fall(floor, (-1.0,), np.array([4.0]), np.array([0.0]), RADIUS, 0.0, 0.0)
+    assert abs(4.0 - 0.5 * t * t - RADIUS - place(floor.course.path, t)) < 1e-14
+    for s in np.linspace(0.0, t, 1000)[:-1]:
+        assert 4.0 - 0.5 * s * s - RADIUS > place(floor.course.path, s)
+
+
+def test_parabolas_close_and_know_their_bounds():
+    path = Parabolas([(1.0, -2.0), (1.0, 2.0)], speed=1.0)
+    model = path.model(TimeUnit())
+    assert (path.lowest, path.highest, path.period) == (-0.25, 0.25, 2.0)
+    for t in np.linspace(0.0, 4.0, 81):
+        s = t % 2.0
+        assert math.isclose(place(model, t), s - s * s if s < 1.0 else (s - 1.0) * (s - 2.0), abs_tol=1e-15)
+    with pytest.raises(InputError, match="where it started"):
+        Parabolas([(1.0, -2.0)], speed=1.0)
+
+
+def test_the_phase_does_not_drift():
+    floor = Shaken(Plane((1.0,), 0.0), (1.0,), Sine(0.5, period=0.7)).live(particles(1))
+    for _ in range(100_000):
+        age(floor, 4.0)
+    from fractions import Fraction
+
+    exact = Fraction(4.0) * 100_000 % Fraction(0.7)
+    assert floor.phase[0] == float(exact)
+
+
+def test_a_surface_loses_in_its_own_frame():
+    value = Surface(
+        Shaken(Plane((0.0, 1.0), 0.0), (0.0, 1.0), Sine(0.5, period=2.0 * math.pi)),
+        Loss(0.8, elastic_below=1e-6, at_speed=2.0, power=0.5),
+    )
+    floor, up = value.live(particles(2)), np.array([0.0, 1.0])
+    v = np.array([0.3, -4.0])
+    recoil(floor, Falling((0.0, -1.0), 0.0), 0, 1.0, np.zeros(2), v, up, 0.0, 0.0)
+    # The floor moves up at 1/2: 4.5 before, and 1 - 0.2 sqrt(4.5 / 2) of it afterwards.
+    assert surface_speed(floor, up, 0.0) == 0.5
+    assert math.isclose(v[1] - 0.5, 4.5 * (1.0 - 0.2 * math.sqrt(4.5 / 2.0)), rel_tol=1e-14)
+    assert v[0] == 0.3
+
+
+def test_a_thermal_wall_draws_from_a_gas_of_its_temperature():
+    wall = Thermal(Plane((0.0, 1.0), 0.0), kT=2.0, seed=5).live(particles(2))
+    motion, up = Falling((0.0, 0.0), 0.0), np.array([0.0, 1.0])
+    count = 4000
+    speeds = np.empty((count, 2))
+    for k in range(count):
+        speeds[k] = (0.1, -1.0)
+        recoil(wall, motion, k % 3, 0.5, np.zeros(2), speeds[k], up, 0.0, 0.0)
+    assert (speeds[:, 1] > 0.0).all()
+    # kT / m = 4: the mean square along the wall is 4, and 8 along the normal; six standard errors.
+    for values, mean, spread in ((speeds[:, 0] ** 2, 4.0, math.sqrt(32.0)), (speeds[:, 1] ** 2, 8.0, 8.0)):
+        assert abs(values.mean() - mean) < 6.0 * spread / math.sqrt(count)
+    assert list(wall.drawn) == [1334 * 5, 1333 * 5, 1333 * 5, 0]
+
+
+def test_draws_are_uniform_and_of_their_own():
+    draws = np.array([uniform(7, i, k) for i in range(40) for k in range(250)])
+    counts = np.histogram(draws, 20, (0.0, 1.0))[0]
+    # Chi square of 19 degrees of freedom: below 60 but once in 10^5 seeds; this is one seed.
+    assert ((counts - 500.0) ** 2 / 500.0).sum() < 60.0
+    assert len(set(draws.tolist())) == len(draws)
+    assert uniform(7, 3, 5) != uniform(8, 3, 5)
+    numbers = np.array([normal(7, 1, 2 * k) for k in range(4000)])
+    assert abs(numbers.mean()) < 6.0 / math.sqrt(4000)
+    assert abs(numbers.var() - 1.0) < 6.0 * math.sqrt(2.0 / 4000)
+
+
+def test_normals_follow_what_moves():
+    ball = Shaken(Plane((1.0, 0.0), 0.0), (1.0, 0.0), Sine(0.5, period=4.0)).live(particles(2))
+    ball = ball._replace(body=SolidBall((0.0, 0.0), 1.0))
+    from carom.models.interface import at_time
+
+    at_time(ball, 1.0)  # displaced by 1/2
+    x = np.array([0.5, 1.5])
+    assert [outward(ball, x, axis) for axis in range(2)] == [0.0, 1.0]
+
+
+def test_gravity_is_refused_where_it_is_no_field():
+    with pytest.raises(InputError):
+        Gravity((math.nan,))
+    with pytest.raises(InputError):
+        Gravity("down")
+
+
+def test_a_free_flight_stays_on_its_parabola():
+    motion = Falling((-2.0,), 0.0)
+    assert position(motion, 0, 1.0, 3.0, 2.0) == 1.0 + 6.0 - 4.0
