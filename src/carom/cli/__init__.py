@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 import carom
-from carom.cli import commands, eos, trade
+from carom.cli import commands, eos, trade, transport
 
 app = typer.Typer(
     name="carom",
@@ -50,6 +50,7 @@ app.command("rdf")(commands.rdf)
 app.command("init")(commands.init)
 app.command("trade")(trade.trade)
 app.command("eos")(eos.eos)
+app.command("transport")(transport.transport)
 
 
 def main() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from carom.compiling.lanes import make_lanes
 from carom.engine.balance import make_balance
 from carom.engine.calendar import Calendar, make_calendar
+from carom.engine.currents import make_currents
 from carom.engine.images import NearestImage, SectorImage
 from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
 from carom.engine.neighbors.choice import HAIR, Scheme
@@ -47,6 +48,8 @@ class Model(NamedTuple):
     """Everything fixed that components can meet, or None."""
     sight: Any
     """Whether contacts are found from so far away that they are computed again from nearby, or None."""
+    currents: Any
+    """Currents of momentum and heat, and their integrals over time, or None where nobody asks."""
 
 
 class Engine(NamedTuple):
@@ -86,6 +89,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             make_balance(particles.masses, velocities, contents.still) if changes else None,
             make_obstacles(contents.dimension, contents.walls, contents.obstacles),
             _sight(scheme, contents, neighbors),
+            _currents(contents, particles, velocities),
         ),
         state,
         neighbors,
@@ -93,6 +97,14 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
         np.zeros(1, TALLY).view(np.recarray),
         by_species,
     )
+
+
+def _currents(contents: Contents, particles, velocities):
+    """Return the currents, where they are asked for."""
+    if not contents.currents:
+        return None
+    kinds = None if contents.kinds is None else particles.with_ghost(contents.kinds, np.int64)
+    return make_currents(particles.masses, velocities, kinds)
 
 
 def _sight(scheme: Scheme, contents: Contents, neighbors) -> FarSight | NearSight | None:
@@ -263,7 +275,7 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
 
     for part in ("state", "neighbors", "calendar", "tallies", "by_species"):
         collect(part, getattr(engine, part))
-    for part in ("pair", "impact", "balance", "obstacles"):
+    for part in ("pair", "impact", "balance", "obstacles", "currents"):
         collect(f"model.{part}", getattr(engine.model, part))
     return found
 

@@ -54,6 +54,8 @@ class Contents:
         Whether to count the boxes that each component crosses.
     single : bool
         Whether positions, velocities and times are kept in single precision.
+    currents : bool
+        Whether to add up the currents of momentum and heat.
     """
 
     n: int
@@ -76,6 +78,7 @@ class Contents:
     still: tuple[bool, ...] = ()
     images: bool = True
     single: bool = False
+    currents: bool = False
 
     @property
     def dimension(self) -> int:

@@ -1,5 +1,8 @@
 """What is measured from frames and tallies, each number with its error bar."""
 
+from carom.observables.combined import combined
+from carom.observables.dynamics import Dynamics, DynamicsEstimate
+from carom.observables.moments import HelfandMoments
 from carom.observables.packing import PackingNetwork, packing_network
 from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureEstimate
@@ -8,7 +11,10 @@ from carom.observables.statistics import Estimate, blocking
 from carom.observables.wall_pressure import WallPressure, WallPressureEstimate
 
 __all__ = [
+    "Dynamics",
+    "DynamicsEstimate",
     "Estimate",
+    "HelfandMoments",
     "PackingNetwork",
     "Prediction",
     "Pressure",
@@ -17,5 +23,6 @@ __all__ = [
     "WallPressure",
     "WallPressureEstimate",
     "blocking",
+    "combined",
     "packing_network",
 ]

@@ -178,6 +178,7 @@ def _explanation(
         "restitution": engine.model.impact is None,
         "image counts": engine.state.images is None,
         "an event log": not logged,
+        "currents": engine.model.currents is None,
     }
     return Explanation(
         scene=repr(scene),

@@ -7,6 +7,9 @@ from carom.studies.packings.compression import PackingInterrupted, holds_packing
 from carom.studies.packings.packing import Packing
 from carom.studies.runs.execution import RunResult, resume, run
 from carom.studies.signals import Interrupted
+from carom.studies.transport.result import Transport
+from carom.studies.transport.spec import TransportSpec
+from carom.studies.transport.study import transport
 
 __all__ = [
     "EquationOfState",
@@ -15,6 +18,8 @@ __all__ = [
     "PackingInterrupted",
     "RunResult",
     "StudySpec",
+    "Transport",
+    "TransportSpec",
     "equation_of_state",
     "holds_packing",
     "pack",
@@ -22,4 +27,5 @@ __all__ = [
     "resume",
     "resume_packing",
     "run",
+    "transport",
 ]
