@@ -15,7 +15,7 @@ from carom.cli.eos import _fractions, _integers
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
-    from carom.studies.transport.study import Progress
+    from carom.studies.coefficients.study import Progress
 
 _GRID = "What to simulate instead of the file's, or the default's"
 _LENGTH = "How long"
@@ -105,8 +105,8 @@ def transport(
     carom transport --eta 0.2618 --n 256,500,1372 --report
     """
     from carom.errors import InputError
+    from carom.studies.coefficients.spec import TransportSpec, of_scene
     from carom.studies.eos.toml import text
-    from carom.studies.transport.spec import TransportSpec, of_scene
 
     if engine is not None and scheduler is not None:
         raise InputError("--engine and --scheduler contradict each other; give one of them.")
@@ -126,7 +126,7 @@ def transport(
     from carom.io.paths import replacing, writing
 
     with _watched() as progress, compiling_told():
-        from carom.studies.transport.study import run
+        from carom.studies.coefficients.study import run
 
         result = run(spec, executor=scheduler or engine, workers=workers, out=out, progress=progress)
     print(json.dumps(result.rows(), indent=2, allow_nan=False) if as_json else result)

@@ -6,6 +6,7 @@ from carom.observables.moments import HelfandMoments
 from carom.observables.packing import PackingNetwork, packing_network
 from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureEstimate
+from carom.observables.protocol import Observable, averages
 from carom.observables.rdf import RadialDistribution
 from carom.observables.statistics import Estimate, blocking
 from carom.observables.wall_pressure import WallPressure, WallPressureEstimate
@@ -15,6 +16,7 @@ __all__ = [
     "DynamicsEstimate",
     "Estimate",
     "HelfandMoments",
+    "Observable",
     "PackingNetwork",
     "Prediction",
     "Pressure",
@@ -22,6 +24,7 @@ __all__ = [
     "RadialDistribution",
     "WallPressure",
     "WallPressureEstimate",
+    "averages",
     "blocking",
     "combined",
     "packing_network",

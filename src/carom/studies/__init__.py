@@ -1,5 +1,8 @@
 """Whole studies: from a plan to a folder of results, from points to a jammed packing, equations of state."""
 
+from carom.studies.coefficients.result import Transport
+from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.coefficients.study import transport
 from carom.studies.eos.result import EquationOfState
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import equation_of_state
@@ -7,9 +10,6 @@ from carom.studies.packings.compression import PackingInterrupted, holds_packing
 from carom.studies.packings.packing import Packing
 from carom.studies.runs.execution import RunResult, resume, run
 from carom.studies.signals import Interrupted
-from carom.studies.transport.result import Transport
-from carom.studies.transport.spec import TransportSpec
-from carom.studies.transport.study import transport
 
 __all__ = [
     "EquationOfState",

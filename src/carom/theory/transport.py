@@ -1,4 +1,4 @@
-"""Transport of hard spheres by theory: Enskog's coefficients, long-time tails, the finite-size correction.
+"""Transport of hard spheres by theory: Enskog's coefficients, long-time tails, the finite-size shift.
 
 All are of equal, smooth, elastic spheres, in units of Boltzmann's constant 1.
 """
@@ -108,16 +108,37 @@ def erpenbeck_wood(packing_fraction: Any) -> Any:
     return 1.0 + v * (0.05403 + v * (6.3656 - 10.9425 * v))
 
 
-def diffusion_shift(n: int, density: float, shear_viscosity: float, kT: float = 1.0) -> float:
-    """Return by how much a periodic cube of n spheres (d = 3) diffuses too slowly.
+def diffusion_shift(
+    n: int,
+    density: float,
+    shear_viscosity: float,
+    *,
+    self_diffusion: float = 0.0,
+    mass: float = 1.0,
+    kT: float = 1.0,
+) -> float:
+    """Return by how much n spheres in a periodic cube (d = 3) diffuse too slowly [length^2 / time].
+
+    Parameters
+    ----------
+    n : int
+    density, shear_viscosity : float
+        [1 / length^3], [mass / (length time)]
+    self_diffusion : float
+        Of infinitely many [length^2 / time]; 0 for Yeh and Hummer's formula.
+    mass, kT : float
 
     Notes
     -----
-    ``2.837297 kT / (6 pi eta L)``: the flow that a particle makes meets its own images. B. Duenweg and K.
-    Kremer, J. Chem. Phys. 99, 6983 (1993); I.-C. Yeh and G. Hummer, J. Phys. Chem. B 108, 15873 (2004).
+    ``2.837297 kT / (6 pi m n (nu + D) L)`` with ``nu = eta / (m n)``: the flow that a particle makes meets
+    its own images. It is the difference of the sum over the waves of a periodic box and the integral over
+    all, each wave with the decay ``(nu + D) k^2`` of mode coupling. B. Duenweg and K. Kremer, J. Chem. Phys.
+    99, 6983 (1993), and I.-C. Yeh and G. Hummer, J. Phys. Chem. B 108, 15873 (2004), have ``D << nu``, as in
+    a liquid.
     """
     edge = (n / density) ** (1.0 / 3.0)
-    return 2.837297 * kT / (6.0 * math.pi * shear_viscosity * edge)
+    friction = shear_viscosity + mass * density * self_diffusion
+    return 2.837297 * kT / (6.0 * math.pi * friction * edge)
 
 
 def velocity_tail(

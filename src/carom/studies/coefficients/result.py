@@ -13,10 +13,10 @@ from carom import theory
 from carom.errors import InputError
 from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
+from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Point
+from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.session import Failure
 from carom.studies.tasks import Record
-from carom.studies.transport.analysis import UNKNOWN, Coefficient, Point
-from carom.studies.transport.spec import TransportSpec
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +46,8 @@ class Row:
     self_diffusion_by_velocity : dict of Coefficient
         From the velocity autocorrelation.
     self_diffusion_infinite : Estimate
-        Of infinitely many spheres, by Yeh and Hummer with the viscosity measured; nan but for equal spheres.
+        Of infinitely many spheres, by :func:`carom.theory.diffusion_shift` with the viscosity measured; nan
+        but for equal spheres in d = 3.
     shear_viscosity, bulk_viscosity, thermal_conductivity : Coefficient
     mutual_diffusion, thermal_diffusion : Coefficient or None
         Of a binary mixture.
@@ -117,10 +118,7 @@ def row(records: list[Record]) -> Row:
             z, eta, d, diameter=first["diameters"][0], mass=first["masses"][0], kT=point.kT
         )
         if d == 3 and math.isfinite(viscosity.value.mean):
-            shift = theory.diffusion_shift(n, n / point.volume, viscosity.value.mean, point.kT)
-            value = diffusion[0].value
-            error = math.hypot(value.error, shift * viscosity.value.relative_error)
-            infinite = Estimate(value.mean + shift, error, value.n_eff, value.tau, value.blocks)
+            infinite = _infinite(diffusion[0].value, viscosity.value, point)
     conductivity, bulk = point.thermal_conductivity(), point.bulk_viscosity()
     remarks = [PLANE] if d == 2 else []
     remarks += [
@@ -156,6 +154,22 @@ def row(records: list[Record]) -> Row:
         enskog=enskog,
         remarks=tuple(remarks),
     )
+
+
+def _infinite(diffusion: Estimate, viscosity: Estimate, point: Point) -> Estimate:
+    """Return self-diffusion of infinitely many spheres."""
+    shift = 0.0
+    for _ in range(20):  # the shift has the result in its denominator, and is a tenth of it
+        shift = theory.diffusion_shift(
+            point.n,
+            point.n / point.volume,
+            viscosity.mean,
+            self_diffusion=diffusion.mean + shift,
+            mass=point.first["masses"][0],
+            kT=point.kT,
+        )
+    error = math.hypot(diffusion.error, shift * viscosity.relative_error)
+    return Estimate(diffusion.mean + shift, error, diffusion.n_eff, diffusion.tau, diffusion.blocks)
 
 
 def _pressures(point: Point) -> tuple[Estimate, Estimate, Estimate]:
@@ -296,12 +310,12 @@ class Transport:
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
         """Draw the coefficients over Enskog's, and how each settles with time."""
-        from carom.studies.transport import pictures
+        from carom.studies.coefficients import pictures
 
         return pictures.study(self, path)
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write a self-contained page (HTML) of the table, the pictures and what they rest on."""
-        from carom.studies.transport.pictures import write_report
+        from carom.studies.coefficients.pictures import write_report
 
         write_report(self, Path(path))

@@ -12,9 +12,9 @@ from carom import checks, theory
 from carom.errors import InputError
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.studies.coefficients import windows
 from carom.studies.eos.spec import GRID, StudySpec, scene_spec
 from carom.studies.tasks import Task
-from carom.studies.transport import windows
 
 DENSITIES = {2: (0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 3: (0.05, 0.1, 0.2, 0.3, 0.4, 0.45)}
 """Packing fractions where none are given, by dimension."""

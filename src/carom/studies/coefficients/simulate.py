@@ -17,11 +17,11 @@ from carom.frame import Frame
 from carom.observables.dynamics import Dynamics
 from carom.observables.moments import HelfandMoments, mean_squares
 from carom.simulation.simulation import Simulation
+from carom.studies.coefficients import windows
 from carom.studies.eos.spec import scene_spec
 from carom.studies.eos.start import start
 from carom.studies.executors import Stopped
 from carom.studies.tasks import Record, Task, stream
-from carom.studies.transport import windows
 
 
 def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:

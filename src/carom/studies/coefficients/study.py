@@ -10,12 +10,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from carom.studies.coefficients.result import Transport
+from carom.studies.coefficients.simulate import simulate
+from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import GRID
 from carom.studies.session import Failure, Job
 from carom.studies.tasks import Record
-from carom.studies.transport.result import Transport
-from carom.studies.transport.simulate import simulate
-from carom.studies.transport.spec import TransportSpec
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def transport(
     Notes
     -----
     Helfand's moments are exact between collisions, so that no number depends on a time step. Where slopes are
-    taken is a rule: :mod:`carom.studies.transport.windows`.
+    taken is a rule: :mod:`carom.studies.coefficients.windows`.
     """
     given = {
         "packing_fractions": packing_fractions,

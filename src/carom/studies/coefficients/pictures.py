@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from carom.studies.transport.result import Row, Transport
+    from carom.studies.coefficients.result import Row, Transport
 
 NAMES = {
     "self_diffusion": "self-diffusion",
@@ -132,7 +132,7 @@ def write_report(result: Transport, path: Path) -> None:
         "<h1>Transport coefficients</h1>",
         f"<p>{len(result.records)} of {len(result.spec.tasks())} runs done, by Carom {carom.__version__}. "
         "One standard error; slopes between the times given, by the rule in "
-        "<code>carom.studies.transport.windows</code>.</p>",
+        "<code>carom.studies.coefficients.windows</code>.</p>",
         '<div class="scroll"><table><tr>',
     ]
     head = [name for name in (rows[0] if rows else {}) if name != "remark"]

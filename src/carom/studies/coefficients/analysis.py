@@ -11,8 +11,8 @@ import numpy as np
 
 from carom.observables.combined import combined
 from carom.observables.statistics import Estimate
+from carom.studies.coefficients import windows
 from carom.studies.tasks import Record
-from carom.studies.transport import windows
 
 UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
 
@@ -76,7 +76,7 @@ class Point:
     Parameters
     ----------
     records : list of dict
-        Of :func:`carom.studies.transport.simulate.simulate`, with one scene.
+        Of :func:`carom.studies.coefficients.simulate.simulate`, with one scene.
     """
 
     def __init__(self, records: list[Record]):
@@ -119,7 +119,7 @@ class Point:
         return (squares[..., high] - squares[..., low]) / (self.times[high] - self.times[low])
 
     def _window(self, squares: np.ndarray) -> tuple[tuple[int, int] | None, bool]:
-        """Return the window of the rule (:mod:`windows`), and whether the next one agrees with it."""
+        """Return the window of the rule, and whether the next one agrees with it."""
         at = {int(lag): k for k, lag in enumerate(self.lags)}
         found = [(at[s], at[2 * s]) for s in windows.STARTS if 2 * s in at]
         slopes = [(self._slope(squares, *one)) for one in found]
