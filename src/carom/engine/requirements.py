@@ -56,6 +56,8 @@ class Contents:
         Whether positions, velocities and times are kept in single precision.
     currents : bool
         Whether to add up the currents of momentum and heat.
+    flights : bool
+        Whether to make histograms of free flights and normal speeds.
     """
 
     n: int
@@ -79,6 +81,7 @@ class Contents:
     images: bool = True
     single: bool = False
     currents: bool = False
+    flights: bool = False
 
     @property
     def dimension(self) -> int:

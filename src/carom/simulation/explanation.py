@@ -179,6 +179,7 @@ def _explanation(
         "image counts": engine.state.images is None,
         "an event log": not logged,
         "currents": engine.model.currents is None,
+        "free flights": engine.model.flights is None,
     }
     return Explanation(
         scene=repr(scene),

@@ -17,7 +17,7 @@ from carom.frame import Frame
 from carom.scene.scene import Scene
 from carom.scene.temperature import conserved, degrees_of_freedom
 from carom.scene.velocities import maxwell_velocities
-from carom.simulation import checkpoint, helfand, loop, measuring, mechanics, sampling
+from carom.simulation import checkpoint, flying, helfand, loop, measuring, mechanics, sampling
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
@@ -60,6 +60,8 @@ class Simulation:
         Write every collision to this HDF5 file (see ``docs/files``).
     currents : bool
         Add up the currents of momentum and heat, for :meth:`helfand`.
+    flights : bool
+        Keep histograms of free flights and of normal speeds, for :meth:`free_flights`.
 
     Raises
     ------
@@ -88,6 +90,7 @@ class Simulation:
         growth: float | ArrayLike | None = None,
         event_log: str | PathLike[str] | None = None,
         currents: bool = False,
+        flights: bool = False,
     ):
         if not isinstance(scene, Scene):
             raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
@@ -112,6 +115,7 @@ class Simulation:
         if currents:
             helfand.check(contents)
             contents = dataclasses.replace(contents, currents=True)
+        contents = dataclasses.replace(contents, flights=bool(flights))
         self._face(Machine(scene, velocities, contents, unit, wish), {})
         self.machine.schedule()
         if event_log is not None:
@@ -337,6 +341,7 @@ class Simulation:
     sample = sampling.sample
     measure = measuring.measure
     helfand = helfand.helfand
+    free_flights = flying.free_flights
 
     def estimate(self, observable, blocks: Sequence[Block]):
         """Return the observable's estimate from blocks of this run, such as :meth:`blocks` yields."""

@@ -36,7 +36,14 @@ from carom.theory.mixture import (
     species_collision_rate,
 )
 from carom.theory.solid import almarza, free_volume, hall, speedy
-from carom.theory.transport import Enskog, diffusion_shift, enskog, erpenbeck_wood, velocity_tail
+from carom.theory.transport import (
+    Enskog,
+    diffusion_shift,
+    enskog,
+    erpenbeck_wood,
+    normal_speed,
+    velocity_tail,
+)
 from carom.theory.virial import virial_coefficients, virial_pade, virial_series
 
 __all__ = [
@@ -69,6 +76,7 @@ __all__ = [
     "kolafa_labik_malijevsky",
     "mean_free_time",
     "mixture_second_virial",
+    "normal_speed",
     "pieprzyk",
     "santos_lopez_de_haro_yuste",
     "santos_yuste_lopez_de_haro",

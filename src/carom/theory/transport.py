@@ -9,6 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from carom.errors import InputError
 from carom.theory.contact import ball_volume
 
@@ -160,3 +162,18 @@ def velocity_tail(
     """
     d, nu = dimension, shear_viscosity / (mass * density)
     return (d - 1.0) / d * kT / (mass * density) * (4.0 * math.pi * (self_diffusion + nu)) ** (-0.5 * d)
+
+
+def normal_speed(speed: Any, *, reduced_mass: float = 0.5, kT: float = 1.0) -> Any:
+    """Return the probability density of the relative normal speed u of two that collide: exact at every
+    density.
+
+    Notes
+    -----
+    ``(mu u / kT) exp(-mu u^2 / (2 kT))`` with the reduced mass mu: the Maxwell distribution of the normal
+    component, times u for how often such a pair meets. N components at constant energy have no faster ones
+    than their energy allows: a correction of order 1 / N.
+    """
+    u = np.asarray(speed, dtype=np.float64)
+    density = reduced_mass * u / kT * np.exp(-0.5 * reduced_mass * u * u / kT)
+    return density if density.ndim else float(density)

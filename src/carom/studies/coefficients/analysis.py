@@ -83,6 +83,8 @@ class Point:
         results = [record["result"] for record in records]
         self.first = results[0]
         self.blocks = [block for result in results for block in result["blocks"]]
+        # Replicas differ in length, because each has its own rate of collisions.
+        self.steps = sum((result["samples"] - 1) * len(result["blocks"]) for result in results)
         self.every = float(self.first["every"])
         self.dimension = int(self.first["dimension"])
         self.n = int(self.first["n"])
@@ -125,7 +127,7 @@ class Point:
         slopes = [(self._slope(squares, *one)) for one in found]
         for window, one, two in zip(found, slopes, slopes[1:], strict=False):
             (change,) = jackknife(two - one, lambda m: m)
-            if abs(change.mean) <= change.error:
+            if abs(change.mean) <= windows.AGREE * change.error:
                 return window, True
         return (found[-1] if found else None), False
 
@@ -158,8 +160,7 @@ class Point:
         T``, for which it is corrected.
         """
         bulk = self.array("bulk")
-        durations = np.array([(result["samples"] - 1) * self.every for result in [self.first]])
-        total = float(durations[0]) * len(self.blocks)
+        total = self.every * self.steps
         mean = sum(block["change"] for block in self.blocks) / total
         squares = []
         for block, (first, second) in zip(self.blocks, bulk, strict=True):

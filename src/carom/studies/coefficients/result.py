@@ -293,11 +293,12 @@ class Transport:
                 enskog = each.enskog.self_diffusion if each.enskog else math.nan
                 quantities["self_diffusion_infinite"] = Coefficient(each.self_diffusion_infinite, at), enskog
             for name, (c, enskog) in quantities.items():
+                value = c.value if each.exists else UNKNOWN
                 numbers = {
-                    "value": c.value.mean,
-                    "error": c.value.error,
+                    "value": value.mean,
+                    "error": value.error,
                     "enskog": enskog,
-                    "ratio": c.value.mean / enskog,
+                    "ratio": value.mean / enskog,
                     "from": c.window[0],
                     "to": c.window[1],
                 }

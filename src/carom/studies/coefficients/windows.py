@@ -5,7 +5,7 @@ the current's correlation, and the coefficient is half of the slope from ``t_1``
 t_1 cuts off the decay; a long one costs precision, as ``sqrt(t_2)``.
 
 Collective coefficients: t_1 is the first of 10, 20 and 40 mean free times whose slope differs from that of
-the next by no more than one standard error of the difference. The slowest decay of the dilute gas takes 1.9
+the next by no more than two standard errors of the difference. The slowest decay of the dilute gas takes 1.9
 mean free times, which leaves 9e-4 of the kinetic part behind the first window.
 
 Self-diffusion: in a periodic box the slowest decay is that of the longest wave, ``tau = L^2 / (4 pi^2 (D +
@@ -28,6 +28,9 @@ LAGS = (1, 2, 3, 4, 6, 8, 12, 16, 20, 30, 40, 60, 80, 120, 160)
 
 STARTS = (20, 40, 80)
 """t_1 of the rule, in samples."""
+
+AGREE = 2.0
+"""Standard errors by which slopes of two windows may differ and still be called the same."""
 
 FRAME = 8
 """Samples from one frame to the next, for self-diffusion."""
