@@ -77,7 +77,7 @@ class RadialDistribution:
         return 0.5 * (self.edges[:-1] + self.edges[1:])
 
     def coordination(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return how many neighbours are nearer than the upper edge of each bin, and its standard error, (m,).
+        """Return how many neighbours are nearer than the upper edge of each bin, with errors, (m,) each.
 
         Errors of the bins count as independent.
 

@@ -70,6 +70,40 @@ def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], Any]) -> list
     ]
 
 
+@dataclass(frozen=True)
+class Extrapolation:
+    """Self-diffusion of infinitely many, by a straight line in 1 / L through several sizes.
+
+    Attributes
+    ----------
+    packing_fraction : float
+    value, slope : Estimate
+        At 1 / L = 0 [length^2 / time]; and against 1 / L [length^3 / time].
+    sizes : tuple of int
+    chi2_per_point : float
+        Of the fit, over sizes less two.
+    """
+
+    packing_fraction: float
+    value: Estimate
+    slope: Estimate
+    sizes: tuple[int, ...]
+    chi2_per_point: float
+
+
+def line(x: np.ndarray, y: np.ndarray, error: np.ndarray) -> tuple[Estimate, Estimate, float]:
+    """Return intercept and slope of a straight line through points, and chi^2 over points less two."""
+    design = np.stack([np.ones_like(x), x]) / error
+    covariance = np.linalg.inv(design @ design.T)
+    found = covariance @ (design @ (y / error))
+    chi2 = float(np.sum((y / error - found @ design) ** 2))
+    ends = [
+        Estimate(float(v), float(e), float(len(x)), 1.0, len(x))
+        for v, e in zip(found, np.sqrt(np.diag(covariance)), strict=True)
+    ]
+    return ends[0], ends[1], chi2 / (len(x) - 2) if len(x) > 2 else math.nan
+
+
 class Point:
     """The blocks of all replicas of one point.
 

@@ -9,11 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from carom import theory
 from carom.errors import InputError
 from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
-from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Point
+from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Extrapolation, Point, line
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.session import Failure
 from carom.studies.tasks import Record
@@ -37,6 +39,8 @@ class Row:
     ----------
     packing_fraction : float
     n, dimension, replicas, blocks : int
+    edge : float
+        Longest edge of the box [length].
     mean_free_time : float
         [time]
     compressibility_factor, by_virial, by_rate : Estimate
@@ -62,6 +66,7 @@ class Row:
     dimension: int
     replicas: int
     blocks: int
+    edge: float
     mean_free_time: float
     compressibility_factor: Estimate
     by_virial: Estimate
@@ -104,7 +109,8 @@ def row(records: list[Record]) -> Row:
     """Return the coefficients of one point from the records of its replicas."""
     point = Point(records)
     first = point.first
-    eta, d, n = float(first["packing_fraction"]), point.dimension, point.n
+    eta = float(records[0]["task"]["scene"]["packing_fraction"])
+    d, n = point.dimension, point.n
     diffusion, by_velocity = {}, {}
     for k, count in enumerate(first["counts"]):
         if count:
@@ -139,6 +145,7 @@ def row(records: list[Record]) -> Row:
         dimension=d,
         replicas=len(records),
         blocks=len(point.blocks),
+        edge=max(first["box"]),
         mean_free_time=0.5 * n * duration / collisions,
         compressibility_factor=both,
         by_virial=by_virial,
@@ -215,6 +222,30 @@ class Transport:
             row(sorted(points[point], key=lambda record: record["task"]["replica"]))
             for point in sorted(points)
         ]
+
+    def extrapolate(self) -> list[Extrapolation]:
+        """Return self-diffusion of infinitely many, where a density has two sizes or more, by a line in 1 /
+        L.
+
+        Nothing is assumed of its slope, which :func:`carom.theory.diffusion_shift` predicts. Only in d = 3.
+        """
+        groups: dict[float, list[Row]] = {}
+        for each in self.table:
+            if each.dimension == 3 and math.isfinite(
+                each.self_diffusion[min(each.self_diffusion)].value.mean
+            ):
+                groups.setdefault(each.packing_fraction, []).append(each)
+        found = []
+        for eta, rows in groups.items():
+            if len(rows) > 1:
+                values = [r.self_diffusion[min(r.self_diffusion)].value for r in rows]
+                value, slope, chi2 = line(
+                    np.array([1.0 / r.edge for r in rows]),
+                    np.array([v.mean for v in values]),
+                    np.array([v.error for v in values]),
+                )
+                found.append(Extrapolation(eta, value, slope, tuple(r.n for r in rows), chi2))
+        return found
 
     @property
     def complete(self) -> bool:

@@ -58,6 +58,11 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     places, speeds = stream(task["seed"], [task["scene"], task["replica"]]).spawn(2)
     asked = scene_spec(task["scene"])
     scene = start(asked, default_rng(places))
+    if not scene.usual("interaction"):
+        raise InputError(
+            "Transport is measured of hard cores only: with another interaction components carry potential "
+            "energy along, which is not in the heat current."
+        )
     sim = Simulation(
         scene,
         kT=asked.kT if scene.velocities is None else None,
