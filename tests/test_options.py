@@ -24,6 +24,8 @@ RUN = ("--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10", "--
 PACK = ("--n", "20", "--dimension", "2", "--rate", "0.1", "--until-pressure", "1e3", "--no-pictures")
 EOS = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "50", "--equilibration",
        "20", "--engine", "serial", "--no-pictures")  # fmt: skip
+TRANSPORT = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "100",
+             "--equilibration", "20", "--engine", "serial", "--no-pictures")  # fmt: skip
 
 
 class Done(NamedTuple):
@@ -84,6 +86,10 @@ def without(base, *names):
     return tuple(kept)
 
 
+def close_to(value):
+    return lambda seen: seen == pytest.approx(value)
+
+
 def json_alone(done):
     with contextlib.suppress(ValueError):
         return bool(json.loads(done.printed))
@@ -140,7 +146,15 @@ TOO_SLOW = {
         for option in ("--dimension", "--relative-error", "--engine", "--workers", "--scheduler")
     ),
     *(("code", option) for option in ("--seeds", "--first", "--rate", "--workers")),
-}
+    *(
+        ("transport", option)
+        for option in (
+            "scene", "--out", "--packing-fractions", "--n", "--replicas", "--dimension", "--seed",
+            "--relative-error", "--collisions-per-particle", "--equilibration", "--engine", "--workers",
+            "--scheduler",
+        )
+    ),
+}  # fmt: skip
 """Here the function behind the command is only asked: its own tests show what it does."""
 
 CASES = {
@@ -310,6 +324,40 @@ CASES = {
         "--no-pictures": added((*EOS[:-1], *OUT), ("--no-pictures",), made("out/eos.png"), False),
         "--json": added((*EOS, *OUT), ("--json",), json_alone, True),
     },
+    "transport": {
+        "scene": added(
+            (), ("scene.toml",), lambda done: done.asked["spec"].packing_fractions, close_to((0.3,))
+        ),
+        "--out": added((), ("--out", "elsewhere"), lambda done: str(done.asked["out"]), "elsewhere"),
+        "--packing-fractions": added(
+            (), ("--packing-fractions", "0.15"), lambda done: done.asked["spec"].packing_fractions, (0.15,)
+        ),
+        "--n": added((), ("--n", "40"), lambda done: done.asked["spec"].n, (40,)),
+        "--replicas": added((), ("--replicas", "2"), lambda done: done.asked["spec"].replicas, 2),
+        "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["spec"].dimension, 2),
+        "--seed": added((), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
+        "--relative-error": added(
+            (), ("--relative-error", "0.1"), lambda done: done.asked["spec"].relative_error, 0.1
+        ),
+        "--collisions-per-particle": added(
+            (), ("--collisions-per-particle", "60"),
+            lambda done: done.asked["spec"].collisions_per_particle, 60.0,
+        ),
+        "--equilibration": added(
+            (), ("--equilibration", "30"), lambda done: done.asked["spec"].equilibration, 30.0
+        ),
+        "--engine": added((), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
+        "--workers": added((), ("--workers", "3"), lambda done: done.asked["workers"], 3),
+        "--scheduler": added(
+            (), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
+        ),
+        "--report": added((*TRANSPORT, *OUT), ("--report",), made("out/report.html"), True),
+        "--pictures": added((*TRANSPORT, *OUT), ("--pictures",), made("out/transport.png"), True),
+        "--no-pictures": added(
+            (*TRANSPORT[:-1], *OUT), ("--no-pictures",), made("out/transport.png"), False
+        ),
+        "--json": added((*TRANSPORT, *OUT), ("--json",), json_alone, True),
+    },
 }  # fmt: skip
 
 
@@ -378,6 +426,7 @@ def type_in(folder, command, *arguments, asked=None):
             patch.setattr("carom.studies.spherical_code", code)
             patch.setattr("carom.studies.accuracy.trade.trade", trade)
             patch.setattr("carom.studies.eos.study.run", run)
+            patch.setattr("carom.studies.coefficients.study.run", run)
         done = CliRunner().invoke(cli.app, [command, *arguments])
     if done.exception is not None and not isinstance(done.exception, SystemExit | Asked):
         raise done.exception

@@ -126,6 +126,8 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
         "a square well": (plain.with_(interaction=SquareWell(1.5, 1.0)), {"images": False}),
         "growth": (plain.with_(diameter=0.99), {"images": False, "growth": 1e-9}),
         "event log": (plain, {"images": False, "event_log": True}),
+        "currents": (plain, {"images": False, "currents": True}),
+        "free flights": (plain, {"images": False, "flights": True}),
     }
 
 

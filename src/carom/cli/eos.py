@@ -161,7 +161,7 @@ def _spec(path: Path | None, given: dict[str, Any]) -> Any:
     values = {name: value for name, value in given.items() if value is not None}
     if path is None:
         return StudySpec(**values)
-    spec = load(path)
+    spec: StudySpec = load(path)
     for one, other in (
         ("relative_error", "collisions_per_particle"),
         ("collisions_per_particle", "relative_error"),

@@ -7,6 +7,8 @@ import numpy as np
 from carom.compiling.registry import inner, required
 from carom.engine.balance import audit, exchanged, pushed
 from carom.engine.constants import LAMBDA, OBSTACLE
+from carom.engine.currents import flowed, reckon
+from carom.engine.flights import flown, ground
 from carom.engine.images import NearestImage, SectorImage, count_images, index, separation
 from carom.engine.live import age_obstacles
 from carom.engine.neighbors.interface import wrapped
@@ -110,6 +112,8 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     b *= part
     virial *= part
     exchanged(model.balance, a, b, virial, rr, rv, now)
+    flowed(model.currents, model, state, i, j, word, a, b, now)
+    flown(model.flights, state, i, j, rr, rv, now)
     for axis in range(len(model.boundary.edges)):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         me.v[axis] += a * thrust(model.motion, axis, me.x[axis], r, rr)
@@ -161,5 +165,7 @@ def new_epoch(model, state, neighbors):
     age(model.impact, length)
     age_obstacles(model.obstacles, length)
     audit(model.balance, model.pair, state.rows, length)
+    reckon(model.currents, model.pair, state.rows, length)
+    ground(model.flights, length)
     clock.epoch += 1
     clock.now = 0.0

@@ -10,6 +10,8 @@ import numpy as np
 from carom.compiling.lanes import make_lanes
 from carom.engine.balance import make_balance
 from carom.engine.calendar import Calendar, make_calendar
+from carom.engine.currents import make_currents
+from carom.engine.flights import make_flights
 from carom.engine.images import NearestImage, SectorImage
 from carom.engine.live import is_live, made_live
 from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
@@ -50,6 +52,10 @@ class Model(NamedTuple):
     """Everything fixed that components can meet, or None."""
     sight: Any
     """Whether contacts are found from so far away that they are computed again from nearby, or None."""
+    currents: Any
+    """Currents of momentum and heat, and their integrals over time, or None where nobody asks."""
+    flights: Any
+    """Histograms of free flights and normal speeds, or None where nobody asks."""
 
 
 class Engine(NamedTuple):
@@ -94,6 +100,8 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             make_balance(particles.masses, velocities, contents.still) if changes else None,
             obstacles,
             _sight(scheme, contents, neighbors),
+            _currents(contents, particles, velocities),
+            make_flights(contents.n, _kinds(contents, particles)) if contents.flights else None,
         ),
         state,
         neighbors,
@@ -101,6 +109,18 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
         np.zeros(1, TALLY).view(np.recarray),
         by_species,
     )
+
+
+def _currents(contents: Contents, particles, velocities):
+    """Return the currents, where they are asked for."""
+    if not contents.currents:
+        return None
+    return make_currents(particles.masses, velocities, _kinds(contents, particles))
+
+
+def _kinds(contents: Contents, particles):
+    """Return the species of each component and of the ghost, or None where there are none."""
+    return None if contents.kinds is None else particles.with_ghost(contents.kinds, np.int64)
 
 
 def _sight(scheme: Scheme, contents: Contents, neighbors) -> FarSight | NearSight | AlongCurves | None:
@@ -288,7 +308,7 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
 
     for part in ("state", "neighbors", "calendar", "tallies", "by_species"):
         collect(part, getattr(engine, part))
-    for part in ("pair", "impact", "balance", "obstacles"):
+    for part in ("pair", "impact", "balance", "obstacles", "currents", "flights"):
         collect(f"model.{part}", getattr(engine.model, part))
     return found
 

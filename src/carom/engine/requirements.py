@@ -54,6 +54,10 @@ class Contents:
         Whether to count the boxes that each component crosses.
     single : bool
         Whether positions, velocities and times are kept in single precision.
+    currents : bool
+        Whether to add up the currents of momentum and heat.
+    flights : bool
+        Whether to make histograms of free flights and normal speeds.
     """
 
     n: int
@@ -76,6 +80,8 @@ class Contents:
     still: tuple[bool, ...] = ()
     images: bool = True
     single: bool = False
+    currents: bool = False
+    flights: bool = False
 
     @property
     def obstacle_models(self) -> tuple:

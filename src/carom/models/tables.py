@@ -1,4 +1,4 @@
-"""Interactions, motions, impacts, paths and surfaces as tables of numbers and words, for files: ``type`` says what it is.
+"""Interactions, motions, impacts, paths and surfaces as tables for files: ``type`` says what each is.
 
 A value that a file can hold has ``to_table()``. What stands here makes it again.
 """

@@ -76,6 +76,22 @@ class RadialDistribution:
         """Centres of the bins (m,) [length]."""
         return 0.5 * (self.edges[:-1] + self.edges[1:])
 
+    def coordination(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return how many neighbours are nearer than the upper edge of each bin, with errors, (m,) each.
+
+        Errors of the bins count as independent.
+
+        Raises
+        ------
+        InputError
+            If the distribution is of a pair of species, or does not begin at contact.
+        """
+        if self.pair is not None or self.contact_value is None:
+            raise InputError("Running coordination numbers need g(r) of all components, from contact on.")
+        added = 2.0 * self.counts / (self.n * self.frames)
+        errors = np.divide(added * self.error, self.g, out=np.zeros_like(self.g), where=self.g > 0.0)
+        return np.cumsum(added), np.sqrt(np.cumsum(errors**2))
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a file: ``.csv`` (see :meth:`to_csv`) or ``.npz`` (numpy arrays, no pickle), by its suffix.
 

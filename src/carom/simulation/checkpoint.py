@@ -46,6 +46,8 @@ def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> 
         "scheme": json.dumps(dataclasses.asdict(machine.scheme)),
         "images": machine.engine.state.images is not None,
         "single": contents.single,
+        "currents": contents.currents,
+        "flights": contents.flights,
         "epoch": clock.epoch,
         "offset": clock.offset,
         "seconds": machine.seconds,
@@ -89,7 +91,12 @@ def load(
         contents = contents_of(
             scene, rates, 0.0, bool(attributes["images"]), bool(attributes["single"]), unit
         )
-        contents = dataclasses.replace(contents, rates=rates)
+        contents = dataclasses.replace(
+            contents,
+            rates=rates,
+            currents=bool(attributes["currents"]),
+            flights=bool(attributes["flights"]),
+        )
         if isinstance(scene.impact, Restitution):
             speed = unit.to_scene(float(attributes["threshold"]), -1)
             contents = dataclasses.replace(contents, impact=scene.impact.below(speed))

@@ -179,6 +179,8 @@ def _explanation(
         "steps of pairs": not contents.stepped,
         "image counts": engine.state.images is None,
         "an event log": not logged,
+        "currents": engine.model.currents is None,
+        "free flights": engine.model.flights is None,
     }
     return Explanation(
         scene=repr(scene),

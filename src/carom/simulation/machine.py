@@ -278,6 +278,7 @@ class Machine:
         record = self.engine.state.clock[0]
         ahead = int(end[0]) - int(record.epoch)
         self._hold_balance(end[1] + float(ahead) * self.scheme.epoch, end[1])
+        self._hold_currents(end[1] + float(ahead) * self.scheme.epoch, end[1])
         record.epoch, record.now = end
         self.engine.state.rows["t"] = end[1]
         self.engine.calendar.control.end[0] = self.scheme.epoch
@@ -290,6 +291,16 @@ class Machine:
         if balance is not None:
             hold(balance, now)
             balance.since[0] = since
+
+    def _hold_currents(self, now: float, since: float) -> None:
+        """Do the same for the integrals of the currents."""
+        from carom.engine.currents import carry
+
+        currents = self.engine.model.currents
+        if currents is not None:
+            carry(currents, now)
+            currents.since[0] = since
+            currents.upcoming[0] -= now - since
 
     def refit(self, velocities: np.ndarray | None = None, rates: np.ndarray | None = None) -> None:
         """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything.

@@ -13,11 +13,15 @@ from carom.block import Block, Sizes
 from carom.errors import CaromWarning, InputError
 from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
+from carom.observables.protocol import outcome, sees
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
+
+BLOCKS = 256
+"""Blocks for an observable of one's own that does not say how many."""
 
 
 def measure(
@@ -32,7 +36,7 @@ def measure(
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ):
-    """Run on and measure an observable of the collisions, such as :class:`carom.Pressure`.
+    """Run on and measure an observable: :class:`carom.Pressure`, or a class of one's own with ``update``.
 
     The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in:
     blocks that end with a collision would bias the mean. A number of collisions is turned into a time by
@@ -43,8 +47,9 @@ def measure(
 
     Parameters
     ----------
-    observable : carom.Pressure, carom.WallPressure, or what has their ``blocks`` and ``of_scene``
-        What is measured.
+    observable : carom.Pressure, carom.WallPressure, or a class of one's own
+        What is measured. One's own has ``update(frame)`` or ``update(block)``, and ``result()`` unless
+        ``update`` returns numbers (:class:`carom.observables.Observable`).
     collisions, collisions_per_particle, time : float, optional
         How long, as in :meth:`carom.Simulation.run`.
     relative_error : float, optional
@@ -60,7 +65,8 @@ def measure(
 
     Returns
     -------
-    The observable's estimate, with its error bar.
+    The observable's estimate, with its error bar; of one's own what its ``result()`` returns, or means with
+    error bars of what its ``update`` returned.
 
     Raises
     ------
@@ -86,6 +92,12 @@ def measure(
     for name in ("collisions", "collisions_per_particle", "time"):
         if given[name] is not None:
             checks.number(given[name], name, low=0.0)
+    own = not hasattr(observable, "of_scene")
+    if own and relative_error is not None:
+        raise InputError(
+            f"relative_error needs an estimate on the way, which {type(observable).__name__} does not give; "
+            "name a length instead."
+        )
     if relative_error is not None:
         seconds = (
             math.inf
@@ -104,6 +116,8 @@ def measure(
         raise InputError("max_walltime and predicted go with relative_error, which is missing.")
     if collisions_per_particle is not None:
         collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
+    if own:
+        return _follow(sim, observable, time, collisions, progress)
     blocks = []
     thermometer = Thermometer(sim.machine)
     for block in _blocks(sim, observable.blocks, time, collisions):
@@ -118,16 +132,39 @@ def measure(
 
 def _check_observable(observable: Any) -> None:
     """Raise InputError for what cannot be measured."""
-    if isinstance(observable, type) or not (
-        callable(getattr(observable, "of_scene", None)) and hasattr(observable, "blocks")
-    ):
+    updated = callable(getattr(observable, "update", None))
+    whole = callable(getattr(observable, "of_scene", None)) and hasattr(observable, "blocks")
+    if isinstance(observable, type) or not (updated or whole):
         found = f"the class {observable.__name__}" if isinstance(observable, type) else None
         raise InputError(
-            "measure() needs an observable, such as carom.Pressure() or carom.WallPressure(): with blocks, a "
-            "number, and of_scene(blocks, scene, kT=...), which returns the estimate; found "
+            "measure() needs an observable, such as carom.Pressure() or carom.WallPressure(), or an object "
+            "of your own with update(frame) or update(block), and result(); found "
             f"{found or checks.describe(observable)}."
         )
-    checks.integer(observable.blocks, "the observable's blocks", low=1)
+    checks.integer(getattr(observable, "blocks", BLOCKS), "the observable's blocks", low=1)
+    if not whole:
+        sees(observable)
+
+
+def _follow(
+    sim: Simulation,
+    observable: Any,
+    time: float | None,
+    collisions: int | None,
+    progress: Callable[[float], object] | None,
+) -> Any:
+    """Run on, and hand every stretch, or every frame between two of them, to an observable of one's own."""
+    count = getattr(observable, "blocks", BLOCKS)
+    of_frames = sees(observable) == "frame"
+    if time is None and not cools(sim):
+        assert collisions is not None
+        time = sim.time_for(collisions)  # it may run a pilot, so that the first frame comes after it
+    values = [observable.update(sim.frame())] if of_frames else []
+    for k, block in enumerate(_blocks(sim, count, time, collisions), start=1):
+        values.append(observable.update(sim.frame() if of_frames else block))
+        if progress is not None:
+            progress(k / count)
+    return outcome(observable, values)
 
 
 def _blocks(sim: Simulation, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from os import PathLike
@@ -16,7 +17,16 @@ from carom.frame import Frame
 from carom.scene.scene import Scene
 from carom.scene.temperature import conserved, degrees_of_freedom
 from carom.scene.velocities import maxwell_velocities
-from carom.simulation import checkpoint, loop, measuring, mechanics, pair_steps, sampling
+from carom.simulation import (
+    checkpoint,
+    flying,
+    helfand,
+    loop,
+    measuring,
+    mechanics,
+    pair_steps,
+    sampling,
+)
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
@@ -58,6 +68,10 @@ class Simulation:
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     event_log : path, optional
         Write every collision to this HDF5 file (see ``docs/files``).
+    currents : bool
+        Add up the currents of momentum and heat, for :meth:`helfand`.
+    flights : bool
+        Keep histograms of free flights and of normal speeds, for :meth:`free_flights`.
 
     Raises
     ------
@@ -85,6 +99,8 @@ class Simulation:
         precision: str = "double",
         growth: float | ArrayLike | None = None,
         event_log: str | PathLike[str] | None = None,
+        currents: bool = False,
+        flights: bool = False,
     ):
         if not isinstance(scene, Scene):
             raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
@@ -110,6 +126,10 @@ class Simulation:
         unit = unit_of(scene, velocities, rates)
         speed = thermal_speed(scene, velocities, unit)
         contents = contents_of(scene, rates, speed, images, single, unit)
+        if currents:
+            helfand.check(contents)
+            contents = dataclasses.replace(contents, currents=True)
+        contents = dataclasses.replace(contents, flights=bool(flights))
         self._face(Machine(scene, velocities, contents, unit, wish), {})
         self.machine.schedule()
         if event_log is not None:
@@ -373,6 +393,8 @@ class Simulation:
     # Long enough for modules of their own.
     sample = sampling.sample
     measure = measuring.measure
+    helfand = helfand.helfand
+    free_flights = flying.free_flights
 
     def estimate(self, observable, blocks: Sequence[Block]):
         """Return the observable's estimate from blocks of this run, such as :meth:`blocks` yields."""

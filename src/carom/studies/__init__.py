@@ -2,6 +2,9 @@
 
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.search import CodeInterrupted, spherical_code
+from carom.studies.coefficients.result import Transport
+from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.coefficients.study import transport
 from carom.studies.eos.result import EquationOfState
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import equation_of_state
@@ -19,6 +22,8 @@ __all__ = [
     "RunResult",
     "SphericalCode",
     "StudySpec",
+    "Transport",
+    "TransportSpec",
     "equation_of_state",
     "holds_packing",
     "pack",
@@ -27,4 +32,5 @@ __all__ = [
     "resume_packing",
     "run",
     "spherical_code",
+    "transport",
 ]

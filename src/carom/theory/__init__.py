@@ -36,6 +36,14 @@ from carom.theory.mixture import (
     species_collision_rate,
 )
 from carom.theory.solid import almarza, free_volume, hall, speedy
+from carom.theory.transport import (
+    Enskog,
+    diffusion_shift,
+    enskog,
+    erpenbeck_wood,
+    normal_speed,
+    velocity_tail,
+)
 from carom.theory.virial import virial_coefficients, virial_pade, virial_series
 
 __all__ = [
@@ -43,6 +51,7 @@ __all__ = [
     "FREEZING",
     "MELTING",
     "Coexistence",
+    "Enskog",
     "Equation",
     "almarza",
     "ball_volume",
@@ -55,7 +64,10 @@ __all__ = [
     "compressibility_factor",
     "contact_value",
     "crystal_finite_size_shift",
+    "diffusion_shift",
+    "enskog",
     "equations",
+    "erpenbeck_wood",
     "finite_size_shift",
     "free_volume",
     "hall",
@@ -64,6 +76,7 @@ __all__ = [
     "kolafa_labik_malijevsky",
     "mean_free_time",
     "mixture_second_virial",
+    "normal_speed",
     "pieprzyk",
     "santos_lopez_de_haro_yuste",
     "santos_yuste_lopez_de_haro",
@@ -73,6 +86,7 @@ __all__ = [
     "speed_factor",
     "speedy",
     "tonks",
+    "velocity_tail",
     "virial_coefficients",
     "virial_pade",
     "virial_series",

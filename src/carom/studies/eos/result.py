@@ -17,6 +17,7 @@ from carom.io.paths import replacing, writing
 from carom.studies.eos import fits
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.table import Row, table
+from carom.studies.session import Failure
 from carom.studies.tasks import Record
 from carom.theory import Equation
 
@@ -26,21 +27,6 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".pdf", ".svg")
 
 COLUMNS = tuple(f.name for f in dataclasses.fields(Row))
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A task that came to no result.
-
-    Attributes
-    ----------
-    task : dict
-    reason : str
-        One clause.
-    """
-
-    task: dict[str, Any]
-    reason: str
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,6 +16,7 @@ from carom.models import obstacles
 from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene import lattices
 from carom.studies.eos.start import NEAR_FREEZING
+from carom.studies.session import cost
 from carom.studies.tasks import Task
 
 DENSITIES: dict[int, tuple[float, ...]] = {
@@ -278,12 +279,6 @@ def excess_part(eta: float, dimension: int) -> float:
 def scene_spec(words: Mapping[str, Any]) -> SceneSpec:
     """Return the scene that JSON values describe."""
     return SceneSpec(**{name: _tuples(value) for name, value in words.items()})
-
-
-def cost(task: Task) -> float:
-    """Return how much work a task is, in collisions."""
-    length = task["equilibration"] + task["collisions_per_particle"]
-    return 0.5 * float(length) * int(task["scene"]["n"])
 
 
 def nearest_filling(start: str, dimension: int, n: int) -> int:

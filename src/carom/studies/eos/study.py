@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import time as clock
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from carom.errors import CaromWarning, FileError, InputError
-from carom.studies import executors as engines
-from carom.studies.eos.result import EquationOfState, Failure
+from carom.errors import FileError, InputError
+from carom.studies.eos.result import EquationOfState
 from carom.studies.eos.simulate import simulate
-from carom.studies.eos.spec import GRID, StudySpec, cost
-from carom.studies.runs.folder import owned
-from carom.studies.signals import Interrupted, stoppable
-from carom.studies.tasks import SETTINGS, Record, Task, TaskFolder, key
+from carom.studies.eos.spec import GRID, StudySpec
+from carom.studies.session import Failure, Job
+from carom.studies.tasks import SETTINGS, Record, TaskFolder
 from carom.theory import Equation
 
 
@@ -161,19 +157,19 @@ def run(
 ) -> EquationOfState:
     """Run a study that is given as a value; parameters as for :func:`equation_of_state`."""
     began = clock.perf_counter()
-    tasks = spec.tasks()
-    if out is None:
-        session = _Session(spec, tasks, None, equation, progress)
-        return session.run(executor, workers, began)
-    folder = TaskFolder(Path(out))
-    # Before anything is made: the engine may be none, and what stands there another study's.
-    engines.check(executor, workers)
-    folder.check(spec.settings())
-    folder.make()
-    with owned(folder.path):
-        folder.begin(spec.settings(), {name: spec.words()[name] for name in GRID})
-        session = _Session(spec, tasks, folder, equation, progress)
-        return session.run(executor, workers, began)
+
+    def summary(records: list[Record], failures: list[Failure]) -> EquationOfState:
+        folder = None if out is None else Path(out)
+        return EquationOfState(spec, records, failures, folder, equation=equation)
+
+    def report(done: int, total: int, fraction: float, so_far: EquationOfState) -> None:
+        if progress is not None:
+            progress(Progress(done, total, fraction, so_far))
+
+    job = Job(spec.tasks(), simulate, summary, report if progress is not None else None)
+    grid = {name: spec.words()[name] for name in GRID}
+    result, name = job.run(executor, workers, out, spec.settings(), grid)
+    return dataclasses.replace(result, engine=name, seconds=clock.perf_counter() - began)
 
 
 def load(out: str | PathLike[str], equation: Equation | None = None) -> EquationOfState:
@@ -196,119 +192,3 @@ def load(out: str | PathLike[str], equation: Equation | None = None) -> Equation
     folder.check(spec.settings())
     records = [record for task in spec.tasks() if (record := folder.load(task)) is not None]
     return EquationOfState(spec, records, folder=folder.path, equation=equation)
-
-
-class _Session:
-    """One go at a study."""
-
-    def __init__(
-        self,
-        spec: StudySpec,
-        tasks: list[Task],
-        folder: TaskFolder | None,
-        equation: Equation | None,
-        progress: Callable[[Progress], object] | None,
-    ):
-        self.spec, self.tasks, self.folder = spec, tasks, folder
-        self.equation, self.progress = equation, progress
-        stored = [None if folder is None else folder.load(task) for task in tasks]
-        self.records: dict[str, Record] = {
-            key(task): record for task, record in zip(tasks, stored, strict=True) if record is not None
-        }
-        self.missing = [task for task in tasks if key(task) not in self.records]
-        self.failures: list[Failure] = []
-        self.unwritten: list[Record] = []
-        self.problem = ""
-
-    def run(self, executor: Any, workers: int | None, began: float) -> EquationOfState:
-        """Run what is missing."""
-        name = ""
-        with stoppable() as stop:
-            self._report()
-            ended = True
-            if self.missing:
-                stop.deferred = True
-                with engines.engine(executor, workers) as where:
-                    name = where.name
-                    function = simulate
-                    if where.local:
-                        function = functools.partial(simulate, stop=lambda: stop.asked)
-                    ended = engines.run(
-                        function,
-                        self.missing,
-                        where,
-                        done=self._done,
-                        failed=self._failed,
-                        stop=lambda: stop.asked,
-                    )
-                    if not ended:
-                        where.close(now=True)
-                stop.deferred = False
-            self._write_again()
-            if not ended:
-                raise Interrupted(self._farewell())
-        result = self._so_far()
-        result = dataclasses.replace(result, engine=name, seconds=clock.perf_counter() - began)
-        self._warn()
-        return result
-
-    def _done(self, index: int, record: Record) -> None:
-        task = self.missing[index]
-        self.records[key(task)] = record
-        if self.folder is not None:
-            try:
-                self.folder.store(record)
-            except FileError as error:
-                # A full disk may have room again before the end; the result is kept in memory until then.
-                self.unwritten.append(record)
-                self.problem = str(error)
-        self._report()
-
-    def _failed(self, index: int, error: BaseException) -> None:
-        self.failures.append(Failure(self.missing[index], engines.reason(error)))
-
-    def _write_again(self) -> None:
-        assert self.folder is not None or not self.unwritten
-        for record in [*self.unwritten]:
-            try:
-                self.folder.store(record)  # type: ignore[union-attr]
-            except FileError as error:
-                self.problem = str(error)
-            else:
-                self.unwritten.remove(record)
-
-    def _so_far(self) -> EquationOfState:
-        records = [self.records[key(task)] for task in self.tasks if key(task) in self.records]
-        folder = None if self.folder is None else self.folder.path
-        return EquationOfState(self.spec, records, [*self.failures], folder, equation=self.equation)
-
-    def _report(self) -> None:
-        if self.progress is None:
-            return
-        total = sum(map(cost, self.tasks)) or 1.0
-        done = sum(cost(task) for task in self.tasks if key(task) in self.records)
-        self.progress(Progress(len(self.records), len(self.tasks), done / total, self._so_far()))
-
-    def _farewell(self) -> str:
-        count = f"{len(self.records)} of {len(self.tasks)} runs are done"
-        if self.folder is None:
-            return f"Stopped; {count}, and lost, because no folder was given to keep them."
-        return f"Stopped; {count}, and the same command goes on with the study in {self.folder.path}."
-
-    def _warn(self) -> None:
-        if self.failures:
-            first = self.failures[0]
-            eta, n = first.task["scene"]["packing_fraction"], first.task["scene"]["n"]
-            warnings.warn(
-                f"{len(self.failures)} of {len(self.tasks)} runs failed, the first one at packing fraction "
-                f"{eta:g} with n = {n}: {first.reason}. The rest is done; run the study again to try these.",
-                CaromWarning,
-                stacklevel=4,
-            )
-        if self.unwritten:
-            warnings.warn(
-                f"{len(self.unwritten)} results could not be kept: {self.problem} "
-                "They are in the table now; run the study again to have them on the disk.",
-                CaromWarning,
-                stacklevel=4,
-            )

@@ -5,19 +5,21 @@ from __future__ import annotations
 import dataclasses
 import difflib
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.io.paths import existing, reason
 from carom.studies.eos.spec import StudySpec
 
+S = TypeVar("S", bound=StudySpec)
+
 LARGEST_FILE = 64 * 1024
 """Bytes; a study is about a page."""
 
 
-def load(path: str | Path) -> StudySpec:
-    """Read a study from a TOML file.
+def load(path: str | Path, kind: type[S] = StudySpec) -> S:  # type: ignore[assignment]
+    """Read a study of a kind from a TOML file.
 
     Raises
     ------
@@ -26,6 +28,21 @@ def load(path: str | Path) -> StudySpec:
     InputError
         If it is no TOML, or no study; the text begins with the name of the file.
     """
+    content = read(path)
+    try:
+        return parse(content, kind)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def read(path: str | Path) -> str:
+    """Return the text of a study file.
+
+    Raises
+    ------
+    FileError
+        If it is missing, unreadable, too large or not text in UTF-8.
+    """
     path = existing(path)
     try:
         data = path.read_bytes()
@@ -33,42 +50,49 @@ def load(path: str | Path) -> StudySpec:
             raise FileError(
                 f"{path} has more than {LARGEST_FILE} bytes; expected a study (TOML) of about a page."
             )
-        content = data.decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(f"{path} cannot be read as text: {reason(error)}.") from None
+
+
+def sections(content: str) -> dict[str, Any]:
+    """Return the sections of a TOML text.
+
+    Raises
+    ------
+    InputError
+        If it is no TOML.
+    """
+    import tomllib
+
     try:
-        return parse(content)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        return tomllib.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"This is no valid TOML: {error}.") from None
 
 
-def parse(content: str) -> StudySpec:
-    """Read a study from TOML; what is left out has its default.
+def parse(content: str, kind: type[S] = StudySpec) -> S:  # type: ignore[assignment]
+    """Read a study of a kind from TOML; what is left out has its default.
 
     Raises
     ------
     InputError
         If it is no TOML, a section or key is unknown, or a value cannot be used.
     """
-    import tomllib
-
-    try:
-        tables = tomllib.loads(content)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"This is no valid TOML: {error}.") from None
+    tables = sections(content)
     for name, table in tables.items():
         if name not in ("study", "scene"):
             raise InputError(f"[{name}] is no section of a study; those are [study] and [scene].")
         if not isinstance(table, dict):
             raise InputError(f"[{name}] must be a section, found {checks.describe(table)}.")
     words = dict(tables.get("study", {}))
-    known = [f.name for f in dataclasses.fields(StudySpec) if f.name != "scene"]
+    known = [f.name for f in dataclasses.fields(kind) if f.name != "scene"]
     for name in words:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"; did you mean {near[0]}" if near else f" (known: {', '.join(known)})"
             raise InputError(f"[study] {name} is no known key{hint}.")
-    return StudySpec(**words, scene=tables.get("scene", {}))
+    return kind(**words, scene=tables.get("scene", {}))
 
 
 def text(spec: StudySpec) -> str:

@@ -1,0 +1,168 @@
+"""The command ``carom transport``: transport coefficients from flags, a scene file or a study file."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from carom.cli.eos import _fractions, _integers
+from carom.cli.trouble import friendly
+
+if TYPE_CHECKING:
+    from carom.studies.coefficients.study import Progress
+
+_GRID = "What to simulate instead of the file's, or the default's"
+_LENGTH = "How long"
+_WHERE = "Where it runs"
+_OUTPUT = "What to write"
+
+
+@friendly
+def transport(
+    scene: Annotated[
+        Path | None,
+        typer.Argument(help=r"Scene file, or study file with \[study] (TOML). Without: six densities."),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder for the results; the same study goes on there.")
+    ] = Path("carom-transport"),
+    packing_fractions: Annotated[
+        str | None,
+        typer.Option(
+            "--packing-fractions",
+            "--eta",
+            help="E.g. 0.1,0.2,0.3 or 0.1:0.4:7 (7 from 0.1 to 0.4).",
+            rich_help_panel=_GRID,
+        ),
+    ] = None,
+    n: Annotated[
+        str | None,
+        typer.Option("--n", help="Number of particles, or several: 256,500,1372.", rich_help_panel=_GRID),
+    ] = None,
+    replicas: Annotated[
+        int | None, typer.Option(help="Independent runs of each point.", rich_help_panel=_GRID)
+    ] = None,
+    dimension: Annotated[
+        int | None, typer.Option("--dimension", "-d", help="Of space, from 2 on.", rich_help_panel=_GRID)
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Source of all randomness.", rich_help_panel=_GRID)] = None,
+    relative_error: Annotated[
+        float | None,
+        typer.Option(help="Of shear viscosity and thermal conductivity.", rich_help_panel=_LENGTH),
+    ] = None,
+    collisions_per_particle: Annotated[
+        float | None, typer.Option(help="Or: length of every run.", rich_help_panel=_LENGTH)
+    ] = None,
+    equilibration: Annotated[
+        float | None,
+        typer.Option(help="Collisions per particle before anything is measured.", rich_help_panel=_LENGTH),
+    ] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(help="processes, threads, serial or mpi.", rich_help_panel=_WHERE),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", "-j", help="Processes or threads; one a core.", rich_help_panel=_WHERE),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Address of a Dask scheduler, e.g. tcp://host:8786.", rich_help_panel=_WHERE),
+    ] = None,
+    report: Annotated[
+        bool,
+        typer.Option(
+            "--report", help="A page with table and pictures: report.html.", rich_help_panel=_OUTPUT
+        ),
+    ] = False,
+    pictures: Annotated[
+        bool, typer.Option("--pictures/--no-pictures", help="transport.png.", rich_help_panel=_OUTPUT)
+    ] = True,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json",
+            help="Print the table as JSON, and nothing else, to standard output.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = False,
+) -> None:
+    """Measure self-diffusion, viscosities and thermal conductivity, beside Enskog's theory.
+
+    The folder then holds study.toml, a result file for each run in tasks/, transport.csv and transport.png.
+    What is there already is not run again: the same command goes on with a study that was stopped.
+
+    [bold]Examples[/bold]
+
+    carom transport --eta 0.2618 --relative-error 0.01
+    carom transport scene.toml --replicas 8 --out scene-transport
+    carom transport --eta 0.2618 --n 256,500,1372 --report
+    """
+    from carom.errors import InputError
+    from carom.studies.coefficients.spec import TransportSpec, of_scene
+    from carom.studies.eos.toml import text
+
+    if engine is not None and scheduler is not None:
+        raise InputError("--engine and --scheduler contradict each other; give one of them.")
+    given: dict[str, Any] = {
+        "packing_fractions": None if packing_fractions is None else _fractions(packing_fractions),
+        "n": None if n is None else _integers(n),
+        "replicas": replicas,
+        "dimension": dimension,
+        "seed": seed,
+        "relative_error": relative_error,
+        "collisions_per_particle": collisions_per_particle,
+        "equilibration": equilibration,
+    }
+    values = {name: value for name, value in given.items() if value is not None}
+    spec = TransportSpec(**values) if scene is None else of_scene(scene, **values)
+    from carom.cli.compiling import compiling_told
+    from carom.io.paths import replacing, writing
+
+    with _watched() as progress, compiling_told():
+        from carom.studies.coefficients.study import run
+
+        result = run(spec, executor=scheduler or engine, workers=workers, out=out, progress=progress)
+    print(json.dumps(result.rows(), indent=2, allow_nan=False) if as_json else result)
+    sys.stdout.flush()
+    with replacing(out / "study.toml") as temporary, writing(out / "study.toml"):
+        temporary.write_text(text(result.spec), encoding="utf-8")
+    result.to_csv(out / "transport.csv")
+    if pictures and result.records:
+        with replacing(out / "transport.png") as temporary:
+            result.plot(temporary)
+    if report:
+        result.report(out / "report.html")
+    if not as_json:
+        print(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else ""))
+    if not result.complete:
+        raise InputError(
+            f"{len(result.records)} of {len(result.spec.tasks())} runs are done; "
+            "the same command tries the rest again."
+        )
+
+
+@contextlib.contextmanager
+def _watched() -> Iterator[Callable[[Progress], None] | None]:
+    """Show a bar while the body runs, if standard error is a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    with Bar(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("Starting", total=1.0)
+
+        def progress(present: Progress) -> None:
+            bar.update(
+                task, completed=present.fraction, description=f"{present.done} of {present.total} runs"
+            )
+
+        yield progress

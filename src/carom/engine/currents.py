@@ -1,0 +1,191 @@
+"""The currents of momentum and heat, and their exact integrals over time: Helfand's moments.
+
+Between two collisions every current is constant, so that its integral is a sum over collisions; a collision
+adds to it what it carries over the distance of the two centres (E. Helfand, Phys. Rev. 119, 1 (1960); B. J.
+Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). Where nobody asks for currents there
+are none, and they cost nothing.
+
+All are taken in the rest frame of the centre of mass. Energy that a pair holds is shared by the two.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner, required
+from carom.engine.images import separation
+from carom.models.interface import NEVER, mass
+
+
+class Currents(NamedTuple):
+    """Currents now, what they have added up to, and samples of that at equal times.
+
+    A tensor is symmetric and kept as its upper triangle, row by row: s = d (d + 1) / 2 numbers.
+    """
+
+    drift: np.ndarray
+    """Velocity of the centre of mass, (d,) float64."""
+    kinds: np.ndarray
+    """Species of each component, (n + 1,) int64."""
+    flow: np.ndarray
+    """Currents now, (s + d + K d,): sum of m v_a v_b; sum of m v^2 v_a / 2; sum of v_a of each species."""
+    carried: np.ndarray
+    """Their integrals from the start of the run to ``since``, in the same order."""
+    thrown: np.ndarray
+    """What collisions carried, (s + d,): momentum dp_a r_b, energy dE r_a."""
+    since: np.ndarray
+    """Time of the last change, in the epoch, (1,) float64."""
+    upcoming: np.ndarray
+    """Time of the next sample, in the epoch, and from one sample to the next, (2,) float64."""
+    used: np.ndarray
+    """Samples written, (1,) int64."""
+    samples: np.ndarray
+    """(count, 2 s + 2 d + K d) float64: ``carried`` and ``thrown`` at the times of the samples."""
+    room: np.ndarray
+    """Room for r, and for the velocities of two before and after a collision, (5, d) float64."""
+
+
+def make_currents(masses, velocities, kinds) -> Currents:
+    """Return the currents of components (n,) with velocities (n, d) and species (n + 1,) or None."""
+    n, d = velocities.shape
+    count = 0 if kinds is None else int(kinds.max()) + 1
+    size = d * (d + 1) // 2 + d
+    currents = Currents(
+        drift=np.zeros(d),
+        kinds=np.zeros(n + 1, np.int64) if kinds is None else kinds,
+        flow=np.zeros(size + count * d),
+        carried=np.zeros(size + count * d),
+        thrown=np.zeros(size),
+        since=np.zeros(1),
+        upcoming=np.array([NEVER, NEVER]),
+        used=np.zeros(1, np.int64),
+        samples=np.zeros((0, 2 * size + count * d)),
+        room=np.zeros((5, d)),
+    )
+    for _ in range(2):  # the second time with the digits that a fast drift has taken
+        currents.drift[:] += masses @ (velocities - currents.drift) / masses.sum()
+    v = velocities - currents.drift
+    tensor = np.einsum("i,ia,ib->ab", masses, v, v)
+    heat = 0.5 * np.einsum("i,ib,ib,ia->a", masses, v, v, v)
+    species = [v[kinds[:n] == k].sum(axis=0) for k in range(count)]
+    currents.flow[:] = np.concatenate([tensor[np.triu_indices(d)], heat, *species])
+    return currents
+
+
+@inner
+def observe(currents, now):
+    """Write the samples that are due up to the time now: every current was constant until then."""
+    size = len(currents.flow)
+    while currents.used[0] < len(currents.samples) and currents.upcoming[0] <= now:
+        row = currents.samples[currents.used[0]]
+        passed = currents.upcoming[0] - currents.since[0]
+        for c in range(size):
+            row[c] = currents.carried[c] + currents.flow[c] * passed
+        for c in range(len(currents.thrown)):
+            row[size + c] = currents.thrown[c]
+        currents.used[0] += 1
+        currents.upcoming[0] += currents.upcoming[1]
+
+
+@inner
+def carry(currents, now):
+    """Add the currents since the last change to their integrals."""
+    observe(currents, now)
+    passed = now - currents.since[0]
+    for c in range(len(currents.flow)):
+        currents.carried[c] += currents.flow[c] * passed
+    currents.since[0] = now
+
+
+@inner
+def enter(currents, m, kind, v, sign):
+    """Add to the currents what a component of mass m with velocity v is to them, times ``sign``."""
+    d = len(v)
+    twice = 0.0
+    c = 0
+    for p in range(d):
+        twice += v[p] * v[p]
+        for q in range(p, d):
+            currents.flow[c] += sign * m * v[p] * v[q]
+            c += 1
+    for p in range(d):
+        currents.flow[c + p] += sign * 0.5 * m * twice * v[p]
+    c += d
+    if len(currents.flow) > c:
+        for p in range(d):
+            currents.flow[c + kind * d + p] += sign * v[p]
+    return 0.5 * m * twice
+
+
+@required
+def flowed(currents, model, state, i, j, word, a, b, now):
+    """Take note of what a collision carries and changes, before the velocities change by ``a r`` and
+    ``-b r``.
+    """
+
+
+@flowed.register
+def _(currents: None, model, state, i, j, word, a, b, now):
+    return None
+
+
+@flowed.register
+def _(currents: Currents, model, state, i, j, word, a, b, now):
+    carry(currents, now)
+    me = state.rows[i]
+    other = state.rows[j]
+    r, v, after, w, later = (
+        currents.room[0],
+        currents.room[1],
+        currents.room[2],
+        currents.room[3],
+        currents.room[4],
+    )
+    d = len(model.boundary.edges)
+    for p in range(d):
+        x = separation(model.boundary, i, word, p, np.float64(other.x[p]) - np.float64(me.x[p]))
+        r[p] = x
+        v[p] = np.float64(me.v[p]) - currents.drift[p]
+        w[p] = np.float64(other.v[p]) - currents.drift[p]
+        after[p] = v[p] + a * x
+        later[p] = w[p] - b * x
+    first = mass(model.pair, np.int64(i))
+    second = mass(model.pair, np.int64(j))
+    kind, other_kind = currents.kinds[i], currents.kinds[j]
+    gained = -enter(currents, first, kind, v, -1.0) + enter(currents, first, kind, after, 1.0)
+    lost = enter(currents, second, other_kind, w, -1.0) - enter(currents, second, other_kind, later, 1.0)
+    c = 0
+    for p in range(d):
+        for q in range(p, d):
+            currents.thrown[c] -= first * a * r[p] * r[q]
+            c += 1
+    for p in range(d):
+        # Where a pair takes up energy, or gives it, each of the two has half of it.
+        currents.thrown[c + p] -= r[p] * 0.5 * (gained + lost)
+
+
+@required
+def reckon(currents, pair, rows, duration):
+    """At the end of an epoch, take the currents from the velocities, so that rounding does not add up, and
+    count time from the next one.
+    """
+
+
+@reckon.register
+def _(currents: None, pair, rows, duration):
+    return None
+
+
+@reckon.register
+def _(currents: Currents, pair, rows, duration):
+    carry(currents, duration)
+    currents.since[0] = 0.0
+    currents.upcoming[0] -= duration
+    currents.flow[:] = 0.0
+    v = currents.room[1]
+    for i in range(len(rows) - 1):  # the last row is the ghost
+        for p in range(len(v)):
+            v[p] = np.float64(rows[i].v[p]) - currents.drift[p]
+        enter(currents, mass(pair, i), currents.kinds[i], v, 1.0)

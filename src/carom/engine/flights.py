@@ -1,0 +1,108 @@
+"""Free flights between collisions, and how fast two meet: histograms, where they are asked for."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner, required
+
+BINS = 256
+"""Of each histogram; the last one holds everything beyond."""
+
+
+class Flights(NamedTuple):
+    """What flights and collisions add up to, by species."""
+
+    kinds: np.ndarray
+    """Species of each component, (n + 1,) int64."""
+    last: np.ndarray
+    """Time of the last collision of each component, in the epoch, (n,) float64; infinite before the first."""
+    widths: np.ndarray
+    """Width of a bin of free times, free paths and normal speeds, (3,) float64."""
+    times: np.ndarray
+    """Histogram of free times, (K, BINS) int64."""
+    paths: np.ndarray
+    """Histogram of free paths, (K, BINS) int64."""
+    speeds: np.ndarray
+    """Histogram of relative normal speeds, (K, K, BINS) int64, in the rows of the smaller species."""
+    flown: np.ndarray
+    """Flights, and sums of their times and paths, (K, 3) float64."""
+    met: np.ndarray
+    """Collisions, and sums of normal speeds and their squares, (K, K, 3) float64, likewise."""
+
+
+def make_flights(n: int, kinds) -> Flights:
+    """Return empty histograms for n components of species (n + 1,) or None."""
+    count = 1 if kinds is None else int(kinds.max()) + 1
+    return Flights(
+        np.zeros(n + 1, np.int64) if kinds is None else kinds,
+        np.full(n, np.inf),
+        np.ones(3),
+        np.zeros((count, BINS), np.int64),
+        np.zeros((count, BINS), np.int64),
+        np.zeros((count, count, BINS), np.int64),
+        np.zeros((count, 3)),
+        np.zeros((count, count, 3)),
+    )
+
+
+@inner
+def place(value, width):
+    """Return the bin of a value that is not negative."""
+    return np.int64(min(value / width, BINS - 1.0))
+
+
+@required
+def flown(flights, state, i, j, rr, rv, now):
+    """Take note of the flights that a collision of i and j ends, before their velocities change.
+
+    ``rr`` is r.r and ``rv`` r.v of j relative to i at contact.
+    """
+
+
+@flown.register
+def _(flights: None, state, i, j, rr, rv, now):
+    return None
+
+
+@flown.register
+def _(flights: Flights, state, i, j, rr, rv, now):
+    for c in (i, j):
+        if flights.last[c] <= now:  # the first flight began before anybody looked
+            kind = flights.kinds[c]
+            square = 0.0
+            for axis in range(len(state.rows[c].v)):
+                v = np.float64(state.rows[c].v[axis])
+                square += v * v
+            time = now - flights.last[c]
+            path = time * np.sqrt(square)
+            flights.times[kind, place(time, flights.widths[0])] += 1
+            flights.paths[kind, place(path, flights.widths[1])] += 1
+            flights.flown[kind, 0] += 1.0
+            flights.flown[kind, 1] += time
+            flights.flown[kind, 2] += path
+        flights.last[c] = now
+    a = min(flights.kinds[i], flights.kinds[j])
+    b = max(flights.kinds[i], flights.kinds[j])
+    u = abs(rv) / np.sqrt(rr)
+    flights.speeds[a, b, place(u, flights.widths[2])] += 1
+    flights.met[a, b, 0] += 1.0
+    flights.met[a, b, 1] += u
+    flights.met[a, b, 2] += u * u
+
+
+@required
+def ground(flights, duration):
+    """At the end of an epoch, count times from the next one."""
+
+
+@ground.register
+def _(flights: None, duration):
+    return None
+
+
+@ground.register
+def _(flights: Flights, duration):
+    flights.last[:] -= duration

@@ -1,0 +1,371 @@
+"""Correlations in time on the way, at times from one frame to the whole run, without storing frames.
+
+The latest 16 frames are kept; of these, every second of the 16 before them at twice the spacing; and so on
+(J. Ramirez, S. K. Sukumaran, B. Vorselaars and A. E. Likhtman, J. Chem. Phys. 133, 154103 (2010), without
+their averaging, which would smear out the times). So times are spaced evenly at first, then by their
+logarithm, without a gap, and the memory grows with the logarithm of the number of frames.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from carom import checks, jit
+from carom.errors import CaromWarning, InputError
+from carom.frame import Frame
+from carom.observables.statistics import Estimate, blocking
+
+KEPT = 16
+"""Frames kept at each spacing; correlated with the new one at 8 to 15 spacings, at the shortest at 1 to
+15."""
+
+FEW = 8
+"""Origins of a time below which it is left out: their scatter says nothing of the error."""
+
+
+@functools.cache
+def _kernel() -> Any:
+    """Return the compiled sums over components of two frames."""
+    from numba import float64, int64, void
+
+    @functools.partial(
+        jit.compiled,
+        signature=void(
+            float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], int64[::1], float64[::1]
+        ),
+    )
+    def correlate(r, v, later, w, chosen, sums):
+        sums[:] = 0.0
+        for k in range(len(chosen)):
+            i = chosen[k]
+            square = product = moved = 0.0
+            for a in range(r.shape[1]):
+                step = later[i, a] - r[i, a]
+                square += step * step
+                product += v[i, a] * w[i, a]
+                moved += 0.5 * (v[i, a] + w[i, a]) * step
+            sums[0] += square
+            sums[1] += square * square
+            sums[2] += product
+            sums[3] += moved
+
+    return correlate
+
+
+@dataclass
+class Dynamics:
+    """Mean square displacement, velocity autocorrelation, non-Gaussian parameter: an observable of frames.
+
+    Give it to :meth:`carom.Simulation.measure`, or call :meth:`update` with frames at equal times, of a
+    simulation or of a trajectory file, and :meth:`result` whenever wanted.
+
+    Parameters
+    ----------
+    blocks : int
+        Frames, where ``measure`` takes them.
+    species : int, optional
+        Of which species; of all components if left out.
+    shells : int
+        Lengths of wave vector, from the shortest that the box allows, at which F(q, t) is measured.
+
+    Raises
+    ------
+    InputError
+        From :meth:`update`, if frames have no image counts, or are not equally spaced in time.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    >>> found = sim.measure(carom.observables.Dynamics(blocks=64), time=16.0)
+    >>> float(found.times[0])
+    0.25
+    """
+
+    blocks: int = 1024
+    species: int | None = None
+    shells: int = 0
+    _levels: list[_Level] = field(default_factory=list, init=False, repr=False)
+    _frames: int = field(default=0, init=False, repr=False)
+    _first: float = field(default=0.0, init=False, repr=False)
+    _every: float = field(default=0.0, init=False, repr=False)
+    _shape: tuple[int, int] = field(default=(0, 0), init=False, repr=False)
+    _drift: np.ndarray = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
+    _chosen: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64), init=False, repr=False)
+    _waves: Waves | None = field(default=None, init=False, repr=False)
+    _structure: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
+    _square: list[float] = field(default_factory=list, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        checks.integer(self.blocks, "blocks", low=2)
+        checks.integer(self.shells, "shells", low=0)
+
+    def update(self, frame: Frame) -> None:
+        """Take in the next frame."""
+        if frame.images is None:
+            raise InputError("Displacements need image counts, which this frame lacks: images=True.")
+        if self._frames == 0:
+            self._begin(frame)
+        self._check(frame)
+        v = frame.velocities - self._drift
+        r = frame.unwrapped - self._drift * (frame.time - self._first)
+        self._square.append(float(np.mean(np.sum(v[self._chosen] ** 2, axis=1))))
+        rho = None if self._waves is None else self._waves.density(frame.positions[self._chosen])
+        if rho is not None and self._waves is not None:
+            self._structure.append(self._waves.average(np.abs(rho) ** 2) / len(self._chosen))
+        count, level = self._frames, 0
+        while True:
+            if level == len(self._levels):
+                self._levels.append(_Level(*self._shape, 0 if rho is None else len(rho)))
+            self._levels[level].take(r, v, rho, level, self._chosen, self._waves)
+            if count % 2:
+                break
+            count //= 2
+            level += 1
+            if count == 0 and level > 0:
+                break
+        self._frames += 1
+
+    def _begin(self, frame: Frame) -> None:
+        self._first, self._shape = frame.time, (frame.n, frame.dimension)
+        self._drift = frame.masses @ frame.velocities / frame.masses.sum()
+        if not all(frame.periodic):
+            self._drift = np.zeros(frame.dimension)
+        chosen = np.ones(frame.n, bool)
+        if self.species is not None:
+            if frame.species is None or not (frame.species == self.species).any():
+                raise InputError(f"species is {self.species}, and the frame has none of them.")
+            chosen = frame.species == self.species
+        self._chosen = np.flatnonzero(chosen)
+        self._waves = Waves.of(frame.box, self.shells) if self.shells else None
+
+    def _check(self, frame: Frame) -> None:
+        if (frame.n, frame.dimension) != self._shape:
+            raise InputError(f"A frame has {frame.n} components after one with {self._shape[0]}.")
+        if self._frames == 1:
+            self._every = frame.time - self._first
+        late = frame.time - self._first - self._frames * self._every
+        if self._frames and not (self._every > 0.0 and abs(late) <= 1e-6 * self._every):
+            raise InputError(
+                f"A frame at time {frame.time:g} is not {self._every:g} after the one before; correlations "
+                "in time need equal spacing: sim.sample(every=...)."
+            )
+
+    def means(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return times (l,), and means over all origins (l, 4) of: squared displacement, its square,
+        v(0).v(t), and the product of the mean velocity at both ends with the displacement.
+        """
+        rows = self._rows(1)
+        return (
+            np.array([lag * self._every for lag, _, _ in rows]),
+            np.array([x.mean(axis=0) for _, x, _ in rows]).reshape(-1, 4),
+        )
+
+    def result(self) -> DynamicsEstimate:
+        """Return what was measured so far, with error bars from blocking over the origins of time.
+
+        Raises
+        ------
+        InputError
+            If there are fewer than 9 frames.
+        """
+        rows = self._rows(FEW)
+        if not rows:
+            raise InputError(
+                f"{self._frames} frames are too few for a correlation in time; take {FEW + 1} or more."
+            )
+        d = self._shape[1]
+        columns: dict[str, list[Estimate]] = {
+            name: []
+            for name in ("mean_square", "non_gaussian", "velocity_autocorrelation", "running_diffusion")
+        }
+        scattering: list[list[Estimate]] = []
+        with warnings.catch_warnings():
+            # A long time has few origins, and a wide error bar that says so.
+            warnings.simplefilter("ignore", CaromWarning)
+            for _, x, f in rows:
+                square, fourth, product, moved = x.T
+                columns["mean_square"].append(blocking(square))
+                columns["non_gaussian"].append(_non_gaussian(square, fourth, d))
+                columns["velocity_autocorrelation"].append(blocking(product / d))
+                columns["running_diffusion"].append(blocking(moved / d))
+                scattering.append([blocking(column) for column in f.T])
+            structure = [blocking(column) for column in np.transpose(self._structure)]
+            square_now = blocking(np.array(self._square) / d)
+        q = np.zeros(0) if self._waves is None else self._waves.lengths
+        return DynamicsEstimate(
+            dimension=d,
+            times=np.array([lag * self._every for lag, _, _ in rows]),
+            velocity_square=square_now,
+            wave_numbers=q,
+            structure_factor=structure,
+            scattering=scattering,
+            **columns,
+        )
+
+    def _rows(self, least: int) -> list[tuple[int, np.ndarray, np.ndarray]]:
+        """Return of every lag with enough origins: frames, sums of components, scattering."""
+        found = []
+        for k, level in enumerate(self._levels):
+            for lag, values in sorted(level.values.items()):
+                if len(values) >= least:
+                    f = np.array(level.scattered[lag]) if level.scattered[lag] else np.zeros((len(values), 0))
+                    found.append((lag << k, np.array(values), f))
+        return found
+
+
+def _non_gaussian(square: np.ndarray, fourth: np.ndarray, d: int) -> Estimate:
+    """Return ``d <r^4> / ((d + 2) <r^2>^2) - 1`` with its error, linearised."""
+    a, b = float(square.mean()), float(fourth.mean())
+    if a == 0.0:
+        return Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+    scale = d / (d + 2.0) / a**2
+    linear = blocking(scale * (fourth - 2.0 * b / a * (square - a)))
+    return Estimate(scale * b - 1.0, linear.error, linear.n_eff, linear.tau, linear.blocks)
+
+
+class _Level:
+    """The latest frames at one spacing, and what they correlate to."""
+
+    def __init__(self, n: int, d: int, waves: int):
+        self.positions, self.velocities = np.zeros((KEPT, n, d)), np.zeros((KEPT, n, d))
+        self.densities = np.zeros((KEPT, waves), complex)
+        self.count = 0
+        self.values: dict[int, list[np.ndarray]] = {}
+        self.scattered: dict[int, list[np.ndarray]] = {}
+
+    def take(
+        self,
+        r: np.ndarray,
+        v: np.ndarray,
+        rho: np.ndarray | None,
+        level: int,
+        chosen: np.ndarray,
+        waves: Waves | None,
+    ) -> None:
+        """Correlate a frame with those kept, and keep it."""
+        correlate, sums = _kernel(), np.zeros(4)
+        for lag in range(KEPT // 2 if level else 1, min(KEPT, self.count + 1)):
+            k = (self.count - lag) % KEPT
+            correlate(self.positions[k], self.velocities[k], r, v, chosen, sums)
+            self.values.setdefault(lag, []).append(sums / len(chosen))
+            scattered = self.scattered.setdefault(lag, [])
+            if rho is not None and waves is not None:
+                product = (rho * self.densities[k].conj()).real
+                scattered.append(waves.average(product) / len(chosen))
+        k = self.count % KEPT
+        self.positions[k], self.velocities[k] = r, v
+        if rho is not None:
+            self.densities[k] = rho
+        self.count += 1
+
+
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """Wave vectors that fit a periodic box, in shells of one length each.
+
+    Attributes
+    ----------
+    numbers : (m, d) int array
+        Waves along each axis; of q and -q one.
+    shell : (m,) int array
+        To which length each belongs.
+    lengths : (s,) array
+        [1 / length]
+    box : (d,) array
+        [length]
+    """
+
+    numbers: np.ndarray
+    shell: np.ndarray
+    lengths: np.ndarray
+    box: np.ndarray
+
+    @classmethod
+    def of(cls, box: tuple[float, ...], shells: int) -> Waves:
+        """Return the wave vectors of the shortest lengths."""
+        edges = np.asarray(box)
+        most = 1
+        while True:
+            reach = 2.0 * math.pi * most / edges.max()
+            waves = np.floor(reach * edges / (2.0 * math.pi) + 0.5).astype(int)
+            ranges = [np.arange(-k, k + 1) for k in waves]
+            numbers = np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, len(edges))
+            numbers = numbers[len(numbers) // 2 + 1 :]  # of q and -q one, and no q = 0
+            lengths = 2.0 * math.pi * np.sqrt(np.sum((numbers / edges) ** 2, axis=1))
+            found = np.unique(np.round(lengths / lengths.min(), 9)) * lengths.min()
+            inside = found[found <= reach * (1.0 + 1e-9)]
+            if len(inside) >= shells:
+                break
+            most += 1
+        kept = inside[:shells]
+        near = np.searchsorted(kept, lengths * (1.0 - 1e-8))
+        chosen = lengths <= kept[-1] * (1.0 + 1e-8)
+        return cls(numbers[chosen], near[chosen], kept, edges)
+
+    def density(self, positions: np.ndarray) -> np.ndarray:
+        """Return ``sum exp(i q.r)`` over positions (n, d) for each wave vector, (m,) complex."""
+        most = int(np.abs(self.numbers).max())
+        unit = np.exp(2.0j * math.pi * positions / self.box)
+        powers = unit[None] ** np.arange(-most, most + 1)[:, None, None]
+        total = np.ones((len(self.numbers), len(positions)), complex)
+        for axis in range(positions.shape[1]):
+            total *= powers[self.numbers[:, axis] + most, :, axis]
+        return total.sum(axis=1)
+
+    def average(self, values: np.ndarray) -> np.ndarray:
+        """Return the mean over each shell, (s,)."""
+        return np.bincount(self.shell, values) / np.bincount(self.shell)
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicsEstimate:
+    """Correlations in time of one component, each with its error bar.
+
+    Attributes
+    ----------
+    dimension : int
+    times : (l,) array
+        Evenly spaced up to 15 frames, then by their logarithm [time].
+    mean_square : list of Estimate
+        Mean square displacement at each time [length^2].
+    non_gaussian : list of Estimate
+        ``d <r^4> / ((d + 2) <r^2>^2) - 1``.
+    velocity_autocorrelation : list of Estimate
+        ``<v(0).v(t)> / d`` [length^2 / time^2].
+    running_diffusion : list of Estimate
+        ``<v(0).(r(t) - r(0))> / d``: the integral of the velocity autocorrelation up to the time, with no
+        time step; the coefficient of self-diffusion where it no longer changes [length^2 / time].
+    velocity_square : Estimate
+        The velocity autocorrelation at time zero.
+    wave_numbers : (s,) array
+        Lengths q of the wave vectors [1 / length].
+    structure_factor : list of Estimate
+        S(q), by wave number.
+    scattering : list of lists of Estimate
+        F(q, t), by time and wave number.
+    """
+
+    dimension: int
+    times: np.ndarray
+    mean_square: list[Estimate]
+    non_gaussian: list[Estimate]
+    velocity_autocorrelation: list[Estimate]
+    running_diffusion: list[Estimate]
+    velocity_square: Estimate
+    wave_numbers: np.ndarray
+    structure_factor: list[Estimate]
+    scattering: list[list[Estimate]]
+
+    def __str__(self) -> str:
+        last = len(self.times) - 1
+        return (
+            f"{len(self.times)} times from {self.times[0]:g} to {self.times[last]:g}; there the mean square "
+            f"displacement is {self.mean_square[last].value_text}"
+        )

@@ -1,0 +1,142 @@
+"""Helfand's moments at equal times, and the mean squares from which transport coefficients follow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.errors import InputError
+
+PARTS = ("kinetic", "cross", "collisional")
+"""Of a mean square ``<(k + c)^2>``: ``<k^2>``, ``2 <k c>`` and ``<c^2>``."""
+
+
+@dataclass(frozen=True, eq=False)
+class HelfandMoments:
+    """Time integrals of the currents of momentum and heat, at equal times.
+
+    In the rest frame of the centre of mass. What is kinetic is exact between collisions, what is collisional
+    changes at them alone.
+
+    Attributes
+    ----------
+    every : float
+        Time from one sample to the next [time].
+    stress : (2, m, d, d) array
+        Kinetic and collisional: integral of ``sum m v_a v_b``; sum of ``dp_a r_b`` [mass length^2 / time].
+    heat : (2, m, d) array
+        Kinetic and collisional: integral of ``sum m v^2 v_a / 2``; sum of ``dE r_a`` [energy length].
+    displacement : (K, m, d) array
+        Sum of the displacements of each species [length]; K = 0 where the scene has none.
+    """
+
+    every: float
+    stress: np.ndarray
+    heat: np.ndarray
+    displacement: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Number of samples, m."""
+        return self.stress.shape[1]
+
+    @property
+    def dimension(self) -> int:
+        """Number of dimensions, d."""
+        return self.stress.shape[-1]
+
+    @property
+    def pressure(self) -> np.ndarray:
+        """Trace of the stress over d, (m,): pressure times volume, integrated over time [energy time]."""
+        return np.trace(self.stress.sum(axis=0), axis1=1, axis2=2) / self.dimension
+
+
+@dataclass(frozen=True, eq=False)
+class MeanSquares:
+    """Mean squares of changes of Helfand's moments over several times.
+
+    Attributes
+    ----------
+    times : (l,) array
+        [time]
+    shear : (3, l) array
+        Of one off-diagonal element of the stress: kinetic, cross, collisional. It is the mean over all
+        elements of the traceless tensor, hence over every off-diagonal element in every orientation.
+    heat : (3, l) array
+        Of one component.
+    bulk : (2, l) array
+        Mean and mean square of :attr:`HelfandMoments.pressure` less ``rate`` times the time.
+    rate : float
+        See there.
+    fluxes : (1 + K, 1 + K, l) array
+        Mean products of one component of heat and of the displacement of each species.
+    """
+
+    times: np.ndarray
+    shear: np.ndarray
+    heat: np.ndarray
+    bulk: np.ndarray
+    rate: float
+    fluxes: np.ndarray
+
+
+def mean_squares(moments: HelfandMoments, lags: Sequence[int], rate: float) -> MeanSquares:
+    """Return mean squares over all stretches of so many samples, however they overlap.
+
+    Parameters
+    ----------
+    moments : HelfandMoments
+        Of one stretch of a run.
+    lags : sequence of int
+        In samples; less than there are.
+    rate : float
+        Pressure times volume, about, which is taken out of the change of the trace [energy]. That it is not
+        exactly the mean is made good by whoever knows the mean.
+
+    Raises
+    ------
+    InputError
+        If a lag is longer than the stretch.
+
+    Notes
+    -----
+    In an isotropic fluid ``<S_ab S_cd> = A (delta_ac delta_bd + delta_ad delta_bc - 2/d delta_ab delta_cd)``
+    for the traceless stress S, so that the sum of its squares is ``A (d - 1) (d + 2)``, and A that of one
+    off-diagonal element.
+    """
+    d = moments.dimension
+    if max(lags, default=1) >= moments.count or min(lags, default=1) < 1:
+        raise InputError(
+            f"lags of {min(lags)} to {max(lags)} samples in a stretch of {moments.count}; expected from 1 to "
+            f"{moments.count - 1}."
+        )
+    traces = np.trace(moments.stress, axis1=2, axis2=3) / d
+    traceless = moments.stress - traces[..., None, None] * np.eye(d)
+    shape = (2, moments.count, d * d)
+    tensor, vector = traceless.reshape(shape), moments.heat
+    trace = traces.sum(axis=0) - rate * moments.every * np.arange(moments.count)
+    flux = np.concatenate([vector.sum(axis=0)[None], moments.displacement])
+    shear, heat, bulk, fluxes = [], [], [], []
+    for lag in lags:
+        s, q, f = (a[:, lag:] - a[:, :-lag] for a in (tensor, vector, flux))
+        b = trace[lag:] - trace[:-lag]
+        shear.append(_parts(s) / max((d - 1) * (d + 2), 1))
+        heat.append(_parts(q) / d)
+        bulk.append([b.mean(), np.mean(b * b)])
+        fluxes.append(np.einsum("kma,lma->kl", f, f) / (f.shape[1] * d))
+    return MeanSquares(
+        moments.every * np.asarray(lags, np.float64),
+        np.transpose(shear),
+        np.transpose(heat),
+        np.transpose(bulk),
+        rate,
+        np.moveaxis(np.asarray(fluxes), 0, -1),
+    )
+
+
+def _parts(x: np.ndarray) -> np.ndarray:
+    """Return the mean over samples of k.k, 2 k.c and c.c of (2, m, components)."""
+    (kk, kc), (_, cc) = np.einsum("pma,qma->pq", x, x) / x.shape[1]
+    return np.array([kk, 2.0 * kc, cc])

@@ -1,0 +1,109 @@
+"""What an observable is: a class of one's own that ``measure`` and ``for frame in sim.sample(...)`` share.
+
+It has ``update(frame)`` or ``update(block)``: the name of the parameter says what it wants to see. The method
+may return a number or an array; Carom then makes the mean with its error bar. Or it keeps what it needs, and
+``result()`` returns what was measured.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.observables.statistics import blocking
+
+SEEN = ("frame", "block")
+
+
+@runtime_checkable
+class Observable(Protocol):
+    """What :meth:`carom.Simulation.measure` takes.
+
+    It may have ``blocks``, the number of stretches of equal time that the run is cut into (256 without it),
+    and ``result()``. An observable of frames sees one at the start, and one at the end of each stretch.
+    """
+
+    def update(self, seen: Any, /) -> Any:
+        """Take in the next :class:`carom.Frame`, or the next :class:`carom.Block`; return its value, or
+        nothing.
+        """
+
+
+def sees(observable: Any) -> str:
+    """Return what an observable's ``update`` wants: "frame" or "block".
+
+    Raises
+    ------
+    InputError
+        If its parameter has another name.
+    """
+    try:
+        names = [
+            name
+            for name, parameter in inspect.signature(observable.update).parameters.items()
+            if parameter.default is parameter.empty and parameter.kind is not parameter.VAR_KEYWORD
+        ]
+    except (TypeError, ValueError):
+        names = []
+    if len(names) != 1 or names[0] not in SEEN:
+        raise InputError(
+            f"{type(observable).__name__}.update({', '.join(names)}) does not say what it wants to see; name "
+            "its one parameter frame or block."
+        )
+    return names[0]
+
+
+def averages(values: Sequence[Any]) -> Any:
+    """Return the means of what ``update`` returned, with error bars from blocking.
+
+    Parameters
+    ----------
+    values : sequence of float or arrays of one shape
+        One of each stretch, in order.
+
+    Returns
+    -------
+    Estimate, or an array of them
+        In the shape of a value.
+
+    Raises
+    ------
+    InputError
+        If they are not numbers, or differ in shape.
+    """
+    try:
+        series = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"update() returned {checks.describe(values[0])} first; expected a number, or an array of the "
+            "same shape each time, or None and a method result()."
+        ) from None
+    if series.ndim == 1:
+        return blocking(series)
+    flat = series.reshape(len(series), -1)
+    found = np.empty(flat.shape[1], dtype=object)
+    found[:] = [blocking(column) for column in flat.T]
+    return found.reshape(series.shape[1:])
+
+
+def outcome(observable: Any, values: Sequence[Any]) -> Any:
+    """Return ``result()``, or where there is none the means of what ``update`` returned.
+
+    Raises
+    ------
+    InputError
+        If there is neither.
+    """
+    if callable(getattr(observable, "result", None)):
+        return observable.result()
+    if any(value is None for value in values) or not values:
+        raise InputError(
+            f"{type(observable).__name__}.update() returned nothing, and there is no result(): give it "
+            "one of the two."
+        )
+    return averages(values)

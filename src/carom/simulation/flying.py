@@ -1,0 +1,90 @@
+"""Collision statistics on the way: the method :meth:`carom.Simulation.free_flights`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.observables.flights import FlightsEstimate, FlightSums, flights_of
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+    from carom.simulation.simulation import Simulation
+
+REACH = (12.0, 12.0, 8.0)
+"""Where histograms end: in mean free times, mean free paths and thermal speeds of the lightest."""
+
+
+def free_flights(
+    sim: Simulation,
+    *,
+    collisions_per_particle: float | None = None,
+    time: float | None = None,
+    blocks: int = 64,
+) -> FlightsEstimate:
+    """Run on and return free times, free paths, collision rates and normal speeds; changes no bit of the run.
+
+    Parameters
+    ----------
+    collisions_per_particle, time : float
+        How long; one of them.
+    blocks : int
+        Stretches of equal time, from whose scatter error bars come.
+
+    Returns
+    -------
+    FlightsEstimate
+        By species; see :mod:`carom.observables.flights`. Flights that began before are left out; those that
+        end later, too: the stretch should be long beside a free time.
+
+    Raises
+    ------
+    InputError
+        If the simulation was made without ``flights=True``, or not exactly one length is given.
+    """
+    machine = sim.machine
+    flights = machine.engine.model.flights
+    if flights is None:
+        raise InputError("free_flights() needs what this simulation has not: Simulation(flights=True).")
+    if (collisions_per_particle is None) == (time is None):
+        raise InputError("free_flights() needs either collisions_per_particle or time.")
+    count = checks.integer(blocks, "blocks", low=2)
+    n = sim.scene.n
+    if time is None:
+        assert collisions_per_particle is not None
+        time = sim.time_for(checks.collisions_of(collisions_per_particle, n))
+    free = sim.time_for(0.5 * n)  # each collision ends two flights
+    speed = float(np.sqrt(sim.kT / sim.scene.masses.min()))
+    widths = np.array([free, free * speed, speed]) * REACH / (flights.times.shape[1] - 1)
+    with machine.alone.changing():
+        _clear(machine, widths)
+    sums, durations, before = [], [], _sums(machine)
+    for block in sim.blocks(time / count, count):
+        after = _sums(machine)
+        sums.append(FlightSums(*(b - a for a, b in zip(before, after, strict=True))))
+        durations.append(block.duration)
+        before = after
+    kinds = np.zeros(n, np.int64) if sim.scene.species is None else sim.scene.species
+    return flights_of(sums, durations, np.bincount(kinds, minlength=len(flights.times)), widths)
+
+
+def _clear(machine: Machine, widths: np.ndarray) -> None:
+    """Begin new histograms."""
+    flights, unit = machine.engine.model.flights, machine.unit
+    flights.widths[:] = [unit.to_kernel(widths[0], 1), widths[1], unit.to_kernel(widths[2], -1)]
+    flights.last[:] = np.inf
+    for part in (flights.times, flights.paths, flights.speeds, flights.flown, flights.met):
+        part[:] = 0
+
+
+def _sums(machine: Machine) -> FlightSums:
+    """Return a copy of what there is, in the scene's units."""
+    flights, unit = machine.engine.model.flights, machine.unit
+    flown, met = flights.flown.copy(), flights.met.copy()
+    flown[:, 1] = unit.to_scene(flown[:, 1], 1)
+    for power in (1, 2):
+        met[:, :, power] = unit.to_scene(met[:, :, power], -power)
+    return FlightSums(flights.times.copy(), flights.paths.copy(), flights.speeds.copy(), flown, met)

@@ -1,0 +1,132 @@
+"""Helfand's moments on the way: the method :meth:`carom.Simulation.helfand`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.observables.moments import HelfandMoments
+from carom.simulation.loop import advance
+
+if TYPE_CHECKING:
+    from carom.engine.requirements import Contents
+    from carom.simulation.machine import Machine
+    from carom.simulation.simulation import Simulation
+
+
+def check(contents: Contents) -> None:
+    """Raise InputError where currents would not be what Helfand's moments need."""
+    missing = {
+        "all axes periodic and no obstacles": all(contents.periodic) and not contents.obstacles,
+        "elastic contacts": contents.elastic,
+        "diameters that do not grow": contents.rates is None,
+        "straight flight": contents.straight,
+        "double precision": not contents.single,
+        "at least two components": contents.n > 1,
+    }
+    wrong = [name for name, right in missing.items() if not right]
+    if wrong:
+        raise InputError(f"currents=True needs {' and '.join(wrong)}; leave it out, or change the scene.")
+
+
+def helfand(
+    sim: Simulation,
+    *,
+    every: float,
+    count: int,
+    look: Callable[[Frame], object] | None = None,
+    look_every: int = 1,
+) -> HelfandMoments:
+    """Run on and return Helfand's moments at equal times; changes no bit of the run.
+
+    Parameters
+    ----------
+    every : float
+        Time between two samples [time]; the first one is the present.
+    count : int
+        How many samples; the run ends with the last.
+    look : callable, optional
+        Called with a frame at the first sample, and at every ``look_every``-th after it.
+    look_every : int
+        Samples from one such frame to the next.
+
+    Returns
+    -------
+    HelfandMoments
+        See :mod:`carom.observables.moments`. Exact, since every current is constant between two collisions.
+
+    Raises
+    ------
+    InputError
+        If the simulation was made without ``currents=True``.
+    """
+    machine = sim.machine
+    if not machine.contents.currents:
+        raise InputError("helfand() needs currents, and this simulation has none: Simulation(currents=True).")
+    step = Fraction(checks.number(every, "every", low=0.0, open_low=True))
+    count = checks.integer(count, "count", low=2)
+    stride = checks.integer(look_every, "look_every", low=1) if look is not None else count
+    start = machine.clock.instant
+    with machine.alone.changing():
+        _ask(machine, count, float(machine.unit.to_kernel(step, 1)))
+    try:
+        for k in range(0, count, stride):
+            advance(machine, None, start + k * step)
+            if look is not None:
+                look(sim.frame())
+        advance(machine, None, start + (count - 1) * step)
+        rows = _taken(machine)
+    finally:
+        _ask(machine, 0, np.inf)
+    return _moments(rows, float(step), machine)
+
+
+def _ask(machine: Machine, count: int, step: float) -> None:
+    """Have the engine write so many samples, the first of them at the present."""
+    currents = machine.engine.model.currents
+    currents.used[0] = 0
+    currents.upcoming[:] = machine.in_epoch() if count else np.inf, step
+    samples = np.zeros((count, currents.samples.shape[1]))
+    model = machine.engine.model._replace(currents=currents._replace(samples=samples))
+    machine.engine = machine.engine._replace(model=model)
+
+
+def _taken(machine: Machine) -> np.ndarray:
+    """Return the samples, those since the last collision included."""
+    from carom.engine.currents import observe
+
+    currents, now = machine.engine.model.currents, machine.in_epoch()
+    while currents.used[0] < len(currents.samples):
+        currents.upcoming[0] = min(currents.upcoming[0], now)  # by rounding it may be a hair behind the end
+        observe(currents, now)
+    return currents.samples
+
+
+def _moments(rows: np.ndarray, every: float, machine: Machine) -> HelfandMoments:
+    """Return samples in the scene's units."""
+    d, unit = machine.scene.dimension, machine.unit
+    s = d * (d + 1) // 2
+    species = rows.shape[1] - 2 * (s + d)
+    upper = np.triu_indices(d)
+    ends = np.cumsum([s, d, species, s, d])
+    tensors, vectors = [], []
+    for part in (0, 3):
+        tensor = np.zeros((len(rows), d, d))
+        packed = rows[:, ends[part] - s : ends[part]]
+        tensor[:, upper[0], upper[1]] = packed
+        tensor[:, upper[1], upper[0]] = packed
+        tensors.append(tensor)
+        vectors.append(rows[:, ends[part + 1] - d : ends[part + 1]])
+    displaced = rows[:, ends[1] : ends[2]].reshape(len(rows), -1, d)
+    return HelfandMoments(
+        every,
+        unit.to_scene(np.array(tensors), -1),
+        unit.to_scene(np.array(vectors), -2),
+        np.ascontiguousarray(np.moveaxis(displaced, 1, 0)),
+    )

@@ -1,0 +1,1 @@
+"""Transport coefficients from replicas of a fluid in equilibrium, by Einstein's and Helfand's relations."""

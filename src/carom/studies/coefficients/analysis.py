@@ -1,0 +1,265 @@
+"""From the mean squares of blocks to transport coefficients with error bars."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from carom.observables.combined import combined
+from carom.observables.statistics import Estimate
+from carom.studies.coefficients import windows
+from carom.studies.tasks import Record
+
+UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """A transport coefficient and what it rests on.
+
+    Attributes
+    ----------
+    value : Estimate
+        Nan where there is no such number: in two dimensions.
+    window : tuple of two floats
+        Between which times the slope was taken [time].
+    kinetic, cross, collisional : Estimate or None
+        What the parts of the current, and the correlation between them, contribute; None where there is no
+        split.
+    times : tuple of float
+        [time]
+    running : tuple of Estimate
+        The coefficient at each of these times: half of the slope of the mean square around it.
+    settled : bool
+        Whether the slope agreed with that of the next window.
+    """
+
+    value: Estimate
+    window: tuple[float, float]
+    kinetic: Estimate | None = None
+    cross: Estimate | None = None
+    collisional: Estimate | None = None
+    times: tuple[float, ...] = ()
+    running: tuple[Estimate, ...] = ()
+    settled: bool = True
+
+
+def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], Any]) -> list[Estimate]:
+    """Return a function of the mean over blocks, with the error of leaving out one block after the other.
+
+    Parameters
+    ----------
+    blocks : (b, ...) array
+        Independent.
+    function : callable
+        From the mean to one number, or several.
+    """
+    count = len(blocks)
+    whole = np.atleast_1d(function(blocks.mean(axis=0)))
+    if count < 2:
+        return [Estimate(float(x), math.inf, float(count), 1.0, count) for x in whole]
+    total = blocks.sum(axis=0)
+    parts = np.array([np.atleast_1d(function((total - block) / (count - 1.0))) for block in blocks])
+    errors = np.sqrt((count - 1.0) / count * np.sum((parts - parts.mean(axis=0)) ** 2, axis=0))
+    return [
+        Estimate(float(x), float(e), float(count), 1.0, count) for x, e in zip(whole, errors, strict=True)
+    ]
+
+
+@dataclass(frozen=True)
+class Extrapolation:
+    """Self-diffusion of infinitely many, by a straight line in 1 / L through several sizes.
+
+    Attributes
+    ----------
+    packing_fraction : float
+    value, slope : Estimate
+        At 1 / L = 0 [length^2 / time]; and against 1 / L [length^3 / time].
+    sizes : tuple of int
+    chi2_per_point : float
+        Of the fit, over sizes less two.
+    """
+
+    packing_fraction: float
+    value: Estimate
+    slope: Estimate
+    sizes: tuple[int, ...]
+    chi2_per_point: float
+
+
+def line(x: np.ndarray, y: np.ndarray, error: np.ndarray) -> tuple[Estimate, Estimate, float]:
+    """Return intercept and slope of a straight line through points, and chi^2 over points less two."""
+    design = np.stack([np.ones_like(x), x]) / error
+    covariance = np.linalg.inv(design @ design.T)
+    found = covariance @ (design @ (y / error))
+    chi2 = float(np.sum((y / error - found @ design) ** 2))
+    ends = [
+        Estimate(float(v), float(e), float(len(x)), 1.0, len(x))
+        for v, e in zip(found, np.sqrt(np.diag(covariance)), strict=True)
+    ]
+    return ends[0], ends[1], chi2 / (len(x) - 2) if len(x) > 2 else math.nan
+
+
+class Point:
+    """The blocks of all replicas of one point.
+
+    Parameters
+    ----------
+    records : list of dict
+        Of :func:`carom.studies.coefficients.simulate.simulate`, with one scene.
+    """
+
+    def __init__(self, records: list[Record]):
+        results = [record["result"] for record in records]
+        self.first = results[0]
+        self.blocks = [block for result in results for block in result["blocks"]]
+        # Replicas differ in length, because each has its own rate of collisions.
+        self.steps = sum((result["samples"] - 1) * len(result["blocks"]) for result in results)
+        self.every = float(self.first["every"])
+        self.dimension = int(self.first["dimension"])
+        self.n = int(self.first["n"])
+        self.kT = float(self.first["kT"])
+        self.volume = math.prod(self.first["box"])
+        # Replicas were given the same lags; a shorter one has fewer of them.
+        self.count = min(len(block["shear"][0]) for block in self.blocks)
+        self.lags = np.array(windows.LAGS[: self.count])
+        self.times = self.every * self.lags
+
+    def array(self, name: str) -> np.ndarray:
+        """Return what the blocks hold under a name, (b, ..., l)."""
+        return np.array([np.asarray(block[name])[..., : self.count] for block in self.blocks])
+
+    def coefficient(self, squares: np.ndarray, scale: float) -> Coefficient:
+        """Return ``scale`` times half of the slope of the mean squares (b, parts, l), by the rule."""
+        half = 0.5 * scale
+        run = tuple(jackknife(squares, lambda m: half * np.diff(m.sum(axis=0)) / np.diff(self.times)))
+        middle = tuple(float(t) for t in 0.5 * (self.times[1:] + self.times[:-1]))
+        window, settled = self._window(squares.sum(axis=1))
+        if window is None:
+            return Coefficient(UNKNOWN, (math.nan, math.nan), times=middle, running=run, settled=False)
+        low, high = window
+        parts = [
+            jackknife(squares[:, part], lambda m: half * self._slope(m, low, high))[0]
+            for part in range(squares.shape[1])
+        ]
+        (value,) = jackknife(squares.sum(axis=1), lambda m: half * self._slope(m, low, high))
+        kinetic, cross, collisional = parts if len(parts) == 3 else (None, None, None)
+        between = (float(self.times[low]), float(self.times[high]))
+        return Coefficient(value, between, kinetic, cross, collisional, middle, run, settled)
+
+    def _slope(self, squares: np.ndarray, low: int, high: int) -> Any:
+        return (squares[..., high] - squares[..., low]) / (self.times[high] - self.times[low])
+
+    def _window(self, squares: np.ndarray) -> tuple[tuple[int, int] | None, bool]:
+        """Return the window of the rule, and whether the next one agrees with it."""
+        at = {int(lag): k for k, lag in enumerate(self.lags)}
+        found = [(at[s], at[2 * s]) for s in windows.STARTS if 2 * s in at]
+        slopes = [(self._slope(squares, *one)) for one in found]
+        for window, one, two in zip(found, slopes, slopes[1:], strict=False):
+            (change,) = jackknife(two - one, lambda m: m)
+            if abs(change.mean) <= windows.AGREE * change.error:
+                return window, True
+        return (found[-1] if found else None), False
+
+    def shear_viscosity(self) -> Coefficient:
+        """Return the shear viscosity: slope over ``V kT``."""
+        return self.coefficient(self.array("shear"), 1.0 / (self.volume * self.kT))
+
+    def thermal_conductivity(self) -> Coefficient:
+        """Return the thermal conductivity, at zero flux of every species."""
+        scale = 1.0 / (self.volume * self.kT**2)
+        fluxes = self.array("fluxes")
+        if fluxes.shape[1] <= 2:  # no species, or one: its flux is zero
+            return self.coefficient(self.array("heat"), scale)
+        low, high = self._window(np.diagonal(fluxes, axis1=1, axis2=2)[..., 0])[0] or (0, 1)
+        half = 0.5 * scale
+
+        def conductivity(mean: np.ndarray) -> float:
+            slopes = self._slope(mean, low, high)[:-1, :-1]  # the last species' flux follows from the others'
+            return half * float(slopes[0, 0] - slopes[0, 1:] @ np.linalg.solve(slopes[1:, 1:], slopes[1:, 0]))
+
+        (value,) = jackknife(fluxes, conductivity)
+        return Coefficient(value, (float(self.times[low]), float(self.times[high])))
+
+    def bulk_viscosity(self) -> Coefficient:
+        """Return the bulk viscosity, with the mean of all replicas taken out of the pressure.
+
+        Notes
+        -----
+        Over a stretch t of a run T from which the mean is taken, the mean square is too small by ``1 - t /
+        T``, for which it is corrected.
+        """
+        bulk = self.array("bulk")
+        total = self.every * self.steps
+        mean = sum(block["change"] for block in self.blocks) / total
+        squares = []
+        for block, (first, second) in zip(self.blocks, bulk, strict=True):
+            off = (mean - block["rate"]) * self.times
+            squares.append([(second - 2.0 * off * first + off**2) / (1.0 - self.times / total)])
+        return self.coefficient(np.array(squares), 1.0 / (self.volume * self.kT))
+
+    def self_diffusion(self, species: int = 0) -> tuple[Coefficient, Coefficient]:
+        """Return self-diffusion from the mean square displacement, and from the velocity autocorrelation."""
+        held = [block["moved"][species] for block in self.blocks]
+        count = min(len(each["times"]) for each in held)
+        times = np.array(held[0]["times"][:count])
+        means = np.array([each["means"][:count] for each in held])
+        d = self.dimension
+        run = [jackknife(means[:, k, 3], lambda m: m / d)[0] for k in range(count)]
+        begin = max(windows.WAVES * self.first["wave_time"], float(windows.STARTS[0]) * self.every)
+        low = int(np.searchsorted(times, begin * (1.0 - 1e-9)))
+        high = int(np.searchsorted(times, 2.0 * begin * (1.0 - 1e-9)))
+        settled = high < count
+        if not settled:  # blocks are too short: the longest times that there are
+            high = count - 1
+            low = int(np.searchsorted(times, 0.5 * times[high])) if count else 0
+        if high <= low or count < 2:
+            empty = Coefficient(UNKNOWN, (math.nan, math.nan), settled=False)
+            return empty, empty
+        window = (float(times[low]), float(times[high]))
+        span = 2.0 * d * (times[high] - times[low])
+        (slope,) = jackknife(means[:, :, 0], lambda m: (m[high] - m[low]) / span)
+        shared: dict[str, Any] = {
+            "times": tuple(float(t) for t in times), "running": tuple(run), "settled": settled,
+        }  # fmt: skip
+        return Coefficient(slope, window, **shared), Coefficient(run[low], (0.0, window[0]), **shared)
+
+    def mutual_diffusion(self) -> Coefficient | None:
+        """Return the Maxwell-Stefan diffusion coefficient of a binary mixture."""
+        counts = self.first["counts"]
+        if len(counts) != 2 or min(counts) == 0:
+            return None
+        fluxes = self.array("fluxes")
+        one, two = (float(c) for c in counts)
+        relative = fluxes[:, 1, 1] / one**2 + fluxes[:, 2, 2] / two**2 - 2.0 * fluxes[:, 1, 2] / (one * two)
+        return self.coefficient(relative[:, None], one * two / (one + two))
+
+    def thermal_diffusion(self) -> Coefficient | None:
+        """Return Onsager's coefficient of heat and the flux of the first of two species, over ``V kT``."""
+        if len(self.first["counts"]) != 2:
+            return None
+        product = self.array("fluxes")[:, 0, 1]
+        return self.coefficient(product[:, None], 1.0 / (self.volume * self.kT))
+
+    def compressibility_factors(self) -> tuple[Estimate, Estimate, Estimate]:
+        """Return Z by the virial, by the collision rate, and by both with their covariance."""
+        from carom import theory
+
+        durations = np.array([block["duration"] for block in self.blocks])
+        virials = np.array([block["virial"] for block in self.blocks]) / durations
+        z = 1.0 + virials / (self.dimension * self.n * self.kT)
+        by_virial = jackknife(z, lambda m: m)[0]
+        if not self.first["simple"]:
+            return by_virial, UNKNOWN, by_virial
+        rate = 2.0 * np.array([block["collisions"] for block in self.blocks]) / durations / self.n
+        per = theory.collision_rate(
+            2.0, self.dimension, n=self.n, diameter=self.first["diameters"][0], mass=self.first["masses"][0],
+            kT=self.kT,
+        )  # fmt: skip
+        counted = 1.0 + rate / per
+        both = combined(z, counted) if len(z) >= 8 else by_virial
+        return by_virial, jackknife(counted, lambda m: m)[0], both

@@ -1,0 +1,160 @@
+"""Pictures of a transport study, and its page."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import carom
+from carom import theory
+from carom.errors import InputError
+from carom.io.paths import replacing, writing
+from carom.pictures import plots
+from carom.studies.eos.html import STYLE
+from carom.studies.eos.toml import text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from carom.studies.coefficients.result import Row, Transport
+
+NAMES = {
+    "self_diffusion": "self-diffusion",
+    "shear_viscosity": "shear viscosity",
+    "bulk_viscosity": "bulk viscosity",
+    "thermal_conductivity": "thermal conductivity",
+}
+MARKERS = "osD^"
+WIDEST = 0.15
+"""Relative error beyond which a point of the running coefficient is not drawn."""
+
+
+def study(result: Transport, path: str | os.PathLike[str] | None = None) -> Figure:
+    """Draw the coefficients over Enskog's against packing fraction, and how each settles with time.
+
+    Parameters
+    ----------
+    result : Transport
+    path : path, optional
+        Where to save the picture.
+
+    Raises
+    ------
+    InputError
+        If no point is done yet.
+    """
+    rows = result.table
+    if not rows:
+        raise InputError("No point of the study is done yet, so there is nothing to draw.")
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.6, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for axes in (left, right):
+        axes.spines[["top", "right"]].set_visible(False)
+    if all(row.exists for row in rows):
+        _against_density(left, rows)
+    else:
+        _with_time(left, rows, "self_diffusion")
+    _with_time(right, rows, "shear_viscosity")
+    return plots.saved(figure, path)
+
+
+def _against_density(axes: Axes, rows: list[Row]) -> None:
+    for marker, (name, label) in zip(MARKERS, NAMES.items(), strict=True):
+        points = [
+            (row.packing_fraction, c.value.mean / enskog, c.value.error / enskog)
+            for row in rows
+            for key, (c, enskog) in row.quantities().items()
+            if key == name and math.isfinite(enskog) and math.isfinite(c.value.mean)
+        ]
+        if points:
+            x, y, e = np.transpose(points)
+            axes.errorbar(x, y, e, fmt=marker, ms=4.5, lw=1.0, capsize=2.0, label=f"{label}, this $N$")
+    infinite = [
+        (row.packing_fraction, row.self_diffusion_infinite.mean / row.enskog.self_diffusion)
+        for row in rows
+        if row.enskog and math.isfinite(row.self_diffusion_infinite.mean)
+    ]
+    if infinite:
+        axes.plot(
+            *np.transpose(infinite), "o", mfc="none", ms=7.0, color="C0", label="the same, infinite $N$"
+        )
+        eta = np.linspace(0.0, max(0.45, max(row.packing_fraction for row in rows)), 100)
+        axes.plot(eta, theory.erpenbeck_wood(eta), color="C0", lw=1.0, label="Erpenbeck and Wood")
+    axes.axhline(1.0, color="0.6", lw=0.8)
+    axes.set_xlabel(r"packing fraction $\eta$")
+    axes.set_ylabel("coefficient / Enskog's")
+    axes.legend(fontsize=8, frameon=False)
+
+
+def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
+    for k, row in enumerate(rows):
+        for key, (c, enskog) in row.quantities().items():
+            if key != name or not math.isfinite(enskog):
+                continue
+            points = [
+                (t / row.mean_free_time, e.mean / enskog, e.error / enskog)
+                for t, e in zip(c.times, c.running, strict=True)
+                if e.relative_error < WIDEST
+            ]
+            if points:
+                x, y, e = np.transpose(points)
+                label = rf"$\eta$ = {row.packing_fraction:.3g}"
+                axes.errorbar(x, y, e, fmt=".-", ms=4.0, lw=0.9, color=f"C{k % 10}", label=label)
+                if row.exists:
+                    at = [t / row.mean_free_time for t in c.window]
+                    axes.plot(at, [c.value.mean / enskog] * 2, lw=4.0, alpha=0.3, color=f"C{k % 10}")
+    axes.set_xscale("log")
+    axes.set_xlabel("time / mean free time")
+    axes.set_ylabel(f"running {NAMES[name]} / Enskog's")
+    axes.legend(fontsize=8, frameon=False)
+
+
+def write_report(result: Transport, path: Path) -> None:
+    """Write a self-contained page: no script, no network, pictures inside.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written.
+    """
+    rows = result.rows()
+    parts = [
+        "<h1>Transport coefficients</h1>",
+        f"<p>{len(result.records)} of {len(result.spec.tasks())} runs done, by Carom {carom.__version__}. "
+        "One standard error; slopes between the times given, by the rule in "
+        "<code>carom.studies.coefficients.windows</code>.</p>",
+        '<div class="scroll"><table><tr>',
+    ]
+    head = [name for name in (rows[0] if rows else {}) if name != "remark"]
+    parts += [f"<th>{html.escape(name)}</th>" for name in head] + ["</tr>"]
+    for each in rows:
+        cells = (f"{x:.5g}" if isinstance(x, float) else str(x) for x in (each[name] for name in head))
+        parts.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
+    parts.append("</table></div>")
+    remarks = dict.fromkeys(each["remark"] for each in rows if each["remark"])
+    parts += [f"<p>{html.escape(remark)}.</p>" for remark in remarks]
+    if rows:
+        buffer = io.BytesIO()
+        study(result).savefig(buffer, format="png", dpi=110)
+        picture = base64.b64encode(buffer.getvalue()).decode("ascii")
+        parts.append(f'<img alt="coefficients" src="data:image/png;base64,{picture}">')
+    parts += [
+        "<h2>To repeat it</h2><pre>carom transport study.toml</pre>",
+        f"<pre>{html.escape(text(result.spec))}</pre>",
+    ]
+    page = (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>Transport coefficients</title>'
+        f"<style>{STYLE}</style></head>\n<body>\n" + "\n".join(parts) + "\n</body></html>\n"
+    )
+    with replacing(path) as temporary, writing(path):
+        temporary.write_text(page, encoding="utf-8")

@@ -1,0 +1,155 @@
+"""What a transport study computes, as a frozen value: the section ``[study]``."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from carom import checks, theory
+from carom.errors import InputError
+from carom.plan.plan import Plan
+from carom.scene.scene import Scene
+from carom.studies.coefficients import windows
+from carom.studies.eos.spec import GRID, StudySpec, scene_spec
+from carom.studies.tasks import Task
+
+DENSITIES = {2: (0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 3: (0.05, 0.1, 0.2, 0.3, 0.4, 0.45)}
+"""Packing fractions where none are given, by dimension."""
+
+RELATIVE_ERROR = 0.01
+"""Of shear viscosity and thermal conductivity where no length is given."""
+
+REFUSED = ("periodic", "obstacles", "restitution", "elastic_below")
+"""Keys of a scene with which there is no bulk fluid in equilibrium."""
+
+KEPT = ("diameter", "mass", "kT", "contact", *REFUSED)
+"""Keys that a scene file and a study share, the refused ones so that they are refused."""
+
+
+@dataclass(frozen=True)
+class TransportSpec(StudySpec):
+    """A grid of simulations as of :class:`carom.studies.StudySpec`, for transport coefficients.
+
+    Parameters
+    ----------
+    packing_fractions, n, replicas, dimension, seed, initial, neighbors, scene
+        As there; 500 particles and 4 replicas if left out.
+    relative_error : float
+        Of shear viscosity and thermal conductivity at each point, its replicas together; 0.01 if neither
+        length is given. The length follows from it before the run.
+    collisions_per_particle : float
+        Or: length of each run.
+    equilibration : float
+        Collisions per particle before that.
+    blocks : int
+        Blocks of a run, from which error bars come.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, keys contradict each other, or the scene is no bulk fluid of hard cores.
+    """
+
+    n: tuple[int, ...] = (500,)
+    replicas: int = 4
+    equilibration: float = 300.0
+    blocks: int = 16
+
+    def __post_init__(self) -> None:
+        d = checks.integer(self.dimension, "dimension", low=2)
+        if not self.packing_fractions and d in DENSITIES:
+            object.__setattr__(self, "packing_fractions", DENSITIES[d])
+        if self.relative_error is None and self.collisions_per_particle is None:
+            object.__setattr__(self, "relative_error", RELATIVE_ERROR)
+        for name in REFUSED:
+            if name in self.scene:
+                raise InputError(f"[scene] {name} leaves no bulk fluid in equilibrium to measure; remove it.")
+        super().__post_init__()
+        for eta in self.packing_fractions:
+            if eta >= theory.FREEZING.get(d, 1.0):
+                raise InputError(
+                    f"packing_fraction {eta:g} is beyond freezing ({theory.FREEZING[d]:g}); expected a fluid."
+                )
+
+    def _task(self, eta: float, n: int, replica: int) -> Task:
+        task = super()._task(eta, n, replica)
+        task["study"] = "transport"
+        task["every"] = self._every(task)
+        task["blocks"] = self.blocks
+        for name in ("relative_error", "frames"):
+            del task[name]
+        return task
+
+    def _every(self, task: Task) -> float:
+        """Return the time from one sample to the next, a number of few digits."""
+        scene = scene_spec(task["scene"])
+        species = scene.species
+        kT = 1.0 if scene.kT is None else scene.kT
+        if species:
+            weights = [float(s.fraction or 0.0) for s in species]
+            fractions = [w / math.fsum(weights) for w in weights]
+            diameters, masses = [s.diameter for s in species], [s.mass for s in species]
+        else:
+            fractions, diameters, masses = [1.0], [scene.diameter or 1.0], [scene.mass or 1.0]
+        time = windows.free_time(
+            task["scene"]["packing_fraction"], diameters, masses, fractions, self.dimension, kT
+        )
+        return float(f"{time / windows.PER_FREE_TIME:.4g}")
+
+    def _length(self, eta: float, n: int) -> float:
+        """Return the collisions per particle of a run that reaches the error, a number of few digits."""
+        if self.collisions_per_particle is not None:
+            return self.collisions_per_particle
+        assert self.relative_error is not None
+        d = self.dimension
+        components = min(d, (d - 1) * (d + 2) // 2)
+        free_times = windows.relative_variance(components, 1.0) / self.relative_error**2 / self.replicas
+        fewest = self.blocks * windows.SHORTEST * windows.LAGS[-1] / windows.PER_FREE_TIME
+        return float(f"{max(free_times, fewest):.4g}")
+
+    def settings(self) -> dict[str, Any]:
+        """Return what all tasks share: it decides whether two studies may stand in one folder."""
+        return {**super().settings(), "study": "transport"}
+
+
+def of_scene(path: str | Path, **given: Any) -> TransportSpec:
+    """Return the study of a file: with ``[study]``, or a scene file, whose size and density are then the
+    grid.
+
+    Parameters
+    ----------
+    path : path
+        TOML.
+    **given
+        Fields of :class:`TransportSpec` that replace those of the file.
+    """
+    from carom.studies.eos import toml
+
+    text = toml.read(path)
+    if "study" in toml.sections(text):
+        return dataclasses.replace(toml.load(path, TransportSpec), **given)
+    plan = Plan.load(path)
+    words: dict[str, Any] = {"initial": "auto"}
+    scene = plan.scene
+    made: Scene = plan.build_scene()
+    words |= {"packing_fractions": (made.packing_fraction,), "n": (made.n,), "dimension": made.dimension}
+    kept = {
+        f.name: getattr(scene, f.name)
+        for f in dataclasses.fields(scene)
+        if f.name in KEPT and getattr(scene, f.name) not in (None, ())
+    }
+    if scene.species:
+        kept["species"] = [
+            {k: v for k, v in dataclasses.asdict(s).items() if v is not None and k != "count"}
+            | {"fraction": float(s.count if s.count is not None else s.fraction or 0.0)}
+            for s in scene.species
+        ]
+    if kept.get("periodic") is True:
+        del kept["periodic"]
+    return TransportSpec(**{**words, "scene": kept, **given})
+
+
+__all__ = ["GRID", "TransportSpec", "of_scene"]

@@ -1,0 +1,153 @@
+"""Running a transport study: what is missing is computed, wherever it is asked to, and everything is kept."""
+
+from __future__ import annotations
+
+import dataclasses
+import time as clock
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from carom.studies.coefficients.result import Transport
+from carom.studies.coefficients.simulate import simulate
+from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.eos.spec import GRID
+from carom.studies.session import Failure, Job
+from carom.studies.tasks import Record
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a study is.
+
+    Attributes
+    ----------
+    done, total : int
+        Tasks.
+    fraction : float
+        Of the work, in collisions.
+    so_far : Transport
+        The results so far.
+    """
+
+    done: int
+    total: int
+    fraction: float
+    so_far: Transport
+
+
+def transport(
+    packing_fractions: Iterable[float] | float | None = None,
+    *,
+    n: int | Iterable[int] | None = None,
+    replicas: int | None = None,
+    dimension: int | None = None,
+    relative_error: float | None = None,
+    collisions_per_particle: float | None = None,
+    equilibration: float | None = None,
+    seed: int | None = None,
+    blocks: int | None = None,
+    scene: Mapping[str, Any] | None = None,
+    executor: Any = None,
+    workers: int | None = None,
+    out: str | PathLike[str] | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> Transport:
+    """Measure self-diffusion, shear and bulk viscosity and thermal conductivity; of mixtures mutual and
+    thermal diffusion, too.
+
+    Parameters
+    ----------
+    packing_fractions : float or iterable of float
+        Six of the fluid if left out.
+    n : int or iterable of int
+        Numbers of particles; 500 if left out.
+    replicas : int
+        Independent runs of each point; 4 if left out.
+    dimension : int
+        3 if left out. In two dimensions no coefficient exists; see :attr:`Row.exists`.
+    relative_error : float
+        Of shear viscosity and thermal conductivity at each point; 0.01 if no length is given.
+    collisions_per_particle : float
+        Or: length of each run.
+    equilibration : float
+        Collisions per particle before the measurement; 300 if left out.
+    seed : int
+        1 if left out. Each task has a stream of its own.
+    blocks : int
+        Blocks of a run; 16 if left out.
+    scene : mapping
+        Further keys of a scene, as in the section ``[scene]`` of a file: diameter, mass, kT, species.
+    executor : optional
+        "processes" (default), "threads", "serial", "mpi", the address of a Dask scheduler, a Dask Client, or
+        any Executor; see :func:`carom.studies.executors.engine`.
+    workers : int, optional
+        Processes or threads; as many as cores if left out.
+    out : path, optional
+        Folder with a result file for each task. If the same study left some there, only what is missing is
+        run.
+    progress : callable, optional
+        Called with a :class:`Progress` at the start and after every task.
+
+    Returns
+    -------
+    Transport
+
+    Raises
+    ------
+    InputError
+        If the study cannot be run as it is; FileError if `out` holds another study, is in use, or cannot be
+        written to at the start.
+    Interrupted
+        After Ctrl-C or SIGTERM; with `out`, what is done is kept.
+
+    Warns
+    -----
+    CaromWarning
+        If tasks failed, or results could not be written.
+
+    Notes
+    -----
+    Helfand's moments are exact between collisions, so that no number depends on a time step. Where slopes are
+    taken is a rule: :mod:`carom.studies.coefficients.windows`.
+    """
+    given = {
+        "packing_fractions": packing_fractions,
+        "n": n,
+        "replicas": replicas,
+        "dimension": dimension,
+        "relative_error": relative_error,
+        "collisions_per_particle": collisions_per_particle,
+        "equilibration": equilibration,
+        "seed": seed,
+        "blocks": blocks,
+        "scene": scene,
+    }
+    spec = TransportSpec(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+    return run(spec, executor=executor, workers=workers, out=out, progress=progress)
+
+
+def run(
+    spec: TransportSpec,
+    *,
+    executor: Any = None,
+    workers: int | None = None,
+    out: str | PathLike[str] | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> Transport:
+    """Run a study that is given as a value; parameters as for :func:`transport`."""
+    began = clock.perf_counter()
+
+    def summary(records: list[Record], failures: list[Failure]) -> Transport:
+        return Transport(spec, records, failures, None if out is None else Path(out))
+
+    def report(done: int, total: int, fraction: float, so_far: Transport) -> None:
+        if progress is not None:
+            progress(Progress(done, total, fraction, so_far))
+
+    job = Job(spec.tasks(), simulate, summary, None if progress is None else report)
+    grid = {name: spec.words()[name] for name in GRID}
+    result, name = job.run(executor, workers, out, spec.settings(), grid)
+    return dataclasses.replace(result, engine=name, seconds=clock.perf_counter() - began)

@@ -1,0 +1,88 @@
+"""The stretch of time from whose ends the slope of a mean square is taken: the rule, in one place.
+
+A mean square M(t) of the change of a Helfand moment grows as ``2 C t + b`` when t is long beside the decay of
+the current's correlation, and the coefficient is half of the slope from ``t_1`` to ``t_2 = 2 t_1``. A short
+t_1 cuts off the decay; a long one costs precision, as ``sqrt(t_2)``.
+
+Collective coefficients: t_1 is the first of 10, 20 and 40 mean free times whose slope differs from that of
+the next by no more than two standard errors of the difference. The slowest decay of the dilute gas takes 1.9
+mean free times, which leaves 9e-4 of the kinetic part behind the first window.
+
+Self-diffusion: in a periodic box the slowest decay is that of the longest wave, ``tau = L^2 / (4 pi^2 (D +
+nu))``. t_1 is 4 tau, and at least 10 mean free times. The six longest waves then leave behind less than
+``e^-4`` of what they add.
+"""
+
+from __future__ import annotations
+
+import math
+
+from carom import theory
+from carom.scene.scene import Scene
+
+PER_FREE_TIME = 2
+"""Samples of the moments in a mean free time."""
+
+LAGS = (1, 2, 3, 4, 6, 8, 12, 16, 20, 30, 40, 60, 80, 120, 160)
+"""Times of the mean squares, in samples."""
+
+STARTS = (20, 40, 80)
+"""t_1 of the rule, in samples."""
+
+AGREE = 2.0
+"""Standard errors by which slopes of two windows may differ and still be called the same."""
+
+FRAME = 8
+"""Samples from one frame to the next, for self-diffusion."""
+
+WAVES = 4.0
+"""t_1 of self-diffusion in times of decay of the longest wave."""
+
+SHORTEST = 4
+"""Stretches of the longest lag in a block, at least."""
+
+
+def relative_variance(components: int, free_times: float) -> float:
+    """Return the squared relative error of a collective coefficient after so many mean free times.
+
+    Notes
+    -----
+    The slope weighs the current's correlation at s by ``w(s)``: 1 up to t_1, then falling to 0 at t_2. For
+    white noise the variance is ``4 C^2 / T`` times the integral of ``w^2``, hence ``4 (t_1 + (t_2 - t_1) / 3)
+    / T``, with t_1 = 10 and t_2 = 20.
+    """
+    return 4.0 * (10.0 + 10.0 / 3.0) / (components * free_times)
+
+
+def free_time(packing_fraction: float, diameters: list[float], masses: list[float], fractions: list[float],
+              dimension: int, kT: float) -> float:  # fmt: skip
+    """Return the mean time between two collisions of a component, averaged over the mixture [time]."""
+    d = dimension
+    if len(diameters) == 1:
+        z = _compressibility_factor(packing_fraction, d)
+        return float(theory.mean_free_time(z, d, diameter=diameters[0], mass=masses[0], kT=kT))
+    volume = sum(x * theory.ball_volume(d, s) for x, s in zip(fractions, diameters, strict=True))
+    density = packing_fraction / volume
+    contact = (1.0 - 0.5 * packing_fraction) / (1.0 - packing_fraction) ** d
+    rates = [
+        x * theory.species_collision_rate(density * y, contact, 0.5 * (s + t), m * k / (m + k), d, kT=kT)
+        for x, s, m in zip(fractions, diameters, masses, strict=True)
+        for y, t, k in zip(fractions, diameters, masses, strict=True)
+    ]
+    return 1.0 / sum(rates)
+
+
+def _compressibility_factor(eta: float, d: int) -> float:
+    """Return Z of the fluid; to second order where no more is known."""
+    return float(theory.best(d)(eta)) if d in theory.FREEZING else 1.0 + 2.0 ** (d - 1) * eta
+
+
+def wave_time(scene: Scene, kT: float) -> float:
+    """Return how long the longest wave in the box takes to decay, by Enskog's theory [time]."""
+    eta, d = scene.packing_fraction, scene.dimension
+    sigma = (theory.ball_volume(d) ** -1 * eta * scene.volume / scene.n) ** (1.0 / d)
+    z = _compressibility_factor(eta, d)
+    mass = float(scene.masses.mean())
+    found = theory.enskog(z, eta, d, diameter=sigma, mass=mass, kT=kT)
+    nu = found.shear_viscosity * scene.volume / (mass * scene.n)
+    return max(scene.box) ** 2 / (4.0 * math.pi**2 * (found.self_diffusion + nu))

@@ -1,0 +1,179 @@
+"""Transport of hard spheres by theory: Enskog's coefficients, long-time tails, the finite-size shift.
+
+All are of equal, smooth, elastic spheres, in units of Boltzmann's constant 1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.theory.contact import ball_volume
+
+SONINE: dict[int, tuple[float, float, float]] = {
+    2: (1.02709, 1.02197, 1.02972),
+    3: (1.018954, 1.016034, 1.025218),
+    4: (1.01457, 1.01302, 1.02190),
+}
+"""Factors by which converged Sonine expansions exceed the first order, by dimension: of self-diffusion, shear
+viscosity and thermal conductivity. Of d = 2 and 4 orders 1 to 6, extrapolated; of d = 3 the literature's (S.
+Chapman and T. G. Cowling, The Mathematical Theory of Non-uniform Gases, sec. 10.21).
+"""
+
+
+@dataclass(frozen=True)
+class Enskog:
+    """Enskog's transport coefficients of a fluid of hard spheres.
+
+    Attributes
+    ----------
+    self_diffusion : float
+        [length^2 / time]
+    shear_viscosity, bulk_viscosity : float
+        [mass length^(2 - d) / time]
+    thermal_conductivity : float
+        [length^(2 - d) / time], Boltzmann's constant being 1.
+    """
+
+    self_diffusion: float
+    shear_viscosity: float
+    bulk_viscosity: float
+    thermal_conductivity: float
+
+
+def enskog(
+    compressibility_factor: float,
+    packing_fraction: float,
+    dimension: int,
+    *,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+    kT: float = 1.0,
+) -> Enskog:
+    """Return Enskog's transport coefficients, with converged Sonine factors in d = 2, 3 and 4.
+
+    Parameters
+    ----------
+    compressibility_factor, packing_fraction : float
+        Z and eta, of infinitely many particles.
+    dimension : int
+        At least 2. From 5 on the first Sonine order is returned, some 1 % too small.
+    diameter, mass, kT : float
+        Length, mass and energy units.
+
+    Raises
+    ------
+    InputError
+        On a line, where particles cannot pass each other; or without collisions.
+
+    Notes
+    -----
+    With y = Z - 1, and coefficients of the dilute gas ``eta_0 = (d + 2) Gamma(d / 2) / (8 pi^((d - 1) / 2))
+    sqrt(m kT) / sigma^(d - 1)`` and ``lambda_0 = d (d + 2)^2 Gamma(d / 2) / (16 (d - 1) pi^((d - 1) / 2))
+    sqrt(kT / m) / sigma^(d - 1)``: ``zeta = 2 n sigma y sqrt(m kT / pi) / d``, ``eta = eta_0 / chi (1 + 2 y /
+    (d + 2))^2 + d zeta / (d + 2)``, ``lambda = lambda_0 / chi (1 + 3 y / (d + 2))^2 + d zeta / (2 m)``, ``D =
+    sqrt(pi) sigma sqrt(kT / m) / (4 y)``, with the contact value chi. J. F. Lutsko, Phys. Rev. E 72, 021306
+    (2005); D. M. Gass, J. Chem. Phys. 54, 1898 (1971) in the plane.
+    """
+    y, d = compressibility_factor - 1.0, dimension
+    if d < 2 or not y > 0.0:
+        raise InputError(f"Enskog's theory needs d >= 2 and Z > 1; found d = {d} and Z = {1.0 + y:g}.")
+    chi = y / (2.0 ** (d - 1) * packing_fraction)
+    n = packing_fraction / ball_volume(d, diameter)
+    of_d, of_eta, of_lambda = SONINE.get(d, (1.0, 1.0, 1.0))
+    angles = math.gamma(0.5 * d) / math.pi ** (0.5 * (d - 1)) / diameter ** (d - 1)
+    eta = of_eta * (d + 2) / 8.0 * angles * math.sqrt(mass * kT)
+    conductivity = of_lambda * d * (d + 2) ** 2 / (16.0 * (d - 1)) * angles * math.sqrt(kT / mass)
+    zeta = 2.0 * n * diameter * y * math.sqrt(mass * kT / math.pi) / d
+    return Enskog(
+        of_d * 0.25 * math.sqrt(math.pi) * diameter * math.sqrt(kT / mass) / y,
+        eta / chi * (1.0 + 2.0 * y / (d + 2)) ** 2 + d / (d + 2.0) * zeta,
+        zeta,
+        conductivity / chi * (1.0 + 3.0 * y / (d + 2)) ** 2 + 0.5 * d * zeta / mass,
+    )
+
+
+def erpenbeck_wood(packing_fraction: Any) -> Any:
+    """Return D over Enskog's, of infinitely many spheres (d = 3) up to freezing.
+
+    Notes
+    -----
+    ``1 + 0.05403 v + 6.3656 v^2 - 10.9425 v^3`` with ``v = n sigma^3 / sqrt 2``, fitted to molecular dynamics
+    with the finite size and the long-time tail corrected for: J. J. Erpenbeck and W. W. Wood, Phys. Rev. A
+    43, 4254 (1991).
+    """
+    v = 6.0 * packing_fraction / math.pi / math.sqrt(2.0)
+    return 1.0 + v * (0.05403 + v * (6.3656 - 10.9425 * v))
+
+
+def diffusion_shift(
+    n: int,
+    density: float,
+    shear_viscosity: float,
+    *,
+    self_diffusion: float = 0.0,
+    mass: float = 1.0,
+    kT: float = 1.0,
+) -> float:
+    """Return by how much n spheres in a periodic cube (d = 3) diffuse too slowly [length^2 / time].
+
+    Parameters
+    ----------
+    n : int
+    density, shear_viscosity : float
+        [1 / length^3], [mass / (length time)]
+    self_diffusion : float
+        Of infinitely many [length^2 / time]; 0 for Yeh and Hummer's formula.
+    mass, kT : float
+
+    Notes
+    -----
+    ``2.837297 kT / (6 pi m n (nu + D) L)`` with ``nu = eta / (m n)``: the flow that a particle makes meets
+    its own images. It is the difference of the sum over the waves of a periodic box and the integral over
+    all, each wave with the decay ``(nu + D) k^2`` of mode coupling. B. Duenweg and K. Kremer, J. Chem. Phys.
+    99, 6983 (1993), and I.-C. Yeh and G. Hummer, J. Phys. Chem. B 108, 15873 (2004), have ``D << nu``, as in
+    a liquid.
+    """
+    edge = (n / density) ** (1.0 / 3.0)
+    friction = shear_viscosity + mass * density * self_diffusion
+    return 2.837297 * kT / (6.0 * math.pi * friction * edge)
+
+
+def velocity_tail(
+    density: float,
+    self_diffusion: float,
+    shear_viscosity: float,
+    dimension: int,
+    *,
+    mass: float = 1.0,
+    kT: float = 1.0,
+) -> float:
+    """Return the amplitude a of the long-time tail ``<v(0).v(t)> / d = a t^(-d/2)`` by mode coupling.
+
+    Notes
+    -----
+    ``a = (d - 1) / d kT / (m n) (4 pi (D + nu))^(-d/2)`` with ``nu = eta / (m n)``: M. H. Ernst, E. H. Hauge
+    and J. M. J. van Leeuwen, Phys. Rev. Lett. 25, 1254 (1970). In d = 2 its integral, D, grows with the
+    logarithm of time without end.
+    """
+    d, nu = dimension, shear_viscosity / (mass * density)
+    return (d - 1.0) / d * kT / (mass * density) * (4.0 * math.pi * (self_diffusion + nu)) ** (-0.5 * d)
+
+
+def normal_speed(speed: Any, *, reduced_mass: float = 0.5, kT: float = 1.0) -> Any:
+    """Return the probability density of the relative normal speed u of two that collide: exact at every
+    density.
+
+    Notes
+    -----
+    ``(mu u / kT) exp(-mu u^2 / (2 kT))`` with the reduced mass mu: the Maxwell distribution of the normal
+    component, times u for how often such a pair meets. N components at constant energy have no faster ones
+    than their energy allows: a correction of order 1 / N.
+    """
+    u = np.asarray(speed, dtype=np.float64)
+    density = reduced_mass * u / kT * np.exp(-0.5 * reduced_mass * u * u / kT)
+    return density if density.ndim else float(density)

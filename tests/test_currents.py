@@ -1,0 +1,143 @@
+"""Helfand's moments in the engine: exact against the moments of positions, and no trace in the run."""
+
+import math
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import InputError
+
+EPS = np.finfo(float).eps
+
+
+def cluster(dimension, seed=3):
+    """Return unlike spheres in the middle of a box that nobody leaves, with a drift."""
+    rng = np.random.default_rng(seed)
+    n, wide = 16, 4.0
+    small = carom.Scene.random(n, dimension, box=(wide,) * dimension, diameter=1.0, seed=seed)
+    box = 60.0
+    return carom.Scene(
+        small.positions + 0.5 * (box - wide),
+        box,
+        diameter=rng.uniform(0.6, 1.0, n),
+        mass=rng.uniform(0.5, 3.0, n),
+        species=np.arange(n) % 2,
+        velocities=rng.standard_normal((n, dimension)) + 0.7 - 2.0 * (small.positions - 0.5 * wide),
+    )
+
+
+def position_moments(frame, drift):
+    """Return sum x_a p_b, sum x_a m v^2 / 2 and the sum of x of both species, in the frame that drifts."""
+    x, m = frame.unwrapped - drift * frame.time, frame.masses
+    v = frame.velocities - drift
+    energies = 0.5 * m * np.sum(v * v, axis=1)
+    species = [x[frame.species == k].sum(axis=0) for k in (0, 1)]
+    return np.einsum("i,ia,ib->ab", m, x, v), energies @ x, np.array(species)
+
+
+def test_the_moments_are_those_of_positions_where_nobody_goes_round_the_box():
+    scene = cluster(2)
+    drift = scene.masses @ scene.velocities / scene.masses.sum()
+    sim = carom.Simulation(scene, currents=True)
+    frames = []
+    found = sim.helfand(every=0.05, count=101, look=frames.append, look_every=10)
+    assert sim.collisions > 20
+    assert len(frames) == 11
+    before = position_moments(frames[0], drift)
+    scale = 60.0 * 16 * 10.0  # coordinates of 60, of 16 components, with energies of some 10
+    tolerance = 1000 * EPS * scale  # of so many roundings
+    for k, frame in enumerate(frames):
+        after = position_moments(frame, drift)
+        assert frame.time == pytest.approx(0.5 * k)
+        stress, heat = found.stress[:, 10 * k].sum(axis=0), found.heat[:, 10 * k].sum(axis=0)
+        assert stress == pytest.approx(after[0] - before[0], abs=tolerance)
+        assert heat == pytest.approx(after[1] - before[1], abs=tolerance)
+        assert found.displacement[:, 10 * k] == pytest.approx(after[2] - before[2], abs=tolerance)
+
+
+def fluid(**settings):
+    scene = carom.Scene.random(64, 3, packing_fraction=0.3, seed=5)
+    return carom.Simulation(scene, seed=2, **settings)
+
+
+def test_currents_leave_no_trace_in_the_run():
+    plain, counted = fluid(), fluid(currents=True)
+    plain.run(collisions=3000)
+    counted.helfand(every=0.01, count=50)
+    counted.run(collisions=3000 - counted.collisions)
+    assert (plain.frame().velocities == counted.frame().velocities).all()
+    assert plain.time == counted.time
+    assert plain.tally.virial == counted.tally.virial
+
+
+def test_the_trace_of_the_collisional_stress_is_the_virial():
+    sim = fluid(currents=True)
+    found = sim.helfand(every=0.5, count=11)
+    virial = np.trace(found.stress[1, -1])
+    assert virial == pytest.approx(sim.tally.virial, rel=1e-12)
+    # The kinetic part is twice the energy times the time, for ever.
+    twice = sim.kT * sim.degrees_of_freedom
+    assert np.trace(found.stress[0], axis1=1, axis2=2) == pytest.approx(
+        twice * 0.5 * np.arange(11), rel=1e-12
+    )
+
+
+def test_moments_go_on_in_a_run_that_was_saved(tmp_path):
+    sim = fluid(currents=True)
+    sim.run(time=1.0)
+    sim.save(tmp_path / "run.h5")
+    again = carom.Simulation.load(tmp_path / "run.h5")
+    one, two = sim.helfand(every=0.1, count=20), again.helfand(every=0.1, count=20)
+    assert (one.stress == two.stress).all()
+    assert (one.heat == two.heat).all()
+
+
+def test_a_plain_scene_compiles_no_currents():
+    scene = carom.Scene.fcc(cells=3, packing_fraction=0.3)
+    assert "currents" not in carom.explain(scene).models
+    assert "currents" in carom.explain(scene).absent
+
+
+def test_units_of_time_scale_the_moments_exactly():
+    scene = carom.Scene.random(64, 3, packing_fraction=0.3, seed=5)
+    slow, fast = carom.Simulation(scene, kT=1.0, seed=2, currents=True), None
+    factor = 2.0**40  # of speeds: the engine's unit of time is another one then
+    fast = carom.Simulation(scene.with_(velocities=slow.frame().velocities * factor), currents=True)
+    one = slow.helfand(every=0.125, count=17)
+    two = fast.helfand(every=0.125 / factor, count=17)
+    assert (two.stress == one.stress * factor).all()
+    assert (two.heat == one.heat * factor**2).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"periodic": [True, True, False]}, "periodic"),
+        ({"restitution": 0.9}, "elastic"),
+    ],
+)
+def test_currents_are_refused_where_helfand_does_not_hold(change, says):
+    scene = carom.Scene.random(8, 3, packing_fraction=0.1, seed=1)
+    made = carom.Scene(scene.positions, tuple(2 * e for e in scene.box), **change)
+    with pytest.raises(InputError, match=says):
+        carom.Simulation(made, currents=True)
+    with pytest.raises(InputError, match="currents=True"):
+        carom.Simulation(scene).helfand(every=0.1, count=5)
+
+
+def test_mean_squares_of_a_random_walk_are_known():
+    from carom.observables.moments import HelfandMoments, mean_squares
+
+    rng = np.random.default_rng(1)
+    count, d = 20_000, 3
+    steps = rng.standard_normal((2, count, d, d))
+    stress = np.cumsum(0.5 * (steps + np.swapaxes(steps, 2, 3)), axis=1)
+    heat = np.cumsum(rng.standard_normal((2, count, d)), axis=1)
+    found = mean_squares(HelfandMoments(0.5, stress, heat, np.zeros((0, count, d))), [1, 4], 0.0)
+    # Off the diagonal a step has the variance 1/2; in every direction, as the tensor is isotropic.
+    six_sigma = 6.0 * math.sqrt(2.0 * 4 / count)
+    for k, lag in enumerate((1, 4)):
+        assert found.shear[:, k] == pytest.approx([0.5 * lag, 0.0, 0.5 * lag], abs=lag * six_sigma)
+        assert found.heat[:, k] == pytest.approx([lag, 0.0, lag], abs=lag * six_sigma)
+        assert found.times[k] == 0.5 * lag

@@ -1,0 +1,120 @@
+"""Correlations in time on the way: against sums over stored frames, exact limits, and files."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import carom
+from carom import io
+from carom.errors import InputError
+from carom.observables import Dynamics
+from carom.observables.dynamics import KEPT, Waves
+
+SIX = 6.0
+
+
+@pytest.fixture(scope="module")
+def frames():
+    """Return 200 frames of a fluid."""
+    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim.run(collisions_per_particle=30)
+    return list(sim.sample(every=0.0625, count=200))
+
+
+@pytest.fixture(scope="module")
+def found(frames):
+    dynamics = Dynamics(shells=3)
+    for frame in frames:
+        dynamics.update(frame)
+    return dynamics.result()
+
+
+def test_times_are_even_at_first_then_logarithmic_without_a_gap(found):
+    lags = np.rint(found.times / 0.0625).astype(int)
+    assert lags[: KEPT - 1].tolist() == list(range(1, KEPT))
+    assert (np.diff(lags) > 0).all()
+    assert (lags[1:] / lags[:-1] <= 1.125 + 1e-12)[KEPT:].all()
+    assert lags[-1] > 100
+
+
+def by_hand(frames, lag):
+    """Return square, fourth power and product of velocities at a lag, over all frames."""
+    values = []
+    for one, two in zip(frames[:-lag], frames[lag:], strict=True):
+        step = two.unwrapped - one.unwrapped
+        square = np.sum(step**2, axis=1)
+        values.append(
+            [square.mean(), (square**2).mean(), np.mean(np.sum(one.velocities * two.velocities, axis=1))]
+        )
+    return np.mean(values, axis=0)
+
+
+@pytest.mark.parametrize(("lag", "every"), [(1, 1), (15, 1), (24, 2), (48, 4)])
+def test_correlations_are_those_of_stored_frames(frames, found, lag, every):
+    k = int(np.flatnonzero(np.rint(found.times / 0.0625) == lag)[0])
+    first = every if every > 1 else 0  # a longer spacing begins with its first multiple
+    values = by_hand(frames[first::every], lag // every)
+    assert found.mean_square[k].mean == pytest.approx(values[0], rel=1e-12)
+    assert found.velocity_autocorrelation[k].mean == pytest.approx(values[2] / 3.0, rel=1e-9)
+    right = 3.0 * values[1] / (5.0 * values[0] ** 2) - 1.0
+    assert found.non_gaussian[k].mean == pytest.approx(right, abs=1e-12)
+
+
+def test_the_velocity_autocorrelation_begins_with_the_temperature(found):
+    # d (n - 1) degrees of freedom move at kT = 1.
+    assert found.velocity_square.mean == pytest.approx(107 / 108, rel=1e-12)
+    assert found.velocity_square.error < 1e-12
+
+
+def test_the_running_diffusion_is_the_slope_of_the_mean_square(found):
+    slope = np.gradient([e.mean for e in found.mean_square], found.times) / 6.0
+    running = np.array([e.mean for e in found.running_diffusion])
+    assert running[3:12] == pytest.approx(slope[3:12], rel=0.02)  # differences over three frames
+
+
+def test_scattering_begins_with_the_structure_factor(frames, found):
+    waves = Waves.of(frames[0].box, 3)
+    assert waves.lengths[0] == pytest.approx(2.0 * np.pi / frames[0].box[0])
+    assert np.bincount(waves.shell).tolist() == [3, 6, 4]
+    q = 2.0 * np.pi * waves.numbers / np.array(frames[0].box)
+    values = [np.abs(np.exp(1j * frame.positions @ q.T).sum(axis=0)) ** 2 / frame.n for frame in frames]
+    by_shell = [np.mean([v[waves.shell == s].mean() for v in values]) for s in range(3)]
+    assert [e.mean for e in found.structure_factor] == pytest.approx(by_shell, rel=1e-9)
+    for s in range(3):
+        assert found.scattering[0][s].mean < found.structure_factor[s].mean
+        late = found.scattering[-1][s]
+        assert abs(late.mean) < SIX * late.error + 0.1 * found.structure_factor[s].mean
+
+
+def test_a_trajectory_file_gives_the_same(frames, found, tmp_path):
+    with io.open(tmp_path / "t.h5md", "w") as writer:
+        for frame in frames:
+            writer.write(frame)
+    dynamics = Dynamics()
+    with io.open(tmp_path / "t.h5md") as reader:
+        for frame in reader:
+            dynamics.update(frame)
+    again = dynamics.result()
+    assert [e.mean for e in again.mean_square] == [e.mean for e in found.mean_square]
+
+
+def test_measure_takes_it_as_it_is():
+    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    result = sim.measure(Dynamics(blocks=64), time=8.0)
+    assert result.times[0] == 0.125
+    assert "mean square displacement" in str(result)
+
+
+def test_frames_that_cannot_be_correlated_are_refused(frames):
+    dynamics = Dynamics()
+    dynamics.update(frames[0])
+    dynamics.update(frames[1])
+    with pytest.raises(InputError, match="equal spacing"):
+        dynamics.update(frames[3])
+    with pytest.raises(InputError, match="too few"):
+        Dynamics().result()
+    with pytest.raises(InputError, match="image counts"):
+        Dynamics().update(dataclasses.replace(frames[0], images=None))
+    with pytest.raises(InputError, match="species"):
+        Dynamics(species=1).update(frames[0])

@@ -1,0 +1,93 @@
+"""Dynamics and structure beside programs that nobody here wrote; each an optional extra."""
+
+import numpy as np
+import pytest
+
+import carom
+from carom import io
+from carom.observables import Dynamics
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def frames():
+    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim.run(collisions_per_particle=50)
+    return list(sim.sample(every=0.0625, count=150))
+
+
+@pytest.fixture(scope="module")
+def found(frames):
+    dynamics = Dynamics(shells=4)
+    for frame in frames:
+        dynamics.update(frame)
+    return dynamics.result()
+
+
+def universe_of(frames):
+    """Return a Universe of unwrapped positions."""
+    import dataclasses
+
+    unwrapped = [dataclasses.replace(f, positions=f.unwrapped, images=None) for f in frames]
+    return io.universe(unwrapped)
+
+
+def test_mean_squares_are_those_of_mdanalysis(frames, found):
+    msd = pytest.importorskip("MDAnalysis.analysis.msd")
+    universe = universe_of(frames)
+    theirs = msd.EinsteinMSD(universe, select="all", msd_type="xyz", fft=False).run().results.timeseries
+    for k in range(15):  # lags over which both average all frames
+        assert found.mean_square[k].mean == pytest.approx(theirs[k + 1], rel=1e-4)  # single precision
+
+
+def test_the_velocity_autocorrelation_is_that_of_transport_analysis(frames, found):
+    module = pytest.importorskip("transport_analysis.velocityautocorr")
+    universe = universe_of(frames)
+    theirs = module.VelocityAutocorr(universe.atoms, fft=False).run().results.timeseries
+    for k in range(15):
+        ours = 3.0 * found.velocity_autocorrelation[k].mean
+        assert ours == pytest.approx(theirs[k + 1], rel=1e-4, abs=1e-6 * theirs[0])
+
+
+def test_the_structure_factor_is_that_of_freud(frames, found):
+    freud = pytest.importorskip("freud")
+    shortest = found.wave_numbers[0]
+    theirs = freud.diffraction.StaticStructureFactorDirect(
+        bins=200, k_max=float(found.wave_numbers[-1] * 1.2), num_sampled_k_points=0
+    )
+    box = freud.box.Box(*frames[0].box)
+    for frame in frames:
+        theirs.compute((box, box.wrap(frame.positions - 0.5 * np.array(frame.box))), reset=False)
+    for q, ours in zip(found.wave_numbers, found.structure_factor, strict=True):
+        k = int(np.argmin(np.abs(theirs.bin_centers - q)))
+        near = theirs.S_k[max(k - 1, 0) : k + 2]
+        value = near[np.isfinite(near) & (near > 0.0)]
+        assert ours.mean == pytest.approx(value[0], rel=1e-3), q / shortest
+
+
+def test_kinetic_energy_and_equipartition_pass_physical_validation():
+    pv = pytest.importorskip("physical_validation")
+    # At constant energy the ensemble has no distribution of energies, but parts of the fluid are canonical up
+    # to 1 / N: eight spheres of 864.
+    sim = carom.Simulation(carom.Scene.fcc(cells=6, packing_fraction=0.3), seed=1)
+    sim.run(collisions_per_particle=50)
+    few = 8
+    energies = [0.5 * np.sum(frame.velocities[:few] ** 2) for frame in sim.sample(every=2.0, count=500)]
+    units = pv.data.UnitData(
+        kb=1.0, energy_conversion=1.0, length_conversion=1.0, volume_conversion=1.0,
+        temperature_conversion=1.0, pressure_conversion=1.0, time_conversion=1.0,
+        energy_str="kT", length_str="sigma", volume_str="sigma^3", temperature_str="kT",
+        pressure_str="kT/sigma^3", time_str="t",
+    )  # fmt: skip
+    data = pv.data.SimulationData(
+        units=units,
+        ensemble=pv.data.EnsembleData("NVT", natoms=few, volume=1.0, temperature=863.0 / 864.0),
+        system=pv.data.SystemData(
+            natoms=few, nconstraints=0, ndof_reduction_tra=0, ndof_reduction_rot=0, mass=np.ones(few)
+        ),
+        observables=pv.data.ObservableData(kinetic_energy=np.array(energies)),
+    )
+    mean, width = pv.kinetic_energy.distribution(data, strict=False, verbosity=0)
+    assert abs(mean) < 4.0  # standard errors
+    assert abs(width) < 4.0

@@ -1,0 +1,72 @@
+"""Free flights: against the collision rate, the exact law of normal speeds, and by hand."""
+
+import numpy as np
+import pytest
+
+import carom
+from carom import theory
+from carom.errors import InputError
+
+FIVE = 5.0
+
+
+@pytest.fixture(scope="module")
+def found():
+    scene = carom.Scene.mixture(
+        [64, 64], diameters=[1.0, 0.6], masses=[1.0, 0.25], packing_fraction=0.3, seed=2
+    )
+    sim = carom.Simulation(scene, seed=3, flights=True)
+    sim.run(collisions_per_particle=100)
+    before = sim.collisions_by_species
+    time = sim.time
+    result = sim.free_flights(collisions_per_particle=1500, blocks=64)
+    return sim, result, (sim.collisions_by_species - before) / (sim.time - time)
+
+
+def test_free_times_and_collision_rates_are_inverse(found):
+    _, result, _ = found
+    for k in (0, 1):
+        mean, rate = result.free_time[k].mean, result.collision_rate[k]
+        assert mean.mean * rate.mean == pytest.approx(1.0, rel=2e-3)  # but for flights cut off at the ends
+        # A free path is not the mean speed times the mean free time: who is fast flies shorter times.
+        speed = np.sqrt(8.0 / (np.pi * [1.0, 0.25][k]))
+        assert 0.8 < result.free_path[k].mean.mean / (speed * mean.mean) < 1.05
+
+
+def test_the_rates_are_those_that_the_run_counts(found):
+    _, result, rates = found
+    for k in (0, 1):
+        right = (rates[k].sum() + rates[k, k]) / 64
+        assert result.collision_rate[k].mean == pytest.approx(right, rel=1e-9)
+
+
+def test_normal_speeds_have_the_exact_distribution(found):
+    sim, result, _ = found
+    masses = [1.0, 0.25]
+    d = 3 * (sim.scene.n - 1)
+    for (a, b), speeds in result.normal_speed.items():
+        mu = masses[a] * masses[b] / (masses[a] + masses[b])
+        mean = np.sqrt(np.pi / (2.0 * mu)) * theory.speed_factor(d) ** -1
+        # At constant energy <u> = <u^2> / <1 / u>-wise: the factor is 1 + 1 / (4 D) at most, 0.07 % here.
+        assert speeds.mean.mean == pytest.approx(mean, rel=1e-3, abs=FIVE * speeds.mean.error)
+        right = theory.normal_speed(speeds.middle, reduced_mass=mu)
+        common = right > 0.05 * right.max()
+        deviations = (speeds.density - right)[common] / speeds.error[common]
+        # So many independent deviations have a mean square of 1, give or take sqrt(2 / count).
+        assert np.mean(deviations**2) == pytest.approx(1.0, abs=FIVE * np.sqrt(2.0 / common.sum()) + 0.2)
+
+
+def test_densities_are_normalised(found):
+    _, result, _ = found
+    for each in (*result.free_time, *result.free_path, *result.normal_speed.values()):
+        whole = np.sum(each.density * np.diff(each.edges))
+        assert whole == pytest.approx(1.0, abs=2e-3)  # what is beyond the last edge
+
+
+def test_statistics_leave_no_trace_and_are_asked_for(found):
+    scene = found[0].scene
+    with pytest.raises(InputError, match="flights=True"):
+        carom.Simulation(scene).free_flights(time=1.0)
+    with pytest.raises(InputError, match="either"):
+        found[0].free_flights()
+    assert "flights" not in carom.explain(scene).models

@@ -1,0 +1,309 @@
+"""Transport coefficients: the rule for slopes, error bars, Enskog's theory, published values."""
+
+import math
+
+import numpy as np
+import pytest
+
+from carom import studies, theory
+from carom.errors import InputError
+from carom.observables import combined
+from carom.studies.coefficients import windows
+from carom.studies.coefficients.analysis import Point, jackknife, line
+
+FIVE = 5.0  # errors: by chance in one of two million
+
+
+def test_enskog_is_that_of_the_literature():
+    # Chapman and Cowling, eqs. 16.41,2 and 16.42,2; in the plane Gass (1971).
+    eta, chi_of = 0.5 * math.pi / 6.0, lambda z, bn: (z - 1.0) / bn
+    z = 3.2694
+    bn = 2.0 * math.pi / 3.0 * 0.5
+    g = chi_of(z, bn)
+    found = theory.enskog(z, eta, 3)
+    eta_0, lambda_0 = 5.0 / 16.0 / math.sqrt(math.pi) * 1.016034, 75.0 / 64.0 / math.sqrt(math.pi) * 1.025218
+    assert found.shear_viscosity == pytest.approx(eta_0 * (1.0 / g + 0.8 * bn + 0.7615 * bn**2 * g), rel=1e-4)
+    assert found.thermal_conductivity == pytest.approx(
+        lambda_0 * (1.0 / g + 1.2 * bn + 0.7574 * bn**2 * g), rel=1e-4
+    )
+    assert found.self_diffusion == pytest.approx(
+        1.018954 * 3.0 / (8.0 * 0.5 * g) / math.sqrt(math.pi), rel=1e-6
+    )
+    n, z = 0.4, 2.0
+    bn = 0.5 * math.pi * n
+    g = chi_of(z, bn)
+    plane = theory.enskog(z, 0.25 * math.pi * n, 2)
+    assert plane.shear_viscosity == pytest.approx(
+        1.022 / (2.0 * math.sqrt(math.pi)) * (1.0 / g + bn + 0.8729 * bn**2 * g), rel=2e-4
+    )
+    assert plane.thermal_conductivity == pytest.approx(
+        2.0 * 1.0297 / math.sqrt(math.pi) * (1.0 / g + 1.5 * bn + 0.8718 * bn**2 * g), rel=3e-4
+    )
+
+
+def test_enskog_has_no_coefficient_on_a_line():
+    with pytest.raises(InputError, match="d >= 2"):
+        theory.enskog(2.0, 0.5, 1)
+
+
+def test_the_shift_of_a_periodic_cube_is_yeh_and_hummers_where_diffusion_is_slow():
+    slow = theory.diffusion_shift(1372, 0.5, 0.558, self_diffusion=1e-12)
+    assert slow == pytest.approx(theory.diffusion_shift(1372, 0.5, 0.558))
+    assert theory.diffusion_shift(1372, 0.5, 0.558) == pytest.approx(
+        2.837297 / (6.0 * math.pi * 0.558 * (1372 / 0.5) ** (1.0 / 3.0))
+    )
+
+
+def block_of(squares, lags=windows.LAGS):
+    """Return what the analysis reads of a block, all of it from one curve."""
+    row = [float(x) for x in squares]
+    zero = [0.0] * len(lags)
+    return {
+        "shear": [row, zero, zero], "heat": [row, zero, zero], "bulk": [zero, row], "rate": 0.0,
+        "change": 0.0, "fluxes": [[row]], "moved": [], "collisions": 1, "virial": 1.0, "duration": 1.0,
+    }  # fmt: skip
+
+
+def point_of(blocks, every=0.5, samples=10**9):
+    """Return the analysis of blocks; V, kT and the mean free time are 1."""
+    result = {
+        "every": every, "dimension": 3, "n": 100, "kT": 1.0, "box": [1.0, 1.0, 1.0], "samples": samples,
+        "counts": [100], "simple": True, "blocks": blocks,
+    }  # fmt: skip
+    return Point([{"result": result}])
+
+
+@pytest.mark.parametrize("decay", [1.25, 1.9])
+def test_the_rule_for_slopes_leaves_less_than_a_thousandth_behind(decay):
+    # M(t) of a current whose correlation decays as exp(-t / decay), the slowest of the dilute gas 1.9 mean
+    # free times; C = 1.
+    t = 0.5 * np.array(windows.LAGS)
+    squares = 2.0 * (t - decay * (1.0 - np.exp(-t / decay)))
+    found = point_of([block_of(squares)] * 4).shear_viscosity()
+    assert found.value.mean == pytest.approx(1.0, abs=1e-3)
+    assert found.value.mean < 1.0
+
+
+def test_the_rule_waits_for_a_slow_decay():
+    t, slow = 0.5 * np.array(windows.LAGS), 8.0
+    squares = 2.0 * (t - slow * (1.0 - np.exp(-t / slow)))
+    rng = np.random.default_rng(1)
+    # The blocks scatter little beside the decay, so that 10 mean free times are seen to be too short.
+    blocks = [block_of(squares * (1.0 + 1e-3 * rng.standard_normal())) for _ in range(16)]
+    found = point_of(blocks).shear_viscosity()
+    assert found.window == (40.0, 80.0)
+    assert found.value.mean == pytest.approx(1.0, abs=2e-3)
+
+
+def test_slopes_of_noise_with_a_memory_cover_their_truth():
+    # Currents of an Ornstein-Uhlenbeck process with C = 1, in blocks as short as the rule allows.
+    rng = np.random.default_rng(7)
+    every, memory, count, inside, runs = 0.5, 1.9, 1280, 0, 200
+    decay = math.exp(-every / memory / 16.0)
+    values = []
+    for _ in range(runs):
+        noise = rng.standard_normal((16, count * 16)) * math.sqrt((1.0 - decay**2) / memory)
+        from scipy.signal import lfilter
+
+        current = lfilter([1.0], [1.0, -decay], noise, axis=1)
+        moment = np.cumsum(current, axis=1)[:, ::16] * every / 16.0
+        blocks = [block_of([np.mean((x[lag:] - x[:-lag]) ** 2) for lag in windows.LAGS]) for x in moment]
+        value = point_of(blocks).shear_viscosity().value
+        values.append(value.mean)
+        low, high = value.confidence(0.95)
+        inside += low <= 1.0 <= high
+    # 95 % of 200 are 190, give or take 3.1; Student's interval is meant to be on the wide side.
+    assert inside >= 180
+    # The bias of the rule, which looks at the data, is a small part of one error bar.
+    assert abs(np.mean(values) - 1.0) < 0.3 * np.std(values)
+
+
+def test_the_mean_taken_out_of_the_pressure_is_made_good():
+    rng = np.random.default_rng(3)
+    values, every, count, total = [], 0.5, 1280, 8
+    for _ in range(60):
+        walks = np.cumsum(rng.standard_normal((total, count)), axis=1) * math.sqrt(2.0 * every)
+        blocks = []
+        for x in walks:
+            changes = [x[lag:] - x[:-lag] for lag in windows.LAGS]
+            block = block_of(windows.LAGS)
+            block["bulk"] = [[float(c.mean()) for c in changes], [float(np.mean(c * c)) for c in changes]]
+            block["change"] = float(x[-1] - x[0])
+            blocks.append(block)
+        values.append(point_of(blocks, every, count).bulk_viscosity().value.mean)
+    error = np.std(values) / math.sqrt(len(values))
+    assert np.mean(values) == pytest.approx(1.0, abs=FIVE * error)
+
+
+def test_two_estimators_combine_to_less_than_either():
+    rng = np.random.default_rng(1)
+    x, y = rng.standard_normal((2, 4000))
+    one, two = 3.0 + x, 3.0 + 0.3 * x + 0.9 * y
+    found = combined(one, two)
+    assert found.error < min(one.std(), two.std()) / math.sqrt(4000)
+    # Least variance by hand: minimise var(a + w (b - a)).
+    weights = np.linspace(-1.0, 2.0, 3001)
+    least = min((1.0 - 0.7 * w) ** 2 + (0.9 * w) ** 2 for w in weights)
+    assert found.error == pytest.approx(math.sqrt(least / 4000), rel=0.05)
+    assert found.mean == pytest.approx(3.0, abs=FIVE * found.error)
+
+
+def test_a_line_through_points_is_found_with_its_errors():
+    rng = np.random.default_rng(1)
+    x, error = np.array([0.05, 0.07, 0.1, 0.125]), np.array([1e-3, 5e-4, 2e-4, 8e-4])
+    deviations = []
+    for _ in range(400):
+        value, slope, _ = line(x, 0.265 - 0.22 * x + error * rng.standard_normal(4), error)
+        deviations.append([(value.mean - 0.265) / value.error, (slope.mean + 0.22) / slope.error])
+    # Standard deviations of 400 normal deviates are known to 3.5 %.
+    assert np.std(deviations, axis=0) == pytest.approx([1.0, 1.0], abs=FIVE * 0.035)
+
+
+def test_the_jackknife_of_a_mean_is_its_standard_error():
+    x = np.random.default_rng(2).standard_normal(50)
+    (found,) = jackknife(x, lambda m: m)
+    assert found.error == pytest.approx(x.std(ddof=1) / math.sqrt(50))
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """Return a small study of spheres at a third of freezing, and its folder."""
+    out = tmp_path_factory.mktemp("study") / "out"
+    settings = {"n": 64, "replicas": 2, "collisions_per_particle": 6000, "equilibration": 100}
+    return studies.transport(0.15, **settings, executor="serial", out=out), out, settings
+
+
+def test_a_fluid_of_moderate_density_is_near_enskog(study):
+    (row,) = study[0].table
+    for name, (c, enskog) in row.quantities().items():
+        # 64 spheres: what is beyond Enskog, and beyond 64, is some 5 % at this density, for D up to 8 %.
+        assert c.value.mean == pytest.approx(enskog, abs=FIVE * c.value.error + 0.1 * enskog), name
+        assert 0.0 < c.value.relative_error < 0.3
+    for c in (row.shear_viscosity, row.thermal_conductivity):
+        assert c.kinetic.mean + c.cross.mean + c.collisional.mean == pytest.approx(c.value.mean)
+    d, v = row.self_diffusion[0].value, row.self_diffusion_by_velocity[0].value
+    assert d.mean == pytest.approx(v.mean, abs=FIVE * math.hypot(d.error, v.error))
+    assert row.self_diffusion_infinite.mean > d.mean
+
+
+def test_z_by_both_routes_has_the_smallest_error(study):
+    (row,) = study[0].table
+    assert row.compressibility_factor.error <= 1.02 * min(row.by_virial.error, row.by_rate.error)
+    shift = theory.finite_size_shift(0.15, 64, theory.best(3))
+    right = theory.best(3)(0.15) + shift
+    assert row.compressibility_factor.mean == pytest.approx(
+        right, abs=FIVE * row.compressibility_factor.error
+    )
+
+
+def test_a_study_goes_on_where_it_was_stopped(study):
+    first, out, settings = study
+    next((out / "tasks").iterdir()).unlink()
+    again = studies.transport(0.15, **settings, executor="serial", out=out)
+    assert str(again) == str(first)
+    assert again.complete
+    for name in ("t.csv", "t.png", "t.html"):
+        again.save(out / name)
+        assert (out / name).stat().st_size > 500
+
+
+@pytest.mark.slow
+def test_identical_species_diffuse_and_conduct_as_one(study):
+    species = [{"name": "a", "fraction": 0.5}, {"name": "b", "fraction": 0.5}]
+    mixed = studies.transport(0.15, **study[2], scene={"species": species}, executor="serial")
+    (one,), (two,) = study[0].table, mixed.table
+    for name in ("shear_viscosity", "thermal_conductivity"):
+        a, b = getattr(one, name).value, getattr(two, name).value
+        assert a.mean == pytest.approx(b.mean, abs=FIVE * math.hypot(a.error, b.error)), name
+    # Equal spheres of two colours: what they exchange is self-diffusion, but for the correlation of unlike
+    # neighbours.
+    mutual = two.mutual_diffusion.value
+    assert mutual.mean == pytest.approx(two.self_diffusion[0].value.mean, abs=FIVE * mutual.error)
+    # Heat and colour have nothing to do with each other.
+    heat = two.thermal_diffusion.value
+    assert abs(heat.mean) < FIVE * heat.error
+
+
+def test_in_two_dimensions_no_number_is_given_for_what_does_not_exist():
+    found = studies.transport(
+        0.3, n=64, replicas=1, dimension=2, collisions_per_particle=1500, equilibration=50, executor="serial"
+    )
+    (row,) = found.table
+    assert not row.exists
+    assert "logarithm" in str(found)
+    running = row.self_diffusion[0].running
+    assert running[-1].mean > running[0].mean
+    assert all(each["value"] == "" for each in found.rows())
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ({"dimension": 1}, "dimension"),
+        ({"packing_fractions": 0.6}, "freezing"),
+        ({"scene": {"restitution": 0.9}}, "restitution"),
+        ({"scene": {"periodic": False}}, "periodic"),
+    ],
+)
+def test_what_has_no_coefficients_is_refused_at_once(words, says):
+    with pytest.raises(InputError, match=says):
+        studies.transport(**{"packing_fractions": 0.2, **words})
+
+
+def test_the_length_follows_from_the_error_asked_for():
+    loose, tight = (studies.TransportSpec(packing_fractions=(0.3,), relative_error=e) for e in (0.01, 0.005))
+    one, two = (spec.tasks()[0]["collisions_per_particle"] for spec in (loose, tight))
+    assert two == pytest.approx(4.0 * one, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_published_values_are_met():
+    # L. Lue, J. Chem. Phys. 122, 044513 (2005), at rho = 0.5, and Erpenbeck and Wood (1991) for infinite N.
+    found = studies.transport(0.5 * math.pi / 6.0, n=500, relative_error=0.02)
+    (row,) = found.table
+    assert row.mean_free_time == pytest.approx(0.13031, abs=3e-4)
+    assert row.shear_viscosity.value.mean == pytest.approx(0.58, abs=0.06)
+    assert row.thermal_conductivity.value.mean == pytest.approx(2.3, abs=0.2)
+    at_1372 = row.self_diffusion_infinite.mean - theory.diffusion_shift(
+        1372, 0.5, row.shear_viscosity.value.mean
+    )
+    assert at_1372 == pytest.approx(0.247, abs=math.hypot(3 * 0.002, 3 * row.self_diffusion_infinite.error))
+    wood = float(theory.erpenbeck_wood(0.5 * math.pi / 6.0)) * row.enskog.self_diffusion
+    assert row.self_diffusion_infinite.mean == pytest.approx(wood, rel=0.02)
+
+
+@pytest.mark.slow
+def test_error_bars_of_200_short_runs_cover():
+    settings = {"n": 32, "collisions_per_particle": 3000, "equilibration": 100}
+    many = studies.transport(0.2, replicas=200, **settings)
+    records = many.records
+    from carom.studies.coefficients.result import row
+
+    def numbers(r):
+        return [r.shear_viscosity, r.thermal_conductivity, r.bulk_viscosity, r.self_diffusion[0]]
+
+    truths = [c.value.mean for c in numbers(row(records))]
+    inside, deviations = np.zeros(4), []
+    for record in records:
+        found = [c.value for c in numbers(row([record]))]
+        held = [
+            low <= truth <= high
+            for truth, (low, high) in zip(truths, (v.confidence() for v in found), strict=True)
+        ]
+        inside += held
+        deviations.append([(v.mean - truth) / truth for v, truth in zip(found, truths, strict=True)])
+    print("inside 95 %:", inside / len(records), "bias:", np.mean(deviations, axis=0))
+    assert (inside >= 0.90 * len(records)).all()
+    errors = np.std(deviations, axis=0) / math.sqrt(len(records))
+    assert (np.abs(np.mean(deviations, axis=0)) < 0.25 * math.sqrt(len(records)) * errors).all()
+
+
+@pytest.mark.slow
+def test_different_masses_conduct_by_enskog_with_and_without_labels():
+    # Isotopes: equal sizes, masses 1 and 0.1, at three times the volume of close packing. Enskog's shear
+    # viscosity is 0.2937862 in units of the heavy mass: J. J. Erpenbeck, Phys. Rev. A 39, 4718 (1989).
+    eta = math.pi / math.sqrt(18.0) / 3.0
+    species = [{"name": "a", "fraction": 0.5, "mass": 1.0}, {"name": "b", "fraction": 0.5, "mass": 0.1}]
+    found = studies.transport(eta, n=216, relative_error=0.03, scene={"species": species})
+    value = found.table[0].shear_viscosity.value
+    assert value.mean == pytest.approx(0.2937862, abs=FIVE * value.error + 0.03 * 0.2937862)
