@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.io.palette import FACES
 from carom.models import outlines
 from carom.models.interface import Obstacle
 from carom.models.outlines import Disk, HalfPlane
@@ -20,13 +21,10 @@ if TYPE_CHECKING:
     from carom.frame import Frame
     from carom.observables.packing import PackingNetwork
 
-FACE = "#6f9bc8"
 EDGE = "#1f3b57"
 PALE_FACE = "#dbe6f1"
 PALE_EDGE = "#9fb3c7"
 BORDER = "#333333"
-# Of the species, the first as above; with more species than colours they begin again.
-FACES = (FACE, "#e3a857", "#7fb685", "#c26a77", "#9b8bb4", "#8c8c8c")
 SOLID = "#b9b4ab"
 BOND = "#c0392b"
 

@@ -286,9 +286,12 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     if dimension == 2:
         draw_obstacles(axes, network.obstacles, network.frame)
     loose = len(network.rattlers)
+    counted = f"{network.contacts} contacts in the backbone (isostatic: {network.isostatic})"
+    if not network.distinct:
+        counted = f"{network.contacts} pairs nearer than {network.gap:.1e}, contacts not distinct yet"
     axes.set_title(
-        f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{network.contacts} contacts in the "
-        f"backbone (isostatic: {network.isostatic}), {loose} rattler{'s' * (loose != 1)}",
+        f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{counted}, "
+        f"{loose} rattler{'s' * (loose != 1)}",
         fontsize=TITLE,
     )
     return saved(figure, path)

@@ -34,7 +34,7 @@ HISTORY = np.dtype(
 
 NETWORK = (
     "jamming_fraction", "rattlers", "rattler_fraction", "contacts", "isostatic", "excess", "coordination",
-    "gap", "void", "sided",
+    "gap", "void", "sided", "contacts_note",
 )  # fmt: skip
 """What a summary says of the network of contacts."""
 
@@ -188,6 +188,7 @@ class Packing:
             network.gap,
             list(network.void),
             network.sided,
+            network.note,
         )
         return summary | dict(zip(NETWORK, values, strict=True))
 
