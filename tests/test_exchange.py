@@ -137,7 +137,7 @@ def test_frames_without_image_counts_cannot_be_unwrapped():
         carom.io.universe([bare], unwrapped=True)
 
 
-# ------------------------------------------------------------------------------------------------ Scene.from_ase
+# ----------------------------------------------------------------------------------------- Scene.from_ase
 
 
 def argon():

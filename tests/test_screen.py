@@ -1,4 +1,4 @@
-"""What is printed: one unit in a table, what its numbers mean, and terminals that are narrow or none at all."""
+"""What is printed: one unit in a table, what its numbers mean, and terminals that are narrow or none."""
 
 from __future__ import annotations
 

@@ -151,8 +151,8 @@ def _meaning(summary: dict[str, Any]) -> list[str]:
     lines.append(f"σ = {summary['diameter']:.6g} is the largest diameter, kT = {summary['kT']:.6g}.")
     if summary["obstacles"]:
         lines += [
-            "Packing fraction and Z = PV/NkT are of the whole box: V includes what walls keep free and obstacles "
-            "fill.",
+            "Packing fraction and Z = PV/NkT are of the whole box: V includes what walls keep free and "
+            "obstacles fill.",
             "Z counts collisions of pairs alone; the pressure on a wall is the momentum that it takes up.",
         ]
         if any(obstacle["pressure"]["mean"] is not None for obstacle in summary["obstacles"]):

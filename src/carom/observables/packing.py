@@ -151,9 +151,9 @@ class PackingNetwork:
             return ""
         return (
             f"Contacts cannot be told from near contacts yet: no void parts their gaps, and {self.contacts} "
-            f"is the number of pairs in the backbone with a gap below {self.gap:.1e}. Compress more slowly and "
-            "to a higher pressure, at a rate of 1e-3 to 1e10 at least; disks of one size, which crystallize, "
-            "may need more."
+            f"is the number of pairs in the backbone with a gap below {self.gap:.1e}. Compress more slowly "
+            "and to a higher pressure, at a rate of 1e-3 to 1e10 at least; disks of one size, which "
+            "crystallize, may need more."
         )
 
     @property
