@@ -227,8 +227,8 @@ def universe(
     -------
     MDAnalysis.Universe
         With radii, masses, velocities, box and time (``trajectory.dt`` is the spacing of the frames); of
-        fewer than three dimensions padded with zeros. The species are the names and types of its atoms, so that
-        ``select_atoms("name small")`` selects one.
+        fewer than three dimensions padded with zeros. The species are the names and types of its atoms, so
+        that ``select_atoms("name small")`` selects one.
 
     Raises
     ------

@@ -8,12 +8,16 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, overload
+from typing import TYPE_CHECKING, Any, Self, overload
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.paths import existing, replacing, uninterrupted, writable, writing
 from carom.io.validation import flaw, step_back
+from carom.notebook import by_count, watchable
+
+if TYPE_CHECKING:
+    import xarray
 
 #: Suffix -> format.
 SUFFIXES = {".h5md": "h5md", ".h5": "h5md", ".extxyz": "extxyz", ".xyz": "extxyz", ".gsd": "gsd"}
@@ -65,6 +69,21 @@ class Reader(ABC):
     def __reduce__(self) -> tuple[Any, ...]:
         # MDAnalysis sends readers to its workers: a worker opens the file itself.
         return type(self), (self.path,)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return all frames as an ``xarray.Dataset``, in memory.
+
+        Positions, velocities and, where there are image counts, ``unwrapped`` positions have the dimensions
+        time, component and axis; species' names are a coordinate of the components.
+
+        Raises
+        ------
+        InputError
+            If xarray is not installed.
+        """
+        from carom.io.bridges import to_xarray
+
+        return to_xarray(list(self))
 
     def close(self) -> None:  # noqa: B027  (extxyz holds nothing open)
         """Close the file."""
@@ -322,6 +341,7 @@ def read(path: str | os.PathLike[str], index: int | slice | str = -1) -> Frame |
             raise FileError(str(error)) from None
 
 
+@watchable("Converting", by_count)
 def convert(
     source: str | os.PathLike[str],
     target: str | os.PathLike[str],
@@ -338,7 +358,7 @@ def convert(
     overwrite : bool
         Whether an existing target may be replaced.
     progress : callable, optional
-        Called as ``progress(done, total)`` after each frame.
+        Called as ``progress(done, total)`` after each frame; True shows a bar.
 
     Raises
     ------

@@ -166,12 +166,9 @@ def sizes(result: EquationOfState, *, path: str | os.PathLike[str] | None = None
 
 
 def _figure(width: float, height: float) -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from carom.pictures.figure import Picture
 
-    figure = Figure(figsize=(width, height), dpi=plots.DPI, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    return Picture(width, height, plots.DPI)
 
 
 def _equations(result: EquationOfState, given: Mapping[str, Equation] | None) -> dict[str, Equation]:

@@ -145,6 +145,12 @@ class Packing:
             assert isinstance(writer, io.Writer)
             writer.write(self.frame)
 
+    def to_pandas(self) -> Any:
+        """Return the history as a pandas DataFrame."""
+        import pandas
+
+        return pandas.DataFrame(self.history)
+
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the history as a table."""
         path = Path(path)
