@@ -19,6 +19,7 @@ _LAZY = {
     "explain": "carom.simulation.explanation",
     "check": "carom.simulation.conditions",
     "rdf": "carom.observables.rdf",
+    "view": "carom.pictures.view",
     "CaromError": "carom.errors",
     "InputError": "carom.errors",
     "BusyError": "carom.errors",

@@ -113,6 +113,11 @@ class Frame:
             facts["walls"] = "axis " + ", ".join(axes)
         return facts
 
+    def _repr_html_(self) -> str:
+        from carom.notebook import embedded, table
+
+        return embedded(self) or table("Frame", self._facts().items())
+
     def to_ase(self) -> ase.Atoms:
         """Return this frame as an ``ase.Atoms`` (see :func:`carom.io.ase.to_ase`)."""
         from carom.io.ase import to_ase

@@ -14,6 +14,9 @@ T = TypeVar("T")
 STEP = 0.005
 """Part of the work between two pictures of a bar: 200 messages at most."""
 
+LARGEST = 300_000
+"""Places of spheres, 12 bytes each, that a frame or trajectory shows by itself."""
+
 GRID = "border-collapse:collapse;font-variant-numeric:tabular-nums"
 
 
@@ -26,6 +29,16 @@ def table(caption: str, rows: Iterable[Sequence[str]], head: Sequence[str] = ())
     top = f"<tr>{cells('th', head)}</tr>" if head else ""
     body = "".join(f"<tr>{cells('th', row[:1])}{cells('td', row[1:])}</tr>" for row in rows)
     return f'<table style="{GRID}"><caption>{html.escape(caption)}</caption>{top}{body}</table>'
+
+
+def embedded(frames: Any) -> str | None:
+    """Return the viewer of a Frame or of several; None if they are too large for a cell, or not shown."""
+    import carom
+
+    several = [frames] if isinstance(frames, carom.Frame) else frames
+    if not len(several) or several[0].dimension > 3 or len(several) * several[0].n > LARGEST:
+        return None
+    return carom.view(frames)._repr_html_()
 
 
 def in_notebook() -> bool:

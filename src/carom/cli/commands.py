@@ -321,6 +321,41 @@ def export(
 
 
 @friendly
+def view(
+    source: Annotated[Path, typer.Argument(help="Trajectory, event log, or the folder of a run or packing.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Page to write; beside the source if left out.")
+    ] = None,
+    collisions: Annotated[
+        int | None, typer.Option(help="How many of an event log; 20 000 if left out.")
+    ] = None,
+    show: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
+    overwrite: Overwrite = False,
+) -> None:
+    """Show a trajectory, a packing, or an event log in exact time, in the browser.
+
+    The page is one file of HTML that needs no network; send it to whom you like.
+
+    [bold]Examples[/bold]
+
+    carom view carom-run
+    carom view carom-pack --out packing.html --no-open
+    carom view run/events.h5 --collisions 5000
+    """
+    from carom.errors import FileError
+    from carom.io.paths import writable
+    from carom.pictures.view import view as shown
+
+    page = out or (source / "view.html" if source.is_dir() else source.with_suffix(".html"))
+    if writable(page).exists() and not overwrite:
+        raise FileError(f"{page} exists already and was left as it is; replace it with --overwrite.")
+    shown(source, page, collisions=collisions)
+    typer.echo(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
+    if show:
+        typer.launch(str(page))
+
+
+@friendly
 def rdf(
     trajectory: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Table to write: .csv or .npz.")] = Path("rdf.csv"),

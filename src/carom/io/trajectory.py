@@ -70,6 +70,11 @@ class Reader(ABC):
         # MDAnalysis sends readers to its workers: a worker opens the file itself.
         return type(self), (self.path,)
 
+    def _repr_html_(self) -> str:
+        from carom.notebook import embedded, table
+
+        return embedded(self) or table(str(self.path), [("frames", str(len(self)))])
+
     def to_xarray(self) -> xarray.Dataset:
         """Return all frames as an ``xarray.Dataset``, in memory.
 

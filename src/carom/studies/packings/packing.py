@@ -22,6 +22,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.paths import replacing, writing
 from carom.models.obstacles import Obstacle
+from carom.notebook import table
 from carom.observables.packing import PackingNetwork, packing_network
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
@@ -236,6 +237,16 @@ class Packing:
         with replacing(folder / "summary.json") as temporary, writing(folder):
             temporary.write_text(text, encoding="utf-8")
         return summary
+
+    def _repr_html_(self) -> str:
+        from carom.pictures.view import view
+
+        rows = {k: v for k, v in self.summary().items() if isinstance(v, int | float | str) and v != ""}
+        shown = table("Packing", [(k.replace("_", " "), f"{v:.8g}" if isinstance(v, float) else str(v))
+                                  for k, v in rows.items()])  # fmt: skip
+        if self.dimension > 3 or "gap" not in rows:
+            return shown
+        return view(self)._repr_html_() + shown
 
     def __repr__(self) -> str:
         return (
