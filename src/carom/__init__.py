@@ -20,6 +20,7 @@ _LAZY = {
     "check": "carom.simulation.conditions",
     "rdf": "carom.observables.rdf",
     "view": "carom.pictures.view",
+    "movie": "carom.pictures.movie",
     "CaromError": "carom.errors",
     "InputError": "carom.errors",
     "BusyError": "carom.errors",

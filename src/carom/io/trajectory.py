@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.io import exports
 from carom.io.paths import existing, replacing, uninterrupted, writable, writing
 from carom.io.validation import flaw, step_back
 from carom.notebook import by_count, watchable
@@ -216,6 +217,7 @@ def format_of(path: str | os.PathLike[str]) -> str:
         raise InputError(
             f"{path} has the suffix '{suffix}', which chooses the format; "
             f"expected one of {', '.join(SUFFIXES)}."
+            + (" It can be written by convert() alone." if suffix in exports.SUFFIXES else "")
         )
     return SUFFIXES[suffix]
 
@@ -359,7 +361,9 @@ def convert(
     Parameters
     ----------
     source, target : str or path
-        Files whose suffixes choose the formats. The target appears when it is complete, or not at all.
+        Files whose suffixes choose the formats. The target appears when it is complete, or not at all. It may
+        also be ``.lammpstrj`` or ``.dump``, ``.data`` (LAMMPS, the last frame), ``.dcd`` or ``.pdb``, which
+        are for other programs and cannot be read back.
     overwrite : bool
         Whether an existing target may be replaced.
     progress : callable, optional
@@ -372,14 +376,23 @@ def convert(
     InputError
         If the target's format cannot hold the frames.
     """
-    format_of(target)
+    suffix = Path(target).suffix.lower()
+    exported = suffix in exports.SUFFIXES
+    if not exported:
+        format_of(target)
     destination = writable(target)
     if not overwrite and (destination.exists() or destination.is_symlink()):
         raise FileError(
             f"{target} exists already and was left as it is; choose another name or allow overwriting."
         )
     with open_reader(source) as reader:
-        return _copy(reader, destination, len(reader), progress)
+        if not exported:
+            return _copy(reader, destination, len(reader), progress)
+        if len(reader) == 0:
+            raise InputError(f"{source} holds no frames; expected at least one.")
+        with replacing(destination) as temporary, writing(temporary):
+            exports.export(reader, temporary, suffix, progress)
+        return 1 if suffix == ".data" else len(reader)
 
 
 def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:

@@ -226,7 +226,7 @@ def snapshot(
         spheres in parallel projection, near ones in front; beyond that the first two coordinates, which the
         title says.
     obstacles : sequence of obstacles, optional
-        Planes, balls and containers of the scene, drawn in 2D.
+        Planes, balls and containers of the scene, and all others that say how; drawn in 2D and 3D.
     path : path, optional
         Where to save the picture.
 
@@ -241,9 +241,11 @@ def snapshot(
     """
     from carom.pictures.drawing import draw_disks, draw_obstacles, draw_projection, draw_rods, draw_spheres
 
-    draw = {1: draw_rods, 2: draw_disks, 3: draw_spheres}.get(frame.dimension, draw_projection)
     figure, axes = _figure(6.0, 1.6 if frame.dimension == 1 else 6.4)
-    draw(axes, frame)
+    if frame.dimension == 3:
+        draw_spheres(axes, frame, obstacles)
+    else:
+        {1: draw_rods, 2: draw_disks}.get(frame.dimension, draw_projection)(axes, frame)
     if frame.dimension == 2:
         draw_obstacles(axes, obstacles, frame)
     volume = sum(theory.ball_volume(frame.dimension, float(s)) for s in frame.diameters)

@@ -25,7 +25,7 @@ FINE = 2
 GROUND = np.array([1.0, 1.0, 1.0], dtype=np.float32)
 INK = np.array([0.2, 0.24, 0.29], dtype=np.float32)
 STONE = (0.66, 0.64, 0.6)
-# Unit vectors towards the light, and half-way from there to the eye, where a sphere shines. They are of Python's
+# Unit vectors towards the light, and half-way from there to the eye, where a sphere shines. Python's
 # floats, so that pixels stay float32.
 LIGHT = (-0.4381, 0.6133, 0.6572)
 HALF = (-0.2406, 0.3369, 0.9103)
@@ -109,9 +109,7 @@ def rendered(
     ground : (3,) array
         Colour behind everything.
     """
-    fine = replace(
-        camera, width=FINE * camera.width, height=FINE * camera.height, scale=FINE * camera.scale
-    )
+    fine = replace(camera, width=FINE * camera.width, height=FINE * camera.height, scale=FINE * camera.scale)
     if colours is None:
         kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
         colours = np.array(colours_of(int(kinds.max()) + 1))[kinds]
@@ -132,7 +130,8 @@ def rendered(
     for ends in shapes.segments:
         _line(image, depth, fine.seen(ends), 1)
     parts = [image[row::FINE, column::FINE] for row in range(FINE) for column in range(FINE)]
-    return np.clip(sum(parts) * np.float32(255.0 / FINE**2) + np.float32(0.5), 0, 255).astype(np.uint8)
+    mean = np.add.reduce(parts) * np.float32(255.0 / FINE**2)
+    return np.clip(mean + np.float32(0.5), 0, 255).astype(np.uint8)
 
 
 def _nearest(

@@ -186,7 +186,7 @@ def _of_path(
         limit = viewdata.MOST_COLLISIONS if collisions is None else collisions
         return viewdata.of_replay(Replay(path), limit), title
     with open_reader(path) as reader:
-        standing = _standing(path.parent / "scene.toml") if obstacles is None else obstacles
+        standing = standing_beside(path) if obstacles is None else obstacles
         return viewdata.of_frames(reader, standing), title
 
 
@@ -203,8 +203,9 @@ def is_log(path: Path) -> bool:
         return False
 
 
-def _standing(plan: Path) -> Sequence[Obstacle]:
-    """Return the obstacles of the scene file beside a trajectory, if there is one."""
+def standing_beside(trajectory: Path) -> Sequence[Obstacle]:
+    """Return the obstacles of the scene file in a trajectory's folder, if there is one."""
+    plan = trajectory.parent / "scene.toml"
     if not plan.exists():
         return ()
     from carom.plan.plan import Plan
