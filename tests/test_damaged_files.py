@@ -372,7 +372,7 @@ def test_a_second_line_that_no_frame_has_is_refused(tmp_path, old, new):
 
 
 @pytest.mark.parametrize(
-    ("column", "word"), [(-1, "-3"), (-1, "0.5"), (-2, "3000000000"), (7, "-5"), (8, "-1")]
+    ("column", "word"), [(-5, "-3"), (-5, "0.5"), (-6, "3000000000"), (7, "-5"), (8, "-1")]
 )
 def test_a_number_that_no_component_has_is_refused(tmp_path, column, word):
     path = write(tmp_path / "a.extxyz", mixture())

@@ -39,7 +39,7 @@ def test_ase_reads_extxyz_bit_for_bit(tmp_path, dimension):
         np.testing.assert_array_equal(atoms.get_masses(), frame.masses)
         np.testing.assert_array_equal(atoms.arrays["id"], np.arange(1, frame.n + 1))
         np.testing.assert_array_equal(atoms.arrays["images"], pad(frame.images))
-        assert tuple(atoms.cell.lengths()[:dimension]) == frame.box
+        assert tuple(atoms.cell.lengths()[:dimension]) == tuple(frame.box)
         assert list(atoms.pbc) == [k < dimension for k in range(3)]
         assert atoms.cell.volume > 0
         assert (atoms.info["time"], atoms.info["step"]) == (frame.time, frame.step)

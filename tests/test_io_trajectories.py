@@ -51,7 +51,7 @@ def make_frames(dimension, count=4, n=13, *, images=True, masses=None, seed=0):
 
 def assert_same(a, b):
     """Every bit of two frames, and their types."""
-    assert (a.time, a.step, a.box) == (b.time, b.step, b.box)
+    assert (a.time, a.step, *a.box) == (b.time, b.step, *b.box)
     assert type(b.time) is float
     assert type(b.step) is int
     for name in ("positions", "velocities", "diameters", "masses", "images"):

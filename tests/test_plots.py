@@ -133,16 +133,20 @@ def test_rods_across_the_border_are_drawn_at_both_ends():
 
 
 def test_near_spheres_are_drawn_over_far_ones():
-    from carom.pictures.drawing import _camera
+    from carom.pictures.render import Camera, rendered
 
-    _, _, towards = _camera()
-    pair = np.array([5.0, 5.0, 5.0]) + np.outer([1.0, -1.0], towards)
-    figure = plots.snapshot(frame(pair, (10.0, 10.0, 10.0)))
-    spheres = next(c for c in figure.axes[0].collections if isinstance(c, EllipseCollection))
-    # Both project to the same point; the outline of the far one, drawn first, is the paler.
-    layers = len(spheres.get_offsets()) // 2
-    far, near = spheres.get_facecolor()[0, :3], spheres.get_facecolor()[layers, :3]
-    assert far.mean() > near.mean()
+    camera = Camera.on(frame([[5.0, 5.0, 5.0]], (10.0, 10.0, 10.0)), 200)
+    pair = np.array([5.0, 5.0, 5.0]) + np.outer([1.0, -1.0], camera.axes[2])
+    both = frame(pair, (10.0, 10.0, 10.0))
+    middle = camera.height // 2, camera.width // 2
+    # Both project to the same point; and the far one alone is hazier.
+    red, blue = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    picture = rendered(both, camera, colours=np.array([red, blue]))[middle]
+    assert picture[0] > picture[2]
+    picture = rendered(both, camera, colours=np.array([blue, red]))[middle]
+    assert picture[2] > picture[0]
+    near, far = (rendered(frame([x], (10.0, 10.0, 10.0)), camera)[middle].mean() for x in pair)
+    assert far > near
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4, 6])

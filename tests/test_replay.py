@@ -13,7 +13,7 @@ from carom.simulation.replay import Replay, replay, replays
 def assert_same_frame(a, b):
     assert a.time == b.time
     assert a.step == b.step
-    assert a.box == b.box
+    assert tuple(a.box) == tuple(b.box)
     for name in ("positions", "velocities", "images", "diameters", "masses"):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name), err_msg=name)
 

@@ -118,7 +118,7 @@ def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, ca
     assert summary["spared_contacts"] > 0
     screen.results(result, as_json=False)
     shown = " ".join(capsys.readouterr().out.split())
-    for text in ("P on upper wall of axis 2", "force on floor", "elastic contacts"):
+    for text in ("P σ³/kT on upper wall of axis 2", "force σ/kT on floor", "elastic contacts"):
         assert text in shown
 
 

@@ -275,7 +275,8 @@ def test_atoms_with_momenta_masses_and_radii_become_a_scene(masses_given):
 
 def test_atoms_in_a_plane_become_disks():
     atoms = ase.Atoms("X2", positions=[[0, 0, 1], [2, 0, 1]], cell=[5, 6, 0], pbc=[True, True, False])
-    scene = Scene.from_ase(atoms)
+    with pytest.warns(CaromWarning, match="diameter of 1 was assumed"):
+        scene = Scene.from_ase(atoms)
     assert scene.box == (5.0, 6.0)
     assert (scene.diameter, scene.mass, scene.velocities) == (1.0, 1.0, None)
     assert Scene.from_ase(atoms, diameter=0.5).diameter == 0.5
@@ -299,7 +300,7 @@ def atoms_with(**changes: object) -> ase.Atoms:
 )
 def test_atoms_that_are_no_scene_are_refused(atoms, says):
     with pytest.raises(InputError, match=says):
-        Scene.from_ase(atoms)
+        Scene.from_ase(atoms, diameter=1.0)
 
 
 def test_radii_and_a_diameter_contradict_each_other():

@@ -373,4 +373,4 @@ def test_atoms_get_walls_only_if_asked():
     atoms = ase.Atoms("Ar2", positions=[[1, 1, 1], [2.5, 1, 3]], cell=[5, 6, 7], pbc=[True, True, False])
     with pytest.raises(InputError, match="walls=True"):
         Scene.from_ase(atoms)
-    assert Scene.from_ase(atoms, walls=True).periodic == (True, True, False)
+    assert Scene.from_ase(atoms, diameter=1.0, walls=True).periodic == (True, True, False)

@@ -14,7 +14,13 @@ def plan(frames=None, trajectory=None):
 
 
 def test_small_systems_have_a_hundred_frames_in_two_formats():
-    assert storage.amount(plan(), Scene.fcc(8, packing_fraction=0.45)) == (("h5md", "extxyz"), 100)
+    assert storage.amount(plan(), Scene.fcc(5, packing_fraction=0.45)) == (("h5md", "extxyz"), 100)
+
+
+def test_the_default_run_leaves_no_text_and_less_than_20_megabytes():
+    scene = Scene.fcc(8, packing_fraction=0.45)  # 2048 spheres
+    assert storage.amount(plan(), scene) == (("h5md",), 100)
+    assert 100 * scene.n * 3 * storage.BYTES["h5md"] < 20e6
 
 
 @pytest.mark.parametrize(("cells", "frames"), [(14, 100), (20, 100), (30, 30)])
@@ -26,7 +32,7 @@ def test_what_is_asked_for_is_written_whatever_its_size():
     scene = Scene.fcc(14, packing_fraction=0.45)
     assert storage.amount(plan(1000, ("extxyz", "gsd")), scene) == (("extxyz", "gsd"), 1000)
     assert storage.amount(plan(1000), scene) == (("h5md",), 1000)
-    assert storage.amount(plan(10), scene) == (("h5md", "extxyz"), 10)
+    assert storage.amount(plan(7), scene) == (("h5md", "extxyz"), 7)
     assert storage.amount(plan(trajectory=()), scene) == ((), 100)
 
 
@@ -57,6 +63,7 @@ def test_a_run_says_what_it_kept(tmp_path, monkeypatch):
         output=OutputSpec(pictures=False),
     )
     # Two dozen frames of 108 spheres in one format.
+    monkeypatch.setattr(storage, "SMALL", 0.0)
     monkeypatch.setattr(storage, "KEPT", 24.5 * 108 * 3 * storage.BYTES["h5md"])
     found = studies.run(small, tmp_path / "run")
     assert found.summary["frames"] == 24

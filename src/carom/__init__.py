@@ -19,6 +19,8 @@ _LAZY = {
     "explain": "carom.simulation.explanation",
     "check": "carom.simulation.conditions",
     "rdf": "carom.observables.rdf",
+    "view": "carom.pictures.view",
+    "movie": "carom.pictures.movie",
     "CaromError": "carom.errors",
     "InputError": "carom.errors",
     "BusyError": "carom.errors",

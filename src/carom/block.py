@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from carom.notebook import table
+
 
 class Sizes(NamedTuple):
     """Averages over the time of a stretch in which diameters grow.
@@ -53,6 +55,15 @@ class Block(NamedTuple):
     momentum_changes: tuple[float, ...] = ()
     kT_time: float | None = None
     sizes: Sizes | None = None
+
+    def _repr_html_(self) -> str:
+        rows = [("duration", f"{self.duration:.6g}"), ("collisions", f"{self.collisions}")]
+        rows.append(("virial", f"{self.virial:.6g}"))
+        if self.kT is not None:
+            rows.append(("kT", f"{self.kT:.6g}"))
+        if self.impulses:
+            rows.append(("impulses", ", ".join(f"{impulse:.6g}" for impulse in self.impulses)))
+        return table("Block", rows)
 
     @property
     def kT(self) -> float | None:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
     import ase
+    import freud
+    import ovito
+    import pandas
+    import xarray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame:
     """A global state: the paper's projection of every component to one time.
 
@@ -25,8 +29,8 @@ class Frame:
         Centres [length], wrapped into ``0 <= x < edge``.
     velocities : (n, d) float64 array
         Velocities [length / time].
-    box : tuple of d floats
-        Edges of the periodic box [length].
+    box : (d,) float64 array
+        Edges of the box [length]; anything that makes such an array is taken.
     diameters, masses : (n,) float64 arrays
         Diameter [length] and mass of each component.
     images : (n, d) int32 array or None
@@ -43,7 +47,7 @@ class Frame:
     step: int
     positions: np.ndarray
     velocities: np.ndarray
-    box: tuple[float, ...]
+    box: Any  # given as any sequence of edges, kept as an array
     diameters: np.ndarray
     masses: np.ndarray
     images: np.ndarray | None = None
@@ -52,6 +56,9 @@ class Frame:
     periodic: tuple[bool, ...] = ()
 
     def __post_init__(self) -> None:
+        box = np.array(self.box, dtype=np.float64)
+        box.setflags(write=False)
+        object.__setattr__(self, "box", box)
         if not self.periodic:
             object.__setattr__(self, "periodic", (True,) * len(self.box))
 
@@ -76,10 +83,96 @@ class Frame:
         """
         if self.images is None:
             raise ValueError("This frame holds no image counts; sample with Simulation(..., images=True).")
-        return self.positions + self.images * np.asarray(self.box)
+        return self.positions + self.images * self.box
+
+    def __repr__(self) -> str:
+        return f"Frame({', '.join(f'{name}={text}' for name, text in self._facts().items())})"
+
+    def __str__(self) -> str:
+        facts = self._facts()
+        width = max(map(len, facts))
+        return "\n".join(f"{name:<{width}}  {text}" for name, text in facts.items())
+
+    def _facts(self) -> dict[str, str]:
+        """Return what there is to say of this frame, by name: fewer than ten lines."""
+        facts = {
+            "n": str(self.n),
+            "dimension": str(self.dimension),
+            "time": f"{self.time:.8g}",
+            "step": str(self.step),
+            "box": "(" + ", ".join(f"{edge:.6g}" for edge in self.box) + ")",
+            "diameters": _span(self.diameters),
+            "masses": _span(self.masses),
+        }
+        if self.species is not None:
+            counts = np.bincount(self.species, minlength=len(self.species_names))
+            names = self.species_names or tuple(map(str, range(len(counts))))
+            facts["species"] = ", ".join(f"{name} {k}" for name, k in zip(names, counts, strict=True))
+        if not all(self.periodic):
+            axes = (str(axis) for axis, repeats in enumerate(self.periodic) if not repeats)
+            facts["walls"] = "axis " + ", ".join(axes)
+        return facts
+
+    def _repr_html_(self) -> str:
+        from carom.notebook import embedded, table
+
+        return embedded(self) or table("Frame", self._facts().items())
 
     def to_ase(self) -> ase.Atoms:
         """Return this frame as an ``ase.Atoms`` (see :func:`carom.io.ase.to_ase`)."""
         from carom.io.ase import to_ase
 
         return to_ase(self)
+
+    def to_freud(self) -> tuple[freud.box.Box, np.ndarray]:
+        """Return freud's box and (n, 3) float32 positions, centred as freud has them: a ``system`` of its.
+
+        Raises
+        ------
+        InputError
+            If freud is not installed, or the frame has neither two nor three dimensions.
+        """
+        from carom.io.bridges import to_freud
+
+        return to_freud(self)
+
+    def to_ovito(self) -> ovito.data.DataCollection:
+        """Return OVITO's data: types, colours, radii, velocities, the cell with its walls and its dimension.
+
+        Raises
+        ------
+        InputError
+            If OVITO is not installed, or the frame has more than three dimensions.
+        """
+        from carom.io.bridges import to_ovito
+
+        return to_ovito(self)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a row for each component: x, y, ..., vx, vy, ..., diameter, mass, and its species' name.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        from carom.io.bridges import to_pandas
+
+        return to_pandas(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return positions, velocities, diameters and masses with named dimensions; see ``Reader.to_xarray``.
+
+        Raises
+        ------
+        InputError
+            If xarray is not installed.
+        """
+        from carom.io.bridges import to_xarray
+
+        return to_xarray([self]).isel(time=0)
+
+
+def _span(values: np.ndarray) -> str:
+    low, high = float(values.min()), float(values.max())
+    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"

@@ -23,7 +23,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     # A traceback that shows local variables would print whole arrays.
     pretty_exceptions_show_locals=False,
-    add_completion=False,
+    add_completion=True,
 )
 
 
@@ -46,6 +46,8 @@ app.command("run")(commands.run)
 app.command("pack")(commands.pack)
 app.command("resume")(commands.resume)
 app.command("export")(commands.export)
+app.command("view")(commands.view)
+app.command("movie")(commands.movie)
 app.command("rdf")(commands.rdf)
 app.command("init")(commands.init)
 app.command("trade")(trade.trade)

@@ -294,7 +294,10 @@ def _count(number: float) -> int:
 @friendly
 def export(
     source: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
-    target: Annotated[Path, typer.Argument(help="What to write; its suffix is the format.")],
+    target: Annotated[
+        Path,
+        typer.Argument(help="What to write: these, or .lammpstrj, .data (LAMMPS), .dcd, .pdb."),
+    ],
     overwrite: Overwrite = False,
 ) -> None:
     """Convert a trajectory from one format to another.
@@ -303,6 +306,7 @@ def export(
 
     carom export carom-run/trajectory.h5md fluid.gsd
     carom export carom-run/trajectory.extxyz again.h5md --overwrite
+    carom export carom-run/trajectory.h5md fluid.lammpstrj
     """
     from carom import io
     from carom.cli.screen import watched
@@ -317,6 +321,72 @@ def export(
             overwrite=overwrite,
             progress=lambda done, total: progress("Converting", done / total),
         )
+    typer.echo(f"{target}: {count} frame{'s' if count != 1 else ''}")
+
+
+@friendly
+def view(
+    source: Annotated[Path, typer.Argument(help="Trajectory, event log, or the folder of a run or packing.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Page to write; beside the source if left out.")
+    ] = None,
+    collisions: Annotated[
+        int | None, typer.Option(help="How many of an event log; 20 000 if left out.")
+    ] = None,
+    show: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
+    overwrite: Overwrite = False,
+) -> None:
+    """Show a trajectory, a packing, or an event log in exact time, in the browser.
+
+    The page is one file of HTML that needs no network; send it to whom you like.
+
+    [bold]Examples[/bold]
+
+    carom view carom-run
+    carom view carom-pack --out packing.html --no-open
+    carom view run/events.h5 --collisions 5000
+    """
+    from carom.errors import FileError
+    from carom.io.paths import writable
+    from carom.pictures.view import view as shown
+
+    page = out or (source / "view.html" if source.is_dir() else source.with_suffix(".html"))
+    if writable(page).exists() and not overwrite:
+        raise FileError(f"{page} exists already and was left as it is; replace it with --overwrite.")
+    shown(source, page, collisions=collisions)
+    typer.echo(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
+    if show:
+        typer.launch(str(page))
+
+
+@friendly
+def movie(
+    trajectory: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
+    target: Annotated[Path, typer.Argument(help="What to write: .mp4 or .gif.")],
+    fps: Annotated[int, typer.Option(help="Frames of the trajectory in a second.")] = 24,
+    size: Annotated[int, typer.Option(help="Pixels of the longer edge.")] = 480,
+    colour: Annotated[str, typer.Option(help="species, speed or psi_6.")] = "species",
+    overwrite: Overwrite = False,
+) -> None:
+    """Make a movie of a trajectory: MP4 (pip install 'carom[movie]') or GIF.
+
+    [bold]Examples[/bold]
+
+    carom movie carom-run/trajectory.h5md fluid.mp4
+    carom movie disks/trajectory.h5md disks.gif --colour psi_6 --fps 12
+    """
+    from carom.cli.screen import watched
+    from carom.errors import FileError
+    from carom.io.paths import writable
+    from carom.pictures.movie import movie as made
+
+    if writable(target).exists() and not overwrite:
+        raise FileError(f"{target} exists already and was left as it is; replace it with --overwrite.")
+    with watched() as progress:
+        count = made(
+            trajectory, target, fps=fps, size=size, colour=colour,
+            progress=lambda done, total: progress("Drawing frames", done / total),
+        )  # fmt: skip
     typer.echo(f"{target}: {count} frame{'s' if count != 1 else ''}")
 
 

@@ -216,16 +216,26 @@ def _write(result: EquationOfState, out: Path, report: bool, pictures: bool) -> 
         result.report(out / "report.html")
 
 
+COMPILING = "Compiling, ten seconds or more the first time, and the first runs"
+
+
 @contextlib.contextmanager
 def _watched() -> Iterator[Callable[[Progress], None]]:
-    """Show a bar and the table so far while the body runs, if standard error is a terminal."""
+    """Show a bar and the table so far while the body runs; a line now and then without a terminal."""
     if not sys.stderr.isatty():
-        yield lambda progress: None
+        from carom.cli.heartbeat import Heartbeat
+
+        with Heartbeat(COMPILING).beating() as heart:
+            yield lambda present: heart.tell(
+                f"{present.done} of {present.total} runs" if present.done else COMPILING, present.fraction
+            )
         return
     from rich.console import Console, Group
     from rich.live import Live
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
+
+    from carom.cli.tables import fitted
 
     bar = Bar(
         TextColumn("{task.description}"),
@@ -235,14 +245,15 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    task = bar.add_task("Starting", total=1.0)
+    # It moves to and fro until the first run is done: there is nothing yet to tell the whole from.
+    task = bar.add_task(COMPILING, total=None)
     with Live(bar, console=Console(stderr=True), transient=True, refresh_per_second=4) as live:
 
         def progress(present: Progress) -> None:
-            bar.update(
-                task, completed=present.fraction, description=f"{present.done} of {present.total} runs"
-            )
-            live.update(Group(_table(present.so_far), bar))
+            if present.done:
+                said = f"{present.done} of {present.total} runs"
+                bar.update(task, total=1.0, completed=present.fraction, description=said)
+            live.update(Group(fitted(live.console, _table(present.so_far)), bar))
 
         yield progress
 
@@ -251,8 +262,10 @@ def _show(result: EquationOfState) -> None:
     from rich.console import Console
     from rich.text import Text
 
+    from carom.cli.tables import show
+
     console = Console(highlight=False, soft_wrap=False)
-    console.print(_table(result))
+    show(console, _table(result))
     if math.isfinite(chi2 := result.chi2_per_point):
         console.print(
             Text(f"Mean squared deviation from theory: {chi2:.2f} squared errors a point of the fluid.")

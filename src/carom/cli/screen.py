@@ -16,11 +16,18 @@ if TYPE_CHECKING:
     from carom.studies import RunResult
 
 
+UNMEASURED = ("Preparing", "Compiling", "Drawing")
+"""Stages that do not tell how far they are: their bar moves to and fro, instead of standing at 0 %."""
+
+
 @contextlib.contextmanager
 def watched() -> Iterator[Callable[[str, float], None]]:
-    """Show a progress bar while the body runs, if standard error is a terminal."""
+    """Show a progress bar while the body runs; a line every some seconds if nobody watches a terminal."""
     if not sys.stderr.isatty():
-        yield lambda stage, fraction: None
+        from carom.cli.heartbeat import Heartbeat
+
+        with Heartbeat("Starting").beating() as heart:
+            yield lambda stage, fraction: heart.tell(stage, None if stage in UNMEASURED else fraction)
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -41,8 +48,7 @@ def watched() -> Iterator[Callable[[str, float], None]]:
             nonlocal present
             if stage != present:
                 present = stage
-                # Compilation does not tell how far it is.
-                total = None if stage in ("Preparing", "Compiling") else 1.0
+                total = None if stage in UNMEASURED else 1.0
                 bar.reset(task, total=total, description=stage)
             bar.update(task, completed=fraction)
 
@@ -70,10 +76,12 @@ def results(result: RunResult, as_json: bool) -> None:
     from rich.console import Console
     from rich.text import Text
 
+    from carom.cli.tables import show
+
     console = Console(highlight=False, soft_wrap=False)
     try:
-        console.print(_physics(result.summary))
-        console.print(_mechanics(result.summary))
+        show(console, _physics(result.summary))
+        show(console, _mechanics(result.summary))
         for note in (result.summary["phase_note"], result.summary["note"]):
             if note:
                 console.print(Text(note))
@@ -119,19 +127,45 @@ def _physics(summary: dict[str, Any]) -> Any:
     for name, measured in summary["contact_values_from_rdf"].items():
         if measured["mean"] is not None:
             table.add_row(f"g(σ+) {name}", _with_error(measured))
+    per_kT = f"P σ{_superscript(dimension)}/kT"
     if (pressure := summary["reduced_pressure"])["mean"] is not None:
-        table.add_row(f"P σ{_superscript(dimension)}/kT", _with_error(pressure))
+        table.add_row(per_kT, _with_error(pressure))
     if (rate := summary["collision_rate"])["mean"] is not None:
         table.add_row("collision rate of one", _with_error(rate))
     for obstacle in summary["obstacles"]:
-        for name, unit in (("pressure", "P"), ("force", "force")):
-            if (borne := obstacle[name])["mean"] is not None:
-                table.add_row(f"{unit} on {obstacle['name']}", _with_error(borne))
+        for name, unit, power in (("pressure", per_kT, dimension), ("force", "force σ/kT", 1)):
+            if (borne := obstacle[name])["mean"] is not None and summary["kT"]:
+                reduced = _scaled(borne, summary["diameter"] ** power / summary["kT"])
+                table.add_row(f"{unit} on {obstacle['name']}", _with_error(reduced))
                 break
-    if summary["theory"]:
-        table.caption = "In brackets: by how many errors the measurement lies above."
-        table.caption_justify = "left"
+    table.caption = "\n".join(_meaning(summary))
+    table.caption_justify = "left"
     return table
+
+
+def _meaning(summary: dict[str, Any]) -> list[str]:
+    """Return what the numbers of the table mean, a sentence a line."""
+    lines = []
+    if summary["theory"]:
+        lines.append("In brackets: (measured - theory) / standard error.")
+    lines.append(f"σ = {summary['diameter']:.6g} is the largest diameter, kT = {summary['kT']:.6g}.")
+    if summary["obstacles"]:
+        lines += [
+            "Packing fraction and Z = PV/NkT are of the whole box: V includes what walls keep free and "
+            "obstacles fill.",
+            "Z counts collisions of pairs alone; the pressure on a wall is the momentum that it takes up.",
+        ]
+        if any(obstacle["pressure"]["mean"] is not None for obstacle in summary["obstacles"]):
+            lines.append(
+                "A pressure is the force over the area of the surface itself: the face of the box, or the "
+                "sphere or cylinder that an obstacle is. Centres turn around half a diameter before it."
+            )
+    return lines
+
+
+def _scaled(value: dict[str, Any], factor: float) -> dict[str, Any]:
+    """Return an estimate in another unit."""
+    return {name: None if value[name] is None else factor * value[name] for name in ("mean", "error")}
 
 
 def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
@@ -144,6 +178,7 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
+    from carom.cli.tables import show
     from carom.scene import description as words
 
     kind = words.particles(summary["dimension"], summary["n"])
@@ -162,10 +197,14 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
             ("contacts", f"{summary['contacts']} (isostatic: {isostatic}, {summary['excess']:+d})"),
             ("gap", "{:.2g}, in a void from {:.2g} to {:.2g}".format(summary["gap"], *summary["void"])),
         ]
+        if summary["contacts_note"]:  # a number of contacts would say what nobody knows
+            rows[-2:] = [("pairs", f"{summary['contacts']} with a gap below {summary['gap']:.2g}")]
     for name, text in rows:
         table.add_row(name, text)
     console = Console(highlight=False, soft_wrap=False)
-    console.print(table)
+    show(console, table)
+    if told := summary.get("contacts_note"):
+        console.print(Text(told))
     console.print(Text(f"Results in {folder}"))
 
 

@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 __all__ = ["Reader", "Writer", "convert", "from_ase", "open", "read", "rebuild", "to_ase", "universe"]
 
 
-def universe(source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame) -> MDAnalysis.Universe:
+def universe(
+    source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame, *, unwrapped: bool = False
+) -> MDAnalysis.Universe:
     """Return an MDAnalysis Universe of a file or of Frames; see :func:`carom.io.mdanalysis.universe`."""
     from carom.io import mdanalysis
 
-    return mdanalysis.universe(source)
+    return mdanalysis.universe(source, unwrapped=unwrapped)

@@ -23,6 +23,7 @@ from carom.io.embedding import (
     require_at_most_three,
     symbols_of,
 )
+from carom.io.palette import colours_of
 from carom.io.validation import flaw
 
 if TYPE_CHECKING:
@@ -41,7 +42,8 @@ def to_ase(frame: Frame) -> ase.Atoms:
     -------
     ase.Atoms
         With masses, momenta and the arrays ``radius`` (n,), ``velo`` (n, 3), ``id`` (n,) and, where the frame
-        has image counts, ``images`` (n, 3), and of a mixture ``kind`` (n,), the numbers of the species;
+        has image counts, ``images`` (n, 3), and of a mixture ``kind`` (n,), the numbers of the species, which
+        are its tags, too, and ``color`` (n, 3), for ``plot_atoms(atoms, colors=atoms.arrays["color"])``;
         ``info`` holds ``time``, ``step``, ``dimension`` and ``species_names``.
 
     Raises
@@ -74,6 +76,8 @@ def to_ase(frame: Frame) -> ase.Atoms:
         atoms.set_array("images", embed(frame.images))
     if frame.species is not None:
         atoms.set_array("kind", frame.species)
+        atoms.set_tags(frame.species)
+        atoms.set_array("color", np.array(colours_of(len(symbols)))[frame.species])
         if frame.species_names:
             atoms.info["species_names"] = joined(frame.species_names)
     return atoms

@@ -65,6 +65,11 @@ def plain(name: str) -> str:
     return name if name.isascii() and "%" not in name else quote(name, safe=" ")
 
 
+def one_word(name: str) -> str:
+    """Return a name as one word of a line: in ASCII, without spaces."""
+    return quote(name, safe="") or "X"
+
+
 def joined(names: tuple[str, ...]) -> str:
     """Return names as one word of plain letters, digits, commas and percent signs."""
     return ",".join(quote(name, safe="") for name in names)

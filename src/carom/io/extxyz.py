@@ -7,8 +7,9 @@ One frame is a line with the number of components, a line of ``key=value`` pairs
 
 ASE takes velocities from ``momenta``, OVITO from ``velo``; ``images:I:3`` follows where frames hold image
 counts, and ``kind:I:1`` (the number of the species) where they are mixtures, with ``species_names="..."`` in
-the second line. ``species`` holds these names if all are chemical symbols, and X otherwise. All numbers are
-written with 17 significant digits, which determine a double.
+the second line. ``species`` holds these names, which OVITO takes for types; where they are no chemical
+symbols ``Z:I:1`` is 0, which ASE takes instead of them. ``color:R:3`` colours mixtures in OVITO as our own
+pictures do. All numbers are written with 17 significant digits, which determine a double; colours with 3.
 """
 
 from __future__ import annotations
@@ -31,11 +32,14 @@ from carom.io.embedding import (
     embed,
     joined,
     momenta,
+    names_of,
+    one_word,
     parted,
     periodic,
     require_at_most_three,
     symbols_of,
 )
+from carom.io.palette import colours_of
 from carom.io.paths import reading, writing
 from carom.io.trajectory import Reader, Writer
 from carom.io.validation import narrowed
@@ -80,11 +84,17 @@ def render(frame: Frame) -> bytes:
         row += " %d %d %d"
     more = ""
     symbols, kinds = symbols_of(frame), np.zeros(frame.n, dtype=np.int64)
+    fixed = [""] * len(symbols)  # what follows from the species alone
     if frame.species is not None:
         kinds = frame.species
         columns.append(kinds.tolist())
-        properties += ":kind:I:1"
+        properties += ":kind:I:1:color:R:3"
         row += " %d"
+        fixed = [" {:.3g} {:.3g} {:.3g}".format(*rgb) for rgb in colours_of(len(symbols))]
+        names = [one_word(name) for name in names_of(frame)]
+        if names != symbols:
+            properties += ":Z:I:1"
+            symbols, fixed = names, [colour + " 0" for colour in fixed]
         if frame.species_names:
             more = f'species_names="{joined(frame.species_names)}" '
     lx, ly, lz = (f"{edge:.17g}" for edge in edges(frame.box))
@@ -96,7 +106,7 @@ def render(frame: Frame) -> bytes:
         f"{more}carom={carom.__version__}\n"
     )
     # One formatting of the whole table is about twice as fast as one a row.
-    lines = [f"{symbol}{row}\n" for symbol in symbols]
+    lines = [f"{symbol.replace('%', '%%')}{row}{rest}\n" for symbol, rest in zip(symbols, fixed, strict=True)]
     table = lines[0] * frame.n if len(lines) == 1 else "".join([lines[k] for k in kinds.tolist()])
     body = table % tuple(chain.from_iterable(zip(*columns, strict=True)))
     return (head + body).encode("ascii")

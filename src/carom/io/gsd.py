@@ -3,6 +3,8 @@
 Positions are float32 and centred, as GSD has them: ``-edge / 2 <= x < edge / 2``. That is enough for a
 picture or a structure function, and too little to continue a run: spheres in contact overlap by about 1e-7 of
 the box.
+
+GSD has no word for walls: for every other program all axes are periodic. Carom reads its own note in the log.
 """
 
 from __future__ import annotations
@@ -10,12 +12,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
+from warnings import warn
 
 import numpy as np
 
-from carom.errors import InputError
+from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.io.embedding import edges, embed, names_of, plain, require_at_most_three
+from carom.io.palette import colours_of
 from carom.io.paths import reading, replacing, writing
 from carom.io.trajectory import Reader, Writer
 from carom.io.validation import narrowed
@@ -60,6 +64,9 @@ def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
     result.log["carom/periodic"] = np.array(frame.periodic, dtype=np.uint8)
     if frame.species is not None:
         result.log["carom/species"] = np.array([bool(frame.species_names)], dtype=np.uint8)
+        # OVITO takes a property of this name for colours.
+        colours = np.array(colours_of(len(particles.types)), dtype=np.float32)
+        result.log["particles/Color"] = colours[frame.species]
     return result
 
 
@@ -138,6 +145,13 @@ class GsdWriter(Writer):
 
     def _append(self, frame: Frame) -> None:
         require_at_most_three(frame.dimension, "GSD")
+        if self._count == 0 and not all(frame.periodic):
+            warn(
+                f"{self.path}: GSD knows no walls, so that OVITO, freud and MDAnalysis take every axis for "
+                "periodic. For OVITO and ASE write .extxyz; for freud use frame.to_freud().",
+                CaromWarning,
+                stacklevel=4,
+            )
         self._file.append(_to_gsd(frame))
         self._file.flush()
 

@@ -5,7 +5,8 @@ works, with time, box, velocities, radii and masses, for the files of Carom and 
 optional columns may be missing). :func:`universe` makes a Universe of any file or list of Frames.
 
 MDAnalysis keeps float32. The doubles are in ``ts.data["positions"]`` and ``ts.data["velocities"]``, (n, d)
-arrays.
+arrays. With ``unwrapped=True`` positions do not jump at the faces of the box, as ``EinsteinMSD`` needs them.
+MDAnalysis takes every axis for periodic; which axes are is in ``ts.data["periodic"]``.
 """
 
 from __future__ import annotations
@@ -55,12 +56,18 @@ class _SequenceReader(ReaderBase):
     units: ClassVar = {"time": "ps", "length": "Angstrom", "velocity": "Angstrom/ps"}
 
     @store_init_arguments
-    def __init__(self, filename: Any, **kwargs: Any):
+    def __init__(self, filename: Any, unwrapped: bool = False, **kwargs: Any):
         super().__init__(filename, **kwargs)
         self._source = filename  # MDAnalysis itself keeps str(filename) only
+        self._unwrapped = unwrapped
         self._load()
         self.ts = self._Timestep(self.n_atoms, **self._ts_kwargs)
+        self._read_frame(self.n_frames - 1)
+        end = self.ts.data.get("time")
         self._read_frame(0)
+        if end is not None and self.n_frames > 1:
+            # The mean, so that `totaltime` is right where frames are not evenly spaced.
+            self.ts.data.setdefault("dt", (end - self.ts.data["time"]) / (self.n_frames - 1))
 
     def _load(self) -> None:
         """Set ``n_atoms`` and ``n_frames``."""
@@ -69,6 +76,20 @@ class _SequenceReader(ReaderBase):
     def _fill(self, frame: int) -> None:
         """Fill the Timestep with frame ``0 <= frame < n_frames``."""
         raise NotImplementedError
+
+    def _place(self, positions: np.ndarray, images: np.ndarray | None, box: Any) -> None:
+        """Set the positions (n, d) of the Timestep, and keep their doubles."""
+        if self._unwrapped:
+            if images is None:
+                raise InputError(
+                    "These frames hold no image counts, so that positions cannot be unwrapped; sample with "
+                    "Simulation(..., images=True)."
+                )
+            positions = positions + images * np.asarray(box)
+        self.ts.positions = embed(positions)
+        self.ts.data["positions"] = positions
+        if images is not None:
+            self.ts.data["images"] = images
 
     def _read_frame(self, frame: int) -> Any:
         if not 0 <= frame < self.n_frames:
@@ -101,15 +122,13 @@ class FramesReader(_SequenceReader):
         source, ts = self._frames[frame], self.ts
         if source.n != self.n_atoms:
             raise InputError(f"Frame {frame} has {source.n} components and frame 0 has {self.n_atoms}.")
-        ts.positions = embed(source.positions)
+        self._place(source.positions, source.images, source.box)
         ts.velocities = embed(source.velocities)
         ts.dimensions = [*edges(source.box), 90.0, 90.0, 90.0]
         ts.time = source.time
         ts.data["step"] = source.step
-        ts.data["positions"] = source.positions
         ts.data["velocities"] = source.velocities
-        if source.images is not None:
-            ts.data["images"] = source.images
+        ts.data["periodic"] = source.periodic
 
 
 class ExtxyzReader(_SequenceReader):
@@ -138,16 +157,17 @@ class ExtxyzReader(_SequenceReader):
         with reading(self._path, "extended XYZ"):
             info, columns = parse(self._path, self._index.offsets[frame], self._index.offsets[frame + 1])
             d = int(info.get("dimension", "3"))
-            ts.positions = columns["pos"]
-            ts.data["positions"] = columns["pos"][:, :d]
-            if "velo" in columns:
-                ts.velocities = columns["velo"]
-                ts.data["velocities"] = columns["velo"][:, :d]
-            if "images" in columns:
-                ts.data["images"] = columns["images"][:, :d]
+            lattice = np.zeros((3, 3))
             if "Lattice" in info:
                 lattice = np.array([float(word) for word in info["Lattice"].split()]).reshape(3, 3)
                 ts.dimensions = triclinic_box(*lattice)
+            images = columns.get("images")
+            self._place(
+                columns["pos"][:, :d], None if images is None else images[:, :d], np.diag(lattice)[:d]
+            )
+            if "velo" in columns:
+                ts.velocities = columns["velo"]
+                ts.data["velocities"] = columns["velo"][:, :d]
             if "time" in info:
                 ts.time = float(info["time"])
             if "step" in info:
@@ -189,7 +209,9 @@ def _topology(names: np.ndarray, radii: np.ndarray | None, masses: np.ndarray | 
     return Topology(n, 1, 1, attrs=attributes)
 
 
-def universe(source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame) -> Universe:
+def universe(
+    source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame, *, unwrapped: bool = False
+) -> Universe:
     """Return an MDAnalysis Universe of a file or of Frames.
 
     Parameters
@@ -197,19 +219,24 @@ def universe(source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame) 
     source : path, Reader, Frame or sequence of Frames
         A trajectory that :func:`carom.io.open` reads (it stays open as long as the Universe), or frames in
         memory.
+    unwrapped : bool
+        Whether positions are ``positions + images * box``, as mean squared displacements need them, instead
+        of in the box.
 
     Returns
     -------
     MDAnalysis.Universe
-        With radii, masses, velocities, box and time; of fewer than three dimensions padded with zeros. The
-        species are the names and types of its atoms, so that ``select_atoms("name small")`` selects one.
+        With radii, masses, velocities, box and time (``trajectory.dt`` is the spacing of the frames); of
+        fewer than three dimensions padded with zeros. The species are the names and types of its atoms, so
+        that ``select_atoms("name small")`` selects one.
 
     Raises
     ------
     FileError
         If a file cannot be read or holds no frames.
     InputError
-        If there are no frames, or they have more than three dimensions.
+        If there are no frames, they have more than three dimensions, or they are to be unwrapped and hold no
+        image counts.
     """
     frames: Reader | Sequence[Frame]
     if isinstance(source, Frame):
@@ -227,4 +254,5 @@ def universe(source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame) 
         _topology(np.array(names_of(first))[kinds], first.diameters / 2.0, first.masses),
         _Held(frames),
         format=FramesReader,
+        unwrapped=unwrapped,
     )

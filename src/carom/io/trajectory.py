@@ -8,12 +8,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, overload
+from typing import TYPE_CHECKING, Any, Self, overload
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.io import exports
 from carom.io.paths import existing, replacing, uninterrupted, writable, writing
 from carom.io.validation import flaw, step_back
+from carom.notebook import by_count, watchable
+
+if TYPE_CHECKING:
+    import xarray
 
 #: Suffix -> format.
 SUFFIXES = {".h5md": "h5md", ".h5": "h5md", ".extxyz": "extxyz", ".xyz": "extxyz", ".gsd": "gsd"}
@@ -65,6 +70,26 @@ class Reader(ABC):
     def __reduce__(self) -> tuple[Any, ...]:
         # MDAnalysis sends readers to its workers: a worker opens the file itself.
         return type(self), (self.path,)
+
+    def _repr_html_(self) -> str:
+        from carom.notebook import embedded, table
+
+        return embedded(self) or table(str(self.path), [("frames", str(len(self)))])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return all frames as an ``xarray.Dataset``, in memory.
+
+        Positions, velocities and, where there are image counts, ``unwrapped`` positions have the dimensions
+        time, component and axis; species' names are a coordinate of the components.
+
+        Raises
+        ------
+        InputError
+            If xarray is not installed.
+        """
+        from carom.io.bridges import to_xarray
+
+        return to_xarray(list(self))
 
     def close(self) -> None:  # noqa: B027  (extxyz holds nothing open)
         """Close the file."""
@@ -192,6 +217,7 @@ def format_of(path: str | os.PathLike[str]) -> str:
         raise InputError(
             f"{path} has the suffix '{suffix}', which chooses the format; "
             f"expected one of {', '.join(SUFFIXES)}."
+            + (" It can be written by convert() alone." if suffix in exports.SUFFIXES else "")
         )
     return SUFFIXES[suffix]
 
@@ -322,6 +348,7 @@ def read(path: str | os.PathLike[str], index: int | slice | str = -1) -> Frame |
             raise FileError(str(error)) from None
 
 
+@watchable("Converting", by_count)
 def convert(
     source: str | os.PathLike[str],
     target: str | os.PathLike[str],
@@ -334,11 +361,13 @@ def convert(
     Parameters
     ----------
     source, target : str or path
-        Files whose suffixes choose the formats. The target appears when it is complete, or not at all.
+        Files whose suffixes choose the formats. The target appears when it is complete, or not at all. It may
+        also be ``.lammpstrj`` or ``.dump``, ``.data`` (LAMMPS, the last frame), ``.dcd`` or ``.pdb``, which
+        are for other programs and cannot be read back.
     overwrite : bool
         Whether an existing target may be replaced.
     progress : callable, optional
-        Called as ``progress(done, total)`` after each frame.
+        Called as ``progress(done, total)`` after each frame; True shows a bar.
 
     Raises
     ------
@@ -347,14 +376,23 @@ def convert(
     InputError
         If the target's format cannot hold the frames.
     """
-    format_of(target)
+    suffix = Path(target).suffix.lower()
+    exported = suffix in exports.SUFFIXES
+    if not exported:
+        format_of(target)
     destination = writable(target)
     if not overwrite and (destination.exists() or destination.is_symlink()):
         raise FileError(
             f"{target} exists already and was left as it is; choose another name or allow overwriting."
         )
     with open_reader(source) as reader:
-        return _copy(reader, destination, len(reader), progress)
+        if not exported:
+            return _copy(reader, destination, len(reader), progress)
+        if len(reader) == 0:
+            raise InputError(f"{source} holds no frames; expected at least one.")
+        with replacing(destination) as temporary, writing(temporary):
+            exports.export(reader, temporary, suffix, progress)
+        return 1 if suffix == ".data" else len(reader)
 
 
 def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:

@@ -13,7 +13,7 @@ from carom.densities import sphere_area
 from carom.models import fields
 from carom.models.contact import FAR
 from carom.models.interface import NEVER, anchor, encounter, member, members, outward, repeated
-from carom.models.outlines import Disk
+from carom.models.outlines import Disk, SolidSphere
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,16 @@ class Ball:
         return sphere_area(len(box), self.radius)
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Disk]:
-        """Return what to draw in two dimensions: all images that reach into the box."""
+        """Return what to draw in two dimensions: all images that may reach into the box."""
+        return [Disk((x, y), radius) for (x, y, *_), radius in self.surface(box, periodic)]
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[SolidSphere]:
+        """Return what to draw in three dimensions, likewise."""
         turns = [(-1, 0, 1) if repeats else (0,) for repeats in periodic]
         places = [
             np.array(self.center) + np.array(turn) * np.array(box) for turn in itertools.product(*turns)
         ]
-        return [Disk((float(place[0]), float(place[1])), self.radius) for place in places]
+        return [SolidSphere(tuple(place.tolist()), self.radius) for place in places]
 
 
 class SolidBall(NamedTuple):

@@ -14,7 +14,7 @@ from carom.errors import InputError
 from carom.models import fields
 from carom.models.contact import leave_round
 from carom.models.interface import encounter, outward
-from carom.models.outlines import Circle, Line
+from carom.models.outlines import Circle, HollowCylinder, HollowSphere, Line
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,10 @@ class SphericalContainer:
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Circle]:
         """Return what to draw in two dimensions."""
         return [Circle((self.center[0], self.center[1]), self.radius)]
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HollowSphere]:
+        """Return what to draw in three dimensions."""
+        return [HollowSphere(tuple(self.center), self.radius)]
 
 
 @dataclass(frozen=True)
@@ -131,6 +135,10 @@ class CylindricalContainer:
         """Return what to draw in two dimensions."""
         middle = self.center[1 - self.axis]
         return [Line(self.axis, middle + side * self.radius) for side in (-1, 1)]
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HollowCylinder]:
+        """Return what to draw in three dimensions."""
+        return [HollowCylinder(self.axis, tuple(self.center), self.radius)]
 
 
 class InsideOfSphere(NamedTuple):

@@ -422,9 +422,9 @@ class Obstacle(Protocol):
 
     It may also have ``glides(axis)``, whether it takes up no momentum along an axis; ``area(box)``, its
     surface [length^(d-1)]; ``inside(box)``, the width of the room in a container [length]; ``outline(box,
-    periodic)``, shapes to draw in two dimensions: see :mod:`carom.models.outlines`; and ``live(particles)``,
-    which then takes the place of ``model()`` in the engine, for an obstacle that moves, loses energy or
-    remembers.
+    periodic)`` and ``surface(box, periodic)``, shapes to draw in two and in three dimensions: see
+    :mod:`carom.models.outlines`; and ``live(particles)``, which then takes the place of ``model()`` in the
+    engine, for an obstacle that moves, loses energy or remembers.
     """
 
     @property

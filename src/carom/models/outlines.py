@@ -1,4 +1,7 @@
-"""Shapes of obstacles in two dimensions, for pictures: what ``outline(box, periodic)`` returns a list of."""
+"""Shapes of obstacles for pictures: what ``outline`` (in the plane) and ``surface`` (in space) return.
+
+Both are optional methods of an obstacle, ``outline(box, periodic)`` and ``surface(box, periodic)``.
+"""
 
 from __future__ import annotations
 
@@ -60,3 +63,34 @@ class Arc(NamedTuple):
     """Angle from the first axis [radians]."""
     angle: float
     """How far it goes from there, counterclockwise [radians]."""
+
+
+class SolidBehind(NamedTuple):
+    """In space: everything behind a plane is solid."""
+
+    point: tuple[float, ...]
+    """On the plane [length]."""
+    normal: tuple[float, ...]
+    """Unit vector to the free side."""
+
+
+class SolidSphere(NamedTuple):
+    """In space: the inside of a sphere is solid."""
+
+    center: tuple[float, ...]
+    radius: float
+
+
+class HollowSphere(NamedTuple):
+    """In space: the inside of a sphere is free."""
+
+    center: tuple[float, ...]
+    radius: float
+
+
+class HollowCylinder(NamedTuple):
+    """In space: the inside of a cylinder along an axis is free."""
+
+    axis: int
+    center: tuple[float, ...]
+    radius: float

@@ -13,7 +13,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.interface import NEVER, encounter, outward
-from carom.models.outlines import HalfPlane
+from carom.models.outlines import HalfPlane, SolidBehind
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,15 @@ class Plane:
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HalfPlane]:
         """Return what to draw in two dimensions."""
+        ((point, normal),) = self.surface(box, periodic)
+        return [HalfPlane((point[0], point[1]), (normal[0], normal[1]))]
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[SolidBehind]:
+        """Return what to draw in three dimensions."""
         normal, distance = self._unit()
         centre = 0.5 * np.asarray(box)
         point = centre - (np.dot(normal, centre) - distance) * np.asarray(normal)
-        return [HalfPlane((float(point[0]), float(point[1])), (normal[0], normal[1]))]
+        return [SolidBehind(tuple(point.tolist()), normal)]
 
 
 def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:

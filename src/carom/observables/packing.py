@@ -26,6 +26,10 @@ from carom.theory import ball_volume
 #: dense lattice (0.41 in fcc), more than any contact.
 REACH = 0.3
 
+#: A void in the gaps tells contacts from near contacts if it is as wide as this factor. Between two gaps next
+#: to each other among hundreds over some decades there is a factor of 2 or 3 by chance.
+DISTINCT = 10.0
+
 #: Directions of contacts are known to about the relative gap; what their combination to zero misses by less
 #: than this is zero.
 BALANCED = 1e-6
@@ -122,6 +126,37 @@ class PackingNetwork:
         return len(opposed) - rank
 
     @property
+    def distinct(self) -> bool:
+        """Whether contacts can be told from near contacts.
+
+        Notes
+        -----
+        The void is at least a decade wide, and begins where forces end. At a reduced pressure p a contact of
+        force f has a gap of about 1 / (p f), f in terms of the mean. Forces are distributed as f^theta where
+        they are small, theta > 0 (Charbonneau et al., Phys. Rev. Lett. 114, 125504 (2015)), so that the
+        weakest of m is about 1 / m of the typical one, or more: no contact has a gap of more than m times the
+        median of all.
+        """
+        m = int(np.searchsorted(self.gaps, self.gap))
+        if m == 0:
+            return False
+        exact = overlaps.rounding(np.asarray(self.frame.box)) / float(self.frame.diameters.max())
+        weakest = m * max(float(np.median(self.gaps[:m])), exact)
+        return DISTINCT * max(self.void[0], 0.0) <= self.void[1] and self.void[0] <= weakest
+
+    @property
+    def note(self) -> str:
+        """What a reader of the number of contacts has to know; empty where they are distinct."""
+        if self.distinct:
+            return ""
+        return (
+            f"Contacts cannot be told from near contacts yet: no void parts their gaps, and {self.contacts} "
+            f"is the number of pairs in the backbone with a gap below {self.gap:.1e}. Compress more slowly "
+            "and to a higher pressure, at a rate of 1e-3 to 1e10 at least; disks of one size, which "
+            "crystallize, may need more."
+        )
+
+    @property
     def packing_fraction(self) -> float:
         """Part of the box that all spheres fill, rattlers included."""
         d = self.frame.dimension
@@ -133,6 +168,7 @@ class PackingNetwork:
             f"({100 * self.rattler_fraction:.1f} %), {self.contacts} contacts in the backbone (isostatic: "
             f"{self.isostatic}), coordination {self.coordination:.4f}; contact is a gap below "
             f"{self.gap:.1e}, in the void from {self.void[0]:.1e} to {self.void[1]:.1e}"
+            + (f". {self.note}" if self.note else "")
         )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from carom import theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
+from carom.notebook import table
 from carom.observables.course import Course
 from carom.observables.statistics import Estimate
 
@@ -253,6 +254,18 @@ class PressureEstimate:
     pressure: Estimate = UNKNOWN
     note: str = ""
     steady: bool = True
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("Z = PV / NkT", self.compressibility_factor),
+            ("P σ^d / kT", self.reduced_pressure),
+            ("P", self.pressure),
+            ("g(σ+)", self.contact_value),
+            ("collision rate of one", self.collision_rate),
+        ]
+        shown = [(name, e.value_text.replace("+-", "±")) for name, e in rows if math.isfinite(e.mean)]
+        title = f"{self.n} particles at packing fraction {self.packing_fraction:.6g}"
+        return table(title, shown) + (f"<p>{self.note}</p>" if self.note else "")
 
     def __str__(self) -> str:
         return f"Z = {self.compressibility_factor}" + (f". {self.note}" if self.note else "")

@@ -25,6 +25,7 @@ from carom.theory import ball_volume
 
 if TYPE_CHECKING:
     import MDAnalysis
+    import pandas
 
 # Bins of a fiftieth of a diameter where nothing is said: g falls by at most a tenth in one, up to freezing in
 # 3D.
@@ -112,6 +113,12 @@ class RadialDistribution:
                 np.savez(path, allow_pickle=False, **arrays, **numbers)
         else:
             raise FileError(f"{path} ends in {path.suffix!r}; g(r) is written as .csv or .npz.")
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return r, g and its error as a pandas DataFrame."""
+        import pandas
+
+        return pandas.DataFrame({"r": self.r, "g": self.g, "error": self.error})
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write columns ``r_lo, r_hi, g, error, counts``, every float with all its digits.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import CaromWarning, InputError
+from carom.notebook import table
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -55,6 +56,14 @@ class Estimate:
     n_eff: float
     tau: float
     blocks: int
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("mean", self.value_text.replace("+-", "±")),
+            ("independent samples", f"{self.n_eff:.0f}"),
+            ("blocks to one of them", f"{self.tau:.2g}"),
+        ]
+        return table("Estimate", rows)
 
     def __str__(self) -> str:
         return f"{self.value_text} (n_eff {self.n_eff:.0f}, tau {self.tau:.1f} blocks)"

@@ -13,6 +13,7 @@ from carom import checks
 from carom.block import Block
 from carom.errors import InputError
 from carom.models.planes import walls
+from carom.notebook import table
 from carom.observables.statistics import Estimate, ratio
 
 if TYPE_CHECKING:
@@ -133,6 +134,11 @@ class WallPressureEstimate:
     name: str
     area: float
     block_values: tuple[float, ...] = field(default=(), repr=False)
+
+    def _repr_html_(self) -> str:
+        rows = [("pressure", self.pressure), ("force", self.force)]
+        shown = [(name, e.value_text.replace("+-", "±")) for name, e in rows]
+        return table(self.name, [*shown, ("area", f"{self.area:.6g}")])
 
     def __str__(self) -> str:
         return f"P on {self.name} = {self.pressure.value_text}"

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.io.palette import FACES
 from carom.models import outlines
 from carom.models.interface import Obstacle
 from carom.models.outlines import Disk, HalfPlane
-from carom.pictures.hidden import visible
+from carom.pictures.render import Camera, rendered
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,13 +21,10 @@ if TYPE_CHECKING:
     from carom.frame import Frame
     from carom.observables.packing import PackingNetwork
 
-FACE = "#6f9bc8"
 EDGE = "#1f3b57"
 PALE_FACE = "#dbe6f1"
 PALE_EDGE = "#9fb3c7"
 BORDER = "#333333"
-# Of the species, the first as above; with more species than colours they begin again.
-FACES = (FACE, "#e3a857", "#7fb685", "#c26a77", "#9b8bb4", "#8c8c8c")
 SOLID = "#b9b4ab"
 BOND = "#c0392b"
 
@@ -34,13 +32,9 @@ BOND = "#c0392b"
 AZIMUTH = math.radians(30.0)
 ELEVATION = math.radians(20.0)
 
-LAYERS = ((1.0, 0.0), (0.94, 0.02), (0.80, 0.11), (0.55, 0.22), (0.25, 0.33))
-"""Discs that make a sphere, from the outline to the brightest spot: radius, and shift towards the light, in
-radii.
-"""
-FEWER: tuple[list[int], ...] = ([0, 1, 2, 3, 4], [0, 2, 4], [1, 4])
-"""Which of them are drawn, where all together would be more than this:"""
-MOST_DISCS = 120_000
+SIZE = 480
+"""Pixels of the longer edge of a picture in space."""
+
 MOST_OUTLINES = 20_000
 """Disks in the plane with outlines; of more, an outline is as wide as what it encloses."""
 
@@ -181,23 +175,10 @@ def draw_projection(axes: Axes, frame: Frame) -> None:
     _box_and_axes(axes, frame.box[:2], float(frame.diameters.max()), frame.periodic[:2])
 
 
-def draw_spheres(axes: Axes, frame: Frame) -> None:
-    """3D: shaded spheres in parallel projection, the far ones first and hazier, in the edges of the box."""
-    right, up, towards = _camera()
-    centre = 0.5 * np.asarray(frame.box)
-    x = frame.positions - centre
-    depth = x @ towards
-    order = np.argsort(depth)
-    flat = np.stack([x @ right, x @ up], axis=1)[order]
-    radii = 0.5 * frame.diameters[order]
-    plane = _edges_of_box(axes, centre, right, up, towards)
-    haze = (depth[order] - depth.min()) / (np.ptp(depth) or 1.0)
-    seen = visible(flat, radii)
-    _shaded(axes, flat[seen], radii[seen], haze[seen], _faces(frame)[order][seen])
-    reach = np.abs(plane).max(axis=0) + float(frame.diameters.max())
-    axes.set_xlim(-reach[0], reach[0])
-    axes.set_ylim(-reach[1], reach[1])
-    axes.set_aspect("equal")
+def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -> None:
+    """3D: spheres and obstacles with light and depth, in parallel projection, in the edges of the box."""
+    image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles)
+    axes.imshow(image, interpolation="none")
     axes.set_axis_off()
 
 
@@ -230,38 +211,6 @@ def _camera() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     )
     right = np.array([math.cos(AZIMUTH), math.sin(AZIMUTH), 0.0])
     return right, np.cross(towards, right), towards
-
-
-def _shaded(
-    axes: Axes, centres: np.ndarray, radii: np.ndarray, nearness: np.ndarray, faces: np.ndarray
-) -> None:
-    """Spheres as stacks of discs that brighten towards a light at the upper left; far ones fade to white.
-
-    The spheres come in the order in which they are drawn, all discs of one before those of the next.
-    """
-    from matplotlib.collections import EllipseCollection
-    from matplotlib.colors import to_rgb
-
-    dark, light = np.array(to_rgb(EDGE)), np.array(to_rgb("#e9f2fb"))
-    kinds, which = np.unique(faces, return_inverse=True)
-    bodies = np.array([to_rgb(face) for face in kinds])
-    # Of each layer and colour: outline, body, highlights.
-    shades = np.empty((len(LAYERS), len(kinds), 3))
-    shades[0], shades[1], shades[2] = dark, 0.72 * bodies + 0.28 * dark, bodies
-    shades[3], shades[4] = 0.6 * bodies + 0.4 * light, light
-    # Very many spheres are so small that fewer discs make them look the same.
-    chosen = next((few for few in FEWER if len(few) * len(radii) <= MOST_DISCS), FEWER[-1])
-    shades, (sizes, shifts) = shades[chosen], np.array(LAYERS)[chosen].T
-    fade = 0.55 * (1.0 - nearness)[:, None, None]
-    colours = shades[:, which].swapaxes(0, 1) * (1.0 - fade) + fade
-    places = centres[:, None, :] + (radii[:, None] * shifts)[..., None] * np.array([-0.7, 0.7])
-    widths = 2.0 * (radii[:, None] * sizes).ravel()
-    axes.add_collection(
-        EllipseCollection(
-            widths, widths, np.zeros(widths.size), units="xy", offsets=places.reshape(-1, 2),
-            offset_transform=axes.transData, facecolors=colours.reshape(-1, 3), edgecolors="none", zorder=2,
-        )
-    )  # fmt: skip
 
 
 def _circles(

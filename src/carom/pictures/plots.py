@@ -226,7 +226,7 @@ def snapshot(
         spheres in parallel projection, near ones in front; beyond that the first two coordinates, which the
         title says.
     obstacles : sequence of obstacles, optional
-        Planes, balls and containers of the scene, drawn in 2D.
+        Planes, balls and containers of the scene, and all others that say how; drawn in 2D and 3D.
     path : path, optional
         Where to save the picture.
 
@@ -241,9 +241,11 @@ def snapshot(
     """
     from carom.pictures.drawing import draw_disks, draw_obstacles, draw_projection, draw_rods, draw_spheres
 
-    draw = {1: draw_rods, 2: draw_disks, 3: draw_spheres}.get(frame.dimension, draw_projection)
     figure, axes = _figure(6.0, 1.6 if frame.dimension == 1 else 6.4)
-    draw(axes, frame)
+    if frame.dimension == 3:
+        draw_spheres(axes, frame, obstacles)
+    else:
+        {1: draw_rods, 2: draw_disks}.get(frame.dimension, draw_projection)(axes, frame)
     if frame.dimension == 2:
         draw_obstacles(axes, obstacles, frame)
     volume = sum(theory.ball_volume(frame.dimension, float(s)) for s in frame.diameters)
@@ -286,9 +288,12 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     if dimension == 2:
         draw_obstacles(axes, network.obstacles, network.frame)
     loose = len(network.rattlers)
+    counted = f"{network.contacts} contacts in the backbone (isostatic: {network.isostatic})"
+    if not network.distinct:
+        counted = f"{network.contacts} pairs nearer than {network.gap:.1e}, contacts not distinct yet"
     axes.set_title(
-        f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{network.contacts} contacts in the "
-        f"backbone (isostatic: {network.isostatic}), {loose} rattler{'s' * (loose != 1)}",
+        f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{counted}, "
+        f"{loose} rattler{'s' * (loose != 1)}",
         fontsize=TITLE,
     )
     return saved(figure, path)
@@ -372,11 +377,9 @@ def compression(
 
 
 def _figure(width: float, height: float) -> tuple[Figure, Axes]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from carom.pictures.figure import Picture
 
-    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(width, height, DPI)
     axes = figure.add_subplot()
     axes.spines[["top", "right"]].set_visible(False)
     return figure, axes

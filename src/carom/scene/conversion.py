@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
 from warnings import warn
 
 import numpy as np
@@ -14,7 +15,7 @@ from carom.scene.overlaps import Room
 from carom.scene.species import Contacts, per_component
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import ase
     from numpy.typing import ArrayLike
@@ -56,7 +57,11 @@ def from_frame(
 
 
 def from_ase(
-    cls: type[Scene], atoms: ase.Atoms, *, diameter: float | None = None, walls: bool = False
+    cls: type[Scene],
+    atoms: ase.Atoms,
+    *,
+    diameter: float | ArrayLike | Mapping[str, float] | None = None,
+    walls: bool = False,
 ) -> Scene:
     """Take positions, cell, masses, momenta, radii and kinds from an ``ase.Atoms``.
 
@@ -65,9 +70,10 @@ def from_ase(
     atoms : ase.Atoms
         In a cell with right angles along the axes. Its periodic axes are the scene's: with ``pbc`` "T T
         F" and all z equal it is a scene of disks, d = 2. Different chemical symbols become species of
-        these names.
-    diameter : float, optional
-        Of every sphere, where ``atoms`` has no array ``radius``; 1 by default.
+        these names; so do the numbers of an array ``kind``, as Carom writes it.
+    diameter : float, (n,) array_like or mapping, optional
+        Of every sphere, of each, or of each chemical symbol, such as ``{"Ar": 3.4, "Ne": 2.75}``, in the
+        length of ``atoms``, which ASE calls angstrom. Where ``atoms`` has an array ``radius`` leave it out.
     walls : bool
         Whether axes that are not periodic, but along which coordinates differ, become axes with walls at
         the faces of the cell; else they are refused.
@@ -76,7 +82,12 @@ def from_ase(
     ------
     InputError
         If the cell is skew, no axis is periodic, coordinates differ along one that is not, the diameter
-        is given twice, and as :class:`carom.Scene` does.
+        is given twice or not of every symbol, and as :class:`carom.Scene` does.
+
+    Warns
+    -----
+    CaromWarning
+        If ``atoms`` has no radii and no diameter is given: it is then 1.
     """
     return cls(**of_atoms(atoms, diameter, walls))
 
@@ -127,16 +138,38 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: bool) -> dict[str, Any]:
         if diameter is not None:
             raise InputError("atoms has radii and diameter is given too; leave one of them out.")
         diameter = 2 * _each(atoms.arrays["radius"], "radius", n)
+    elif diameter is None:
+        diameter = 1.0
+        warn(
+            "These atoms have no array 'radius'; a diameter of 1 was assumed, in the unit of their positions "
+            "(ASE's are angstrom). Give diameter=..., or one for each symbol: "
+            f"diameter={{'{atoms.get_chemical_symbols()[0] if n else 'Ar'}': ...}}.",
+            CaromWarning,
+            stacklevel=3,
+        )
+    elif isinstance(diameter, dict):
+        symbols = atoms.get_chemical_symbols()
+        if lacking := set(symbols) - set(diameter):
+            raise InputError(f"diameter names no {', '.join(sorted(lacking))}, of which there are atoms.")
+        diameter = np.array([diameter[symbol] for symbol in symbols])
     masses = _each(atoms.get_masses(), "masses", n)
     velocities = None
     if "momenta" in atoms.arrays:
         momenta = checks.array(atoms.arrays["momenta"], "momenta", "(n, 3)", ndim=2)
         velocities = momenta[:, kept] / masses[:, None]
     names, species = np.unique(atoms.get_chemical_symbols(), return_inverse=True)
+    if "kind" in atoms.arrays:
+        species = np.asarray(atoms.arrays["kind"])
+        told = str(atoms.info.get("species_names", ""))
+        names = np.array(
+            [unquote(name) for name in told.split(",")]
+            if told
+            else [str(k) for k in range(int(species.max()) + 1)]
+        )
     return {
         "positions": places[:, kept],
         "box": np.diag(cell)[kept],
-        "diameter": 1.0 if diameter is None else diameter,
+        "diameter": diameter,
         "mass": masses,
         "velocities": velocities,
         "periodic": periodic[kept],

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.block import Block, Sizes
 from carom.errors import CaromWarning, InputError
+from carom.notebook import watchable
 from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.observables.protocol import outcome, sees
@@ -24,6 +25,7 @@ BLOCKS = 256
 """Blocks for an observable of one's own that does not say how many."""
 
 
+@watchable("Measuring")
 def measure(
     sim: Simulation,
     observable: Any,
@@ -57,8 +59,8 @@ def measure(
         pressure), and at least 64 independent blocks say so.
     max_walltime : float, optional
         Seconds after which that is given up.
-    progress : callable, optional
-        Called with the fraction done; with ``relative_error``, of what is expected so far.
+    progress : callable or True, optional
+        Called with the fraction done; True shows a bar; with ``relative_error``, of what is expected so far.
     predicted : callable, optional
         Called with a :class:`carom.observables.Prediction` after a pilot of 64 collisions per particle
         and again whenever the error bar was looked at.

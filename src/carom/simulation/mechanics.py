@@ -11,6 +11,7 @@ import numpy as np
 from carom.block import Sizes
 from carom.densities import sphere_volume
 from carom.errors import InputError
+from carom.notebook import table
 from carom.scene.temperature import degrees_of_freedom, peculiar
 from carom.scene.temperature import temperature as temperature_of
 from carom.simulation.pair_steps import potential_at_start, potential_energy
@@ -59,6 +60,28 @@ class Statistics:
     worst_overlap: float
     energy_drift: float
     momentum_drift: float
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:<21}  {value}" for name, value in self._rows())
+
+    def _repr_html_(self) -> str:
+        return table("Statistics", self._rows())
+
+    def _rows(self) -> list[tuple[str, str]]:
+        return [
+            ("collisions", str(self.collisions)),
+            ("per second", f"{self.collisions_per_second:.3g}"),
+            ("transits", str(self.transits)),
+            (
+                "advancements",
+                f"{self.advancements} ({100.0 * self.advancement_fraction:.1f} % of all events)",
+            ),
+            ("third party first", str(self.third_party_first)),
+            ("clamped roots", str(self.clamped_roots)),
+            ("worst overlap", f"{self.worst_overlap:.1e} diameters"),
+            ("energy drift", f"{self.energy_drift:.1e}"),
+            ("momentum drift", f"{self.momentum_drift:.1e}"),
+        ]
 
 
 class Impacts(NamedTuple):

@@ -147,6 +147,11 @@ class Replay:
             yield from zip(*(column.tolist() for column in (*events[:6], kinds)), strict=True)
 
     @property
+    def scene(self) -> Scene:
+        """The scene of the logged run."""
+        return self._scene
+
+    @property
     def time(self) -> float:
         """Time since the start of the run [sigma sqrt(m / kT)], rounded to a double."""
         return float(self._instant)

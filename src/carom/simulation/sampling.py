@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.notebook import bar
 from carom.simulation.loop import advance
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def sample(
     every: float | None = None,
     count: int | None = None,
     times: Iterable[float] | None = None,
-    progress: Callable[[float], object] | None = None,
+    progress: Callable[[float], object] | bool | None = None,
 ) -> Iterator[Frame]:
     """Run on and yield Frames exactly at the given times; changes no bit of the run.
 
@@ -35,14 +36,17 @@ def sample(
     times : iterable of float
         Times since the start of the run instead, not decreasing, none of them past. An iterator, which may
         have no end, is asked for one at a time.
-    progress : callable, optional
-        Called with the fraction of the frames done.
+    progress : callable or True, optional
+        Called with the fraction of the frames done; True shows a bar.
 
     Raises
     ------
     InputError
         If neither or both of ``every`` and ``times`` are given, or a time lies in the past.
     """
+    if isinstance(progress, bool):
+        plain = _watched if progress else sample
+        return plain(sim, every=every, count=count, times=times)
     if (every is None) == (times is None):
         raise InputError("sample() needs either every= (with count=) or times=.")
     if every is None:
@@ -54,6 +58,14 @@ def sample(
     step = Fraction(checks.number(every, "every", low=0.0, open_low=True))
     count = None if count is None else checks.integer(count, "count", low=0)
     return _frames(sim, step, count, progress)
+
+
+def _watched(
+    sim: Simulation, *, every: float | None, count: int | None, times: Iterable[float] | None
+) -> Iterator[Frame]:
+    """Yield the frames under a bar."""
+    with bar("Sampling") as shown:
+        yield from sample(sim, every=every, count=count, times=times, progress=shown)
 
 
 def _instant(time: Any) -> Fraction:

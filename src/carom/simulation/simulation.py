@@ -14,6 +14,7 @@ from carom import checks, densities
 from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.notebook import watchable
 from carom.scene.scene import Scene
 from carom.scene.temperature import conserved, degrees_of_freedom
 from carom.scene.velocities import maxwell_velocities
@@ -288,6 +289,7 @@ class Simulation:
         """What the run did so far, and how well."""
         return mechanics.statistics(self.machine)
 
+    @watchable("Running")
     def run(
         self,
         *,
@@ -309,8 +311,8 @@ class Simulation:
             Time to add [sigma sqrt(m / kT)]; the run then ends exactly there.
         walltime : float, optional
             Seconds.
-        progress : callable, optional
-            Called now and then with the fraction done; changes no bit of the run.
+        progress : callable or True, optional
+            Called now and then with the fraction done; changes no bit of the run. True shows a bar.
 
         Returns
         -------

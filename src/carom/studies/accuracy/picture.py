@@ -41,11 +41,9 @@ def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) 
     -------
     matplotlib.figure.Figure
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from carom.pictures.figure import Picture
 
-    figure = Figure(figsize=(13.0, 4.2), dpi=plots.DPI, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(13.0, 4.2, plots.DPI)
     axes = figure.subplots(1, 3)
     first = axes[0]
     for panel in axes:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
     from carom.studies.eos.result import EquationOfState
 
+MOST_NAMED = 6
+"""Sizes of a mixture that its title names."""
+
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
 h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
@@ -32,6 +35,17 @@ th { border-bottom: 2px solid #888; } td.text, th.text { text-align: left; }
 tr.flagged { background: #fdecea; } img { max-width: 100%; }
 pre { background: #f4f4f4; padding: 0.8rem; overflow-x: auto; font-size: 0.85rem; }
 .scroll { overflow-x: auto; }
+@page { size: A4 landscape; margin: 12mm; }
+@media print {
+  body { max-width: none; margin: 0; padding: 0; font-size: 10pt; }
+  /* What scrolls on a screen is cut on paper: so nothing scrolls, and cells break. */
+  .scroll { overflow: visible; }
+  table { font-size: 7.5pt; width: 100%; }
+  th, td { padding: 0.1rem 0.25rem; overflow-wrap: anywhere; }
+  tr, img, pre { break-inside: avoid; } thead { display: table-header-group; } h2 { break-after: avoid; }
+  pre { white-space: pre-wrap; overflow: visible; } img { max-height: 170mm; }
+  tr.flagged { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+}
 """
 
 
@@ -53,7 +67,7 @@ def document(study: EquationOfState) -> str:
     rows = study.table
     species = study.records[0]["result"]["species"] if study.records else []
     name = pictures.kind(study.spec.dimension, mixture=len(species) > 1)
-    title = f"Equation of state of {'a ' if len(species) > 1 else ''}{name}"
+    title = f"Equation of state of {'a ' if len(species) > 1 else ''}{name}{_composition(species)}"
     flagged = [row for row in rows if not row.equilibrated]
     parts = [
         f"<h1>{html.escape(title)}</h1>",
@@ -77,6 +91,16 @@ def document(study: EquationOfState) -> str:
         + "\n".join(parts)
         + "\n</body></html>\n"
     )
+
+
+def _composition(species: Sequence[Sequence[float]]) -> str:
+    """Return the diameters of a mixture and their parts, "" of one size: at most six of them."""
+    if len(species) < 2:
+        return ""
+    total = sum(count for _, count in species)
+    sizes = [f"{count / total:.3g} of diameter {diameter:.4g}" for diameter, count in species[:MOST_NAMED]]
+    more = f" and {len(species) - MOST_NAMED} sizes more" if len(species) > MOST_NAMED else ""
+    return ": " + ", ".join(sizes) + more
 
 
 def _summary(study: EquationOfState, rows: Sequence[Row], flagged: Sequence[Row]) -> str:

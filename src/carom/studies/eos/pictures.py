@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from carom.studies.eos.result import EquationOfState
 
 STYLES = ("-", "--", ":", "-.")
+SIZES = (plots.INK, "#b8651b", "#2e7d4f", "#8e3b6f", "#5b5fb0", "#6b6b6b")
 MARKERS = "osD^v<>ph*"
 CURVE = 200
 """Points of a curve."""
@@ -166,12 +167,9 @@ def sizes(result: EquationOfState, *, path: str | os.PathLike[str] | None = None
 
 
 def _figure(width: float, height: float) -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from carom.pictures.figure import Picture
 
-    figure = Figure(figsize=(width, height), dpi=plots.DPI, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    return Picture(width, height, plots.DPI)
 
 
 def _equations(result: EquationOfState, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
@@ -229,6 +227,11 @@ def _crystals(dimension: int) -> dict[str, Equation]:
     return {"Almarza (fcc)" if dimension == 3 else "free volume": theory.solid(dimension)}
 
 
+def of_size(number: int) -> str:
+    """Return the colour of a number of particles, counted from the smallest; dark, for markers on white."""
+    return SIZES[number % len(SIZES)]
+
+
 def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: bool) -> None:
     """Draw one quantity: full where all is well, hollow where a point is flagged."""
     for number, n in enumerate(sorted({row.n for row in rows})):
@@ -247,8 +250,8 @@ def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: b
                 values,
                 errors,
                 fmt=MARKERS[number % len(MARKERS)],
-                color=plots.INK,
-                markerfacecolor=plots.INK if good else "white",
+                color=of_size(number),
+                markerfacecolor=of_size(number) if good else "white",
                 markersize=4,
                 capsize=2,
                 linewidth=0.9,
@@ -271,8 +274,9 @@ def _deviations(axes: Axes, rows: Sequence[Row], first: tuple[str, Equation], *,
             if row.n != n or not math.isfinite(deviation):
                 continue
             axes.plot(
-                row.packing_fraction, deviation, marker=MARKERS[number % len(MARKERS)], color=plots.INK,
-                markerfacecolor=plots.INK if row.equilibrated else "white", markersize=4, zorder=4,
+                row.packing_fraction, deviation, marker=MARKERS[number % len(MARKERS)],
+                color=of_size(number), markerfacecolor=of_size(number) if row.equilibrated else "white",
+                markersize=4, zorder=4,
             )  # fmt: skip
     axes.set_ylabel("(measured − theory)\n/ error", fontsize=9)
     low, high = axes.get_ylim()

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from carom import theory
+from carom import notebook, theory
 from carom.errors import InputError
 from carom.io.paths import replacing, writing
 from carom.studies.eos import fits
@@ -85,6 +85,10 @@ class EquationOfState:
             beside = f"{row.theory:12.6f} {row.deviation:+6.1f} {'; '.join(row.remarks)}"
             lines.append(f"{row.packing_fraction:8.5g} {row.n:7d} {measured} {beside}".rstrip())
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        head, *lines = str(self).splitlines()
+        return notebook.table(repr(self).strip("<>"), [line.split(None, 6) for line in lines], head.split())
 
     @property
     def chi2_per_point(self) -> float:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from carom.errors import FileError, InputError
+from carom.notebook import watchable
 from carom.studies.eos.result import EquationOfState
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import GRID, StudySpec
@@ -39,6 +40,12 @@ class Progress:
     so_far: EquationOfState
 
 
+def _by_runs(shown: Callable[..., None]) -> Callable[[Progress], object]:
+    """Return what shows the runs done."""
+    return lambda present: shown(present.fraction, f"{present.done} of {present.total} runs")
+
+
+@watchable("Study", _by_runs)
 def equation_of_state(
     packing_fractions: Iterable[float] | float | None = None,
     *,
@@ -94,7 +101,7 @@ def equation_of_state(
     equation : callable, optional
         Equation of state to compare with, and to correct for the finite size by.
     progress : callable, optional
-        Called with a :class:`Progress` at the start and after every task.
+        Called with a :class:`Progress` at the start and after every task; True shows a bar.
     **settings
         Further fields of :class:`StudySpec`: blocks, frames, neighbors.
 
@@ -146,6 +153,7 @@ def equation_of_state(
     return run(spec, executor=executor, workers=workers, out=out, equation=equation, progress=progress)
 
 
+@watchable("Study", _by_runs)
 def run(
     spec: StudySpec,
     *,

@@ -21,6 +21,7 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import checkpoint
 from carom.io.paths import writing
+from carom.notebook import by_stage, watchable
 from carom.scene.overlaps import rounding
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
@@ -151,6 +152,7 @@ def points(
     )
 
 
+@watchable("Packing", by_stage)
 def pack(
     scene: Scene,
     *,
@@ -195,7 +197,7 @@ def pack(
     pictures : bool
         Whether to draw pictures in the folder.
     progress : callable, optional
-        Called as ``progress("Packing", fraction)``.
+        Called as ``progress("Packing", fraction)``; True shows a bar.
 
     Returns
     -------
@@ -242,6 +244,7 @@ def pack(
         return compression.run(sim, folder, stop)
 
 
+@watchable("Packing", by_stage)
 def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
     """Go on with the compression in a folder; its result is that of the uninterrupted one, bit for bit.
 

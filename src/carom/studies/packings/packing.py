@@ -22,6 +22,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.paths import replacing, writing
 from carom.models.obstacles import Obstacle
+from carom.notebook import table
 from carom.observables.packing import PackingNetwork, packing_network
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
@@ -34,7 +35,7 @@ HISTORY = np.dtype(
 
 NETWORK = (
     "jamming_fraction", "rattlers", "rattler_fraction", "contacts", "isostatic", "excess", "coordination",
-    "gap", "void", "sided",
+    "gap", "void", "sided", "contacts_note",
 )  # fmt: skip
 """What a summary says of the network of contacts."""
 
@@ -145,6 +146,12 @@ class Packing:
             assert isinstance(writer, io.Writer)
             writer.write(self.frame)
 
+    def to_pandas(self) -> Any:
+        """Return the history as a pandas DataFrame."""
+        import pandas
+
+        return pandas.DataFrame(self.history)
+
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the history as a table."""
         path = Path(path)
@@ -188,6 +195,7 @@ class Packing:
             network.gap,
             list(network.void),
             network.sided,
+            network.note,
         )
         return summary | dict(zip(NETWORK, values, strict=True))
 
@@ -229,6 +237,16 @@ class Packing:
         with replacing(folder / "summary.json") as temporary, writing(folder):
             temporary.write_text(text, encoding="utf-8")
         return summary
+
+    def _repr_html_(self) -> str:
+        from carom.pictures.view import view
+
+        rows = {k: v for k, v in self.summary().items() if isinstance(v, int | float | str) and v != ""}
+        shown = table("Packing", [(k.replace("_", " "), f"{v:.8g}" if isinstance(v, float) else str(v))
+                                  for k, v in rows.items()])  # fmt: skip
+        if self.dimension > 3 or "gap" not in rows:
+            return shown
+        return view(self)._repr_html_() + shown
 
     def __repr__(self) -> str:
         return (

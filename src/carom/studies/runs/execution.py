@@ -27,6 +27,7 @@ from carom.block import Block
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io import checkpoint
 from carom.io.trajectory import Writer
+from carom.notebook import by_stage, table, watchable
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
 from carom.observables.statistics import Estimate
@@ -92,7 +93,20 @@ class RunResult:
     summary: dict[str, Any]
     new: bool
 
+    def _repr_html_(self) -> str:
+        names = ("compressibility_factor", "reduced_pressure", "contact_value", "collision_rate")
+        values = {name: self.summary[name] for name in names if self.summary[name]["mean"] is not None}
+        shown = [(name.replace("_", " "), _with_error(value)) for name, value in values.items()]
+        return table(f"Run of {self.summary['n']} particles in {self.folder}", shown)
 
+
+def _with_error(value: dict[str, Any]) -> str:
+    """Return a mean and its error as they stand in a summary."""
+    error = math.inf if value["error"] is None else value["error"]
+    return Estimate(value["mean"], error, 0.0, 0.0, 0).value_text.replace("+-", "±")
+
+
+@watchable("Running", by_stage)
 def run(
     plan: Plan | None = None,
     out: str | PathLike[str] = "carom-run",
@@ -112,7 +126,7 @@ def run(
     overwrite : bool
         Whether a run that the folder holds may be replaced.
     progress : callable, optional
-        Called as ``progress(stage, fraction)``; changes no bit of the run.
+        Called as ``progress(stage, fraction)``; changes no bit of the run. True shows a bar.
     predicted : callable, optional
         Called with a :class:`carom.observables.Prediction` when the plan asks for a relative error.
 
@@ -141,6 +155,7 @@ def run(
         return _Run(plan, folder, stop, progress, predicted).from_the_start()
 
 
+@watchable("Running", by_stage)
 def resume(
     out: str | PathLike[str], *, progress: Progress | None = None, predicted: Predicted | None = None
 ) -> RunResult:

@@ -11,8 +11,11 @@ KEPT = 200e6
 FRAMES = 100
 """Frames of a run at most, unless its plan asks for more."""
 
+SMALL = 20e6
+"""Bytes up to which a trajectory is written as text, too, unless the plan says which formats."""
+
 FORMATS = ("h5md", "extxyz")
-"""What is written where all frames fit; otherwise the first alone, which is smaller and faster."""
+"""What is written of small trajectories; of others the first alone, which is smaller and faster."""
 
 BYTES = {"h5md": 20, "extxyz": 65, "gsd": 12}
 """Bytes for a coordinate of a component in a frame: its place, its velocity and its image."""
@@ -30,14 +33,14 @@ def amount(plan: Plan, scene: Scene) -> tuple[tuple[str, ...], int]:
     """
     formats, frames = plan.output.trajectory, plan.run.frames
     if formats is None:
-        fits = (frames or FRAMES) <= _most(scene, FORMATS)
+        fits = (frames or FRAMES) <= _most(scene, FORMATS, SMALL)
         formats = FORMATS if fits else FORMATS[:1]
     if frames is None:
         frames = max(min(FRAMES, _most(scene, formats)), 1)
     return formats, frames
 
 
-def _most(scene: Scene, formats: tuple[str, ...]) -> int:
-    """Return how many frames fit."""
+def _most(scene: Scene, formats: tuple[str, ...], room: float | None = None) -> int:
+    """Return how many frames fit into so many bytes."""
     size = scene.n * scene.dimension * sum(BYTES[form] for form in formats)
-    return int(KEPT / size) if size else FRAMES
+    return int((KEPT if room is None else room) / size) if size else FRAMES

@@ -1,0 +1,44 @@
+"""Tables as wide as the terminal: what would be cut is stacked, one value a line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+def show(console: Console, table: Table) -> None:
+    """Print a table, stacked where it is wider than the terminal."""
+    console.print(fitted(console, table))
+
+
+def fitted(console: Console, table: Table) -> Any:
+    """Return a table if it fits, or else its rows one below the other.
+
+    A title or caption is wrapped by itself, and makes no table too wide.
+    """
+    from rich.measure import Measurement
+    from rich.text import Text
+
+    title, caption = table.title, table.caption
+    table.title = table.caption = None
+    wide = Measurement.get(console, console.options.update(max_width=10_000), table).maximum
+    table.title, table.caption = title, caption
+    if wide <= console.width:
+        return table
+    columns = [(str(column.header), [str(cell) for cell in column.cells]) for column in table.columns]
+    lines = [str(title)] if title else []
+    for row in range(table.row_count):
+        (_, first), *rest = [(name, cells[row]) for name, cells in columns]
+        shown = [(name, cell) for name, cell in rest if cell]
+        if len(rest) == 1:
+            lines.append(f"{first}: {rest[0][1]}")
+        else:
+            name = columns[0][0]
+            lines.append(f"{name} {first}".strip())
+            lines += [f"  {name}: {cell}" if name else f"  {cell}" for name, cell in shown]
+    if caption:
+        lines.append(str(caption))
+    return Text("\n".join(lines))

@@ -1,0 +1,103 @@
+"""Frames for freud, OVITO, pandas and xarray, in memory. None of them is needed by Carom itself."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.io.embedding import edges, embed, names_of, periodic, require_at_most_three
+from carom.io.palette import colours_of
+
+if TYPE_CHECKING:
+    import freud
+    import ovito
+    import pandas
+    import xarray
+
+AXES = "xyz"
+
+
+def _needed(module: str, package: str) -> Any:
+    """Import a package that Carom does not require."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise InputError(
+            f"This needs the package {package}, which is not installed: pip install {package}."
+        ) from None
+
+
+def to_freud(frame: Frame) -> tuple[freud.box.Box, np.ndarray]:
+    """Return freud's box, periodic where the frame is, and centred float32 positions (n, 3)."""
+    if frame.dimension not in (2, 3):
+        raise InputError(f"freud knows two and three dimensions, and this frame has {frame.dimension}.")
+    box = _needed("freud", "freud-analysis").box
+    lengths = dict(zip(("Lx", "Ly", "Lz"), frame.box.tolist(), strict=False))
+    result = box.Box(**lengths, is2D=frame.dimension == 2)
+    result.periodic = list(frame.periodic) + [False] * (3 - frame.dimension)
+    return result, embed((frame.positions - 0.5 * frame.box).astype(np.float32))
+
+
+def to_ovito(frame: Frame) -> ovito.data.DataCollection:
+    """Return OVITO's data collection of a frame."""
+    require_at_most_three(frame.dimension, "OVITO")
+    data = _needed("ovito.data", "ovito")
+    result = data.DataCollection()
+    cell = data.SimulationCell(pbc=periodic(frame.periodic), is2D=frame.dimension < 3)
+    cell[:, :3] = np.diag(edges(tuple(frame.box)))
+    result.objects.append(cell)
+    particles = data.Particles()
+    particles.create_property("Position", data=embed(frame.positions))
+    names = names_of(frame)
+    kinds = np.zeros(frame.n, dtype=int) if frame.species is None else frame.species
+    types = particles.create_property("Particle Type", data=kinds.astype(np.int32) + 1)
+    for k, (name, colour) in enumerate(zip(names, colours_of(len(names)), strict=True)):
+        types.types.append(data.ParticleType(id=k + 1, name=name, color=colour))
+    particles.create_property("Radius", data=0.5 * frame.diameters)
+    particles.create_property("Mass", data=frame.masses)
+    particles.create_property("Velocity", data=embed(frame.velocities))
+    particles.create_property("Particle Identifier", data=np.arange(1, frame.n + 1))
+    if frame.images is not None:
+        particles.create_property("Periodic Image", data=embed(frame.images))
+    result.objects.append(particles)
+    result.attributes["time"], result.attributes["step"] = float(frame.time), int(frame.step)
+    return result
+
+
+def to_pandas(frame: Frame) -> pandas.DataFrame:
+    """Return a row for each component."""
+    pandas = _needed("pandas", "pandas")
+    axes = AXES[: frame.dimension] if frame.dimension <= 3 else [f"x{k}" for k in range(frame.dimension)]
+    columns: dict[str, Any] = dict(zip(axes, frame.positions.T, strict=True))
+    columns |= {f"v{axis}": speeds for axis, speeds in zip(axes, frame.velocities.T, strict=True)}
+    columns |= {"diameter": frame.diameters, "mass": frame.masses}
+    if frame.species is not None:
+        columns["species"] = np.array(names_of(frame))[frame.species]
+    return pandas.DataFrame(columns)
+
+
+def to_xarray(frames: Sequence[Frame]) -> xarray.Dataset:
+    """Return the positions and velocities (time, component, axis) of frames, and what goes with them."""
+    xarray = _needed("xarray", "xarray")
+    first = frames[0]
+    each, vector = ("time", "component"), ("time", "component", "axis")
+    found = {
+        "positions": (vector, np.stack([frame.positions for frame in frames])),
+        "velocities": (vector, np.stack([frame.velocities for frame in frames])),
+        "diameters": (each, np.stack([frame.diameters for frame in frames])),
+        "box": (("time", "axis"), np.stack([frame.box for frame in frames])),
+        "step": (("time",), np.array([frame.step for frame in frames])),
+        "masses": (("component",), first.masses),
+    }
+    if all(frame.images is not None for frame in frames):
+        found["unwrapped"] = (vector, np.stack([frame.unwrapped for frame in frames]))
+    axes = list(AXES[: first.dimension]) if first.dimension <= 3 else list(range(first.dimension))
+    coordinates: dict[str, Any] = {"time": [frame.time for frame in frames], "axis": axes}
+    if first.species is not None:
+        coordinates["species"] = ("component", np.array(names_of(first))[first.species])
+    return xarray.Dataset(found, coords=coordinates)

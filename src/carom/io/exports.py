@@ -1,0 +1,132 @@
+"""Trajectories for other programs, which Carom does not read back: LAMMPS dump and data, DCD, PDB.
+
+DCD and PDB are written by MDAnalysis, with positions that do not jump at the faces of the box where there are
+image counts. The two formats of LAMMPS are text of their own, with 9 significant digits.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from carom.frame import Frame
+from carom.io.embedding import embed, names_of, one_word, require_at_most_three
+
+SUFFIXES = {
+    ".lammpstrj": "LAMMPS dump",
+    ".dump": "LAMMPS dump",
+    ".data": "LAMMPS data",
+    ".dcd": "DCD",
+    ".pdb": "PDB",
+}
+
+Report = Callable[[int, int], object]
+
+
+def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -> None:
+    """Write frames to a file.
+
+    Parameters
+    ----------
+    frames : Reader or sequence of Frames
+        A LAMMPS data file holds the last one alone.
+    path : Path
+        Where.
+    suffix : str
+        Of the format, one of ``SUFFIXES``.
+    report : callable, optional
+        Called as ``report(done, total)`` after each frame.
+
+    Raises
+    ------
+    InputError
+        If the frames have more than three dimensions.
+    """
+    name = SUFFIXES[suffix]
+    require_at_most_three(frames[0].dimension, name)
+    if name == "LAMMPS data":
+        with path.open("w", encoding="ascii") as file:
+            _data(frames[-1], file)
+        if report is not None:
+            report(1, 1)
+    elif name == "LAMMPS dump":
+        with path.open("w", encoding="ascii") as file:
+            for k in range(len(frames)):
+                _dump(frames[k], k, file)
+                if report is not None:
+                    report(k + 1, len(frames))
+    else:
+        _by_mdanalysis(frames, path, name, report)
+
+
+def _bounds(frame: Frame) -> list[tuple[float, float]]:
+    """Return the lower and upper end of three axes; LAMMPS wants a thin third one in two dimensions."""
+    known = [(0.0, float(edge)) for edge in frame.box]
+    thin = 0.5 * float(frame.diameters.max()) or 0.5
+    return known + [(-thin, thin)] * (3 - frame.dimension)
+
+
+def _kinds(frame: Frame) -> np.ndarray:
+    return (np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species) + 1
+
+
+def _dump(frame: Frame, k: int, file: TextIO) -> None:
+    """Write one frame of a dump. Its time step is the number of the frame; the time is an item of its own."""
+    # Axes that a frame lacks are periodic, as LAMMPS wants them in two dimensions.
+    flags = [*frame.periodic, *[True] * (3 - frame.dimension)]
+    images = np.zeros((frame.n, frame.dimension), np.int32) if frame.images is None else frame.images
+    file.write(f"ITEM: TIMESTEP\n{k}\nITEM: TIME\n{frame.time:.17g}\nITEM: NUMBER OF ATOMS\n{frame.n}\n")
+    file.write("ITEM: BOX BOUNDS " + " ".join("pp" if flag else "ff" for flag in flags) + "\n")
+    file.writelines(f"{low:.9g} {high:.9g}\n" for low, high in _bounds(frame))
+    file.write("ITEM: ATOMS id type x y z ix iy iz vx vy vz radius mass\n")
+    table = np.column_stack(
+        [np.arange(1, frame.n + 1), _kinds(frame), embed(frame.positions), embed(images),
+         embed(frame.velocities), 0.5 * frame.diameters, frame.masses]
+    )  # fmt: skip
+    np.savetxt(file, table, fmt="%d %d" + " %.9g" * 3 + " %d" * 3 + " %.9g" * 5)
+
+
+def _data(frame: Frame, file: TextIO) -> None:
+    """Write the data file of one frame, of atoms of the style "sphere"."""
+    kinds, names = _kinds(frame), names_of(frame)
+    volumes = math.pi / 6.0 * frame.diameters**3
+    # LAMMPS takes the density of a point for its mass.
+    densities = np.divide(frame.masses, volumes, out=frame.masses.copy(), where=volumes > 0.0)
+    file.write(f"Carom, time {frame.time:.17g}; types: {', '.join(map(one_word, names))}\n\n")
+    file.write(f"{frame.n} atoms\n{max(len(names), int(kinds.max()))} atom types\n\n")
+    for axis, (low, high) in zip("xyz", _bounds(frame), strict=True):
+        file.write(f"{low:.9g} {high:.9g} {axis}lo {axis}hi\n")
+    file.write("\nAtoms # sphere\n\n")
+    rows = np.column_stack(
+        [np.arange(1, frame.n + 1), kinds, frame.diameters, densities, embed(frame.positions)]
+    )
+    np.savetxt(file, rows, fmt="%d %d" + " %.9g" * 5)
+    file.write("\nVelocities\n\n")
+    still = np.zeros((frame.n, 3))
+    moving = np.column_stack([np.arange(1, frame.n + 1), embed(frame.velocities), still])
+    np.savetxt(file, moving, fmt="%d" + " %.9g" * 6)
+
+
+def _by_mdanalysis(frames: Any, path: Path, name: str, report: Report | None) -> None:
+    import MDAnalysis
+
+    from carom.io.mdanalysis import universe
+
+    world = universe(frames, unwrapped=frames[0].images is not None)
+    with warnings.catch_warnings():
+        # Of a PDB file: that elements, charges, occupancies and the like are not known.
+        warnings.simplefilter("ignore", UserWarning)
+        settings = {"dt": world.trajectory.dt} if name == "DCD" else {}
+        writer = MDAnalysis.Writer(
+            str(path), n_atoms=world.atoms.n_atoms, format=name, multiframe=True, **settings
+        )
+        with writer:
+            for k, _ in enumerate(world.trajectory):
+                writer.write(world.atoms)
+                if report is not None:
+                    report(k + 1, len(frames))

@@ -1,0 +1,136 @@
+"""What notebooks show: short tables in HTML, and progress bars that are theirs."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import html
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+STEP = 0.005
+"""Part of the work between two pictures of a bar: 200 messages at most."""
+
+LARGEST = 300_000
+"""Places of spheres, 12 bytes each, that a frame or trajectory shows by itself."""
+
+GRID = "border-collapse:collapse;font-variant-numeric:tabular-nums"
+
+
+def table(caption: str, rows: Iterable[Sequence[str]], head: Sequence[str] = ()) -> str:
+    """Return a short table in HTML: a caption, perhaps column heads, and rows whose first cell is a name."""
+
+    def cells(kind: str, values: Sequence[str]) -> str:
+        return "".join(f"<{kind}>{html.escape(value)}</{kind}>" for value in values)
+
+    top = f"<tr>{cells('th', head)}</tr>" if head else ""
+    body = "".join(f"<tr>{cells('th', row[:1])}{cells('td', row[1:])}</tr>" for row in rows)
+    return f'<table style="{GRID}"><caption>{html.escape(caption)}</caption>{top}{body}</table>'
+
+
+def embedded(frames: Any) -> str | None:
+    """Return the viewer of a Frame or of several; None if they are too large for a cell, or not shown."""
+    import carom
+
+    several = [frames] if isinstance(frames, carom.Frame) else frames
+    if not len(several) or several[0].dimension > 3 or len(several) * several[0].n > LARGEST:
+        return None
+    return carom.view(frames)._repr_html_()
+
+
+def in_notebook() -> bool:
+    """Tell whether this runs in a Jupyter kernel."""
+    shell = sys.modules.get("IPython")
+    running = shell.get_ipython() if shell is not None else None
+    return running is not None and hasattr(running, "kernel")
+
+
+Shown = Callable[..., None]
+"""A bar: it is called with the fraction done and, perhaps, what goes on."""
+
+
+@contextlib.contextmanager
+def bar(label: str) -> Iterator[Shown]:
+    """Show a bar while the body runs: in a notebook one of its own, else on standard error."""
+    with (_in_cell if in_notebook() else _on_terminal)(label) as shown:
+        yield shown
+
+
+def by_fraction(shown: Shown) -> Callable[[float], object]:
+    """Return what is called with the fraction done."""
+    return lambda fraction: shown(fraction)
+
+
+def by_stage(shown: Shown) -> Callable[[str, float], object]:
+    """Return what is called with a stage and the fraction of it that is done."""
+    return lambda stage, fraction: shown(fraction, stage)
+
+
+def by_count(shown: Shown) -> Callable[[int, int], object]:
+    """Return what is called with a number done, and of how many."""
+    return lambda done, total: shown(done / total)
+
+
+def watchable(
+    label: str, adapt: Callable[[Shown], Callable[..., object]] = by_fraction
+) -> Callable[[Callable[..., T]], Callable[..., T]]:
+    """Let a function with an optional callable ``progress`` take ``progress=True`` as well: a bar.
+
+    Parameters
+    ----------
+    label : str
+        What goes on.
+    adapt : callable
+        Makes of the bar what the function calls.
+    """
+
+    def decorate(function: Callable[..., T]) -> Callable[..., T]:
+        @functools.wraps(function)
+        def watched(*args: Any, **kwargs: Any) -> T:
+            if not isinstance(kwargs.get("progress"), bool):
+                return function(*args, **kwargs)
+            if not kwargs.pop("progress"):
+                return function(*args, **kwargs)
+            with bar(label) as shown:
+                kwargs["progress"] = adapt(shown)
+                return function(*args, **kwargs)
+
+        return watched
+
+    return decorate
+
+
+@contextlib.contextmanager
+def _in_cell(label: str) -> Iterator[Callable[..., None]]:
+    from IPython.display import HTML, display
+
+    last = (-1.0, "")
+
+    def picture(fraction: float, stage: str) -> Any:
+        return HTML(
+            f'<label>{html.escape(stage)} <progress value="{fraction:.4f}" max="1"></progress> '
+            f"{100.0 * fraction:.0f} %</label>"
+        )
+
+    handle = display(picture(0.0, label), display_id=True)
+
+    def shown(fraction: float, stage: str = label) -> None:
+        nonlocal last
+        if stage != last[1] or abs(fraction - last[0]) >= STEP or (fraction >= 1.0 > last[0]):
+            last = (fraction, stage)
+            handle.update(picture(fraction, stage))
+
+    yield shown
+
+
+@contextlib.contextmanager
+def _on_terminal(label: str) -> Iterator[Callable[..., None]]:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(label, total=1.0)
+        yield lambda fraction, stage=label: progress.update(task, completed=fraction, description=stage)

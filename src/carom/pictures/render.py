@@ -1,0 +1,250 @@
+"""Spheres with light and depth, as an array of pixels: for pictures in space and for every frame of a movie.
+
+Pixels know which sphere is nearest, from a depth buffer; then all of them are shaded at once. The light, the
+colours and the haze are those of the viewer (``viewer/viewer.js``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carom.frame import Frame
+from carom.io.embedding import embed
+from carom.io.palette import colours_of
+from carom.models.interface import Obstacle
+from carom.pictures.hidden import visible
+from carom.pictures.shapes import Shapes, shapes_of
+
+FINE = 2
+"""Pixels of the buffer to one of the picture, along each axis: what makes edges smooth."""
+
+GROUND = np.array([1.0, 1.0, 1.0], dtype=np.float32)
+INK = np.array([0.2, 0.24, 0.29], dtype=np.float32)
+STONE = (0.66, 0.64, 0.6)
+# Unit vectors towards the light, and half-way from there to the eye, where a sphere shines. Python's
+# floats, so that pixels stay float32.
+LIGHT = (-0.4381, 0.6133, 0.6572)
+HALF = (-0.2406, 0.3369, 0.9103)
+
+NOBODY = -1
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A parallel projection.
+
+    Parameters
+    ----------
+    middle : (3,) array
+        What is at the middle of the picture [length].
+    axes : (3, 3) array
+        Unit vectors to the right, up, and towards the eye.
+    width, height : int
+        Pixels.
+    scale : float
+        Pixels to a length.
+    depth : float
+        Half the depth of what is seen, over which haze thickens [length].
+    """
+
+    middle: np.ndarray
+    axes: np.ndarray
+    width: int
+    height: int
+    scale: float
+    depth: float
+
+    @classmethod
+    def on(cls, frame: Frame, size: int, azimuth: float = 30.0, elevation: float = 20.0) -> Camera:
+        """Return the camera that sees the whole box, in a picture whose longer edge has `size` pixels."""
+        box = embed(frame.box[None])[0]
+        margin = 0.5 * float(frame.diameters.max())
+        if frame.dimension < 3:
+            axes, reach = np.eye(3), 0.5 * box[:2] + margin
+            reach[1] = max(reach[1], 2.0 * margin)
+        else:
+            a, e = math.radians(azimuth), math.radians(elevation)
+            towards = np.array([math.cos(e) * math.sin(a), -math.cos(e) * math.cos(a), math.sin(e)])
+            right = np.array([math.cos(a), math.sin(a), 0.0])
+            axes = np.stack([right, np.cross(towards, right), towards])
+            reach = (np.abs(axes) @ (0.5 * box))[:2] + margin
+        reach = 1.03 * reach
+        scale = 0.5 * size / float(reach.max())
+        # Even numbers: half of the codecs want them.
+        width, height = (2 * math.ceil(edge * scale) for edge in reach)
+        depth = float(np.abs(axes[2]) @ (0.5 * box)) + margin
+        return cls(0.5 * box, axes, width, height, scale, depth)
+
+    def seen(self, x: np.ndarray) -> np.ndarray:
+        """Return places (..., 3) in pixels from the upper left, and depths towards the eye [pixels]."""
+        turned = (x - self.middle) @ self.axes.T * self.scale
+        turned[..., 0] += 0.5 * self.width
+        turned[..., 1] = 0.5 * self.height - turned[..., 1]
+        return turned
+
+
+def rendered(
+    frame: Frame,
+    camera: Camera,
+    *,
+    obstacles: Sequence[Obstacle] = (),
+    colours: np.ndarray | None = None,
+    ground: np.ndarray = GROUND,
+) -> np.ndarray:
+    """Return a picture of a frame, (height, width, 3) uint8.
+
+    Parameters
+    ----------
+    frame : Frame
+        Of one to three dimensions; less than three are seen from above.
+    camera : Camera
+    obstacles : sequence of obstacles
+        Drawn if they say how (:mod:`carom.pictures.shapes`).
+    colours : (n, 3) array, optional
+        Red, green and blue of each sphere, from 0 to 1; those of the species if left out.
+    ground : (3,) array
+        Colour behind everything.
+    """
+    fine = replace(camera, width=FINE * camera.width, height=FINE * camera.height, scale=FINE * camera.scale)
+    if colours is None:
+        kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
+        colours = np.array(colours_of(int(kinds.max()) + 1))[kinds]
+    if frame.dimension > 1:
+        shapes = shapes_of(obstacles, frame.box, frame.periodic)
+    else:
+        shapes = Shapes(np.empty((0, 4)), np.empty((0, 2, 3)), np.empty((0, 3, 3)))
+    places = np.concatenate([embed(frame.positions), shapes.spheres[:, :3]])
+    radii = np.concatenate([0.5 * frame.diameters, shapes.spheres[:, 3]]) * fine.scale
+    tints = np.concatenate([colours, np.tile(STONE, (len(shapes.spheres), 1))]).astype(np.float32)
+    centres = fine.seen(places)
+    owner, depth = _nearest(centres, radii, fine, flat=frame.dimension < 3)
+    image = _shaded(owner, depth, centres, radii, tints, fine, ground, flat=frame.dimension < 3)
+    for corners in shapes.triangles:
+        _face(image, depth, fine.seen(corners), opacity=0.9 if frame.dimension < 3 else 0.3)
+    for ends, wide in _edges(frame):
+        _line(image, depth, fine.seen(ends), wide)
+    for ends in shapes.segments:
+        _line(image, depth, fine.seen(ends), 1)
+    parts = [image[row::FINE, column::FINE] for row in range(FINE) for column in range(FINE)]
+    mean = np.add.reduce(parts) * np.float32(255.0 / FINE**2)
+    return np.clip(mean + np.float32(0.5), 0, 255).astype(np.uint8)
+
+
+def _nearest(
+    centres: np.ndarray, radii: np.ndarray, camera: Camera, *, flat: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return who is nearest at each pixel, and how near; NOBODY and -inf where nobody is."""
+    owner = np.full((camera.height, camera.width), NOBODY, dtype=np.int32)
+    depth = np.full((camera.height, camera.width), -np.inf, dtype=np.float32)
+    order = np.argsort(centres[:, 2], kind="stable")
+    if not flat:
+        order = order[visible(centres[order, :2], radii[order])]
+    columns = np.arange(camera.width, dtype=np.float32) + 0.5
+    rows = np.arange(camera.height, dtype=np.float32) + 0.5
+    low = np.maximum(np.floor(centres[:, :2] - radii[:, None]), 0).astype(np.int64).tolist()
+    high = (np.ceil(centres[:, :2] + radii[:, None]) + 1).astype(np.int64).tolist()
+    places, squares = centres.astype(np.float32), (radii**2).astype(np.float32)
+    # The near ones first: what they hide is then soon known.
+    for k in order[::-1].tolist():
+        (left, top), (right, bottom) = low[k], high[k]
+        x, y = columns[left:right], rows[top:bottom]
+        if not len(x) or not len(y):
+            continue
+        before = depth[top:bottom, left:right]
+        height = squares[k] - ((x - places[k, 0]) ** 2 + ((y - places[k, 1]) ** 2)[:, None])
+        inside = height > 0.0
+        near = places[k, 2] + np.sqrt(np.maximum(height, 0.0))
+        inside &= near > before
+        np.copyto(before, near, where=inside)
+        np.copyto(owner[top:bottom, left:right], k, where=inside)
+    return owner, depth
+
+
+def _shaded(
+    owner: np.ndarray,
+    depth: np.ndarray,
+    centres: np.ndarray,
+    radii: np.ndarray,
+    tints: np.ndarray,
+    camera: Camera,
+    ground: np.ndarray,
+    *,
+    flat: bool,
+) -> np.ndarray:
+    """Return the picture (height, width, 3) of spheres under a light, those far away in haze."""
+    image = np.empty((*owner.shape, 3), dtype=np.float32)
+    image[:] = ground
+    rows, columns = np.nonzero(owner != NOBODY)
+    who = owner[rows, columns]
+    size = radii.astype(np.float32)[who]
+    middles = centres.astype(np.float32)[who]
+    x = (columns.astype(np.float32) + 0.5 - middles[:, 0]) / size
+    y = (middles[:, 1] - rows.astype(np.float32) - 0.5) / size
+    tint = tints[who]
+    if flat:
+        away = np.sqrt(x * x + y * y)
+        rim = np.clip(2.0 - (1.0 - away) * size / FINE, 0.0, 1.0) * (size > 3 * FINE)
+        light = 1.06 - 0.13 * ((x + 0.3) ** 2 + (y - 0.35) ** 2)
+        image[rows, columns] = tint * (light * (1.0 - 0.55 * rim))[:, None]
+        return image
+    z = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
+    diffuse = np.maximum(LIGHT[0] * x + LIGHT[1] * y + LIGHT[2] * z, 0.0)
+    shine = np.maximum(HALF[0] * x + HALF[1] * y + HALF[2] * z, 0.0)
+    for _ in range(6):  # to the power 64
+        shine *= shine
+    bright = (0.42 + 0.12 * y + 0.58 * diffuse) * (1.0 - 0.35 * (1.0 - z) ** 3)
+    shade = tint * bright[:, None] + (0.3 * shine)[:, None]
+    far = np.clip(0.5 - depth[rows, columns] / float(2.0 * camera.depth * camera.scale), 0.0, 1.0)
+    image[rows, columns] = shade + (0.62 * far * far)[:, None] * (ground - shade)
+    return image
+
+
+def _edges(frame: Frame) -> list[tuple[np.ndarray, int]]:
+    """Return the edges of the box (2, 3), and how wide each is: walls are wide."""
+    box = embed(frame.box[None])[0]
+    corners = [tuple((k >> axis) & 1 for axis in range(3)) for k in range(4 if frame.dimension < 3 else 8)]
+    result = []
+    for i, a in enumerate(corners):
+        for b in corners[:i]:
+            differ = [axis for axis in range(3) if a[axis] != b[axis]]
+            if len(differ) == 1:
+                across = [axis for axis in range(frame.dimension) if axis != differ[0]]
+                walled = any(not frame.periodic[axis] for axis in across)
+                result.append((np.array([a, b]) * box, 3 if walled else 1))
+    return result
+
+
+def _line(image: np.ndarray, depth: np.ndarray, ends: np.ndarray, wide: int) -> None:
+    """Draw a line (2, 3), so many pixels of the picture wide, where nothing is before it."""
+    count = int(np.abs(ends[1] - ends[0])[:2].max()) + 2
+    points = ends[0] + np.linspace(0.0, 1.0, count)[:, None] * (ends[1] - ends[0])
+    reach = range(-(wide * FINE) // 2 + 1, (wide * FINE) // 2 + 1)
+    columns, rows = (np.floor(points[:, axis]).astype(np.int64) for axis in (0, 1))
+    for right in reach:
+        for down in reach:
+            x, y = columns + right, rows + down
+            kept = (x >= 0) & (x < image.shape[1]) & (y >= 0) & (y < image.shape[0])
+            x, y, z = x[kept], y[kept], points[kept, 2]
+            free = z >= depth[y, x] - (1.0 if np.isfinite(z).all() else 0.0)
+            image[y[free], x[free]] = INK
+
+
+def _face(image: np.ndarray, depth: np.ndarray, corners: np.ndarray, opacity: float) -> None:
+    """Lay a veil of a triangle (3, 3) over what is behind it."""
+    left, top = np.maximum(np.floor(corners[:, :2].min(axis=0)).astype(int), 0)
+    right, bottom = np.ceil(corners[:, :2].max(axis=0)).astype(int) + 1
+    part, near = image[top:bottom, left:right], depth[top:bottom, left:right]
+    rows, columns = np.mgrid[top : top + part.shape[0], left : left + part.shape[1]] + 0.5
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corners
+    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    if area == 0.0 or not part.size:  # seen from its edge
+        return
+    b = ((columns - ax) * (cy - ay) - (cx - ax) * (rows - ay)) / area
+    c = ((bx - ax) * (rows - ay) - (columns - ax) * (by - ay)) / area
+    inside = (b >= 0.0) & (c >= 0.0) & (b + c <= 1.0)
+    inside &= az + b * (bz - az) + c * (cz - az) >= near
+    part[inside] += np.float32(opacity) * (np.array(STONE, dtype=np.float32) - part[inside])

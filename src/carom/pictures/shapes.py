@@ -1,0 +1,162 @@
+"""Obstacles as spheres, segments and triangles: all that a picture in space has to know of them.
+
+Whatever has ``outline(box, periodic)`` is drawn in the plane, whatever has ``surface(box, periodic)`` in
+space; types of one's own included (:mod:`carom.models.outlines` has the shapes that these return).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.models import outlines
+from carom.models.interface import Obstacle
+
+ROUND = 96
+"""Segments of a circle."""
+
+
+class Shapes(NamedTuple):
+    """What to draw.
+
+    Attributes
+    ----------
+    spheres : (s, 4) array
+        Centres and radii [length].
+    segments : (l, 2, 3) array
+        Both ends [length].
+    triangles : (t, 3, 3) array
+        Corners [length].
+    """
+
+    spheres: np.ndarray
+    segments: np.ndarray
+    triangles: np.ndarray
+
+
+def shapes_of(obstacles: Sequence[Obstacle], box: np.ndarray, periodic: tuple[bool, ...]) -> Shapes:
+    """Return the shapes of obstacles in a box of two or three dimensions, in the plane with z = 0."""
+    spheres: list[list[float]] = []
+    segments: list[np.ndarray] = []
+    triangles: list[np.ndarray] = []
+    plane = len(box) == 2
+    name = "outline" if plane else "surface"
+    shapes = [getattr(o, name)(box, periodic) for o in obstacles if hasattr(o, name)]
+    # In the plane, what is solid shows a little beyond the box.
+    beyond = 0.04 * float(max(box)) * np.array([1.0, 1.0, 0.0]) if plane else np.zeros(3)
+    lower, upper = -beyond, _in_space(box) + beyond
+    for shape in itertools.chain.from_iterable(shapes):
+        if isinstance(shape, outlines.Disk | outlines.SolidSphere):
+            x, reach = _in_space(shape.center), shape.radius
+            if np.all(x + reach > lower) and np.all(x - reach <= upper):
+                spheres.append([*x.tolist(), reach])
+        elif isinstance(shape, outlines.Circle):
+            segments.append(_circle(_in_space(shape.center), shape.radius, 0, 1))
+        elif isinstance(shape, outlines.HollowSphere):
+            segments += _globe(_in_space(shape.center), shape.radius)
+        elif isinstance(shape, outlines.HollowCylinder):
+            segments += _tube(shape, box)
+        elif isinstance(shape, outlines.Line):
+            ends = np.zeros((1, 2, 3))
+            ends[0, :, 1 - shape.axis] = shape.offset
+            ends[0, 1, shape.axis] = box[shape.axis]
+            segments.append(ends)
+        elif isinstance(shape, outlines.HalfPlane):
+            corners = [[lower[0], lower[1]], [upper[0], lower[1]], [upper[0], upper[1]], [lower[0], upper[1]]]
+            solid = _behind(_flat(corners), _in_space(shape.point), _in_space(shape.normal))
+            triangles += _fan(solid)
+        elif isinstance(shape, outlines.SolidBehind):
+            face = _face(np.array(shape.point), np.array(shape.normal), np.zeros(3), np.asarray(box))
+            triangles += _fan(face)
+            segments.append(np.stack([face, np.roll(face, -1, axis=0)], axis=1))
+    return Shapes(
+        np.array(spheres).reshape(-1, 4),
+        np.concatenate(segments) if segments else np.empty((0, 2, 3)),
+        np.array(triangles).reshape(-1, 3, 3),
+    )
+
+
+def _in_space(x: Any) -> np.ndarray:
+    """Return the first three coordinates, those that are missing 0."""
+    result = np.zeros(3)
+    result[: min(len(x), 3)] = x[:3]
+    return result
+
+
+def _flat(corners: Any) -> np.ndarray:
+    return np.pad(np.array(corners, dtype=float), ((0, 0), (0, 1)))
+
+
+def _circle(centre: np.ndarray, radius: float, a: int, b: int) -> np.ndarray:
+    """Return a circle around `centre` in the plane of two axes, (ROUND, 2, 3)."""
+    angles = np.linspace(0.0, 2.0 * math.pi, ROUND + 1)
+    points = np.tile(centre, (ROUND + 1, 1))
+    points[:, a] += radius * np.cos(angles)
+    points[:, b] += radius * np.sin(angles)
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def _globe(centre: np.ndarray, radius: float) -> list[np.ndarray]:
+    """Return circles of latitude and of longitude."""
+    rings = []
+    for height in (-0.8, -0.5, 0.0, 0.5, 0.8):
+        level = centre + height * radius * np.eye(3)[2]
+        rings.append(_circle(level, radius * math.sqrt(1.0 - height**2), 0, 1))
+    meridian = _circle(np.zeros(3), radius, 0, 2)
+    for angle in np.linspace(0.0, math.pi, 6, endpoint=False):
+        turned = meridian.copy()
+        turned[..., 0] = meridian[..., 0] * math.cos(angle)
+        turned[..., 1] = meridian[..., 0] * math.sin(angle)
+        rings.append(turned + centre)
+    return rings
+
+
+def _tube(shape: outlines.HollowCylinder, box: np.ndarray) -> list[np.ndarray]:
+    """Return rings along the axis, and lines between them."""
+    across = [axis for axis in range(3) if axis != shape.axis]
+    parts, rings = [], []
+    for level in np.linspace(0.0, float(box[shape.axis]), 5):
+        centre = _in_space(shape.center)
+        centre[shape.axis] = level
+        rings.append(_circle(centre, shape.radius, *across))
+    parts += rings
+    every = ROUND // 12
+    parts.append(np.stack([rings[0][::every, 0], rings[-1][::every, 0]], axis=1))
+    return parts
+
+
+def _behind(polygon: np.ndarray, point: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return the part of a convex polygon (k, 3) behind a plane (Sutherland and Hodgman 1974)."""
+    kept: list[np.ndarray] = []
+    heights = (polygon - point) @ normal
+    for k in range(len(polygon)):
+        a, b, ha, hb = polygon[k - 1], polygon[k], heights[k - 1], heights[k]
+        if (ha <= 0.0) != (hb <= 0.0):
+            kept.append(a + (b - a) * ha / (ha - hb))
+        if hb <= 0.0:
+            kept.append(b)
+    return np.array(kept).reshape(-1, 3)
+
+
+def _face(point: np.ndarray, normal: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Return the polygon (k, 3) in which a plane cuts a box."""
+    reach = 4.0 * float(np.linalg.norm(upper - lower))
+    along = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    along /= np.linalg.norm(along)
+    other = np.cross(normal, along)
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    polygon = np.array([point + reach * (a * along + b * other) for a, b in signs])
+    # A plane that is a face of the box lies in it.
+    margin = 1e-9 * (upper - lower)
+    for axis in range(3):
+        polygon = _behind(polygon, upper + margin, np.eye(3)[axis])
+        polygon = _behind(polygon, lower - margin, -np.eye(3)[axis])
+    return polygon
+
+
+def _fan(polygon: np.ndarray) -> list[np.ndarray]:
+    return [polygon[[0, k, k + 1]] for k in range(1, len(polygon) - 1)]

@@ -1,0 +1,213 @@
+"""A page that shows a trajectory, a packing, or a logged run in exact time: ``carom.view``."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.io.paths import replacing, writing
+from carom.io.trajectory import Reader, open_reader
+from carom.models.interface import Obstacle
+
+ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
+"""What is shown of a folder: the first of these that there is."""
+
+
+class View:
+    """One page of HTML with everything in it, which needs no network and no server.
+
+    Attributes
+    ----------
+    title : str
+    data : dict
+        What the page shows, ready for JSON.
+    """
+
+    def __init__(self, data: dict[str, Any], title: str):
+        self.data, self.title = data, title
+
+    @property
+    def html(self) -> str:
+        """The page."""
+        folder = resources.files("carom.pictures") / "viewer"
+        names = ("template.html", "viewer.css", "viewer.js")
+        template, style, script = ((folder / name).read_text(encoding="utf-8") for name in names)
+        # In a script element only "</" could end it.
+        data = json.dumps(self.data, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
+        parts = {"TITLE": html.escape(self.title), "STYLE": style, "SCRIPT": script, "DATA": data}
+        for name, part in parts.items():
+            template = template.replace(f"@{name}@", part)
+        return template
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the page.
+
+        Raises
+        ------
+        FileError
+            If it cannot be written.
+        """
+        path = Path(path)
+        with replacing(path) as temporary, writing(path):
+            temporary.write_text(self.html, encoding="utf-8")
+        return path
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self.html, quote=True)
+        style = "width:100%;height:480px;border:0"
+        return f'<iframe srcdoc="{page}" style="{style}" title="{html.escape(self.title)}"></iframe>'
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
+        return {"text/html": self._repr_html_(), "text/plain": repr(self)}
+
+    def __repr__(self) -> str:
+        return f"<View of {self.title}: save(path) writes a page of HTML>"
+
+
+def view(
+    source: Any,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    obstacles: Sequence[Obstacle] | None = None,
+    collisions: int | None = None,
+    title: str | None = None,
+) -> View:
+    """Show spheres in a browser: light, depth, time to scrub, and collisions one by one.
+
+    Parameters
+    ----------
+    source : path, Frame, sequence of Frames, Reader, Packing, PackingNetwork, Scene or Simulation
+        A path is a trajectory, an event log (a replay in exact time), or the folder of a run or packing.
+    path : path, optional
+        Where to write the page.
+    obstacles : sequence of obstacles, optional
+        To draw; those of the scene where the source knows it.
+    collisions : int, optional
+        How many of an event log; 20 000 if left out.
+    title : str, optional
+        Of the page.
+
+    Returns
+    -------
+    View
+        Shown by a notebook; ``save(path)`` writes it.
+
+    Raises
+    ------
+    InputError
+        If the source cannot be shown: no frames, more than three dimensions.
+    FileError
+        If a file cannot be read or written.
+
+    Examples
+    --------
+    >>> import carom
+    >>> carom.view(carom.Scene.fcc(3, packing_fraction=0.4)).title
+    '108 spheres'
+    """
+    data, name = _data(source, obstacles, collisions)
+    shown = View(data, title or name)
+    if path is not None:
+        shown.save(path)
+    return shown
+
+
+def _data(
+    source: Any, obstacles: Sequence[Obstacle] | None, collisions: int | None
+) -> tuple[dict[str, Any], str]:
+    """Return the data of a page and its title."""
+    from carom.observables.packing import PackingNetwork
+    from carom.pictures import viewdata
+    from carom.scene import description as words
+    from carom.scene.scene import Scene
+
+    if isinstance(source, str | os.PathLike):
+        return _of_path(Path(source), obstacles, collisions)
+    network = source if isinstance(source, PackingNetwork) else getattr(source, "network", None)
+    if isinstance(network, PackingNetwork):
+        return viewdata.of_network(network), f"Packing at {network.packing_fraction:.5g}"
+    scene = source if isinstance(source, Scene) else getattr(source, "scene", None)
+    if isinstance(scene, Scene):
+        frames: Any = [_of_scene(scene) if source is scene else source.frame()]
+        obstacles = scene.obstacles if obstacles is None else obstacles
+    elif isinstance(source, Frame):
+        frames = [source]
+    elif isinstance(source, Reader | Sequence) and all(isinstance(each, Frame) for each in source[:1]):
+        frames = source
+    else:
+        raise InputError(
+            f"There is nothing to show in a {type(source).__name__}; expected a path, a Frame or several, a "
+            "Reader, a Packing, a Scene or a Simulation."
+        )
+    data = viewdata.of_frames(frames, obstacles or ())
+    return data, f"{frames[0].n} {words.particles(frames[0].dimension, frames[0].n)}"
+
+
+def _of_scene(scene: Any) -> Frame:
+    """Return the frame of a scene; without velocities nobody moves."""
+    velocities = scene.positions * 0.0 if scene.velocities is None else scene.velocities
+    return Frame(
+        0.0, 0, scene.positions, velocities, scene.box, scene.diameters, scene.masses,
+        species=scene.species, species_names=scene.species_names, periodic=scene.periodic,
+    )  # fmt: skip
+
+
+def _of_path(
+    path: Path, obstacles: Sequence[Obstacle] | None, collisions: int | None
+) -> tuple[dict[str, Any], str]:
+    """Return the data of a file, or of what a folder holds."""
+    from carom.pictures import viewdata
+
+    if path.is_dir():
+        found = next((path / name for name in ORDER if (path / name).exists()), None)
+        if found is None:
+            raise FileError(f"{path} holds nothing to show: none of {', '.join(ORDER)}.")
+        path = found
+    title = f"{path.parent.name}/{path.name}" if path.parent.name else path.name
+    if path.name == "packing.h5md":
+        from carom.observables.packing import packing_network
+
+        with open_reader(path) as reader:
+            frame = reader[-1]
+        network = packing_network(frame, obstacles=obstacles or ())
+        if not network.backbone.any():
+            network = packing_network(frame, sided=False, obstacles=obstacles or ())
+        return viewdata.of_network(network), title
+    if is_log(path):
+        from carom.simulation.replay import Replay
+
+        limit = viewdata.MOST_COLLISIONS if collisions is None else collisions
+        return viewdata.of_replay(Replay(path), limit), title
+    with open_reader(path) as reader:
+        standing = standing_beside(path) if obstacles is None else obstacles
+        return viewdata.of_frames(reader, standing), title
+
+
+def is_log(path: Path) -> bool:
+    """Tell whether a file is an event log."""
+    if path.suffix != ".h5" or not path.is_file():
+        return False
+    import h5py
+
+    try:
+        with h5py.File(path) as file:
+            return file.attrs.get("format") in ("carom-events", b"carom-events")
+    except OSError:
+        return False
+
+
+def standing_beside(trajectory: Path) -> Sequence[Obstacle]:
+    """Return the obstacles of the scene file in a trajectory's folder, if there is one."""
+    plan = trajectory.parent / "scene.toml"
+    if not plan.exists():
+        return ()
+    from carom.plan.plan import Plan
+
+    return Plan.load(plan).scene.obstacles

@@ -1,0 +1,185 @@
+"""What the page of :func:`carom.view` holds: frames or collisions as plain numbers, ready for JSON."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.io.embedding import embed, names_of
+from carom.io.palette import FACES
+from carom.io.trajectory import Reader
+from carom.models.interface import Obstacle
+from carom.observables.packing import PackingNetwork
+from carom.pictures.shapes import shapes_of
+from carom.scene import description as words
+from carom.simulation.replay import Replay
+
+MOST_PLACES = 3_000_000
+"""Places of spheres that a page holds, 12 bytes each: of more frames, evenly spaced ones are kept."""
+
+MOST_COLLISIONS = 20_000
+"""Collisions of a replay, by default: the first ones."""
+
+SIX = 6  # neighbours whose directions make psi_6
+
+FAST = 2.5
+"""Speed at the end of the scale, in root mean square speeds."""
+
+
+def _packed(values: Any, kind: Any) -> str:
+    """Return an array as base64, little endian."""
+    array = np.ascontiguousarray(values, dtype=np.dtype(kind).newbyteorder("<"))
+    return base64.b64encode(array.tobytes()).decode("ascii")
+
+
+def _common(frame: Frame, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
+    """Return what does not change with time."""
+    if not 1 <= frame.dimension <= 3:
+        raise InputError(
+            f"The viewer shows one to three dimensions, and these frames have {frame.dimension}; "
+            "carom.plots.snapshot shows two of their coordinates."
+        )
+    shapes = None if frame.dimension == 1 else shapes_of(obstacles, frame.box, frame.periodic)
+    kinds = None if frame.species is None else _packed(frame.species % 256, "u1")
+    names = list(names_of(frame)) if frame.species is not None else []
+    reach = 0.5 * float(frame.diameters.max())
+    return {
+        "n": frame.n,
+        "dimension": frame.dimension,
+        "box": [*frame.box.tolist(), *[0.0] * (3 - frame.dimension)],
+        "periodic": [*frame.periodic, *[False] * (3 - frame.dimension)],
+        "reach": reach,
+        "radii": _packed(0.5 * frame.diameters, "f4"),
+        "kinds": kinds,
+        "names": names,
+        "palette": list(FACES),
+        "positions": None,
+        "scalars": {},
+        "top": 1.0,
+        "times": [frame.time],
+        "marks": None,
+        "bonds": None,
+        "replay": None,
+        "subtitle": f"{frame.n} {words.particles(frame.dimension, frame.n)}",
+        "obstacles": {
+            "spheres": [] if shapes is None else shapes.spheres.tolist(),
+            "lines": [] if shapes is None else shapes.segments.tolist(),
+            "triangles": [] if shapes is None else shapes.triangles.tolist(),
+        },
+    }
+
+
+def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
+    """Return the data of a trajectory; of more than fit, evenly spaced frames.
+
+    Raises
+    ------
+    InputError
+        If there are none, or numbers or boxes differ.
+    """
+    if len(frames) == 0:
+        raise InputError("There are no frames to show; expected at least one.")
+    first = frames[0]
+    most = max(MOST_PLACES // first.n, 1)
+    stride = math.ceil(len(frames) / most)
+    kept = [frames[k] for k in range(0, len(frames), stride)]
+    for frame in kept:
+        if frame.n != first.n or not np.array_equal(frame.box, first.box):
+            raise InputError("The frames to show differ in their number of components or in their box.")
+    data = _common(first, obstacles)
+    speeds = np.array([np.linalg.norm(frame.velocities, axis=1) for frame in kept])
+    diameters = np.array([frame.diameters for frame in kept])
+    if (diameters != diameters[0]).any():
+        data["radii"] = _packed(0.5 * diameters, "f4")
+    data["positions"] = _packed([embed(frame.positions) for frame in kept], "f4")
+    data["times"] = [float(frame.time) for frame in kept]
+    data["top"] = FAST * math.sqrt(float(np.mean(speeds**2))) or 1.0
+    data["scalars"]["speed"] = _packed(speeds, "f4")
+    if first.dimension == 2 and first.n > SIX:
+        data["scalars"]["psi_6"] = _packed([psi_6(frame) for frame in kept], "f4")
+    return data
+
+
+def psi_6(frame: Frame) -> np.ndarray:
+    """Return argument and modulus of psi_6 of every disk, (n, 2), from its six nearest neighbours."""
+    from scipy.spatial import cKDTree
+
+    turns = [(-1, 0, 1) if repeats else (0,) for repeats in frame.periodic]
+    shifts = np.stack(np.meshgrid(*turns), axis=-1).reshape(-1, 2) * frame.box
+    everyone = (frame.positions[None] + shifts[:, None]).reshape(-1, 2)
+    _, near = cKDTree(everyone).query(frame.positions, k=SIX + 1)
+    steps = everyone[near[:, 1:]] - frame.positions[:, None]
+    psi = np.exp(6j * np.arctan2(steps[..., 1], steps[..., 0])).mean(axis=1)
+    return np.stack([np.angle(psi), np.abs(psi)], axis=1)
+
+
+def of_network(network: PackingNetwork) -> dict[str, Any]:
+    """Return the data of a packing: its spheres, rattlers marked, and the bonds of its backbone."""
+    data = of_frames([network.frame], network.obstacles)
+    frame, held = network.frame, network.held
+    ends, steps = network.bonds[held], network.vectors[held]
+    first = frame.positions[ends[:, 0]]
+    pairs = ends[:, 1] < frame.n
+    second = frame.positions[ends[pairs, 1]]
+    # A bond that crosses the border is drawn from both of its ends.
+    crosses = np.abs(first[pairs] + steps[pairs] - second).max(axis=1) > 0.25 * float(frame.box.min())
+    segments = [
+        np.stack([embed(first), embed(first + steps)], axis=1),
+        np.stack([embed(second[crosses]), embed((second - steps[pairs])[crosses])], axis=1),
+    ]
+    data["bonds"] = _packed(np.concatenate(segments), "f4")
+    data["marks"] = _packed(~network.backbone, "u1")
+    data["subtitle"] += f" \N{MIDDLE DOT} {network.contacts} contacts, {len(network.rattlers)} rattlers"
+    return data
+
+
+def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
+    """Return the data of a logged run: where each component was, and how fast, after each of its events.
+
+    Raises
+    ------
+    InputError
+        If components do not fly straight between events, or nothing happens.
+    """
+    if not getattr(run.scene.motion, "straight", True):
+        raise InputError(
+            "The replay draws straight flights, and this motion is another; show frames instead."
+        )
+    frame = run.frame()
+    data = _common(frame, run.scene.obstacles)
+    n, velocities = frame.n, frame.velocities
+    owners, times = [np.arange(n)], [np.full(n, frame.time)]
+    places, speeds = [frame.positions], [velocities]
+    contacts: list[float] = []
+    while len(contacts) < collisions and run.step():
+        frame = run.frame()
+        met = np.flatnonzero((frame.velocities != velocities).any(axis=1))
+        velocities = frame.velocities
+        owners.append(met)
+        times.append(np.full(len(met), frame.time))
+        places.append(frame.positions[met])
+        speeds.append(velocities[met])
+        contacts.append(frame.time)
+    if not contacts:
+        raise InputError("This log holds no collision, so there is nothing to replay.")
+    owner, time = np.concatenate(owners), np.concatenate(times)
+    order = np.lexsort((time, owner))
+    flight = contacts[-1] / max(len(contacts), 1) * n / 2.0
+    data["replay"] = {
+        "starts": _packed(np.searchsorted(owner[order], np.arange(n + 1)), "i4"),
+        "times": _packed(time[order], "f8"),
+        "places": _packed(embed(np.concatenate(places)[order]), "f4"),
+        "velocities": _packed(embed(np.concatenate(speeds)[order]), "f4"),
+        "contacts": _packed(contacts, "f8"),
+        # Half a mean free time a second; on to the middle of one more, so that the last collision is seen.
+        "pace": 0.5 * flight,
+        "end": contacts[-1] + 0.5 * flight,
+    }
+    data["top"] = FAST * math.sqrt(float(np.mean(np.sum(velocities**2, axis=1)))) or 1.0
+    return data

@@ -1,0 +1,73 @@
+"""What LAMMPS, DCD and PDB files hold, as other programs read them."""
+
+from __future__ import annotations
+
+import MDAnalysis
+import numpy as np
+import pytest
+from test_io_mixtures import frames_of
+
+import carom.io
+from carom.errors import InputError
+
+
+def exported(tmp_path, name, frames):
+    with carom.io.open(tmp_path / "a.h5md", "w") as writer:
+        for frame in frames:
+            writer.write(frame)
+    count = carom.io.convert(tmp_path / "a.h5md", tmp_path / name)
+    return tmp_path / name, count
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_lammps_dump_has_walls_types_radii_and_times(tmp_path, dimension):
+    frames = frames_of(dimension)
+    path, count = exported(tmp_path, "a.lammpstrj", frames)
+    assert count == 3
+    lines = path.read_text().splitlines()
+    assert lines[1] == "0"
+    flags = ["pp"] * (dimension - 1) + ["ff"] + ["pp"] * (3 - dimension)
+    assert lines[6] == "ITEM: BOX BOUNDS " + " ".join(flags)
+    names = lines[10].split()[2:]
+    table = np.array([line.split() for line in lines[11:18]], dtype=float)
+    np.testing.assert_allclose(table[:, 2 : 2 + dimension], frames[0].positions, rtol=1e-8)
+    np.testing.assert_array_equal(table[:, 1], frames[0].species + 1)
+    np.testing.assert_allclose(2 * table[:, names.index("radius")], frames[0].diameters, rtol=1e-8)
+    np.testing.assert_allclose(table[:, names.index("mass")], frames[0].masses, rtol=1e-8)
+    assert float(lines[18 + 3]) == frames[1].time
+
+
+def test_a_lammps_data_file_holds_the_last_frame_with_its_masses(tmp_path):
+    frames = frames_of(3)
+    path, count = exported(tmp_path, "a.data", frames)
+    assert count == 1
+    text = path.read_text()
+    assert "7 atoms" in text
+    assert "2 atom types" in text
+    rows = np.array([line.split() for line in text.split("Atoms # sphere\n\n")[1].splitlines()[:7]], float)
+    np.testing.assert_allclose(rows[:, 4:], frames[-1].positions, rtol=1e-8)
+    np.testing.assert_allclose(rows[:, 3] * np.pi / 6 * rows[:, 2] ** 3, frames[-1].masses, rtol=1e-8)
+    moving = np.array([line.split() for line in text.split("Velocities\n\n")[1].splitlines()], float)
+    np.testing.assert_allclose(moving[:, 1:4], frames[-1].velocities, rtol=1e-8)
+
+
+def test_dcd_and_pdb_hold_unwrapped_positions(tmp_path):
+    frames = frames_of(3)
+    pdb, _ = exported(tmp_path, "a.pdb", frames)
+    (tmp_path / "a.h5md").unlink()
+    dcd, count = exported(tmp_path, "a.dcd", frames)
+    assert count == 3
+    universe = MDAnalysis.Universe(str(pdb), str(dcd))
+    # Times go through a unit of CHARMM and a float32.
+    assert universe.trajectory.dt == pytest.approx(0.1, rel=1e-5)
+    for frame, ts in zip(frames, universe.trajectory, strict=True):
+        np.testing.assert_allclose(ts.positions, frame.unwrapped, atol=2e-6)
+        np.testing.assert_allclose(ts.dimensions[:3], frame.box, rtol=1e-6)
+    assert len(MDAnalysis.Universe(str(pdb)).trajectory) == 3
+
+
+def test_what_is_only_written_is_not_opened(tmp_path):
+    with pytest.raises(InputError, match=r"convert\(\) alone"):
+        carom.io.open(tmp_path / "a.dcd", "w")
+    with pytest.raises(InputError, match="at most 3"):
+        exported(tmp_path, "a.pdb", frames_of(4))

@@ -1,0 +1,137 @@
+"""What is printed: one unit in a table, what its numbers mean, and terminals that are narrow or none."""
+
+from __future__ import annotations
+
+import io
+import re
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+from test_packing import crystal, frame_of
+
+from carom.cli import heartbeat, screen, tables
+from carom.observables.packing import DISTINCT, packing_network
+
+NOTHING = {"mean": None, "error": None}
+
+
+def summary(**changes):
+    """Return what the first table needs of a run of disks of two sizes between walls."""
+    measured = {"mean": 2.0, "error": 0.01}
+    return {
+        "n": 100, "dimension": 2, "packing_fraction": 0.5, "diameter": 1.5, "kT": 2.0,
+        "compressibility_factor": measured, "compressibility_factor_infinite": NOTHING,
+        "contact_value": NOTHING, "contact_value_from_rdf": NOTHING, "contact_values_from_rdf": {},
+        "reduced_pressure": {"mean": 3.0, "error": 0.01}, "collision_rate": measured, "theory": [],
+        "obstacles": [
+            {"name": "lower wall of axis 0", "force": {"mean": 80.0, "error": 0.8},
+             "pressure": {"mean": 8.0, "error": 0.08}},
+            {"name": "floor", "force": {"mean": 8.0, "error": 0.08}, "pressure": NOTHING},
+        ],
+    } | changes  # fmt: skip
+
+
+def printed(table, width=200):
+    console = Console(file=io.StringIO(), width=width, highlight=False)
+    tables.show(console, table)
+    return console.file.getvalue()
+
+
+def test_all_pressures_of_a_table_have_one_unit_which_is_named():
+    text = " ".join(printed(screen._physics(summary())).split())
+    assert "P σ²/kT 3.000 ± 0.010" in text
+    # 8 energy / length^2, times 1.5^2 / 2.
+    assert "P σ²/kT on lower wall of axis 0 9.00 ± 0.09" in text
+    assert "force σ/kT on floor 6.00 ± 0.06" in text
+    assert "σ = 1.5 is the largest diameter, kT = 2." in text
+
+
+def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_printed():
+    text = " ".join(printed(screen._physics(summary())).split())
+    for said in ("whole box", "Z counts collisions of pairs alone", "area of the surface itself"):
+        assert said in text
+    assert "whole box" not in printed(screen._physics(summary(obstacles=[])))
+
+
+@pytest.mark.parametrize("width", [30, 60])
+def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
+    theory = [
+        {"name": f"An equation of state with a long name, {k}", "compressibility_factor": 2.0 + 0.01 * k,
+         "compressibility_factor_infinite": None, "contact_value": None}
+        for k in (1, 2)
+    ]  # fmt: skip
+    table = screen._physics(summary(theory=theory))
+    shown, wide = printed(table, width), printed(table, 400)
+    assert max(map(len, shown.splitlines())) <= width
+    assert "…" not in shown
+    numbers = re.findall(r"\d+\.\d+", wide)
+    assert sorted(re.findall(r"\d+\.\d+", shown)) == sorted(numbers)
+    assert len(printed(table, 400).splitlines()) < len(shown.splitlines())
+
+
+def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(monkeypatch, capsys):
+    monkeypatch.setattr(heartbeat, "EVERY", 0.05)
+    with screen.watched() as progress:
+        progress("Compiling", 0.0)
+        time.sleep(0.2)
+        progress("Measuring", 0.25)
+        time.sleep(0.2)
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert re.search(r"^\d+ s: Compiling$", err, re.MULTILINE)
+    assert re.search(r"^\d+ s: Measuring, 25 %$", err, re.MULTILINE)
+    time.sleep(0.15)
+    assert capsys.readouterr().err == ""  # it is over
+
+
+# ------------------------------------------------------------------------------------------------ contacts
+
+
+def chain_with_gaps(gaps):
+    """Return disks on a row each, pairs of which have these gaps."""
+    pairs = [[[3.0 * (k % 20) + 1, 3.0 * (k // 20) + 1], [3.0 * (k % 20) + 2 + gap, 3.0 * (k // 20) + 1]]
+             for k, gap in enumerate(gaps)]  # fmt: skip
+    return frame_of(np.concatenate(pairs), (60.0, 3.0 * len(gaps) / 20 + 3.0))
+
+
+def test_contacts_of_a_crystal_are_distinct():
+    network = packing_network(crystal(2, 6))
+    assert network.distinct
+    assert network.note == ""
+
+
+def test_gaps_without_a_void_are_said_to_tell_no_contacts():
+    # Evenly spread over five decades: two next to each other differ by a factor of 10^(5 / 100).
+    gaps = np.logspace(-6, -1, 100)
+    network = packing_network(chain_with_gaps(gaps))
+    assert network.void[1] < DISTINCT * network.void[0]
+    assert not network.distinct
+    assert "cannot be told from near contacts" in str(network)
+    assert "Compress more slowly" in network.note
+
+
+def test_a_void_above_gaps_that_no_force_explains_tells_no_contacts():
+    """Of 100 contacts with gaps of 1e-10 none is weaker than 1 / 100; pairs at 1e-6 are no contacts."""
+    gaps = np.concatenate([np.full(80, 1e-10), np.logspace(-9, -6, 20)])
+    assert not packing_network(chain_with_gaps(gaps), gap=1e-3).distinct
+    assert packing_network(chain_with_gaps(gaps[:80]), gap=1e-3).distinct
+    weak = np.append(gaps[:80], 5e-9)
+    assert packing_network(chain_with_gaps(weak), gap=1e-3).distinct
+
+
+def test_the_screen_prints_no_number_of_contacts_where_nobody_knows_it(capsys):
+    packing = {
+        "n": 300, "dimension": 2, "note": "done", "packing_fraction": 0.88, "pressure": 1e6, "collisions": 5,
+        "jamming_fraction": None, "isostatic": 599, "excess": 118, "rattlers": 1, "rattler_fraction": 0.01,
+        "contacts": 717, "gap": 5e-5, "void": [3e-5, 9e-5], "contacts_note": "Contacts cannot be told.",
+    }  # fmt: skip
+    screen.packed(packing, Path("here"), as_json=False)
+    text = " ".join(capsys.readouterr().out.split())
+    assert "717 with a gap below 5e-05" in text
+    assert "isostatic" not in text
+    assert "Contacts cannot be told." in text
+    screen.packed(packing | {"contacts_note": ""}, Path("here"), as_json=False)
+    assert "717 (isostatic: 599, +118)" in " ".join(capsys.readouterr().out.split())

@@ -1,0 +1,251 @@
+"""The viewer: what its page holds, what headless Chromium shows on the canvas, and the exact replay."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from test_io_mixtures import frames_of
+from test_packing import crystal, frame_of, without
+
+import carom
+import carom.io
+from carom.errors import FileError, InputError
+from carom.io.palette import FACES, rgb
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.observables.packing import packing_network
+from carom.pictures import viewdata
+from carom.pictures.shapes import shapes_of
+from carom.simulation.replay import Replay
+
+SIZE = (640, 480)
+
+
+def unpacked(text, kind):
+    return np.frombuffer(base64.b64decode(text), dtype=kind)
+
+
+def dot(colours, positions, box, periodic=True):
+    """Return a frame of disks or spheres of one size, a species for each colour number."""
+    frame = frame_of(positions, box, periodic=periodic, species=np.array(colours))
+    return carom.Frame(**{**vars(frame), "species_names": tuple("abcdef"[: max(colours) + 1])})
+
+
+# ----------------------------------------------------------------------------------------- the page
+
+
+def test_the_page_is_one_file_that_asks_no_network_for_anything():
+    page = carom.view(frames_of(2)).html
+    assert not re.search(r'(src|href)="', page)
+    assert not re.search(r"https?://", page)
+    assert "@DATA@" not in page
+    data = json.loads(re.search(r'type="application/json">(.*?)</script>', page, re.DOTALL)[1])
+    frame = frames_of(2)[1]
+    positions = unpacked(data["positions"], "<f4").reshape(3, 7, 3)
+    np.testing.assert_array_equal(positions[1, :, :2], frame.positions.astype(np.float32))
+    assert data["periodic"] == [True, False, False]
+    assert data["names"] == ["small", "big"]
+    assert unpacked(data["kinds"], "u1").tolist() == frame.species.tolist()
+    assert data["times"] == [frame.time for frame in frames_of(2)]
+
+
+def test_names_cannot_end_the_script_or_inject_markup():
+    frame = carom.Frame(**{**vars(frames_of(3)[0]), "species_names": ("</script><b>", "x")})
+    page = carom.view(frame, title="<i>").html
+    assert "</script><b>" not in page
+    assert "<title>&lt;i&gt;</title>" in page
+
+
+def test_psi_6_of_a_triangular_lattice_is_one_and_turns_with_it():
+    modulus = viewdata.psi_6(crystal(2, 6))
+    np.testing.assert_allclose(modulus[:, 1], 1.0, atol=1e-9)
+    # Neighbours at 0, 60, ... degrees; float64 angles of neighbours are known to 2^-50 or so, times 6.
+    assert np.ptp(np.cos(modulus[:, 0])) < 1e-6
+
+
+def test_bonds_and_rattlers_of_a_packing_are_those_of_its_network():
+    network = packing_network(without(crystal(2, 6), 14))
+    data = viewdata.of_network(network)
+    assert unpacked(data["marks"], "u1").tolist() == (~network.backbone).astype(int).tolist()
+    ends = unpacked(data["bonds"], "<f4").reshape(-1, 2, 3)
+    assert len(ends) >= network.contacts
+    np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), 1.0, rtol=1e-6)
+
+
+def test_of_more_frames_than_fit_evenly_spaced_ones_are_kept(monkeypatch):
+    monkeypatch.setattr(viewdata, "MOST_PLACES", 7 * 4)
+    data = viewdata.of_frames(frames_of(2, count=10), ())
+    assert data["times"] == pytest.approx([0.0, 0.3, 0.6, 0.9])
+
+
+def test_what_cannot_be_shown_is_refused(tmp_path):
+    with pytest.raises(InputError, match="one to three dimensions"):
+        carom.view(frames_of(4))
+    with pytest.raises(InputError, match="nothing to show"):
+        carom.view(5)
+    with pytest.raises(InputError, match="no frames"):
+        carom.view([])
+    with pytest.raises(FileError, match="holds nothing to show"):
+        carom.view(tmp_path)
+
+
+def test_frames_and_trajectories_show_themselves_in_notebooks(tmp_path):
+    frames = frames_of(3)
+    assert "<iframe srcdoc=" in frames[0]._repr_html_()
+    with carom.io.open(tmp_path / "a.h5md", "w") as writer:
+        for frame in frames:
+            writer.write(frame)
+    with carom.io.open(tmp_path / "a.h5md") as reader:
+        assert "<iframe srcdoc=" in reader._repr_html_()
+    assert "<table" in frames_of(4)[0]._repr_html_()
+    assert "text/html" in carom.view(frames[0])._repr_mimebundle_()
+
+
+# ----------------------------------------------------------------------------------------- obstacles
+
+
+def test_obstacles_become_spheres_segments_and_triangles_where_they_are():
+    box, no = np.array([4.0, 5.0, 6.0]), (False,) * 3
+    ball = shapes_of([Ball((1.0, 2.0, 3.0), 0.5)], box, no)
+    np.testing.assert_array_equal(ball.spheres, [[1.0, 2.0, 3.0, 0.5]])
+    plane = shapes_of([Plane((0.0, 0.6, 0.8), 2.0)], box, no).triangles
+    np.testing.assert_allclose(plane @ [0.0, 0.6, 0.8], 2.0, rtol=1e-9)
+    # The face is 4 wide, and in y and z goes from (10 / 3, 0) to (0, 2.5): sqrt(100 / 9 + 6.25) long.
+    areas = 0.5 * np.linalg.norm(np.cross(plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]), axis=1)
+    assert areas.sum() == pytest.approx(4.0 * np.hypot(10.0 / 3.0, 2.5), rel=1e-6)
+    globe = shapes_of([SphericalContainer((2.0, 2.0, 3.0), 1.5)], box, no).segments
+    np.testing.assert_allclose(np.linalg.norm(globe - [2.0, 2.0, 3.0], axis=2), 1.5, rtol=1e-12)
+    tube = shapes_of([CylindricalContainer(2, (2.0, 2.0, 3.0), 1.5)], box, no).segments
+    np.testing.assert_allclose(np.linalg.norm(tube[..., :2] - 2.0, axis=2), 1.5, rtol=1e-12)
+
+
+def test_an_obstacle_of_ones_own_is_drawn_if_it_says_how():
+    class Mine:
+        def surface(self, box, periodic):
+            return [carom.models.outlines.SolidSphere((1.0, 1.0, 1.0), 0.25)]
+
+    assert shapes_of([Mine(), object()], np.ones(3), (True,) * 3).spheres.tolist() == [[1, 1, 1, 0.25]]
+
+
+# ----------------------------------------------------------------------------------------- Chromium
+
+
+def shown(page, tmp_path, state="", size=SIZE):
+    """Return what Chromium shows of a page, (height, width, 3) in 0 to 1."""
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    browser = next((path for name in names if (path := shutil.which(name))), None)
+    if browser is None:
+        pytest.skip("no Chromium is installed")
+    from matplotlib.image import imread
+
+    page.save(tmp_path / "page.html")
+    picture = tmp_path / "page.png"
+    done = subprocess.run(
+        [browser, "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+         "--ignore-gpu-blocklist", "--host-resolver-rules=MAP * ~NOTFOUND", "--hide-scrollbars",
+         f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={size[0]},{size[1]}",
+         "--virtual-time-budget=2000", f"--screenshot={picture}",
+         (tmp_path / "page.html").as_uri() + "#" + state],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return imread(picture)[..., :3]
+
+
+def where(picture, colour):
+    """Return the middle and the number of the points that have the hue of a colour."""
+    flat = picture - picture.mean(axis=2, keepdims=True)
+    asked = np.array(colour) - np.mean(colour)
+    size = np.linalg.norm(flat, axis=2)
+    alike = (flat @ asked > 0.97 * size * np.linalg.norm(asked)) & (size > 0.1)
+    alike[: int(0.15 * len(picture))] = alike[int(0.85 * len(picture)) :] = False  # legend and buttons
+    rows, columns = np.nonzero(alike)
+    return (columns.mean(), rows.mean(), len(rows)) if len(rows) else (np.nan, np.nan, 0)
+
+
+def test_the_canvas_shows_each_species_in_its_colour_where_it_is(tmp_path):
+    frame = dot([0, 1], [[1.0, 3.0], [3.0, 1.0]], (4.0, 4.0))
+    picture = shown(carom.view(frame), tmp_path)
+    (x0, y0, many0), (x1, y1, many1) = (where(picture, rgb(FACES[k])) for k in (0, 1))
+    assert x0 < x1
+    assert y0 < y1  # y goes up on the canvas, and rows go down
+    assert many0 == pytest.approx(many1, rel=0.2)
+    # A disk of diameter 1 whose centres are 2 apart in x: its area in points.
+    assert many1 == pytest.approx(np.pi / 4 * ((x1 - x0) / 2) ** 2, rel=0.25)
+
+
+@pytest.mark.slow
+def test_near_spheres_hide_far_ones_and_images_repeat_them(tmp_path):
+    # From the camera's side, x to the right and -y towards the eye, the second stands before the first.
+    frame = dot([0, 1], [[2.0, 2.6, 2.0], [2.0 + 0.45, 1.4, 2.0 + 0.3]], (4.0, 4.0, 4.0))
+    plain = shown(carom.view(frame), tmp_path)
+    (_, _, far), (_, _, near) = (where(plain, rgb(FACES[k])) for k in (0, 1))
+    assert near > far
+    repeated = shown(carom.view(frame), tmp_path, "images=1")
+    assert np.abs(repeated - plain).mean() > 0.01
+    dark = shown(carom.view(frame), tmp_path, "dark=1")
+    assert dark[5, -5].mean() < 0.3 < 0.9 < plain[5, -5].mean()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(1200, 800), (390, 780)])
+def test_ten_thousand_spheres_are_shown_at_the_width_of_a_desk_and_of_a_phone(tmp_path, size):
+    frame = crystal(3, 14)  # 4 * 14^3 spheres
+    assert frame.n > 10_000
+    picture = shown(carom.view(frame), tmp_path, size=size)
+    _, _, many = where(picture, rgb(FACES[0]))
+    assert many > 0.08 * picture.shape[0] * picture.shape[1]
+
+
+# ----------------------------------------------------------------------------------------- replay
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "events.h5"
+    scene = carom.Scene.fcc(2, packing_fraction=0.3)
+    with carom.Simulation(scene, seed=1, event_log=path) as sim:
+        sim.run(collisions=400)
+    return path
+
+
+def test_flights_between_the_records_of_a_replay_are_the_run_at_any_time(log):
+    data = viewdata.of_replay(Replay(log), 400)
+    records = data["replay"]
+    starts, times = unpacked(records["starts"], "<i4"), unpacked(records["times"], "<f8")
+    places = unpacked(records["places"], "<f4").reshape(-1, 3)
+    velocities = unpacked(records["velocities"], "<f4").reshape(-1, 3)
+    contacts = unpacked(records["contacts"], "<f8")
+    assert len(contacts) == 400
+    assert len(times) == data["n"] + 2 * 400
+    box = np.array(data["box"])
+    run = Replay(log)
+    for time in np.linspace(0.0, contacts[-1], 7):
+        run.advance_to(float(time))
+        frame = run.frame()
+        for k in range(frame.n):
+            r = starts[k] + np.searchsorted(times[starts[k] : starts[k + 1]], time, side="right") - 1
+            off = places[r] + velocities[r] * (time - times[r]) - frame.positions[k]
+            # float32 places up to the box, and velocities of order one over at most the run's time.
+            assert np.abs(off - box * np.rint(off / box)).max() < 2.0**-21 * (box.max() + contacts[-1])
+
+
+def test_the_first_collisions_of_a_log_make_a_shorter_page(log, tmp_path):
+    page = carom.view(log, tmp_path / "page.html", collisions=10)
+    assert len(unpacked(page.data["replay"]["contacts"], "<f8")) == 10
+    assert (tmp_path / "page.html").read_text() == page.html
+
+
+@pytest.mark.slow
+def test_two_spheres_flash_when_they_meet(log, tmp_path):
+    page = carom.view(log)
+    contacts = unpacked(page.data["replay"]["contacts"], "<f8")
+    before = shown(page, tmp_path, "time=0")
+    met = shown(page, tmp_path, f"time={contacts[0]!r}".replace("np.float64(", "").replace(")", ""))
+    yellow = (1.0, 0.78, 0.2)
+    assert where(before, yellow)[2] < 20 < 100 < where(met, yellow)[2]
