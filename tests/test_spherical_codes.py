@@ -213,19 +213,22 @@ def test_the_command_prints_and_keeps_what_the_function_returns(tmp_path):
     assert "n must be" in refused.output
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [n for (d, n) in TABLE if d == 3 and 7 <= n <= 40])
-def test_the_best_known_codes_are_found(n):
-    code = spherical_code(n, seeds=20)
-    assert code.angle > TABLE[3, n] - LAST_DIGIT
-    assert code.residual < MOST
+def found_among_sixty(n, k):
+    """Return the best code of the first seeds that reach the table, sixty at most."""
+    for seeds in (range(4), range(4, 16), range(16, 60)):
+        code = spherical_code(n, k, seeds=seeds)
+        if code.angle > TABLE[k, n] - LAST_DIGIT:
+            break
+    return code
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [n for (d, n) in TABLE if d == 4 and n <= 22])
-def test_the_best_known_codes_in_four_dimensions_are_found(n):
-    code = spherical_code(n, 4, seeds=20)
-    assert code.angle > TABLE[4, n] - LAST_DIGIT
+@pytest.mark.parametrize(
+    ("k", "n"), [(k, n) for k, n in TABLE if (k == 3 and n <= 40) or (k == 4 and n <= 22)]
+)
+def test_the_best_known_codes_are_found(k, n):
+    code = found_among_sixty(n, k)
+    assert code.angle > TABLE[k, n] - LAST_DIGIT
     assert code.residual < MOST
 
 

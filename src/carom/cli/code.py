@@ -20,11 +20,14 @@ def code(
     k: Annotated[
         int, typer.Option("--dimension", "-k", help="Of the space of the sphere; 3 is the usual one.")
     ] = 3,
-    seeds: Annotated[int, typer.Option(help="How many random starts.")] = 20,
+    seeds: Annotated[int, typer.Option(help="How many random starts.")] = 40,
     first: Annotated[int, typer.Option(help="The first of the seeds.")] = 0,
     rate: Annotated[
-        float, typer.Option(help="Growth of the caps over the thermal speed; slower finds more often.")
-    ] = 0.01,
+        float | None,
+        typer.Option(
+            help="Growth of the caps over the thermal speed. Without: 0.01 and 0.2, of even and odd seeds."
+        ),
+    ] = None,
     digits: Annotated[int, typer.Option(help="Decimal digits of the result.")] = 32,
     workers: Annotated[int | None, typer.Option(help="Processes; as many as cores.")] = None,
     out: Annotated[
