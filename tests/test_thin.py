@@ -48,7 +48,7 @@ def test_where_flights_cross_the_box_everybody_is_looked_at(n, dimension):
 
 
 def test_wider_sectors_where_flights_are_long():
-    for n, dimension in ((2000, 2), (4000, 3)):
+    for n, dimension in ((2000, 2), (10_000, 3)):
         found = chosen(n, dimension, 1e-4)
         members = n / np.prod(found.shape)
         assert found.kind == "sectors"

@@ -7,7 +7,7 @@
     python tests/benchmarks/costs.py sampling   rate against the interval between frames
     python tests/benchmarks/costs.py threads    two simulations on two cores against one
     python tests/benchmarks/costs.py mixtures   two sizes against one at the same packing fraction
-    python tests/benchmarks/costs.py thin       thin systems with the rule for them and without
+    python tests/benchmarks/costs.py thin       thin systems, with the scheme chosen and with sectors
     python tests/benchmarks/costs.py sphere     caps on great circles, of several numbers
     python tests/benchmarks/costs.py tasks      what a task of a study takes beside its events
 
@@ -55,26 +55,21 @@ def size(given: argparse.Namespace) -> None:
 
 
 def thin(given: argparse.Namespace) -> None:
-    """Print how much faster the rule for thin systems makes them."""
-    from carom.engine.neighbors import thin as rule
-
-    kept = rule.THIN
-    print("| d | N | packing fraction | scheme | M/s | of before |\n|---|---|---|---|---|---|")
-    for dimension, cells in ((2, 4), (2, 16), (2, 45), (3, 2), (3, 5), (3, 10)):
-        for eta in (1e-5, 1e-4, 1e-3, 0.01, 0.03, 0.05):
-            scene = carom.Scene.lattice(cells, dimension=dimension, packing_fraction=eta)
-            sims = []
-            for limit in (kept, 0.0):
-                rule.THIN = limit
-                sims.append(carom.Simulation(scene, seed=1))
-                sims[-1].run(walltime=0.2)
-            rule.THIN = kept
-            rates = np.array([[seconds_rate(sim, 0.3) for sim in sims] for _ in range(5)])
-            chosen = sims[0].machine.scheme
-            shape = "everybody" if chosen.kind == "all" else " x ".join(map(str, chosen.shape))
-            ratio = np.median(rates[:, 0] / rates[:, 1])
-            speed = np.median(rates[:, 0])
-            print(f"| {dimension} | {scene.n} | {eta:g} | {shape} | {speed:.2g} | {ratio:.3g} |", flush=True)
+    """Print the rate of thin systems with the scheme that is chosen for them, and with sectors."""
+    print("| d | N | packing fraction | scheme | M/s | with sectors |\n|---|---|---|---|---|---|", flush=True)
+    for dimension, numbers in ((2, (100, 500, 2000)), (3, (100, 500, 2000, 10_000))):
+        for eta in (1e-4, 1e-3, 1e-2):
+            for n in numbers:
+                scene = carom.Scene.random(n, dimension, packing_fraction=eta, seed=1)
+                sims = [carom.Simulation(scene, seed=1, neighbors=wish) for wish in ("auto", "sectors")]
+                for sim in sims:
+                    sim.run(walltime=0.2)
+                rates = np.median([[seconds_rate(sim, 0.2) for sim in sims] for _ in range(3)], axis=0)
+                chosen = sims[0].machine.scheme
+                shape = "everybody" if chosen.kind == "all" else " x ".join(map(str, chosen.shape))
+                print(
+                    f"| {dimension} | {n} | {eta:g} | {shape} | {rates[0]:.2g} | {rates[1]:.2g} |", flush=True
+                )
 
 
 def seconds_rate(sim: carom.Simulation, seconds: float) -> float:

@@ -5,9 +5,9 @@ In a thin system a flight crosses the box several times between two collisions, 
 hundreds of times for nothing. Here the straight path of a pair is followed from one image to the next: in
 units of the edges contacts lie near points of whole numbers, and along the axis in which the pair moves
 fastest the path passes one plane of them after the other, at equal intervals. Where it does, the other
-coordinates say whether it comes near a whole number. All of this is one line of arithmetic a pair and plane,
-without a branch and without a calendar; what comes near (one plane in hundreds) is then computed with all
-digits. A search covers a certain time, after which the component searches again.
+coordinates say whether it comes near a whole number. Those whose paths may come near are found with few
+digits and side by side (``paths``); they are then followed with all digits. A search covers a certain time,
+after which the component searches again.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import approximate, fast, inner
+from carom.compiling.registry import inner
 from carom.engine.images import separation
 from carom.engine.neighbors.interface import (
     change_home,
@@ -28,13 +28,11 @@ from carom.engine.neighbors.interface import (
     transit_time,
     wrapped,
 )
+from carom.engine.neighbors.paths import BLOCK, first_marked, mark
 from carom.engine.neighbors.prefetch import ask, stages
 from carom.engine.search import relative
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, interaction_time, position
-
-BLOCK = 64
-"""Components looked at side by side."""
 
 WIDENED = 1.0 + 2.0**-10
 """Factor on how near is near, for the rounding of paths that are boxes long: 1e-3 of a diameter, in boxes of
@@ -56,26 +54,31 @@ class Everybody(NamedTuple):
     """The largest distance of contact [length]."""
     inverse: tuple
     """1 / edge along each axis."""
-    widths: tuple
-    """How near to an image a path must pass its plane for a contact, along each axis [edges]."""
+    lengths: tuple
+    """Edges in parts of the longest."""
+    stretch: float
+    """The longest edge over the shortest."""
     width: float
-    """The largest of them."""
+    """How near to an image a path must pass its plane for a contact [edges], along the shortest edge."""
     flights: np.ndarray
-    """Coordinates at the beginning of the epoch [edges] and velocities [edges / time] of a block of
-    components, axis after axis, and block after block, float64. Flat, and blocks of a constant size: only so
+    """Coordinates at the beginning of the epoch [edges] and velocities [edges / span] of a block of
+    components, axis after axis, and block after block, float32. Flat, and blocks of a constant size: only so
     does the compiler see that what is written is not what is read.
     """
     own: np.ndarray
     """The same of the one that searches, (2 d,)."""
+    fastest: np.ndarray
+    """The largest velocity along an axis that anybody had in this epoch [edges / span], (1,)."""
     lined: np.ndarray
     """The epoch that this is true for, (1,) int64."""
     names: np.ndarray
     """0 to n - 1, and the ghost from there on, uint32."""
     paths: np.ndarray
-    """Of a block of pairs, ((2 d + 1) BLOCK,) float64: for all axes but one where the first plane is passed
-    and by how much more the next one is [edges]; when the first is passed, and the time from one to the next;
-    how many are passed.
+    """Of a block of pairs, ((2 d - 1) BLOCK,) uint16: for all axes but one where the first plane is passed
+    and by how much more the next one is [units]; the mark.
     """
+    flight: np.ndarray
+    """Of one pair, coordinates [edges] and velocities [edges / time] along all axes but one, (2 d,)."""
     near: np.ndarray
     """Shortly before the contact that the last search of each component has found, (n,): a time from which
     the nearest image is the one met, and close.
@@ -88,17 +91,21 @@ def make_everybody(n: int, edges, core: float, span: float) -> Everybody:
     """
     dimension = len(edges)
     room = -(-n // BLOCK) * BLOCK
+    shortest, longest = float(min(edges)), float(max(edges))
     return Everybody(
         span=float(span),
         core=float(core),
         inverse=tuple(1.0 / float(edge) for edge in edges),
-        widths=tuple(math.sqrt(2.0) * WIDENED * core / float(edge) for edge in edges),
-        width=math.sqrt(2.0) * WIDENED * core / float(min(edges)),
-        flights=aligned(2 * dimension * room, np.float64),
-        own=np.zeros(2 * dimension),
+        lengths=tuple(float(edge) / longest for edge in edges),
+        stretch=longest / shortest,
+        width=math.sqrt(2.0) * WIDENED * core / shortest,
+        flights=aligned(2 * dimension * room, np.float32),
+        own=np.zeros(2 * dimension, np.float32),
+        fastest=np.zeros(1),
         lined=np.full(1, -1),
         names=np.minimum(np.arange(room + BLOCK), n).astype(np.uint32),
-        paths=aligned((2 * dimension + 1) * BLOCK, np.float64),
+        paths=aligned((2 * dimension - 1) * BLOCK, np.uint16),
+        flight=np.zeros(2 * dimension),
         near=np.zeros(n),
     )
 
@@ -111,9 +118,11 @@ def line_up_one(everybody, motion, state, i):
     begin = block * np.uint64(2 * BLOCK * len(everybody.inverse)) + lane
     for axis in range(len(everybody.inverse)):
         inverse = everybody.inverse[axis]
-        x = position(motion, axis, row.x[axis], row.v[axis], -row.t)
-        everybody.flights[begin + np.uint64(2 * axis * BLOCK)] = x * inverse
-        everybody.flights[begin + np.uint64((2 * axis + 1) * BLOCK)] = np.float64(row.v[axis]) * inverse
+        x = position(motion, axis, row.x[axis], row.v[axis], -row.t) * inverse
+        v = np.float64(row.v[axis]) * (inverse * everybody.span)
+        everybody.flights[begin + np.uint64(2 * axis * BLOCK)] = x - np.floor(x)
+        everybody.flights[begin + np.uint64((2 * axis + 1) * BLOCK)] = v
+        everybody.fastest[0] = max(everybody.fastest[0], abs(v))
 
 
 @inner
@@ -131,84 +140,9 @@ def line_up_all(everybody, motion, state):
     epoch = state.clock[0].epoch
     if everybody.lined[0] != epoch:
         everybody.lined[0] = epoch
+        everybody.fastest[0] = 0.0
         for i in range(np.uint64(len(everybody.near))):
             line_up_one(everybody, motion, state, i)
-
-
-@fast
-def lay_paths(everybody, now, span, start):
-    """Lay out the paths of the block that begins with component ``start``, relative to the one that
-    searches, for a time ``span`` from now.
-    """
-    flights, own, paths = everybody.flights, everybody.own, everybody.paths
-    dimension = len(everybody.inverse)
-    begin = np.uint64(2 * dimension * start)
-    for lane in range(np.uint64(BLOCK)):
-        u = 0.0
-        w = 0.0
-        width = 0.0
-        main = np.int64(0)
-        for axis in range(dimension):
-            speed = flights[begin + np.uint64((2 * axis + 1) * BLOCK) + lane] - own[2 * axis + 1]
-            place = flights[begin + np.uint64(2 * axis * BLOCK) + lane] - own[2 * axis] + speed * now
-            # The fastest in lengths: edges are in inverse proportion to the widths.
-            faster = abs(speed) * width >= abs(w) * everybody.widths[axis]
-            u = place if faster else u
-            w = speed if faster else w
-            width = everybody.widths[axis] if faster else width
-            main = np.int64(axis) if faster else main
-        pace = abs(w)
-        ahead = u if w > 0.0 else -u
-        period = 1.0 / pace
-        first = np.ceil(ahead - width)
-        last = np.floor(ahead + pace * span + width)
-        wait = (first - ahead) * period
-        last_speed = flights[begin + np.uint64((2 * dimension - 1) * BLOCK) + lane] - own[2 * dimension - 1]
-        last_place = flights[begin + np.uint64((2 * dimension - 2) * BLOCK) + lane] - own[2 * dimension - 2]
-        last_place += last_speed * now
-        for axis in range(dimension - 1):
-            speed = flights[begin + np.uint64((2 * axis + 1) * BLOCK) + lane] - own[2 * axis + 1]
-            place = flights[begin + np.uint64(2 * axis * BLOCK) + lane] - own[2 * axis] + speed * now
-            # The others' coordinates; the last one's in the place of the one that counts the planes.
-            speed = last_speed if main == axis else speed
-            place = last_place if main == axis else place
-            paths[np.uint64(2 * axis * BLOCK) + lane] = place + speed * wait
-            paths[np.uint64((2 * axis + 1) * BLOCK) + lane] = speed * period
-        paths[np.uint64((2 * dimension - 2) * BLOCK) + lane] = wait
-        paths[np.uint64((2 * dimension - 1) * BLOCK) + lane] = period
-        paths[np.uint64(2 * dimension * BLOCK) + lane] = last - first + 1.0 if pace > 0.0 else 0.0
-
-
-@fast
-def most_planes(everybody):
-    """Return the largest number of planes that a path of the block passes."""
-    begin = np.uint64(2 * len(everybody.inverse) * BLOCK)
-    most = 0.0
-    for lane in range(np.uint64(BLOCK)):
-        most = max(most, everybody.paths[begin + lane])
-    return np.int64(most)
-
-
-@approximate
-def passes_near(everybody, number, lane):
-    """Return 1 if the path of one lane passes its plane of that number near an image, and else 0."""
-    paths = everybody.paths
-    dimension = len(everybody.inverse)
-    near = np.int64(number < paths[np.uint64(2 * dimension * BLOCK) + lane])
-    for axis in range(dimension - 1):
-        place = paths[np.uint64(2 * axis * BLOCK) + lane]
-        place += number * paths[np.uint64((2 * axis + 1) * BLOCK) + lane]
-        near &= np.int64(abs(place - np.rint(place)) <= everybody.width)
-    return near
-
-
-@approximate
-def count_near(everybody, number):
-    """Return how many of the paths pass their plane of that number near an image."""
-    found = np.int64(0)
-    for lane in range(np.uint64(BLOCK)):
-        found += passes_near(everybody, number, lane)
-    return found
 
 
 @inner
@@ -232,6 +166,56 @@ def approach(everybody, model, state, i, j, now, passed):
 
 
 @inner
+def follow(everybody, model, state, i, j, now, end, best, avoided):
+    """Return when i meets j, before the time ``best``, or NEVER: along all of their path until ``end``, with
+    all digits.
+    """
+    flight = everybody.flight
+    dimension = len(everybody.inverse)
+    me = state.rows[i]
+    other = state.rows[np.uint64(j)]
+    fastest = 0.0
+    main = np.int64(0)
+    for axis in range(dimension):
+        x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
+        speed = (np.float64(other.v[axis]) - np.float64(me.v[axis])) * everybody.inverse[axis]
+        flight[np.uint64(2 * axis)] = (y - x) * everybody.inverse[axis]
+        flight[np.uint64(2 * axis + 1)] = speed
+        if abs(speed) * everybody.lengths[axis] > fastest:
+            fastest = abs(speed) * everybody.lengths[axis]
+            main = np.int64(axis)
+    if fastest == 0.0:
+        return NEVER
+    u = flight[np.uint64(2 * main)]
+    w = flight[np.uint64(2 * main + 1)]
+    # The last axis in the place of the one that counts the planes.
+    flight[np.uint64(2 * main)] = flight[np.uint64(2 * dimension - 2)]
+    flight[np.uint64(2 * main + 1)] = flight[np.uint64(2 * dimension - 1)]
+    until = min(end, np.float64(other.due))
+    ahead = u if w > 0.0 else -u
+    period = 1.0 / abs(w)
+    first = np.ceil(ahead - everybody.width)
+    last = np.floor(ahead + abs(w) * (until - now) + everybody.width)
+    for number in range(np.int64(last - first) + 1):
+        passed = (first + number - ahead) * period
+        near = True
+        for axis in range(dimension - 1):
+            place = flight[np.uint64(2 * axis)] + flight[np.uint64(2 * axis + 1)] * passed
+            near &= abs(place - np.rint(place)) <= everybody.width
+        if not near:
+            continue
+        begin = approach(everybody, model, state, i, j, now, now + passed)
+        rr, rv, vv = relative(model, state, i, j, begin)
+        due = begin + interaction_time(model.pair, np.int64(i), j, rr, rv, vv, begin)
+        again = j == np.int64(avoided) and due <= now
+        if due < best and due <= state.rows[np.uint64(j)].due and not again:
+            everybody.near[i] = begin
+            return due
+    return NEVER
+
+
+@inner
 def first_of_all(everybody, model, state, i, now, limit, avoided):
     """Return whom i meets first, until ``limit`` or the end of the time that a search covers, or -1.
 
@@ -243,30 +227,18 @@ def first_of_all(everybody, model, state, i, now, limit, avoided):
     end = min(now + everybody.span, limit)
     best = NEVER
     chosen = np.int64(-1)
-    waits = np.uint64((2 * len(everybody.inverse) - 2) * BLOCK)
     for start in range(0, n, BLOCK):
-        lay_paths(everybody, now, end - now, start)
-        lanes = np.uint64(min(int(n - start), BLOCK))
-        for k in range(most_planes(everybody)):
-            number = np.float64(k)
-            if count_near(everybody, number) == 0:
-                continue
-            for lane in range(lanes):
-                if passes_near(everybody, number, lane) == 0:
-                    continue
-                j = np.int64(start) + np.int64(lane)
-                passed = now + everybody.paths[waits + lane]
-                passed += number * everybody.paths[waits + np.uint64(BLOCK) + lane]
-                near = approach(everybody, model, state, i, j, now, passed)
-                rr, rv, vv = relative(model, state, i, j, near)
-                t = interaction_time(model.pair, np.int64(i), j, rr, rv, vv, near)
-                due = near + t
-                again = j == np.int64(avoided) and due <= now
-                if due < best and due <= state.rows[np.uint64(j)].due and not again:
+        near = mark(everybody, now, end - now, start)
+        lane = first_marked(everybody, 0, near)
+        while lane < BLOCK:
+            j = np.int64(start) + np.int64(lane)
+            if j < n and j != np.int64(i):
+                due = follow(everybody, model, state, i, j, now, end, best, avoided)
+                if due < best:
                     best = due
                     end = min(end, due)
                     chosen = j
-                    everybody.near[i] = near
+            lane = first_marked(everybody, lane + 1, near)
     return chosen
 
 

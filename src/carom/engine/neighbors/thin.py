@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 
-from carom.engine.neighbors.everybody import BLOCK, NARROWEST
+from carom.engine.neighbors.everybody import NARROWEST
+from carom.engine.neighbors.paths import BLOCK
 from carom.engine.requirements import Contents
 
 THIN = 0.049
@@ -29,7 +30,7 @@ MOST = 2.0**20
 WIDER, STEPS = 2.0**0.25, 16
 """Sides that are tried: each so many times as wide as the one before."""
 
-COLLISION, PAIR, PLANE = 1500.0, 1.2, 0.13
+COLLISION, PAIR, PLANE = 1500.0, 0.4, 0.015
 """What a collision costs where everybody is looked at, besides pairs; each pair of a search, and each plane
 that it passes, both for each dimension [ns].
 """

@@ -1,0 +1,207 @@
+"""Paths through the images of the box, in whole numbers: which of them must be followed with all digits.
+
+A coordinate is a whole number of 2^16 *units* an edge, so that a number of 16 bits wraps as the box does,
+and for nothing. Along the axis in which a pair moves fastest its path passes a plane of images at equal
+intervals. From one plane to the next each other coordinate grows by the same *step*, and it is near an
+image where the wrapped sum is small. That is a multiplication, two additions and a comparison for 32 pairs
+at a time. What is missed is lost, what is found in vain costs a closer look: the numbers are rounded, and
+all that rounding can do is added to what counts as near.
+
+How much that is, in edges, with e = 2^-24 (the rounding of float32), W the largest velocity along an axis
+that anybody had in the epoch [edges / span], T the time since its beginning and S that to be covered
+[spans], S <= 1, and L the longest edge over the shortest:
+
+- Coordinates in the box and velocities are rounded by e and e W, their differences by as much again.
+  Relative to the true path the one that is followed is off by at most e (4 + 10 W T) at its beginning,
+  and by 4 e W S more at its end: by g = e (4 + 10 W (T + S)) along each axis.
+- The path that is followed then comes within a contact distance and g of the image, at a time that is
+  covered. There the plane is at most sigma + g away. On the way to it the other coordinate changes by no
+  more than L times that in edges (no more than that in lengths: the main axis is the fastest), so that
+  the path passes its plane within sqrt(2) sigma + (1 + L) g of the image.
+- Where the first plane is passed is computed from numbers below 2 W T + 3 L, with an error of at most e
+  (2 W T + 9 L + 3).
+
+The sum of both errors is below ``16 e (1 + L) (1 + W (T + S))``, and is called blur. The rest is exact but
+for two roundings to whole numbers: half a unit at the first plane, and at each plane half a unit of the
+step, with 3 e L edges that the step itself was off before.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.registry import approximate, fast, inner
+
+BLOCK = 128
+"""Components looked at side by side."""
+
+PLANES = 4
+"""Planes looked at in one go."""
+
+UNITS = 2.0**16
+"""Whole numbers that a coordinate can have in one box."""
+
+HALF = 0x8000
+"""So many units to both sides are all of the box."""
+
+ALL = 0xFFFF
+"""The largest of the whole numbers: what a path has that comes near nothing."""
+
+ROUNDING = 2.0**-24
+"""Of a number in single precision, relatively."""
+
+STEP_ROUNDING = 3.0 * ROUNDING * UNITS
+"""By how much a step is off before it is rounded to a whole number [units], where all edges are equal."""
+
+SLOWEST = 2.0**-100
+"""Velocity [edges / span] below which nothing moves."""
+
+BLURRED = 2.0**-6
+"""Blur beyond which every path is looked at closely: the fastest flies thousands of boxes within an epoch."""
+
+
+@inner
+def wrap(number):
+    """Return a whole number of units in the box."""
+    return np.uint16(np.int64(number) & ALL)
+
+
+@inner
+def in_units(x):
+    """Return a coordinate in units, in the box; ``x`` is in edges, float32, and below 2^15."""
+    return wrap(np.int32(np.rint(x * np.float32(UNITS))))
+
+
+@approximate
+def lay_path(everybody, elapsed, span, reach, begin, lane):
+    """Lay out the path of one of the block whose flights begin at ``begin``; return how many planes it
+    passes.
+    """
+    flights, own, paths = everybody.flights, everybody.own, everybody.paths
+    dimension = len(everybody.inverse)
+    zero, one = np.float32(0.0), np.float32(1.0)
+    u = zero
+    w = zero
+    fastest = zero
+    main = np.int32(0)
+    for axis in range(dimension):
+        speed = flights[begin + np.uint64((2 * axis + 1) * BLOCK) + lane] - own[2 * axis + 1]
+        place = flights[begin + np.uint64(2 * axis * BLOCK) + lane] - own[2 * axis] + speed * elapsed
+        flown = abs(speed) * np.float32(everybody.lengths[axis])
+        faster = flown >= fastest
+        u = place if faster else u
+        w = speed if faster else w
+        fastest = flown if faster else fastest
+        main = np.int32(axis) if faster else main
+    pace = abs(w)
+    ahead = u if w > zero else -u
+    period = one / max(pace, np.float32(SLOWEST))
+    wait = np.ceil(ahead - reach) - ahead
+    last_speed = flights[begin + np.uint64((2 * dimension - 1) * BLOCK) + lane] - own[2 * dimension - 1]
+    last_place = flights[begin + np.uint64((2 * dimension - 2) * BLOCK) + lane] - own[2 * dimension - 2]
+    last_place += last_speed * elapsed
+    for axis in range(dimension - 1):
+        speed = flights[begin + np.uint64((2 * axis + 1) * BLOCK) + lane] - own[2 * axis + 1]
+        place = flights[begin + np.uint64(2 * axis * BLOCK) + lane] - own[2 * axis] + speed * elapsed
+        # The others' coordinates; the last one's in the place of the one that counts the planes.
+        speed = last_speed if main == axis else speed
+        place = last_place if main == axis else place
+        step = speed * period
+        paths[np.uint64(2 * axis * BLOCK) + lane] = in_units(place + step * wait)
+        paths[np.uint64((2 * axis + 1) * BLOCK) + lane] = in_units(step)
+    paths[np.uint64((2 * dimension - 2) * BLOCK) + lane] = wrap(ALL)
+    return np.int32(pace * span - wait + reach + one)
+
+
+@approximate
+def lay_paths(everybody, elapsed, span, reach, start):
+    """Lay out the paths of the block that begins with component ``start``, relative to the one that searches.
+
+    Parameters
+    ----------
+    elapsed, span : float32
+        Time since the beginning of the epoch, and time to cover [spans].
+    reach : float32
+        How far before and behind its plane an image may be met [edges].
+
+    Returns
+    -------
+    most : int
+        The largest number of planes that one of them passes.
+
+    Notes
+    -----
+    What is done for one is a function of its own, so that no variable seems to live on from one to the next,
+    and the loop is vectorised.
+    """
+    begin = np.uint64(2 * len(everybody.inverse) * start)
+    most = np.int32(0)
+    for lane in range(np.uint64(BLOCK)):
+        planes = lay_path(everybody, elapsed, span, reach, begin, lane)
+        most = planes if planes > most else most
+    return np.int64(most)
+
+
+@fast
+def walk(everybody, first, half):
+    """Mark how near each path comes to an image at some planes, from the ``first`` on.
+
+    The mark is the largest of the coordinates plus ``half``, at the plane where that is least. It is not
+    above twice ``half`` where a path passes a plane within ``half`` of an image along all axes.
+    """
+    paths = everybody.paths
+    dimension = len(everybody.inverse)
+    marks = np.uint64((2 * dimension - 2) * BLOCK)
+    middle = wrap(half)
+    for lane in range(np.uint64(BLOCK)):
+        least = paths[marks + lane]
+        for k in range(PLANES):
+            largest = wrap(0)
+            for axis in range(dimension - 1):
+                # Each number is wrapped at once: only then does the compiler see that 16 bits will do.
+                place = wrap(np.int64(paths[np.uint64(2 * axis * BLOCK) + lane]) + np.int64(middle))
+                step = np.int64(paths[np.uint64((2 * axis + 1) * BLOCK) + lane])
+                way = wrap(step * np.int64(wrap(first + k)))
+                place = wrap(np.int64(place) + np.int64(way))
+                largest = place if place > largest else largest
+            least = largest if largest < least else least
+        paths[marks + lane] = least
+
+
+@fast
+def first_marked(everybody, begin, near):
+    """Return the first of the block, from number ``begin`` on, whose mark is not above ``near``, or BLOCK."""
+    marks = np.uint64((2 * len(everybody.inverse) - 2) * BLOCK)
+    found = wrap(BLOCK)
+    least = wrap(begin)
+    for lane in range(np.uint64(BLOCK)):
+        number = wrap(lane)
+        marked = (everybody.paths[marks + lane] <= near) & (number >= least)
+        number = number if marked else wrap(BLOCK)
+        found = number if number < found else found
+    return np.int64(found)
+
+
+@inner
+def mark(everybody, now, span, start):
+    """Mark those of the block that begins with component ``start`` whose paths, relative to the one that
+    searches, come near an image within a time ``span`` from now.
+
+    Returns
+    -------
+    near : uint16
+        Those whose mark is not above it must be looked at closely.
+    """
+    elapsed, covered = now / everybody.span, span / everybody.span
+    blur = 16.0 * ROUNDING * (1.0 + everybody.stretch) * (1.0 + everybody.fastest[0] * (elapsed + covered))
+    if blur > BLURRED:
+        return wrap(ALL)
+    reach = everybody.width + blur
+    most = lay_paths(everybody, np.float32(elapsed), np.float32(covered), np.float32(reach), start)
+    # One unit more for the two halves: at the first plane, and where this number is cut.
+    half = np.int64(UNITS * reach + 1.5 + most * (0.5 + everybody.stretch * STEP_ROUNDING))
+    if half >= HALF:
+        return wrap(ALL)
+    for first in range(0, most, PLANES):
+        walk(everybody, first, half)
+    return wrap(2 * half)
