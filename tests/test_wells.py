@@ -481,7 +481,7 @@ def test_a_dilute_gas_has_the_exact_virial_coefficients():
     for _ in sim.sample(every=2.0, count=1500):
         energies.append(sim.potential_energy / scene.n)
 
-    def virial(beta):  # shared/reference: square_well.json, verified numerically there
+    def virial(beta):  # Kihara, Rev. Mod. Phys. 25 (1953) 831; for widths up to 2
         d, l, b0 = math.exp(beta) - 1.0, 1.5, 2.0 * math.pi / 3.0
         b2 = b0 * (1.0 - (l**3 - 1.0) * d)
         third = 5.0 - (l**6 - 18 * l**4 + 32 * l**3 - 15) * d
