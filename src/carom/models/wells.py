@@ -153,6 +153,8 @@ def from_potential(
     >>> len(steps.distances), round(min(steps.energies), 3)
     (11, -0.889)
     """
+    if not callable(u):
+        raise InputError(f"u must be a function of a distance, found {checks.describe(u)}.")
     core = checks.positive(core, "core")
     reach = checks.number(reach, "reach", low=core, high=checks.MAGNITUDE, open_low=True)
     count = checks.integer(count, "count", low=1, high=MOST)
