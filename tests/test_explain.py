@@ -6,6 +6,7 @@ from command import carom as command
 
 import carom
 from carom.errors import InputError
+from carom.wells import SquareWell
 
 PLAIN = carom.Scene.fcc(cells=5, packing_fraction=0.45)
 
@@ -28,6 +29,7 @@ FEATURES = {
         {},
     ),
     "restitution": (lambda: PLAIN.with_(restitution=0.9), {}),
+    "steps of pairs": (lambda: PLAIN.with_(interaction=SquareWell(1.2)), {}),
     "walls and obstacles": (lambda: carom.Scene([[1.0] * 3, [3.0] * 3], 4.0, periodic=False), {}),
 }
 

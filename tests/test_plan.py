@@ -33,7 +33,8 @@ def test_every_key_of_the_template_is_explained_there():
         assert f"[{section.name}]" in text
     for spec in (SceneSpec, RunSpec, OutputSpec):
         for key in dataclasses.fields(spec):
-            ways = (f"\n{key.name} = ", f"\n# {key.name} = ", f"\n# [[scene.{key.name}]]")
+            ways = tuple(f"\n{way}" for way in (f"{key.name} = ", f"# {key.name} = "))
+            ways += (f"\n# [[scene.{key.name}]]", f"\n# [scene.{key.name}]")
             assert any(way in text for way in ways), key.name
 
 

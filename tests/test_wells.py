@@ -410,6 +410,9 @@ def test_the_page_runs_as_it_stands(capsys):
         (lambda: Steps([1.0, 1.5], [INF, INF]), "Only the first of energies may be infinite"),
         (lambda: Steps([1.0], [INF], outside=INF), "no pair could be anywhere"),
         (lambda: Steps("ab", [1.0]), "must be a list of numbers"),
+        (lambda: Steps([1.0], [INF], outside="far"), "outside must hold numbers"),
+        (lambda: Bonds(3, outer=1.0), "pairs must be m pairs"),
+        (lambda: from_potential(1.0, reach=2.0, core=1.0, count=3), "u must be a function"),
         (lambda: Steps([1.0, 1.5], [INF, -1.0], leaving=[0.0, -2.0]), "in both energies and leaving"),
         (lambda: StepTable([[AA, CORE], [AB, AA]]), "a pair has one potential"),
         (lambda: StepTable([[AA, AB]]), "as many columns as rows"),
@@ -481,7 +484,7 @@ def test_a_dilute_gas_has_the_exact_virial_coefficients():
     for _ in sim.sample(every=2.0, count=1500):
         energies.append(sim.potential_energy / scene.n)
 
-    def virial(beta):  # shared/reference: square_well.json, verified numerically there
+    def virial(beta):  # Kihara, Rev. Mod. Phys. 25 (1953) 831; for widths up to 2
         d, l, b0 = math.exp(beta) - 1.0, 1.5, 2.0 * math.pi / 3.0
         b2 = b0 * (1.0 - (l**3 - 1.0) * d)
         third = 5.0 - (l**6 - 18 * l**4 + 32 * l**3 - 15) * d

@@ -42,6 +42,8 @@ class Bonds(StepInteraction):
     bond: Steps | None = None
 
     def __post_init__(self) -> None:
+        if not checks.several(self.pairs):
+            raise InputError(f"pairs must be m pairs of indices, found {checks.describe(self.pairs)}.")
         given = checks.array(self.pairs, "pairs", "(m, 2)", ndim=2) if len(self.pairs) else np.empty((0, 2))
         if given.shape[1] != 2 or not (given == np.rint(given)).all() or (given < 0).any():
             raise InputError("pairs must be m pairs of indices of components, 0 or more.")

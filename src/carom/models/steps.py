@@ -69,13 +69,11 @@ class Steps:
                 raise InputError(f"Only the first of {name} may be infinite, a hard core; found {values}.")
         if (energies[0] == math.inf) != (leaving[0] == math.inf):
             raise InputError("A hard core has an infinite energy in both energies and leaving.")
-        outside = float(self.outside)
-        if math.isnan(outside) or outside == -math.inf:
-            raise InputError(f"outside must be a number, or math.inf for a bond; found {self.outside!r}.")
+        (outside,) = _numbers([self.outside], "outside")
         if math.isinf(outside) and len(distances) == 1 and math.isinf(energies[0]):
             raise InputError("Both sides of the only distance are infinite: no pair could be anywhere.")
         for low, high in zip((0.0, *distances), distances, strict=False):
-            if not (math.isfinite(high) and high > low * (1.0 + CLOSEST)):
+            if not (1.0 / checks.MAGNITUDE <= high <= checks.MAGNITUDE and high > low * (1.0 + CLOSEST)):
                 raise InputError(
                     f"distances must be positive and rise by more than rounding, found {high!r} after "
                     f"{low!r}."

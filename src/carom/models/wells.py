@@ -151,8 +151,10 @@ def from_potential(
     ...     return 4.0 * (r**-12 - r**-6)
     >>> steps = from_potential(lennard_jones, reach=2.5, core=0.9, count=10)
     >>> len(steps.distances), round(min(steps.energies), 3)
-    (11, -0.889)
+    (11, -0.422)
     """
+    if not callable(u):
+        raise InputError(f"u must be a function of a distance, found {checks.describe(u)}.")
     core = checks.positive(core, "core")
     reach = checks.number(reach, "reach", low=core, high=checks.MAGNITUDE, open_low=True)
     count = checks.integer(count, "count", low=1, high=MOST)

@@ -47,7 +47,7 @@ class StepSums:
         Integral of kT over it [energy time].
     n, dimension : int
     volume, mass : float
-        Of the box [length^d], of a component.
+        Of the box [length^d], of a component; NaN where masses differ.
     inner, outer : (S,) arrays
         Where each step ends, 0 and infinity where it does not [length].
     energies : (S,) array
@@ -122,8 +122,10 @@ class StepSums:
         Raises
         ------
         InputError
-            If there is more than one kind of pair.
+            If there is more than one kind of pair, or masses differ.
         """
+        if math.isnan(self.mass):
+            raise InputError("g(r) at steps is for components of one mass.")
         if np.isinf(self.outer).sum() != 1 or not np.isinf(self.outer[0]):
             raise InputError("g(r) at steps is for one kind of pair, without bonds.")
         found = []

@@ -232,7 +232,11 @@ def _reason(contents: Contents, chosen: Scheme, wish: Wish) -> str:
         return "all pairs, one by one: they do not fly straight relative to each other."
     else:
         what = f"{cells} sectors"
-    if wish[0] != "auto":
+    if contents.stepped:
+        reach = f"{chosen.reach / contents.diameter:.3g} times that of the steps"
+        what = f"lists with a reach of {chosen.reach:.3g}, {reach}, from {cells} cells"
+        why = "they hold on which step each pair is"
+    elif wish[0] != "auto":
         why = "asked for"
     elif chosen.kind == "all":
         why = "flights are so long, or sectors around one so many, that this costs less than any sectors"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,7 +54,7 @@ def step_sums(machine: Machine) -> StepSums:
         n=machine.scene.n,
         dimension=machine.scene.dimension,
         volume=machine.scene.volume,
-        mass=machine.scene.mass,
+        mass=machine.scene.mass if np.ptp(machine.scene.masses) == 0.0 else math.nan,
         inner=np.sqrt(np.maximum(pair.inner[:count], 0.0)),
         outer=np.sqrt(pair.outer[:count]),
         energies=np.asarray(machine.unit.to_scene(pair.energy[:count], -2)),
