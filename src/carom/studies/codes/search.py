@@ -199,8 +199,8 @@ def _best(found: dict[int, dict[str, Any]], digits: int) -> SphericalCode:
         coordinates, cosine, residual = refine(code, digits)
     except ValueError as problem:
         raise InputError(
-            f"The best of {len(found)} codes, of seed {reached[0]}, has no {digits} digits: {problem} Try more "
-            "seeds."
+            f"The best of {len(found)} codes, of seed {reached[0]}, has no {digits} digits: {problem} "
+            "Try more seeds."
         ) from None
     angles = {
         seed: math.degrees(math.acos(each["cosine"])) if each["points"] is not None else math.nan
