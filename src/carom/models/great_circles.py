@@ -49,7 +49,7 @@ class GreatCircles:
     >>> poles = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
     >>> scene = Scene(4.0 + poles, box=8.0, diameter=0.5, motion=GreatCircles())
     >>> round(scene.packing_fraction, 4)  # three caps of the sphere
-    0.0469
+    0.0476
     """
 
     radius: float = 1.0

@@ -195,7 +195,13 @@ def _best(found: dict[int, dict[str, Any]], digits: int) -> SphericalCode:
     record = found[reached[0]]
     points = np.array(record["points"])
     code = Polished(points, record["cosine"], np.array(record["contacts"]), np.array(record["forces"]))
-    coordinates, cosine, residual = refine(code, digits)
+    try:
+        coordinates, cosine, residual = refine(code, digits)
+    except ValueError as problem:
+        raise InputError(
+            f"The best of {len(found)} codes, of seed {reached[0]}, has no {digits} digits: {problem} "
+            "Try more seeds."
+        ) from None
     angles = {
         seed: math.degrees(math.acos(each["cosine"])) if each["points"] is not None else math.nan
         for seed, each in found.items()
