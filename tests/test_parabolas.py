@@ -165,9 +165,7 @@ def test_parabolas_close_and_know_their_bounds():
     assert (path.lowest, path.highest, path.period) == (-0.25, 0.25, 2.0)
     for t in np.linspace(0.0, 4.0, 81):
         s = t % 2.0
-        assert math.isclose(
-            place(model, t), s - s * s if s < 1.0 else (s - 1.0) * (s - 2.0), abs_tol=1e-15
-        )
+        assert math.isclose(place(model, t), s - s * s if s < 1.0 else (s - 1.0) * (s - 2.0), abs_tol=1e-15)
     with pytest.raises(InputError, match="where it started"):
         Parabolas([(1.0, -2.0)], speed=1.0)
 
