@@ -24,7 +24,7 @@ parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few amplitudes and bounces")
 parser.add_argument("--out", type=Path, default=Path("shaken-ball"), help="folder of the picture")
 args = parser.parse_args()
-count, bounces, kept = (4, 60, 20) if args.smoke else (240, 300, 80)
+count, bounces, kept = (4, 60, 20) if args.smoke else (150, 150, 60)
 period, restitution = 2.0 * math.pi, 0.5
 args.out.mkdir(parents=True, exist_ok=True)
 
@@ -32,7 +32,7 @@ args.out.mkdir(parents=True, exist_ok=True)
 # %% Impacts of a ball in a field of 1 on a floor that moves as A sin t: an event log holds their times.
 def impacts(amplitude):
     floor = Shaken(Plane((1.0,), 10.0, "floor"), (1.0,), Sine(amplitude, period))
-    surface = Surface(floor, Loss(restitution, elastic_below=1e-9))
+    surface = Surface(floor, Loss(restitution, contact_time=2e-2))
     scene = carom.Scene(
         [[11.0]], 1000.0, velocities=[[2.0]], periodic=False, motion=Gravity((-1.0,)), obstacles=[surface]
     )
@@ -67,14 +67,15 @@ def exact(amplitude, number):
     return np.array(times)
 
 
-# %% The same impacts: where the ball is periodic, errors die out, and the two agree for ever.
-for strength in (1.55, 1.6):
+# %% The same impacts: where the ball is periodic, errors die out. (Where it comes to rest on the floor, or is
+# chaotic, the two differ after a while.)
+for strength in (1.6,):
     times, wanted = impacts(strength)[:50], exact(strength, 50)
     off = np.abs(times - wanted[: len(times)]).max()
     print(f"acceleration {strength} g: {len(times)} impacts, times differ by at most {off:.1e}")
 
 # %% The attractor, for one acceleration after the other: the phase of the floor at each impact.
-strengths = np.linspace(1.05, 5.0, count)
+strengths = np.linspace(1.3, 5.0, count)
 figure = Figure(figsize=(6.4, 4.2), layout="constrained")
 axes = figure.subplots()
 for strength in strengths:
