@@ -323,7 +323,7 @@ def test_energy_is_kept_in_a_field_among_round_things():
     scene = carom.Scene(
         [[6.0, 2.0]],
         (10.0, 10.0),
-        velocities=[[0.3, 0.1]],
+        velocities=[[3.0, 1.0]],
         periodic=False,
         motion=Gravity((0.1, -1.0)),
         obstacles=[SphericalContainer((5.0, 5.0), 4.5), Ball((5.0, 5.0), 1.0)],
