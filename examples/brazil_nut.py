@@ -24,13 +24,13 @@ parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks, one seed, few cycles")
 parser.add_argument("--out", type=Path, default=Path("brazil-nut"), help="folder of the pictures")
 args = parser.parse_args()
-cycles, seeds, rows = (6, 1, 4) if args.smoke else (240, 4, 14)
-width, large, period, amplitude = 12.7, 3.5, 6.0, 3.0
+cycles, seeds, rows = (6, 1, 4) if args.smoke else (240, 5, 14)
+width, large, period, amplitude = 12.7, 3.5, 3.6, 1.0
 args.out.mkdir(parents=True, exist_ok=True)
 
 
 # %% A bed: small disks of slightly different sizes, so that they do not crystallise, over the large one,
-# which starts at the bottom. The floor is shaken with about three times the field; contacts lose energy, and
+# which starts at the bottom. The floor is shaken with three times the field; contacts lose energy, and
 # the TC model keeps them from piling up.
 def bed(seed):
     rng = np.random.default_rng(seed)
@@ -41,13 +41,15 @@ def bed(seed):
             if np.hypot(x - places[0][0], y - places[0][1]) > 0.5 * large + 0.6:
                 places.append((x, y))
                 diameters.append(rng.uniform(0.85, 1.0))
-    loss = Loss(0.8, contact_time=1e-3)
+    masses = np.array(diameters) ** 2
+    masses[0] *= 0.5  # of half the density: it rises faster
+    loss = Loss(0.7, contact_time=1e-3)
     floor = Shaken(Plane((0.0, 1.0), 3.05, "floor"), (0.0, 1.0), Sine(amplitude, period, phase=0.0))
     return carom.Scene(
         places,
         (width, 60.0),
         diameter=diameters,
-        mass=np.array(diameters) ** 2,
+        mass=masses,
         velocities=0.1 * rng.normal(size=(len(places), 2)),
         periodic=False,
         motion=Gravity((0.0, -1.0)),

@@ -10,10 +10,11 @@ import carom
 from carom.errors import InputError
 from carom.models.gravity import Gravity
 from carom.models.losses import Loss
+from carom.models.obstacles import Ball, SphericalContainer
 from carom.models.paths import Sine
 from carom.models.planes import Plane
 from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface
+from carom.models.surfaces import Surface, Thermal
 from carom.reference.falling import Floor, fall
 from carom.simulation.replay import Replay
 
@@ -57,6 +58,11 @@ def oracle(scene, restitution, contact_time):
     )
 
 
+def simulation(scene, folder):
+    """Return a simulation with an event log, as all here have: they share one compilation."""
+    return carom.Simulation(scene, event_log=folder / "log.h5")
+
+
 def events_of(scene, path, time):
     """Return the events of a run: time, component, partner."""
     from carom.io.events import read_events
@@ -82,10 +88,10 @@ def test_events_over_a_shaken_floor_are_those_of_the_oracle(tmp_path, restitutio
         assert abs(float(step.time) - time) < 1e-14 * 1.5**k
 
 
-def test_the_floor_bears_the_weight():
+def test_the_floor_bears_the_weight(tmp_path):
     # Exact: impulse of floor and walls = N m g t + change of momentum, at any density and restitution.
     scene = bed(0.7, n=30)
-    with carom.Simulation(scene) as sim:
+    with simulation(scene, tmp_path) as sim:
         sim.run(time=200.0)
         frame = sim.frame()
         lower, upper, floor = sim.obstacles
@@ -99,10 +105,10 @@ def test_the_floor_bears_the_weight():
     assert (frame.positions[:, 1] >= 0.5 + 0.5 - 0.3).all()
 
 
-def test_work_is_accounted():
+def test_work_is_accounted(tmp_path):
     # With elastic contacts what the floor gives is what the disks have gained.
     scene = bed(1.0, n=12)
-    with carom.Simulation(scene) as sim:
+    with simulation(scene, tmp_path) as sim:
         sim.run(time=50.0)
         frame, work = sim.frame(), sim.obstacles[2].work
 
@@ -116,10 +122,12 @@ def test_work_is_accounted():
 
 def test_a_checkpoint_in_flight_changes_no_bit(tmp_path):
     scene = bed(0.8, n=12)
-    with carom.Simulation(scene) as whole, carom.Simulation(scene) as half:
+    (tmp_path / "whole").mkdir()
+    with simulation(scene, tmp_path / "whole") as whole, simulation(scene, tmp_path) as half:
         whole.run(time=300.0)
         half.run(time=100.0)
         half.save(tmp_path / "half.h5")
+        half.close()
         again = carom.Simulation.load(tmp_path / "half.h5")  # its classes are in the file
         again.run(time=200.0)
         assert again.scene.motion == scene.motion
@@ -143,11 +151,11 @@ def test_a_log_is_replayed_bit_for_bit(tmp_path):
 @pytest.mark.parametrize(
     ("g", "amplitude", "period"), [(1e-12, 0.3, 2e6), (1e12, 0.3, 2e-6), (1e-3, 0.4, 0.1)]
 )
-def test_tiny_and_huge_fields_and_fast_shaking_go_on(g, amplitude, period):
+def test_tiny_and_huge_fields_and_fast_shaking_go_on(tmp_path, g, amplitude, period):
     unit = 1.0 / math.sqrt(g)
     scene = bed(0.8, g=g, amplitude=amplitude, period=period, contact_time=1e-3 * min(unit, period))
     scene = scene.with_(velocities=scene.velocities / unit)
-    with carom.Simulation(scene) as sim:
+    with simulation(scene, tmp_path) as sim:
         sim.run(time=5.0 * unit)
         frame = sim.frame()
         assert sum(each.hits for each in sim.obstacles) > 0
@@ -155,11 +163,11 @@ def test_tiny_and_huge_fields_and_fast_shaking_go_on(g, amplitude, period):
     assert np.isfinite(frame.velocities).all()
 
 
-def test_what_rests_on_the_floor_goes_on_resting():
+def test_what_rests_on_the_floor_goes_on_resting(tmp_path):
     # Acceleration of the floor below g: the disk is carried, and never more than t_c's flight above it.
     scene = bed(0.5, n=1, amplitude=0.05, period=2.0, contact_time=1e-2)
     scene = scene.with_(positions=[[1.0, 1.0]], velocities=[[0.0, 0.0]])
-    with carom.Simulation(scene) as sim:
+    with simulation(scene, tmp_path) as sim:
         for time in np.linspace(0.5, 20.0, 40):
             sim.run(time=0.5)
             height = sim.frame().positions[0, 1] - 1.0 - 0.05 * math.sin(math.pi * time)
@@ -168,10 +176,10 @@ def test_what_rests_on_the_floor_goes_on_resting():
 
 
 @pytest.mark.slow
-def test_ten_million_bounces_without_one_that_sinks():
+def test_ten_million_bounces_without_one_that_sinks(tmp_path):
     scene = bed(0.8, n=1, amplitude=0.05, period=2.0, contact_time=1e-4)
     floor, period = 1.0, 2.0
-    with carom.Simulation(scene) as sim:
+    with simulation(scene, tmp_path) as sim:
         time = 0
         while sim.obstacles[2].hits < 10_000_000:
             sim.run(time=7.0)
@@ -267,3 +275,66 @@ def test_the_oracle_bounces_as_a_ball_does():
     first = math.sqrt(2.0)
     wanted = list(itertools.accumulate([first, *(2.0 * first * 0.5**k for k in range(1, 5))]))
     assert np.allclose(times, wanted, rtol=1e-14)
+
+
+def thermal_column(points=20):
+    """Return small disks over a floor of kT = 2 in a field of 1 / 2."""
+    places = [(0.5 + 0.9 * (k % 10), 0.5 + 0.4 * (k // 10)) for k in range(points)]
+    floor = Thermal(Plane((0.0, 1.0), 0.25, "floor"), kT=2.0, seed=3)  # over the wall of the box
+    return carom.Scene(
+        places,
+        (10.0, 400.0),
+        diameter=1e-2,
+        periodic=(True, False),
+        motion=Gravity((0.0, -0.5)),
+        obstacles=[floor],
+    )
+
+
+@pytest.mark.slow
+def test_a_thermal_floor_makes_the_barometric_law(tmp_path):
+    scene = thermal_column()
+    with carom.Simulation(scene, kT=2.0, seed=1, event_log=tmp_path / "log.h5") as sim:
+        sim.run(time=100.0)
+        sim.save(tmp_path / "early.h5")
+        samples = [frame.positions[:, 1] for frame in sim.sample(every=40.0, count=2000)]
+        drawn = sim.obstacles[2]
+    heights = np.concatenate(samples) - 0.255
+    # Ideal but for 20 disks of 1e-2 in an area of 40: n(z) = exp(-z / H) with H = kT / (m g) = 4. Samples are
+    # further apart than flights (of 2 sqrt(2 pi) sqrt(kT) / g / 2 = 7 on average): six standard errors.
+    six = 6.0 / math.sqrt(len(heights))
+    assert abs(heights.mean() / 4.0 - 1.0) < six + 1e-3
+    assert abs((heights > 4.0).mean() - math.exp(-1.0)) < six
+    assert abs((heights > 8.0).mean() - math.exp(-2.0)) < six
+    assert drawn.hits > 10_000
+    # The draws are a part of the state: the same run from the checkpoint.
+    again = carom.Simulation.load(tmp_path / "early.h5")
+    again.run(time=40.0)
+    assert (again.frame().positions[:, 1] == samples[0]).all()
+    again.close()
+    run = Replay(tmp_path / "log.h5")
+    run.advance_to(140.0)
+    assert (run.frame().positions[:, 1] == samples[0]).all()
+
+
+@pytest.mark.slow
+def test_energy_is_kept_in_a_field_among_round_things():
+    # A disk in a round container, around a ball: a million bounces.
+    scene = carom.Scene(
+        [[6.0, 2.0]],
+        (10.0, 10.0),
+        velocities=[[3.0, 1.0]],
+        periodic=False,
+        motion=Gravity((0.1, -1.0)),
+        obstacles=[SphericalContainer((5.0, 5.0), 4.5), Ball((5.0, 5.0), 1.0)],
+    )
+    sim = carom.Simulation(scene)
+    while sum(each.hits for each in sim.obstacles) < 1_000_000:
+        sim.run(time=100_000.0)
+    drift = sim.statistics.energy_drift
+    # The length of the normal is rounded, in places that come again: 2^-52 of the energy a bounce at most.
+    assert drift < 2.0**-52 * 1e6
+    assert sim.obstacles[4].hits > 100_000
+    assert sim.obstacles[5].hits > 1000
+    place = sim.frame().positions[0] - 5.0
+    assert 1.5 - 1e-12 < np.hypot(*place) < 4.0 + 1e-12

@@ -22,8 +22,8 @@ from carom.models.walls import Cushions
 SURE = 1.0 + 2.0**-30
 """A contact that comes for certain within a time is looked for so much longer, to allow for rounding."""
 
-HOP = 2.0**-36
-"""Height in diameters to which what rests on a surface is thrown at least: well above rounding."""
+HOP = 2.0**-48
+"""Part of the longest edge to which what rests on a surface is thrown at least: 32 roundings of a place."""
 
 
 class Course(NamedTuple):

@@ -145,7 +145,7 @@ class Shaken:
             self.obstacle.model(),
             course,
             (0.0,) * d,
-            math.sqrt(4.0 * HOP * float(particles.radii.max()) * course.bend),
+            math.sqrt(2.0 * HOP * max(particles.box) * course.bend),
             np.zeros(1),
             np.zeros(1),
             np.zeros(1, np.int64),

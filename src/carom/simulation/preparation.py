@@ -12,6 +12,7 @@ from carom.compiling import registry
 from carom.errors import InputError
 from carom.models import choice, interface
 from carom.models.growing_cores import Growing
+from carom.models.parabolas import chase
 from carom.models.restitution import Restitution
 from carom.models.walls import cushions
 from carom.scene.temperature import conserved, degrees_of_freedom, peculiar, temperature
@@ -196,11 +197,18 @@ def check_meetings(contents: Contents, scene: Scene) -> None:
     for value, each in zip(scene.obstacles, contents.obstacle_models, strict=True):
         if contents.rates is not None and hasattr(value, "live"):
             raise InputError(f"growth is not defined where {value.name} moves or loses energy; leave it out.")
-        if bends and not registry.answers(interface.fall, type(each)):
+        if bends and not _falls(each):
             raise InputError(
                 f"{value.name} is met in straight flight only: register an answer of "
                 f"{type(each).__name__} to fall (docs/gravity.md)."
             )
+
+
+def _falls(model: Any) -> bool:
+    """Tell whether an obstacle is met on parabolas, whatever its surface and however it moves."""
+    while hasattr(model, "body"):
+        model = model.body
+    return registry.answers(interface.fall, type(model)) or registry.answers(chase, type(model))
 
 
 def contents_of(
