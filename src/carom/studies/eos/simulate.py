@@ -19,6 +19,7 @@ from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables import Estimate, Pressure
+from carom.simulation.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.studies.eos.order import OrderParameter
 from carom.studies.eos.spec import scene_spec
@@ -85,11 +86,13 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         request = Pressure(blocks=task["blocks"])
         duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
         blocks: list[Block] = []
+        thermometer = Thermometer(sim.machine)
         wanted = task["blocks"]
         while True:
             for block in sim.blocks(duration, wanted - len(blocks)):
                 look()
                 blocks.append(block)
+                thermometer.look()
                 if sampler is not None and len(blocks) % every == 0:
                     sampler.add(sim.frame())
             estimate = sim.estimate(request, blocks)
@@ -113,6 +116,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "moved": moved,
         "moved_at_end": _moved(began_at, sim.frame()),
         "order": None if sampler is None else sampler.values(),
+        "species_differ": bool(thermometer.doubts()),
         "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
         "confined": bool(scene.walls or scene.obstacles),
         "worst_overlap": statistics.worst_overlap,

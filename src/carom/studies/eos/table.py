@@ -211,6 +211,9 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         remarks.append("the pressure drifts")
     if order_drifts and drift.drifts(order_drifts):
         remarks.append(f"{_order_name(results)} drifts")
+    # One sound run in a thousand is in doubt, two of the same row are not.
+    if sum(bool(r.get("species_differ")) for r in results) >= min(len(results), 2):
+        remarks.append("species differ in temperature")
     if state == "fluid" and d > 1 and moved < drift.STUCK:
         remarks.append("particles are where they began")
     if state == "solid" and d > 1 and max(float(r["moved_at_end"]) for r in results) > drift.STUCK:
