@@ -159,7 +159,7 @@ def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -
     """3D: spheres and obstacles with light and depth, in parallel projection, in the edges of the box."""
     image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles)
     # Pixel by pixel: to resample it would take as long as to draw it.
-    figure = axes.get_figure(root=True)
+    figure: Any = axes.get_figure(root=True)
     width = round(figure.bbox.width)
     figure.figimage(image, (width - image.shape[1]) // 2, MARGIN, origin="upper")
     axes.set_axis_off()
