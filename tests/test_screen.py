@@ -135,3 +135,40 @@ def test_the_screen_prints_no_number_of_contacts_where_nobody_knows_it(capsys):
     assert "Contacts cannot be told." in text
     screen.packed(packing | {"contacts_note": ""}, Path("here"), as_json=False)
     assert "717 (isostatic: 599, +118)" in " ".join(capsys.readouterr().out.split())
+
+
+# ------------------------------------------------------------------------ reports, completion
+
+
+def test_the_title_of_a_report_says_the_composition_and_paper_cuts_nothing():
+    from carom.studies.eos import html
+
+    assert html._composition([[1.0, 100]]) == ""
+    assert html._composition([[1.0, 75], [0.5, 25]]) == ": 0.75 of diameter 1, 0.25 of diameter 0.5"
+    assert html._composition([[k, 1] for k in range(1, 10)]).endswith("and 3 sizes more")
+    printed = html.STYLE.split("@media print")[1]
+    assert "overflow: visible" in printed
+    assert "@page" in html.STYLE
+
+
+def test_sizes_of_a_study_have_colours_of_their_own():
+    from carom.studies.eos.pictures import SIZES, of_size
+
+    assert len({of_size(k) for k in range(len(SIZES))}) == len(SIZES) > 4
+
+
+def test_a_study_in_a_pipe_says_that_it_compiles(monkeypatch, capsys):
+    from carom.cli import eos
+
+    monkeypatch.setattr(heartbeat, "EVERY", 0.05)
+    with eos._watched():
+        time.sleep(0.2)
+    assert "Compiling" in capsys.readouterr().err
+
+
+def test_the_shell_can_complete_commands():
+    from typer.testing import CliRunner
+
+    from carom.cli import app
+
+    assert "--install-completion" in CliRunner().invoke(app, ["--help"]).output

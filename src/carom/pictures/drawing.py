@@ -32,8 +32,10 @@ BOND = "#c0392b"
 AZIMUTH = math.radians(30.0)
 ELEVATION = math.radians(20.0)
 
-SIZE = 480
+SIZE = 540
 """Pixels of the longer edge of a picture in space."""
+MARGIN = 12
+"""Pixels below it."""
 
 MOST_OUTLINES = 20_000
 """Disks in the plane with outlines; of more, an outline is as wide as what it encloses."""
@@ -178,7 +180,10 @@ def draw_projection(axes: Axes, frame: Frame) -> None:
 def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -> None:
     """3D: spheres and obstacles with light and depth, in parallel projection, in the edges of the box."""
     image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles)
-    axes.imshow(image, interpolation="none")
+    # Pixel by pixel: to resample it would take as long as to draw it.
+    figure: Any = axes.get_figure(root=True)
+    width = round(figure.bbox.width)
+    figure.figimage(image, (width - image.shape[1]) // 2, MARGIN, origin="upper")
     axes.set_axis_off()
 
 

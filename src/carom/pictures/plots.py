@@ -35,6 +35,7 @@ PALE = "#9dbbd8"
 GREY = "#555555"
 WARM = "#c0392b"
 DPI = 160
+PIXELS = 100  # to an inch, of pictures in space, which are pixels themselves
 TITLE = 10.5
 
 # More blocks than this are drawn as their means, so that points stay points.
@@ -241,8 +242,9 @@ def snapshot(
     """
     from carom.pictures.drawing import draw_disks, draw_obstacles, draw_projection, draw_rods, draw_spheres
 
-    figure, axes = _figure(6.0, 1.6 if frame.dimension == 1 else 6.4)
-    if frame.dimension == 3:
+    space = frame.dimension == 3
+    figure, axes = _figure(6.0, 1.6 if frame.dimension == 1 else 6.4, PIXELS if space else DPI)
+    if space:
         draw_spheres(axes, frame, obstacles)
     else:
         {1: draw_rods, 2: draw_disks}.get(frame.dimension, draw_projection)(axes, frame)
@@ -376,10 +378,10 @@ def compression(
     return saved(figure, path)
 
 
-def _figure(width: float, height: float) -> tuple[Figure, Axes]:
+def _figure(width: float, height: float, dpi: float = DPI) -> tuple[Figure, Axes]:
     from carom.pictures.figure import Picture
 
-    figure = Picture(width, height, DPI)
+    figure = Picture(width, height, dpi)
     axes = figure.add_subplot()
     axes.spines[["top", "right"]].set_visible(False)
     return figure, axes

@@ -175,32 +175,82 @@ def _shaded(
     *,
     flat: bool,
 ) -> np.ndarray:
-    """Return the picture (height, width, 3) of spheres under a light, those far away in haze."""
+    """Return the picture (height, width, 3) of spheres under a light, those far away in haze.
+
+    Where all points of a pixel belong to one sphere, they have one colour: that of their middle.
+    """
     image = np.empty((*owner.shape, 3), dtype=np.float32)
     image[:] = ground
-    rows, columns = np.nonzero(owner != NOBODY)
-    who = owner[rows, columns]
-    size = radii.astype(np.float32)[who]
-    middles = centres.astype(np.float32)[who]
-    x = (columns.astype(np.float32) + 0.5 - middles[:, 0]) / size
-    y = (middles[:, 1] - rows.astype(np.float32) - 0.5) / size
-    tint = tints[who]
-    if flat:
-        away = np.sqrt(x * x + y * y)
-        rim = np.clip(2.0 - (1.0 - away) * size / FINE, 0.0, 1.0) * (size > 3 * FINE)
-        light = 1.06 - 0.13 * ((x + 0.3) ** 2 + (y - 0.35) ** 2)
-        image[rows, columns] = tint * (light * (1.0 - 0.55 * rim))[:, None]
-        return image
+    spheres = centres.astype(np.float32), radii.astype(np.float32), tints
+    haze = float(2.0 * camera.depth * camera.scale)
+
+    def lit(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, near: np.ndarray) -> np.ndarray:
+        if flat:
+            return _inked(rows, columns, who, *spheres)
+        shade = _lit(rows, columns, who, *spheres)
+        far = np.clip(0.5 - near / haze, 0.0, 1.0)
+        return shade + (0.62 * far * far)[:, None] * (ground - shade)
+
+    parts = [owner[row::FINE, column::FINE] for row in range(FINE) for column in range(FINE)]
+    whole = parts[0] != NOBODY
+    for part in parts[1:]:
+        whole &= part == parts[0]
+    rows, columns = np.nonzero(whole)
+    middle = np.float32(0.5 * FINE)
+    near = depth[::FINE, ::FINE][rows, columns]
+    colour = lit(FINE * rows.astype(np.float32) + middle, FINE * columns.astype(np.float32) + middle,
+                 parts[0][rows, columns], near)  # fmt: skip
+    for row in range(FINE):
+        for column in range(FINE):
+            image[row::FINE, column::FINE][rows, columns] = colour
+    rest = (owner != NOBODY) & ~whole.repeat(FINE, axis=0).repeat(FINE, axis=1)
+    rows, columns = np.nonzero(rest)
+    half = np.float32(0.5)
+    image[rows, columns] = lit(
+        rows.astype(np.float32) + half, columns.astype(np.float32) + half, owner[rows, columns],
+        depth[rows, columns],
+    )  # fmt: skip
+    return image
+
+
+def _places(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, centres: np.ndarray, radii: np.ndarray):
+    """Return where points are on their spheres, to the right and up, in radii."""
+    size, middles = radii[who], centres[who]
+    return (columns - middles[:, 0]) / size, (middles[:, 1] - rows) / size, size
+
+
+def _inked(
+    rows: np.ndarray,
+    columns: np.ndarray,
+    who: np.ndarray,
+    centres: np.ndarray,
+    radii: np.ndarray,
+    tints: np.ndarray,
+) -> np.ndarray:
+    """Return the colours (m, 3) of points on disks with a rim."""
+    x, y, size = _places(rows, columns, who, centres, radii)
+    rim = np.clip(2.0 - (1.0 - np.sqrt(x * x + y * y)) * size / FINE, 0.0, 1.0) * (size > 3 * FINE)
+    light = 1.06 - 0.13 * ((x + 0.3) ** 2 + (y - 0.35) ** 2)
+    return tints[who] * (light * (1.0 - 0.55 * rim))[:, None]
+
+
+def _lit(
+    rows: np.ndarray,
+    columns: np.ndarray,
+    who: np.ndarray,
+    centres: np.ndarray,
+    radii: np.ndarray,
+    tints: np.ndarray,
+) -> np.ndarray:
+    """Return the colours (m, 3) of points on spheres, without haze."""
+    x, y, _ = _places(rows, columns, who, centres, radii)
     z = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
     diffuse = np.maximum(LIGHT[0] * x + LIGHT[1] * y + LIGHT[2] * z, 0.0)
     shine = np.maximum(HALF[0] * x + HALF[1] * y + HALF[2] * z, 0.0)
     for _ in range(6):  # to the power 64
         shine *= shine
     bright = (0.42 + 0.12 * y + 0.58 * diffuse) * (1.0 - 0.35 * (1.0 - z) ** 3)
-    shade = tint * bright[:, None] + (0.3 * shine)[:, None]
-    far = np.clip(0.5 - depth[rows, columns] / float(2.0 * camera.depth * camera.scale), 0.0, 1.0)
-    image[rows, columns] = shade + (0.62 * far * far)[:, None] * (ground - shade)
-    return image
+    return tints[who] * bright[:, None] + (0.3 * shine)[:, None]
 
 
 def _edges(frame: Frame) -> list[tuple[np.ndarray, int]]:
