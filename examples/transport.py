@@ -58,7 +58,8 @@ left.set(xlabel="packing fraction", ylabel="coefficient / Enskog's", ylim=(0.5, 
 left.legend(fontsize=8, frameon=False, loc="upper left")
 
 values = [(t, e.mean, e.error) for t, e in zip(found.times, found.velocity_autocorrelation, strict=True)]
-t, y, e = np.transpose([v for v in values if v[1] > 2.0 * v[2]])
+noisy = [k for k, (_, y, e) in enumerate(values) if y < 2.0 * e]  # from the first on it is all noise
+t, y, e = np.transpose(values[: noisy[0]] if noisy and noisy[0] else values)
 right.errorbar(t / free_time, y, e, fmt=".", ms=4, lw=0.8, label=f"measured, N = {many}")
 late = np.geomspace(4.0, max(30.0, t[-1] / free_time), 50)
 right.plot(late, tail * (late * free_time) ** -1.5, c="C1", label="mode coupling")

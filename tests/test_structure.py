@@ -39,7 +39,7 @@ def test_an_axis_that_is_none_is_refused():
 def test_running_coordination_counts_the_shells_of_a_crystal():
     scene = carom.Scene.fcc(cells=4, packing_fraction=0.5)
     frame = carom.Simulation(scene).frame()
-    found = carom.rdf(frame, rmax=2.2, width=0.05)
+    found = carom.rdf([frame], rmax=2.2, width=0.05)
     nearest = (0.5 * np.sqrt(2.0)) * scene.box[0] / 4
     number, error = found.coordination()
     assert (np.diff(error) >= 0.0).all()

@@ -293,7 +293,7 @@ def test_error_bars_of_200_short_runs_cover():
         inside += held
         deviations.append([(v.mean - truth) / truth for v, truth in zip(found, truths, strict=True)])
     print("inside 95 %:", inside / len(records), "bias:", np.mean(deviations, axis=0))
-    assert (inside >= 0.90 * len(records)).all()
+    assert (inside >= 0.90 * len(records)).all()  # 95 %, less three standard deviations of a count
     errors = np.std(deviations, axis=0) / math.sqrt(len(records))
     assert (np.abs(np.mean(deviations, axis=0)) < 0.25 * math.sqrt(len(records)) * errors).all()
 
