@@ -1,6 +1,11 @@
 """Sphinx: MyST pages and numpydoc docstrings; builds without a network."""
 
+import sys
+from pathlib import Path
+
 import carom
+
+sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
 project = "Carom"
 author = "The Carom developers"
@@ -8,13 +13,22 @@ copyright = "The Carom developers, BSD-3-Clause"
 version = release = carom.__version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    "sphinx-mathjax-offline",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "api",
+    "gallery",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "packaging"]
+# The notebook is run by the tests and committed with its output: a build runs nothing.
+nb_execution_mode = "off"
+autosummary_generate = False
 myst_enable_extensions = ["amsmath", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
 
@@ -22,10 +36,18 @@ myst_heading_anchors = 3
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 napoleon_google_docstring = False
+# Every reference must lead somewhere. The type of an argument is prose ("(n, d) array"): a link where it is a
+# name of Carom, plain text elsewhere.
+nitpicky = True
+nitpick_ignore_regex = [("py:class", r"(?!carom\.).*")]
 # The fields of a record are documented where they are declared.
 napoleon_use_ivar = True
 # "n" in a type means a length, not one of the attributes of that name.
 suppress_warnings = ["ref.python"]
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["carom.css"]
+# Prompts and output are not copied.
+copybutton_prompt_text = "$ "
 html_title = f"Carom {release}"

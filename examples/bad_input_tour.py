@@ -1,4 +1,4 @@
-"""What Carom says to what it cannot simulate: one sentence each, and nothing that exists is touched.
+"""What Carom says to what it cannot simulate: one sentence each, and no file is changed.
 
 python examples/bad_input_tour.py [--smoke] [--out DIR]
 """

@@ -1,4 +1,4 @@
-"""How many particles are enough: Z against 1/N, extrapolated, beside the correction that theory has for it.
+"""How many particles are enough: Z against 1/N, extrapolated, compared with the correction by theory.
 
 python examples/finite_size.py [--smoke] [--out DIR]
 """

@@ -1,4 +1,4 @@
-"""Melting of hard disks: the loop of the pressure and the order psi_6, beside published pressures.
+"""Melting of hard disks: the loop of the pressure and the order psi_6, compared with published pressures.
 
 python examples/melting_of_disks.py [--smoke] [--out DIR] [--sides 32 64]
 

@@ -1,4 +1,4 @@
-"""Stop a run, keep it, go on: the continued run has the bits of the one that was never stopped.
+"""Stop a run, save it, continue: the result is bit-identical to an uninterrupted run.
 
 python examples/restart.py [--smoke] [--out DIR]
 """

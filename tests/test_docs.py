@@ -2,6 +2,7 @@
 
 import doctest
 import importlib
+import json
 import os
 import pkgutil
 import re
@@ -17,7 +18,8 @@ import carom
 
 ROOT = Path(__file__).parents[1]
 PAGES = [*ROOT.glob("*.md"), *ROOT.joinpath("docs").rglob("*.md")]
-PAGES = sorted(page for page in PAGES if "_build" not in page.parts)
+# The pages of the gallery are written by the build, from the examples.
+PAGES = sorted(page for page in PAGES if not {"_build", "gallery"} & set(page.parts))
 
 # Modules that teach a foreign program something when imported, or need an extra that may be missing.
 NEEDS = {"carom.io.gsd": "gsd", "carom.io.mdanalysis": "MDAnalysis"}
@@ -200,8 +202,27 @@ def test_decision_records_have_their_three_parts(decision):
         assert text.count(heading) == 1, f"{decision.name} lacks {heading}"
 
 
+def dead_links(html: Path) -> list[str]:
+    """Return the links within a built documentation that lead to no file or no anchor."""
+    anchors, links = {}, []
+    for page in html.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        anchors[page.resolve()] = set(re.findall(r'\bid="([^"]+)"', text))
+        links += [(page, link) for link in re.findall(r'<a\b[^>]*\bhref="([^"]+)"', text)]
+    assert len(links) > 1000
+    dead = []
+    for page, link in links:
+        if re.match(r"[a-z]+:", link):
+            continue
+        target, _, anchor = link.partition("#")
+        to = (page.parent / target).resolve() if target else page.resolve()
+        if not to.exists() or (anchor and to in anchors and anchor not in anchors[to]):
+            dead.append(f"{page.relative_to(html)} -> {link}")
+    return dead
+
+
 def test_documentation_builds_without_a_warning(tmp_path):
-    for module in ("sphinx", "myst_parser", "furo"):
+    for module in ("sphinx", "myst_nb", "furo", "sphinx_copybutton", "sphinx_design"):
         pytest.importorskip(module)
     command = [
         sys.executable,
@@ -218,3 +239,7 @@ def test_documentation_builds_without_a_warning(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert "Carom" in tmp_path.joinpath("index.html").read_text(encoding="utf-8")
+    assert dead_links(tmp_path) == []
+    index = tmp_path.joinpath("searchindex.js").read_text(encoding="utf-8")
+    terms = json.loads(index.removeprefix("Search.setIndex(").removesuffix(")"))["terms"]
+    assert "diffus" in terms, "a search for diffusion finds nothing"

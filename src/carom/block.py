@@ -41,7 +41,7 @@ class Block(NamedTuple):
         Momentum that each wall and obstacle took up [mass length / time], in the order of their numbers.
     momentum_changes : tuple of float
         Change of the weighted momentum of the components that belongs to each of them [mass length / time]
-        (see :mod:`carom.observables.momentum_balance`); empty where nobody looked.
+        (see ``carom.observables.momentum_balance``); empty where nobody looked.
     kT_time : float or None
         Integral of kT over the stretch [energy time], where contacts change it (restitution, growth).
     sizes : Sizes or None

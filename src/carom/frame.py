@@ -119,7 +119,7 @@ class Frame:
         return embedded(self) or table("Frame", self._facts().items())
 
     def to_ase(self) -> ase.Atoms:
-        """Return this frame as an ``ase.Atoms`` (see :func:`carom.io.ase.to_ase`)."""
+        """Return this frame as an ``ase.Atoms`` (see :func:`carom.io.to_ase`)."""
         from carom.io.ase import to_ase
 
         return to_ase(self)

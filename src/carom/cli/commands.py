@@ -9,14 +9,14 @@ import typer
 
 from carom.cli.trouble import friendly
 
-_SCENE = "What to simulate instead of the scene file's, or the default's"
+_SCENE = "The system (overrides a scene file)"
 _LENGTH = "How long"
 _OUTPUT = "What to write"
 
 Json = Annotated[
     bool, typer.Option("--json", help="Print the summary as JSON, and nothing else, to standard output.")
 ]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
 
 
 @friendly
@@ -26,11 +26,9 @@ def run(
         typer.Argument(help="Scene file (TOML), as `carom init` writes it. Without: 2048 hard spheres."),
     ] = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-run"),
-    seed: Annotated[int | None, typer.Option(help="Source of all randomness.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
     as_json: Json = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace a run that the folder holds.")
-    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder.")] = False,
     initial: Annotated[
         str | None,
         typer.Option(help="fcc, triangular, cubic, dn or random.", rich_help_panel=_SCENE),
@@ -38,7 +36,10 @@ def run(
     dimension: Annotated[
         int | None,
         typer.Option(
-            "--dimension", "-d", help="Of space; alone, 1 to 6: a fluid there.", rich_help_panel=_SCENE
+            "--dimension",
+            "-d",
+            help="Dimension of space. Alone, 1 to 6: a fluid of that dimension.",
+            rich_help_panel=_SCENE,
         ),
     ] = None,
     n: Annotated[int | None, typer.Option("--n", help="Number of spheres.", rich_help_panel=_SCENE)] = None,
@@ -46,17 +47,18 @@ def run(
         int | None, typer.Option(help="Or: cells of the lattice along each axis.", rich_help_panel=_SCENE)
     ] = None,
     packing_fraction: Annotated[
-        float | None, typer.Option(help="Part of the volume that is filled.", rich_help_panel=_SCENE)
+        float | None, typer.Option(help="Fraction of the volume filled by spheres.", rich_help_panel=_SCENE)
     ] = None,
     density: Annotated[
-        float | None, typer.Option(help="Or: spheres in a volume diameter^d.", rich_help_panel=_SCENE)
+        float | None, typer.Option(help="Or: number density, N diameter^d / V.", rich_help_panel=_SCENE)
     ] = None,
     equilibration: Annotated[
         float | None,
         typer.Option(help="Collisions per particle before anything is measured.", rich_help_panel=_LENGTH),
     ] = None,
     collisions_per_particle: Annotated[
-        float | None, typer.Option(help="While it is measured.", rich_help_panel=_LENGTH)
+        float | None,
+        typer.Option(help="Collisions per particle in the measurement.", rich_help_panel=_LENGTH),
     ] = None,
     relative_error: Annotated[
         float | None,
@@ -64,12 +66,12 @@ def run(
     ] = None,
     max_walltime: Annotated[
         float | None,
-        typer.Option(help="Seconds after which that is given up.", rich_help_panel=_LENGTH),
+        typer.Option(help="Limit of wall time for this, in seconds.", rich_help_panel=_LENGTH),
     ] = None,
     frames: Annotated[
         int | None,
         typer.Option(
-            help="How many frames to sample. Without: 100, in large systems as many as make 200 MB.",
+            help="Number of frames. Default: 100; fewer in large systems, to keep the files below 200 MB.",
             rich_help_panel=_LENGTH,
         ),
     ] = None,
@@ -78,7 +80,9 @@ def run(
     ] = None,
     event_log: Annotated[
         bool | None,
-        typer.Option("--event-log/--no-event-log", help="Every collision.", rich_help_panel=_OUTPUT),
+        typer.Option(
+            "--event-log/--no-event-log", help="Write every collision to events.h5.", rich_help_panel=_OUTPUT
+        ),
     ] = None,
     pictures: Annotated[
         bool | None,
@@ -86,13 +90,13 @@ def run(
     ] = None,
     explain: Annotated[
         bool,
-        typer.Option("--explain", help="Say what would be compiled and which arrays made, and stop."),
+        typer.Option("--explain", help="Print what would be compiled and which arrays are made, then stop."),
     ] = False,
 ) -> None:
     """Simulate: equilibrate, measure the pressure and g(r), sample a trajectory.
 
     The folder then holds scene.toml, trajectory.h5md, trajectory.extxyz, rdf.csv, summary.json, and pictures.
-    Ctrl-C stops the run within a moment; `carom resume` goes on.
+    Ctrl-C stops the run at once; `carom resume` continues it.
 
     [bold]Examples[/bold]
 
@@ -149,7 +153,7 @@ def resume(
     folder: Annotated[Path, typer.Argument(help="Folder of a run that was stopped or killed.")],
     as_json: Json = False,
 ) -> None:
-    """Go on with a run or packing that was stopped; the result is that of an uninterrupted one, bit for bit.
+    """Continue a run or packing that was stopped. The result is bit-identical to an uninterrupted run.
 
     [bold]Examples[/bold]
 
@@ -173,19 +177,19 @@ def resume(
 @friendly
 def pack(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-pack"),
-    seed: Annotated[int, typer.Option(help="Source of all randomness.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
     as_json: Json = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace a packing that the folder holds.")
+        bool, typer.Option("--overwrite", help="Replace the packing in the folder.")
     ] = False,
     n: Annotated[int, typer.Option("--n", help="Number of spheres.", rich_help_panel=_SCENE)] = 1000,
     dimension: Annotated[
-        int, typer.Option("--dimension", "-d", help="Of space, 1 to 12.", rich_help_panel=_SCENE)
+        int, typer.Option("--dimension", "-d", help="Dimension of space, 1 to 12.", rich_help_panel=_SCENE)
     ] = 3,
     species: Annotated[
         list[str] | None,
         typer.Option(
-            help="Instead of --n, as often as there are species: COUNT:DIAMETER.", rich_help_panel=_SCENE
+            help="Instead of --n: COUNT:DIAMETER. Repeat the option for each species.", rich_help_panel=_SCENE
         ),
     ] = None,
     walls: Annotated[
@@ -206,11 +210,11 @@ def pack(
     stage: Annotated[
         list[str] | None,
         typer.Option(
-            help="Instead of both, as often as there are stages: RATE:PRESSURE.", rich_help_panel=_LENGTH
+            help="Instead of both: RATE:PRESSURE. Repeat the option for each stage.", rich_help_panel=_LENGTH
         ),
     ] = None,
     collisions: Annotated[
-        int | None, typer.Option(help="End after so many collisions.", rich_help_panel=_LENGTH)
+        int | None, typer.Option(help="Number of collisions after which to stop.", rich_help_panel=_LENGTH)
     ] = None,
     common: Annotated[
         bool,
@@ -225,7 +229,7 @@ def pack(
     """Let points grow into spheres while they move, until they jam.
 
     The folder then holds packing.h5md, packing.extxyz, history.csv, summary.json, and pictures. Ctrl-C stops
-    within a moment; `carom resume` goes on.
+    at once; `carom resume` continues it.
 
     [bold]Examples[/bold]
 
@@ -394,7 +398,7 @@ def movie(
 def rdf(
     trajectory: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Table to write: .csv or .npz.")] = Path("rdf.csv"),
-    png: Annotated[bool, typer.Option("--png", help="Draw it, too, beside the table.")] = False,
+    png: Annotated[bool, typer.Option("--png", help="Draw a picture as well.")] = False,
     rmax: Annotated[
         float | None, typer.Option(help="End of the last bin, a length; at most half the shortest edge.")
     ] = None,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from carom.studies import EquationOfState
     from carom.studies.eos.study import Progress
 
-_GRID = "What to simulate instead of the study file's, or the default's"
+_GRID = "The system (overrides the study file)"
 _LENGTH = "How long"
 _WHERE = "Where it runs"
 _OUTPUT = "What to write"
@@ -34,7 +34,7 @@ def eos(
         ),
     ] = None,
     out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder for the results; the same study goes on there.")
+        Path, typer.Option("--out", "-o", help="Folder for the results; the same study continues there.")
     ] = Path("carom-eos"),
     packing_fractions: Annotated[
         str | None,
@@ -53,13 +53,16 @@ def eos(
         int | None, typer.Option(help="Independent runs of each point.", rich_help_panel=_GRID)
     ] = None,
     dimension: Annotated[
-        int | None, typer.Option("--dimension", "-d", help="Of space, 1 to 12.", rich_help_panel=_GRID)
+        int | None,
+        typer.Option("--dimension", "-d", help="Dimension of space, 1 to 12.", rich_help_panel=_GRID),
     ] = None,
     initial: Annotated[
         str | None,
         typer.Option(help="auto, random, fcc, triangular, cubic or dn.", rich_help_panel=_GRID),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Source of all randomness.", rich_help_panel=_GRID)] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of all random numbers.", rich_help_panel=_GRID)
+    ] = None,
     relative_error: Annotated[
         float | None, typer.Option(help="Of Z, at every point.", rich_help_panel=_LENGTH)
     ] = None,
@@ -76,7 +79,12 @@ def eos(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option("--workers", "-j", help="Processes or threads; one a core.", rich_help_panel=_WHERE),
+        typer.Option(
+            "--workers",
+            "-j",
+            help="Number of processes or threads; default one per core.",
+            rich_help_panel=_WHERE,
+        ),
     ] = None,
     scheduler: Annotated[
         str | None,
@@ -100,10 +108,10 @@ def eos(
         ),
     ] = False,
 ) -> None:
-    """Measure the equation of state: Z over packing fractions, sizes and replicas, beside theory.
+    """Measure the equation of state: Z over packing fractions, sizes and replicas, compared with theory.
 
-    The folder then holds study.toml, a result file for each run in tasks/, eos.csv and eos.png. What is there
-    already is not run again: the same command goes on with a study that was stopped, killed or extended.
+    The folder then holds study.toml, a result file for each run in tasks/, eos.csv and eos.png. Finished
+    runs are not repeated: the same command continues a study that was stopped, killed or extended.
 
     [bold]Examples[/bold]
 
@@ -268,7 +276,7 @@ def _show(result: EquationOfState) -> None:
     show(console, _table(result))
     if math.isfinite(chi2 := result.chi2_per_point):
         console.print(
-            Text(f"Mean squared deviation from theory: {chi2:.2f} squared errors a point of the fluid.")
+            Text(f"Mean squared deviation of the fluid from theory, in standard errors: {chi2:.2f}")
         )
     flagged = sum(not row.equilibrated for row in result.table)
     if flagged:

@@ -97,7 +97,7 @@ def results(result: RunResult, as_json: bool) -> None:
 
 
 def _physics(summary: dict[str, Any]) -> Any:
-    """Return the table of what was measured, beside theory."""
+    """Return the table that compares the measurement with theory."""
     from rich import box
     from rich.table import Table
 

@@ -24,7 +24,7 @@ def trade(
         float,
         typer.Option(help="CPU seconds for the statistics of a row; the whole takes thirty times as long."),
     ] = 8.0,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
 ) -> None:
     """Measure speed against accuracy, on this machine: what a digit costs.
 

@@ -23,7 +23,7 @@ __all__ = ["Reader", "Writer", "convert", "from_ase", "open", "read", "rebuild",
 def universe(
     source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame, *, unwrapped: bool = False
 ) -> MDAnalysis.Universe:
-    """Return an MDAnalysis Universe of a file or of Frames; see :func:`carom.io.mdanalysis.universe`."""
+    """Return an MDAnalysis Universe of a file or of Frames; see ``carom.io.mdanalysis.universe``."""
     from carom.io import mdanalysis
 
     return mdanalysis.universe(source, unwrapped=unwrapped)

@@ -102,7 +102,7 @@ class Reader(ABC):
 
 
 class Writer(ABC):
-    """A file that takes Frames, each complete on return from :meth:`write`.
+    """A file that takes Frames, each complete on return from ``write``.
 
     All frames of one file have the same number of components and dimensions, and all of them or none hold
     images. ``len(writer)`` is the number of frames in the file.

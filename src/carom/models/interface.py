@@ -2,7 +2,7 @@
 
 A model is a ``NamedTuple`` of numbers, tuples and arrays: what the compiler sees. A question is answered for
 its type with ``@question.register``. The value that users write makes the model (:class:`Interaction`,
-:class:`Motion`, :class:`Impact`, and :class:`carom.models.obstacles.Obstacle` for what is fixed).
+:class:`Motion`, :class:`Impact`, and :class:`Obstacle` for what is fixed).
 
 Arrays with one item a component have n + 1 items: the last is for a ghost, which nobody meets
 (:meth:`Particles.with_ghost`). Times and speeds are in the engine's unit of time (:meth:`Particles.speed`).
@@ -66,7 +66,7 @@ class Particles:
 class Interaction(Protocol):
     """A pair interaction as users write it.
 
-    It may also have ``check(scene)``, which raises :class:`carom.InputError` where the scene cannot be
+    It may also have ``check(scene)``, which raises :class:`carom.errors.InputError` where the scene cannot be
     simulated; ``penetrable = True``, where components may be nearer than the mean of their diameters (a scene
     refuses that otherwise); and ``by_radii = True``, where no two act on each other from further apart than
     the sum of their radii, or ``contact``, so that neighbours may be found by their sizes.
@@ -423,7 +423,7 @@ class Obstacle(Protocol):
     It may also have ``glides(axis)``, whether it takes up no momentum along an axis; ``area(box)``, its
     surface [length^(d-1)]; ``inside(box)``, the width of the room in a container [length]; ``outline(box,
     periodic)`` and ``surface(box, periodic)``, shapes to draw in two and in three dimensions: see
-    :mod:`carom.models.outlines`; and ``live(particles)``, which then takes the place of ``model()`` in the
+    ``carom.models.outlines``; and ``live(particles)``, which then takes the place of ``model()`` in the
     engine, for an obstacle that moves, loses energy or remembers.
     """
 

@@ -50,7 +50,7 @@ def contact_value(
     three-point Gauss quadrature (so that the bins' width introduces no bias), and fitted by maximum
     likelihood to Poisson counts. The range ends where g, smoothed over three bins, has fallen to half of its
     first value, and at 0.25 diameters at the latest. The error is by a jackknife over up to 64 blocks of
-    frames, whose pseudo-values pass through :func:`carom.observables.statistics.blocking`: correlated frames
+    frames, whose pseudo-values pass through :func:`carom.observables.blocking`: correlated frames
     do not make it too small.
     """
     total = counts.sum(axis=0)

@@ -67,7 +67,7 @@ def together(drifts: Sequence[float]) -> float:
 def drifts(values: Sequence[float]) -> bool:
     """Return whether independent runs, given their trends, were out of equilibrium.
 
-    Either by the trend they share, or by the largest of their own; each with half of :data:`LEVEL`.
+    Either by the trend they share, or by the largest of their own; each with half of ``LEVEL``.
     """
     from scipy.stats import norm
 

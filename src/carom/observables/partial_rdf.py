@@ -40,7 +40,7 @@ def species_of(scene: Scene) -> np.ndarray | None:
 
 
 def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str, RadialDistribution]:
-    """g_ij(r) of every pair of species, in the bins that :func:`carom.observables.rdf.rdf` takes by itself.
+    """g_ij(r) of every pair of species, in the bins that :func:`carom.rdf` takes by itself.
 
     Parameters
     ----------

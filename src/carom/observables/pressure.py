@@ -138,7 +138,8 @@ class Pressure:
         time t. With this kT it is the canonical Z of n particles; take kT as ``2 K / (d n)`` and it is wrong
         by 1 / n. One particle has Z = 1 exactly. Nothing in it depends on diameters or masses, so that it
         holds for mixtures as well. Between the walls of a box it is the average over the axes of ``force on a
-        wall times free length of the axis / (n kT)``; for the force itself see :class:`carom.WallPressure`.
+        wall times free length of the axis / (n kT)``; for the force itself see
+        :class:`~carom.observables.WallPressure`.
 
         Where contacts lose energy, or diameters grow, kT changes: its integral over each block takes the
         place of ``kT t``. While a gas cools, blocks count by their collisions, and Z is that of inelastic
@@ -281,7 +282,7 @@ class PressureEstimate:
         return "the pressure"
 
     def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:
-        """Z of the infinite fluid, by :func:`finite_size_correction`.
+        """Z of the infinite fluid, by ``finite_size_correction``.
 
         Raises
         ------
@@ -291,7 +292,7 @@ class PressureEstimate:
         Warns
         -----
         CaromWarning
-            If the box is too small for it: :func:`finite_size_doubt`.
+            If the box is too small for it: ``finite_size_doubt``.
         """
         if not self.simple and equation is None:
             raise InputError(

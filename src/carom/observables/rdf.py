@@ -194,7 +194,7 @@ def rdf(
     an ideal gas of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n.
     The pairs of two species are ``n_i n_j``, of one with itself ``n_i (n_i - 1) / 2``.
 
-    Compiled code counts the pairs over sorted cells (:mod:`carom.observables.pairs`), in double precision, in
+    Compiled code counts the pairs over sorted cells (``carom.observables.pairs``), in double precision, in
     as many threads as Numba uses (``NUMBA_NUM_THREADS``); their number changes no bit. Pairs in contact, and
     those that overlap by no more than the rounding of positions stored in single precision (1.2e-7 box
     edges), belong to the first bin.
@@ -210,19 +210,19 @@ def distributions(
     width: float | None = None,
     rmax: float | None = None,
 ) -> dict[str, RadialDistribution]:
-    """Several g(r) of the same frames, each as from :func:`rdf`, in one pass over them.
+    """Several g(r) of the same frames, each as from :func:`carom.rdf`, in one pass over them.
 
     Parameters
     ----------
     frames, bins, width, rmax
-        As for :func:`rdf`.
+        As for :func:`carom.rdf`.
     wanted : mapping of str to (pair, contact)
-        What to compute, by name, in the words of :func:`rdf`.
+        What to compute, by name, in the words of :func:`carom.rdf`.
 
     Raises
     ------
     InputError
-        As :func:`rdf` does.
+        As :func:`carom.rdf` does.
     """
     source = iter(frames)
     first = next(source, None)

@@ -90,9 +90,9 @@ class Estimate:
         """Degrees of freedom of the error: ``(min(blocks, n_eff) - 1) / 3``, at least 1.
 
         The variance of m blocks is known to ``2 / (m - 1)``, squared and relative, and the factor
-        ``(1 + r) / (1 - r)`` by which :func:`blocking` multiplies it to ``4 / m`` more, since r is known to
-        ``1 / m``: three times as much in all. Larger blocks know their variance from as many numbers only,
-        however many independent samples are inside.
+        ``(1 + r) / (1 - r)`` by which :func:`carom.observables.blocking` multiplies it to ``4 / m`` more, as
+        r is known to ``1 / m``: three times as much in all. Larger blocks know their variance from as many
+        numbers only, however many independent samples are inside.
         """
         return max((min(float(self.blocks), self.n_eff) - 1.0) / 3.0, 1.0)
 
@@ -184,7 +184,7 @@ def blocking(samples: ArrayLike) -> Estimate:
 
 
 def _blocked(x: np.ndarray, n: int) -> Estimate:
-    """Return :func:`blocking` of n numbers of the order of one."""
+    """Return :func:`carom.observables.blocking` of n numbers of the order of one."""
     mean = float(x.mean())
     if n == 1:
         _warn_few(1.0)
@@ -212,7 +212,7 @@ def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
     -------
     Estimate
         The mean is exactly the ratio of the sums. The error is that of the linearised ratio (delta method),
-        ``R + (a_k - R b_k) / mean(b)``, by :func:`blocking`.
+        ``R + (a_k - R b_k) / mean(b)``, by :func:`carom.observables.blocking`.
 
     Raises
     ------

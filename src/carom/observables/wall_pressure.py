@@ -75,7 +75,7 @@ class WallPressure:
         Notes
         -----
         The force on a wall or container is that of the momentum balance of the whole fluid
-        (:mod:`carom.observables.momentum_balance`), which sound does not carry from block to block. It
+        (``carom.observables.momentum_balance``), which sound does not carry from block to block. It
         differs from the momentum taken up by a change of momentum that does not grow with the run. On balls,
         planes and obstacles of one's own, and where blocks hold no momenta, it is the momentum taken up.
         """

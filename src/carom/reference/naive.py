@@ -79,7 +79,7 @@ class NaiveSystem:
     periodic : bool or sequence of d bools
         An axis that is not periodic has walls at 0 and at its edge, which the surfaces do not pass.
     obstacles : sequence of mappings
-        See :mod:`carom.reference.fixed`.
+        See ``carom.reference.fixed``.
     restitution, elastic_below : number
         Part of the normal relative velocity of two spheres that a collision leaves, and the normal speed
         below which it leaves all. Walls and obstacles are elastic.

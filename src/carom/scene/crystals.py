@@ -158,7 +158,7 @@ def on(
     periodic: bool | Sequence[bool] = True,
     obstacles: Sequence[Obstacle] = (),
 ) -> Scene:
-    """Place spheres on any :class:`carom.scene.lattices.Lattice`.
+    """Place spheres on any ``carom.scene.lattices.Lattice``.
 
     The arguments are those of :meth:`carom.Scene.cubic` and :class:`carom.Scene`. Along axes with walls the
     lattice is compressed as far as the spheres at the walls need it.

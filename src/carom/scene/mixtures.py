@@ -57,13 +57,13 @@ def random(
     Raises
     ------
     InputError
-        If the box is too full for it (see :mod:`carom.scene.placement`), or an argument is out of range.
+        If the box is too full for it (see ``carom.scene.placement``), or an argument is out of range.
 
     Notes
     -----
     The exact equilibrium for d = 1; for d >= 2 a start that must still be equilibrated. Beyond 0.85 of
     random close packing they are placed smaller and then grow while they move
-    (:mod:`carom.scene.growth`).
+    (``carom.scene.growth``).
     """
     n = checks.integer(n, "n", low=1, high=lattices.MOST)
     sigma = checks.positive(diameter, "diameter")
@@ -122,7 +122,7 @@ def mixture(
     packing_fraction, density, box : optional
         At most one of the three, as in :meth:`carom.Scene.random`; a density is the number of spheres in a
         volume of the *largest* diameter to the power d.
-    lattice : str or carom.scene.lattices.Lattice, optional
+    lattice : str or Lattice, optional
         "cubic", "fcc", "triangular" or "dn"; needs a packing fraction or a density at which the largest
         fit side by side.
     cells : int or d ints, optional

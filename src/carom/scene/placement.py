@@ -21,7 +21,7 @@ RANDOM_CLOSE_PACKING = {2: 0.84, 3: 0.64, 4: 0.46, 5: 0.31, 6: 0.20}
 #: suffice.
 REACH = 0.85
 
-#: Growth (:mod:`carom.scene.growth`) goes on to this part.
+#: Growth (``carom.scene.growth``) goes on to this part.
 GROWTH_REACH = 0.95
 
 #: Pairs are moved to this many contact distances, so that the last of them clear contact after few steps.

@@ -82,7 +82,7 @@ class Scene:
     ------
     OverlapError
         If spheres overlap, or one an obstacle, by more than rounding explains: 1e-12 of the contact distance,
-        and what coordinates as large as the box lose (:func:`carom.scene.overlaps.tolerance`).
+        and what coordinates as large as the box lose (``carom.scene.overlaps.tolerance``).
         The message names the pair, or the component and the obstacle. Contact is legal.
     InputError
         If anything else cannot be simulated: a wrong type or shape, NaN, no particle, an edge too small.

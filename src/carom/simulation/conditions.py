@@ -59,7 +59,7 @@ class Failure:
     Attributes
     ----------
     condition : str
-        One of :data:`SENTENCES`.
+        One of ``SENTENCES``.
     dimension : int
         d.
     numbers : dict of str to value
@@ -77,7 +77,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Conditions:
-    """What :func:`check` found.
+    """What :func:`carom.check` found.
 
     Attributes
     ----------

@@ -38,13 +38,13 @@ def measure(
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ):
-    """Run on and measure an observable: :class:`carom.Pressure`, or a class of one's own with ``update``.
+    """Run on and measure an observable: :class:`~carom.observables.Pressure`, or a class of one's own with ``update``.
 
     The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in:
     blocks that end with a collision would bias the mean. A number of collisions is turned into a time by
     the rate seen so far, or in a short pilot. Where contacts lose energy, so that the time between collisions
     grows, a block is as long as so many collisions take at the temperature of its beginning, unless ``time``
-    is given. What is measured where kT or diameters change, :attr:`carom.observables.PressureEstimate.note`
+    is given. What is measured where kT or diameters change, ``PressureEstimate.note``
     says in a sentence.
 
     Parameters
@@ -80,7 +80,7 @@ def measure(
     CaromWarning
         If ``max_walltime`` came first; if what is measured drifts, or changes so slowly that there are less
         than 8 independent samples; if species of different masses have different temperatures. One of a
-        thousand runs in equilibrium is called drifting all the same (:mod:`carom.observables.equilibrium`).
+        thousand runs in equilibrium is called drifting all the same (``carom.observables.equilibrium``).
     """
     _check_observable(observable)
     given = {

@@ -108,7 +108,7 @@ def _summary(study: EquationOfState, rows: Sequence[Row], flagged: Sequence[Row]
     said = [f"{len(rows)} points from {done} of {total} runs."]
     chi2 = study.chi2_per_point
     if math.isfinite(chi2):
-        said.append(f"Mean squared deviation of the fluid from theory: {chi2:.2f} squared errors.")
+        said.append(f"Mean squared deviation of the fluid from theory, in standard errors: {chi2:.2f}.")
     said.append(
         f"{len(flagged)} point{'s are' if len(flagged) != 1 else ' is'} flagged and left out of fits."
         if flagged

@@ -161,7 +161,7 @@ class Packing:
             table.writerows(self.history.tolist())
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
-        """Draw the contacts and the rattlers (see :func:`carom.pictures.plots.packing`; d = 2 or 3)."""
+        """Draw the contacts and the rattlers (see :func:`carom.plots.packing`; d = 2 or 3)."""
         from carom.pictures import plots
 
         return plots.packing(self.network, path=path)

@@ -1,0 +1,103 @@
+"""``{{ api MODULE }}`` in a page: a table of what a module offers, then each name with its docstring.
+
+A page says which module it is about, and nothing else: a new public name appears by itself. ``NAME as SHOWN``
+shows a module under the name by which it is reached, as in ``{{ api carom.pictures.plots as carom.plots }}``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+from types import ModuleType
+from typing import Any, TypeVar
+
+from docutils import nodes
+from sphinx import addnodes
+from sphinx.application import Sphinx
+
+# What several modules offer is shown once, on the page of the first of these.
+ORDER = ("models.interface", "errors", "io", "observables", "reference", "studies", "theory", "")
+REQUEST = re.compile(r"^\{\{ api (?P<module>[\w.]+)(?: as (?P<shown>[\w.]+))? \}\}$", re.MULTILINE)
+
+
+def public(module: ModuleType) -> dict[str, Any]:
+    """Return the public names of a module: those of ``__all__``, else what it defines and documents."""
+    if hasattr(module, "__all__"):
+        names = list(module.__all__)
+        found = {name: getattr(module, name) for name in names}
+    else:
+        found = {
+            name: thing
+            for name, thing in vars(module).items()
+            if getattr(thing, "__module__", None) == module.__name__ and getattr(thing, "__doc__", None)
+        }
+    return {
+        name: thing
+        for name, thing in found.items()
+        if not (inspect.ismodule(thing) or name.startswith("_") or isinstance(thing, TypeVar))
+    }
+
+
+def shown_on_page(module: ModuleType) -> dict[str, Any]:
+    """Return what the page of a module shows: its names without those that an earlier page has."""
+    rooms = [f"carom.{room}".rstrip(".") for room in ORDER]
+    before = rooms[: rooms.index(module.__name__)] if module.__name__ in rooms else rooms
+    elsewhere = [x for room in before for x in public(importlib.import_module(room)).values()]
+    return {name: thing for name, thing in public(module).items() if not any(thing is x for x in elsewhere)}
+
+
+def expanded(request: re.Match[str]) -> str:
+    """Return the reStructuredText for one request."""
+    module = importlib.import_module(request["module"])
+    shown = request["shown"] or request["module"]
+    names = shown_on_page(module)
+    lines = ["```{eval-rst}"]
+    # The module's own docstring, which also makes it a target of links.
+    lines += [f".. automodule:: {request['module']}", "", f".. currentmodule:: {shown}", ""]
+    lines += [".. autosummary::", "", *(f"   {name}" for name, x in names.items() if callable(x))]
+    for name, thing in names.items():
+        if not callable(thing):  # a table or a constant: its docstring would be that of dict
+            lines += ["", f".. py:data:: {name}", f"   :value: {thing!r}"]
+            continue
+        kind = "class" if inspect.isclass(thing) else "function"
+        if kind == "class" and issubclass(thing, Exception):
+            kind = "exception"
+        lines += ["", f".. auto{kind}:: {name}"]
+        if kind == "class":
+            lines += ["   :members:"]
+        elif kind == "exception":
+            lines += ["   :show-inheritance:"]
+    return "\n".join([*lines, "```"])
+
+
+def expand(app: Sphinx, docname: str, source: list[str]) -> None:
+    """Replace every request in a page."""
+    source[0] = REQUEST.sub(expanded, source[0])
+
+
+def skip_fields(app: Sphinx, what: str, name: str, thing: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out the fields of a NamedTuple, which its own docstring explains."""
+    return True if str(getattr(thing, "__doc__", "")).startswith("Alias for field number") else None
+
+
+def plain_types(app: Sphinx, doctree: nodes.document) -> None:
+    """Keep "(n, d) array" as it is: Sphinx would link its n to an attribute of that name."""
+    for node in list(doctree.findall(addnodes.pending_xref)):
+        if node["reftype"] == "class" and node["reftarget"].islower() and "." not in node["reftarget"]:
+            node.replace_self(node.children)
+
+
+def no_way_back(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
+    """Take "[docs]" out of the pages of sources: it leads to a module's own name, not to the public one."""
+    if page.startswith("_modules/") and "body" in context:
+        context["body"] = re.sub(r'<a class="viewcode-back".*?</a>', "", context["body"])
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect both to Sphinx."""
+    app.connect("source-read", expand)
+    app.connect("autodoc-skip-member", skip_fields)
+    app.connect("doctree-read", plain_types)
+    app.connect("html-page-context", no_way_back)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
