@@ -372,7 +372,7 @@ def movie(
     colour: Annotated[str, typer.Option(help="species, speed or psi_6.")] = "species",
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a movie of a trajectory: MP4 (pip install 'carom[movie]') or GIF.
+    """Make a movie of a trajectory: MP4 (which needs the package imageio-ffmpeg) or GIF.
 
     [bold]Examples[/bold]
 
