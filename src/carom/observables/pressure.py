@@ -114,7 +114,7 @@ class Pressure:
             Whether all particles are equal and elastic, and alone in a periodic box. Otherwise contact
             values and the route from the collision rate, which need that, are left out.
         exchanges : bool
-            Whether kT changes in exchange with a potential energy (:mod:`carom.models.wells`), and not
+            Whether kT changes in exchange with a potential energy (``carom.wells``), and not
             because contacts lose energy.
 
         Returns

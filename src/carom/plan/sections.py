@@ -101,7 +101,7 @@ class SceneSpec:
         See :mod:`carom.models.obstacles`.
     interaction, motion, impact : values, or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
         How two act on each other, how all move, and what contacts lose, where that is not usual
-        (:mod:`carom.models.tables`).
+        (``carom.models.tables``).
     """
 
     initial: str = "fcc"

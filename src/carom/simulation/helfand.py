@@ -59,7 +59,7 @@ def helfand(
     Returns
     -------
     HelfandMoments
-        See :mod:`carom.observables.moments`. Exact, since every current is constant between two collisions.
+        See ``carom.observables.moments``. Exact, since every current is constant between two collisions.
 
     Raises
     ------

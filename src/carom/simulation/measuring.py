@@ -38,7 +38,7 @@ def measure(
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ):
-    """Run on and measure an observable: :class:`~carom.observables.Pressure`, or a class of one's own with ``update``.
+    """Run on and measure :class:`~carom.observables.Pressure`, or an observable of one's own with ``update``.
 
     The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in:
     blocks that end with a collision would bias the mean. A number of collisions is turned into a time by
@@ -49,7 +49,7 @@ def measure(
 
     Parameters
     ----------
-    observable : carom.Pressure, carom.WallPressure, or a class of one's own
+    observable : Pressure, WallPressure, or a class of one's own
         What is measured. One's own has ``update(frame)`` or ``update(block)``, and ``result()`` unless
         ``update`` returns numbers (:class:`carom.observables.Observable`).
     collisions, collisions_per_particle, time : float, optional

@@ -193,7 +193,7 @@ class SphericalCode:
             )
 
     def plot(self, path: str | PathLike[str] | None = None, **options: Any) -> Any:
-        """Draw the caps of a code on S^2 (see :func:`carom.pictures.caps.caps`)."""
+        """Draw the caps of a code on S^2 (see ``carom.pictures.caps.caps``)."""
         from carom.pictures.caps import caps
 
         return caps(self.points, 0.5 * self.angle, self.contacts, path=path, **options)

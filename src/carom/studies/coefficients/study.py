@@ -67,7 +67,7 @@ def transport(
     replicas : int
         Independent runs of each point; 4 if left out.
     dimension : int
-        3 if left out. In two dimensions no coefficient exists; see :attr:`Row.exists`.
+        3 if left out. In two dimensions no coefficient exists; see ``Row.exists``.
     relative_error : float
         Of shear viscosity and thermal conductivity at each point; 0.01 if no length is given.
     collisions_per_particle : float
@@ -111,7 +111,7 @@ def transport(
     Notes
     -----
     Helfand's moments are exact between collisions, so that no number depends on a time step. Where slopes are
-    taken is a rule: :mod:`carom.studies.coefficients.windows`.
+    taken is a rule: ``carom.studies.coefficients.windows``.
     """
     given = {
         "packing_fractions": packing_fractions,
