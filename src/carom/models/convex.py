@@ -8,6 +8,7 @@ it reaches it, to the last bit, or finds that the component passes by.
 from __future__ import annotations
 
 import itertools
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -62,19 +63,19 @@ def away(body, x, axis):
     return (x[axis] - closest(body, x, x, 0.0, axis)) / np.sqrt(rr)
 
 
-class Body:
+class Body(ABC):
     """What all convex bodies have in common; each has ``corners()``, ``model()`` and ``radius``."""
 
     name: str
     radius: float
 
+    @abstractmethod
     def corners(self) -> np.ndarray:
         """Return the corners (k, d) of the body without its rounding."""
-        raise NotImplementedError
 
+    @abstractmethod
     def model(self) -> Any:
         """Return what the engine compiles."""
-        raise NotImplementedError
 
     def gap(self, positions, radii, box, periodic):
         """Return how far each component's surface is from the nearest image of the body (n,) [length]."""

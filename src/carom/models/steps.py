@@ -7,6 +7,7 @@ or a bond where it is the energy outside. What the engine compiles is in :mod:`c
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -117,17 +118,17 @@ class Steps:
         return found
 
 
-class StepInteraction:
+class StepInteraction(ABC):
     """What all of them have in common: steps for every pair of species, and for pairs that are bonded."""
 
     penetrable = True
     """Cores are not the components' diameters; :meth:`check` looks at them."""
 
+    @abstractmethod
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps | None, ...], ...]:
         """Return the steps of every pair of species, (K, K), None without any; one row where species do not
         matter.
         """
-        raise NotImplementedError
 
     def bonded(self) -> tuple[np.ndarray, Steps | None]:
         """Return the bonded pairs (m, 2), sorted, and their steps."""
