@@ -54,7 +54,7 @@ class LammpsSpheres:
         self.epsilon = self.kT / REDUCED_TEMPERATURE
         self.step = float(step) * self.diameter * math.sqrt(self.mass / self.epsilon)
         positions = np.mod(np.asarray(positions, dtype=np.float64), self.box)
-        self.n, self.steps = len(positions), 0
+        self.n, self.steps, self.skin = len(positions), 0, float(skin)
         self._program = program = _program()
         x, y, z = (repr(float(edge)) for edge in self.box)
         program.commands_list([
