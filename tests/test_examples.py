@@ -9,12 +9,29 @@ import pytest
 
 EXAMPLES = sorted(Path(__file__).parents[1].joinpath("examples").glob("*.py"))
 
+LONG = (
+    "brazil_nut",
+    "caps_on_a_sphere",
+    "disks_2000",
+    "equation_of_state",
+    "melting_of_disks",
+    "shaken_ball",
+    "transport",
+)
+"""Longer than twenty CPU seconds even at smoke size, compilation included."""
+
 
 def test_there_are_examples():
     assert len(EXAMPLES) >= 6
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "example",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
+        for path in EXAMPLES
+    ],
+)
 def test_example_runs_at_smoke_size(example, tmp_path):
     # A folder of its own to stand in, so that a file written beside --out is seen.
     here = tmp_path / "here"

@@ -58,7 +58,7 @@ def exact_cosine(n):
         return (t + 1 + 1 / t) / squares
 
 
-@pytest.mark.parametrize("n", [4, 6, 7, 8, 12, 24])
+@pytest.mark.parametrize("n", [4, 6, 8, *(pytest.param(n, marks=pytest.mark.slow) for n in (7, 12, 24))])
 def test_algebraic_codes_come_out_to_thirty_digits(n):
     code = searched(n, digits=32)
     with mpmath.workdps(40):
@@ -79,6 +79,7 @@ def test_what_is_known_exactly_is_found_by_caps_that_grow_as_well(n):
         assert abs(cosine - spherical_code(n).cosine) < mpmath.mpf(10) ** -31
 
 
+@pytest.mark.slow
 def test_nineteen_points_leave_a_rattler_and_all_is_said_and_kept(tmp_path):
     code = searched(19, seeds=[3, 0])
     assert code.angle == pytest.approx(47.6919141, abs=LAST_DIGIT)
