@@ -44,7 +44,7 @@ def test_what_is_no_number_of_the_kind_is_refused(sim, call, value):
 
 @pytest.mark.parametrize("observable", [object(), carom.Pressure, "pressure"])
 def test_measure_says_what_an_observable_needs(sim, observable):
-    with pytest.raises(InputError, match=r"needs an observable.*blocks.*of_scene"):
+    with pytest.raises(InputError, match=r"needs an observable.*update.*result"):
         sim.measure(observable, time=1.0)
 
 
