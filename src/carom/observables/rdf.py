@@ -486,9 +486,10 @@ def _bin_edges(
 
 def _check_same(first: Frame, frame: Frame, index: int) -> None:
     for name in ("n", "dimension", "box"):
-        if getattr(frame, name) != getattr(first, name):
+        ours, theirs = (np.asarray(getattr(each, name)) for each in (frame, first))
+        if not np.array_equal(ours, theirs):
             raise InputError(
-                f"Frame {index} has {name} {getattr(frame, name)}, the first one {getattr(first, name)}; "
+                f"Frame {index} has {name} {ours.tolist()}, the first one {theirs.tolist()}; "
                 "g(r) averages frames of the same system."
             )
     for name in ("diameters", "species"):
