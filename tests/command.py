@@ -1,6 +1,7 @@
 """What the tests of the command line share: typing a command, and comparing the folders of two runs."""
 
 import json
+import re
 import subprocess
 import sys
 import time
@@ -47,9 +48,10 @@ def carom(*arguments, cwd=None, **options):
 
 
 def complaints(done):
-    """Return what a command wrote to stderr, but for the line that says that it compiles."""
+    """Return what a command wrote to stderr, but for the lines that say that it compiles or goes on."""
     lines = done.stderr.splitlines(keepends=True)
-    return "".join(line for line in lines if not line.startswith("Compiling for this kind of scene"))
+    told = re.compile(r"Compiling for this kind of scene|\d+ s: ")
+    return "".join(line for line in lines if not told.match(line))
 
 
 def start(*arguments, cwd=None):

@@ -139,7 +139,17 @@ NO_LENGTH = without(RUN, "--collisions-per-particle")
 LOGGED = ("logged.toml", "--no-event-log")
 SPECIES = ("--species", "10:1", "--species", "10:1.4")
 
+MOVIE = ("two.extxyz", "two.gif")
+
 TOO_SLOW = {
+    *(
+        ("view", option)
+        for option in ("source", "--out", "--collisions", "--open", "--no-open", "--overwrite")
+    ),
+    *(
+        ("movie", option)
+        for option in ("trajectory", "target", "--fps", "--size", "--colour", "--overwrite")
+    ),
     *(("trade", option) for option in ("scene", "--out", "--seconds", "--overwrite")),
     *(
         ("eos", option)
@@ -358,6 +368,38 @@ CASES = {
         ),
         "--json": added((*TRANSPORT, *OUT), ("--json",), json_alone, True),
     },
+    "view": {
+        "source": added((), ("two.extxyz",), lambda done: str(done.asked.get("source")), "two.extxyz"),
+        "--out": added(
+            ("two.extxyz",), ("--out", "page.html"), lambda done: str(done.asked["page"]), "page.html"
+        ),
+        "--collisions": added(
+            ("two.extxyz",), ("--collisions", "50"), lambda done: done.asked["collisions"], 50
+        ),
+        "--open": added(
+            ("two.extxyz", "--no-open"), ("--open",), lambda done: done.asked.get("launched"), "two.html"
+        ),
+        "--no-open": added(
+            ("two.extxyz",), ("--no-open",), lambda done: done.asked.get("launched"), None
+        ),
+        "--overwrite": added(
+            ("two.extxyz", "--out", "full/rdf.csv"), ("--overwrite",), lambda done: done.code, 0
+        ),
+    },
+    "movie": {
+        "trajectory": added(
+            (), ("two.extxyz", "two.gif"), lambda done: str(done.asked.get("trajectory")), "two.extxyz"
+        ),
+        "target": added(
+            ("two.extxyz",), ("two.gif",), lambda done: str(done.asked.get("target")), "two.gif"
+        ),
+        "--fps": added(MOVIE, ("--fps", "12"), lambda done: done.asked["fps"], 12),
+        "--size": added(MOVIE, ("--size", "200"), lambda done: done.asked["size"], 200),
+        "--colour": added(MOVIE, ("--colour", "speed"), lambda done: done.asked["colour"], "speed"),
+        "--overwrite": added(
+            ("two.extxyz", "full/rdf.csv"), ("--overwrite",), lambda done: bool(done.asked), True
+        ),
+    },
 }  # fmt: skip
 
 
@@ -423,6 +465,17 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update(n=n, k=k, **settings)
                 raise Asked
 
+            def view(source, page, **settings):
+                asked.update(source=source, page=page, **settings)
+                page.write_text("<html></html>")
+
+            def movie(trajectory, target, **settings):
+                asked.update(trajectory=trajectory, target=target, **settings)
+                raise Asked
+
+            patch.setattr("carom.pictures.view.view", view)
+            patch.setattr("carom.pictures.movie.movie", movie)
+            patch.setattr("typer.launch", lambda page: asked.update(launched=page))
             patch.setattr("carom.studies.spherical_code", code)
             patch.setattr("carom.studies.accuracy.trade.trade", trade)
             patch.setattr("carom.studies.eos.study.run", run)
