@@ -12,6 +12,7 @@ from carom.models.obstacles import Ball, Plane
 from carom.plan.plan import Plan, template
 from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene.scene import Scene
+from carom.wells import SquareWell
 
 EVERYTHING = """
 [scene]
@@ -101,7 +102,7 @@ def test_a_plan_comes_back_from_its_own_toml(text):
 def test_the_template_s_mixture_and_obstacles_are_a_scene_when_switched_on():
     lines = template().splitlines()
     start = next(k for k, line in enumerate(lines) if line == "# [[scene.species]]")
-    end = next(k for k, line in enumerate(lines) if line == "[run]")
+    end = next(k for k, line in enumerate(lines) if line == "# [scene.interaction]")
     shown = [line.removeprefix("# ") for line in lines[start:end] if "=" in line or line.startswith("# [[")]
     text = "[scene]\ninitial = 'random'\nn = 10\nbox = [12.0, 12.0, 12.0]\nperiodic = false\n" + "\n".join(
         shown
@@ -109,6 +110,15 @@ def test_the_template_s_mixture_and_obstacles_are_a_scene_when_switched_on():
     scene = Plan.from_toml(text).build_scene()
     assert scene.species_names == ("large",)
     assert [o.name for o in scene.obstacles] == ["pillar", "plane"]
+
+
+def test_the_template_s_well_is_a_scene_when_switched_on():
+    lines = template().splitlines()
+    start = next(k for k, line in enumerate(lines) if line == "# [scene.interaction]")
+    end = next(k for k, line in enumerate(lines) if line == "[run]")
+    shown = "\n".join(line.removeprefix("# ") for line in lines[start:end])
+    scene = Plan.from_toml("[scene]\ncells = 3\npacking_fraction = 0.2\n" + shown).build_scene()
+    assert scene.interaction == SquareWell(1.5, 1.0)
 
 
 def test_all_axes_periodic_is_the_default_however_it_is_said():
