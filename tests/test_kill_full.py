@@ -14,7 +14,10 @@ from carom.io import checkpoint, checksums
 from carom.io.trajectory import open_reader
 
 pytest.importorskip("gsd")
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
+pytestmark = [
+    pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL"),
+    pytest.mark.filterwarnings("ignore:.*GSD knows no walls"),
+]
 
 SIZE = {"equilibration": 2000, "measured": 24000, "frames": 128}
 """One or two seconds, with a frame every 10 ms, so that kills fall into frames as well."""

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from command import carom as command
+from command import complaints
 
 import carom
 from carom.errors import FileError, InputError
@@ -219,7 +220,6 @@ def test_the_comparison_shows_what_the_paper_says(finished):
     event_driven, step = rows["float64"], rows["step 0.1"]
     assert event_driven.worst_overlap < 1e-12 < step.worst_overlap
     assert event_driven.error_1 < 1e-12 < step.error_1
-    assert event_driven.collisions_per_second > step.collisions_per_second
     assert event_driven.energy_drift < 1e-10
     assert event_driven.error_1 < rows["float32"].error_1 < step.error_1
     assert rows["float32"].bytes_per_particle < event_driven.bytes_per_particle
@@ -248,7 +248,7 @@ def test_a_lonely_sphere_is_refused_in_one_sentence(tmp_path):
     scene.write_text('[scene]\ninitial = "random"\nn = 1\n')
     done = command("trade", scene, "--out", tmp_path / "out")
     assert done.returncode == 2
-    (said,) = (line for line in done.stderr.strip().splitlines() if not line.startswith("Compiling"))
+    (said,) = complaints(done).strip().splitlines()
     assert "nothing to compare" in said
 
 

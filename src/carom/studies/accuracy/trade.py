@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
+import io
 import json
 import math
 from collections.abc import Callable
@@ -438,12 +440,14 @@ def _write(folder: Path, result: TradeResult) -> None:
         "sampling.csv": result.sampling,
     }
     for name, rows in tables.items():
-        table = [[field.name for field in dataclasses.fields(rows[0])]]
+        lines = [[field.name for field in dataclasses.fields(rows[0])]]
         for row in rows:
             values = dataclasses.astuple(row)
-            table.append([format(v, ".6g") if isinstance(v, float) else str(v) for v in values])
+            lines.append([format(v, ".6g") if isinstance(v, float) else str(v) for v in values])
         with replacing(folder / name) as temporary, writing(folder / name):
-            temporary.write_text("".join(",".join(line) + "\n" for line in table), encoding="utf-8")
+            table = io.StringIO()
+            csv.writer(table, lineterminator="\n").writerows(lines)  # names have commas
+            temporary.write_text(table.getvalue(), encoding="utf-8")
     facts = {
         "scene": result.scene,
         "small": result.small,
