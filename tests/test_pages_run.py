@@ -51,6 +51,12 @@ distributed.Client = lambda address: contextlib.nullcontext(None)
 with carom.Simulation(scene, seed=2, event_log="events.h5") as logged:
     logged.run(collisions=20)
 """,
+    "looking.md": FLUID
+    + """
+from carom.plan.plan import Plan
+text = "[scene]\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
+carom.studies.run(Plan.from_toml(text + "collisions_per_particle = 20\\nframes = 3\\n"), "carom-run")
+""",
     "packings.md": """
 from carom import studies
 _points, _pack = studies.points, studies.pack
@@ -72,8 +78,17 @@ PAGES = sorted(
     if page.name not in ELSEWHERE and not {"_build", "gallery"} & set(page.parts) and python_blocks(page)
 )
 
+LONG = ("spherical-codes.md", "transport.md")
+"""Pages whose blocks take more than half a minute."""
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=page.name, marks=[pytest.mark.slow] if page.name in LONG else [])
+        for page in PAGES
+    ],
+)
 def test_the_blocks_of_a_page_run_in_turn(page, tmp_path):
     if page.name == "clusters.md":
         pytest.importorskip("distributed")
