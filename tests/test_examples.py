@@ -14,7 +14,10 @@ LONG = (
     "caps_on_a_sphere",
     "disks_2000",
     "equation_of_state",
+    "finite_size",
+    "freezing_of_spheres",
     "melting_of_disks",
+    "order_of_disks",
     "shaken_ball",
     "transport",
 )
