@@ -108,6 +108,7 @@ def test_nineteen_points_leave_a_rattler_and_all_is_said_and_kept(tmp_path):
     assert (tmp_path / "code.png").stat().st_size > 500
 
 
+@pytest.mark.slow
 def test_forces_balance_at_every_point():
     code = searched(13, seeds=3)
     assert code.angle == pytest.approx(57.1367031, abs=LAST_DIGIT)  # Sloane's table
