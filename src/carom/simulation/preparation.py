@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
-from carom.compiling import registry
 from carom.errors import InputError
 from carom.models import choice, interface
 from carom.models.growing_cores import Growing
@@ -184,7 +183,7 @@ def check_meetings(contents: Contents, scene: Scene) -> None:
     model = contents.motion.model(contents.particles)
     bends = not contents.straight
     fixed = contents.walls is not None or contents.obstacles
-    if bends and fixed and not registry.answers(interface.meeting, type(model)):
+    if bends and fixed and not choice.answers(interface.meeting, model):
         raise InputError(
             f"Walls and obstacles are met in straight flight only, and {type(scene.motion).__name__} bends: "
             "make all axes periodic and leave out obstacles, or answer meeting and wall_meeting."
@@ -208,7 +207,7 @@ def _falls(model: Any) -> bool:
     """Tell whether an obstacle is met on parabolas, whatever its surface and however it moves."""
     while hasattr(model, "body"):
         model = model.body
-    return registry.answers(interface.fall, type(model)) or registry.answers(chase, type(model))
+    return choice.answers(interface.fall, model) or choice.answers(chase, model)
 
 
 def contents_of(
