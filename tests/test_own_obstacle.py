@@ -39,7 +39,7 @@ def run_page(tmp_path):
     cells = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
     # A file: Numba's cache on disk names the module of every type, and reads its sources.
     script = tmp_path / "slit.py"
-    script.write_text("import sys\n" + "\n".join(cells[1:]) + AFTER, encoding="utf-8")
+    script.write_text("import sys\n" + "\n".join(cells[2:]) + AFTER, encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-W", "ignore::RuntimeWarning", script, tmp_path / "slit.h5"],
         env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},

@@ -1,5 +1,8 @@
 """Pinned components: fixed balls by the thousand, found like anyone else."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -159,6 +162,13 @@ def test_no_pressure_is_made_up():
         carom.Simulation(porous(), growth=0.1)
     with pytest.raises(InputError, match="no pinned"):
         carom.Simulation(carom.Scene.fcc(2, packing_fraction=0.3)).pinned_impulse  # noqa: B018
+
+
+def test_the_example_of_the_page_runs(capsys):
+    page = Path(__file__).parents[1].joinpath("docs", "obstacles.md").read_text(encoding="utf-8")
+    (block,) = (each for each in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "pinned" in each)
+    exec(block, {})
+    assert capsys.readouterr().out == "True True\n"
 
 
 def test_nobody_pinned_is_the_scene_without():

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from carom.compiling import registry
 from carom.errors import InputError
 from carom.models import choice
 from carom.models.interface import (
@@ -287,7 +286,7 @@ class _Trial:
     def motion(self, rng: np.random.Generator) -> None:
         """Try III, that relative flight is straight, and exit_time."""
         motion = self._model
-        if registry.answers(meeting_time, type(motion)):
+        if choice.answers(meeting_time, motion):
             if self._d > 1:  # a curve has room to bend
                 self._curves(rng)
             return
