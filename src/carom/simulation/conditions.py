@@ -194,7 +194,7 @@ class _Trial:
 
     def interaction(self, rng: np.random.Generator) -> None:
         """Try I, II, IV and V on a pair that is likely to meet, with free flight in between."""
-        if registry.answers(step_time, type(self._model)):
+        if choice.answers(step_time, self._model):
             self._steps(rng)
             return
         pair = self._model
