@@ -175,7 +175,7 @@ def test_every_method_is_one_line():
     assert names[4:10] == [
         "step 0.1", "step 0.01", "step 0.001", "step 0.0001", "step 0.1, float32", "step 0.01, float32"
     ]  # fmt: skip
-    assert names[10:13] == ["Mie 50-49, step 0.001", "Mie 50-49, step 0.002", "Mie 50-49, step 0.004"]
+    assert names[10:13] == ["Mie 50-49, step 0.0005", "Mie 50-49, step 0.001", "Mie 50-49, step 0.002"]
 
 
 # The whole.

@@ -26,7 +26,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--densities", type=float, nargs="+", default=[0.1, 0.3, 0.5, 0.7, 0.85, 0.92])
     parser.add_argument("--sizes", type=int, nargs="+", default=[500, 2048, 16384, 108000])
-    parser.add_argument("--steps", type=float, nargs="+", default=[1e-3, 2e-3, 4e-3])
+    parser.add_argument("--steps", type=float, nargs="+", default=[5e-4, 1e-3, 2e-3])
     parser.add_argument("--work", type=float, default=2e7, help="steps times spheres of the finest row")
     arguments = parser.parse_args()
     makes = {"verlet": PseudoHardSpheres} | ({"lammps": LammpsSpheres} if available() else {})

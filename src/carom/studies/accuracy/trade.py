@@ -47,8 +47,8 @@ STARTS = 3
 STEPS = (1e-1, 1e-2, 1e-3, 1e-4)
 """Steps of the time-driven method [mean free times]."""
 
-VERLET = (1e-3, 2e-3, 4e-3)
-"""Steps of pseudo hard spheres [sigma sqrt(m / epsilon)]; the first is what Jover et al. take."""
+VERLET = (5e-4, 1e-3, 2e-3)
+"""Steps of pseudo hard spheres [sigma sqrt(m / epsilon)]: at 4e-3 their energy runs away."""
 
 BACK = (5, 10, 20)
 """Collisions a particle forward, and as many back."""
