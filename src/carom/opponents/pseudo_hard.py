@@ -8,14 +8,13 @@ J. Chem. Phys. 137, 144505 (2012)). Here velocity Verlet moves them, compiled.
 from __future__ import annotations
 
 import math
-import time as clock
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from carom.opponents.pairs import PairList, compile_kept, order_in_cells
-from carom.opponents.stepping import SKINS
+from carom.opponents.listed import ListedSpheres
+from carom.opponents.pairs import compile_kept
 
 REDUCED_TEMPERATURE = 1.5
 """kT / epsilon at which the potential imitates hard spheres (Jover et al.)."""
@@ -27,7 +26,7 @@ CHUNK = 8
 """Pairs whose smallest distance is looked at before any one of them is."""
 
 
-class PseudoHardSpheres:
+class PseudoHardSpheres(ListedSpheres):
     """Pseudo hard spheres in a periodic box, by velocity Verlet.
 
     Parameters
@@ -71,27 +70,20 @@ class PseudoHardSpheres:
         mass: float = 1.0,
         skin: float | None = None,
     ):
-        self.box = np.array(box, dtype=np.float64)
-        self.kT, self.diameter, self.mass = float(kT), float(diameter), float(mass)
-        self.epsilon = self.kT / REDUCED_TEMPERATURE
-        self.step = float(step) * self.diameter * math.sqrt(self.mass / self.epsilon)
-        positions = np.asarray(positions, dtype=np.float64)
-        self._order = order_in_cells(positions, self.box)
-        self._x = np.ascontiguousarray(positions[self._order].T)
-        self._v = np.ascontiguousarray(np.asarray(velocities, dtype=np.float64)[self._order].T)
+        self.kT, self.epsilon = float(kT), float(kT) / REDUCED_TEMPERATURE
+        super().__init__(
+            positions,
+            velocities,
+            box,
+            step=float(step) * float(diameter) * math.sqrt(float(mass) / self.epsilon),
+            diameter=diameter,
+            mass=mass,
+            real=np.float64,
+            # Integrals of the virial and of the kinetic energy; smallest distance squared; potential energy.
+            tally=np.array([0.0, 0.0, float(np.max(box)) ** 2, 0.0]),
+        )
         self._f = np.zeros(self._x.shape)
-        self._images = np.zeros(self._x.shape, dtype=np.int64)
-        self._listed = self._x.copy()
-        self._pairs = PairList(self.box, self._x.shape[1])
-        self._slack = -1.0
-        self.steps = 0
-        self._tally = np.zeros(
-            4
-        )  # integral of the virial, of the kinetic energy; square of closest; potential
-        self._tally[2] = float(self.box.max()) ** 2
-        self.skin = SKINS[2] if skin is None else float(skin)
-        if skin is None:
-            self.skin = self._fastest_skin()
+        self.skin = self._tuned(skin)
 
     @property
     def virial(self) -> float:
@@ -109,11 +101,6 @@ class PseudoHardSpheres:
         return math.sqrt(float(self._tally[2])) / self.diameter
 
     @property
-    def time(self) -> float:
-        """The present [time]."""
-        return self.steps * self.step
-
-    @property
     def energy(self) -> float:
         """Kinetic and potential energy now."""
         self._renew()
@@ -126,28 +113,9 @@ class PseudoHardSpheres:
         return 0.5 * self.mass * float((self._v**2).sum())
 
     @property
-    def positions(self) -> np.ndarray:
-        """Unwrapped centres (n, d) [length]."""
-        return self._back(self._x + self._images * self.box[:, None])
-
-    @property
-    def velocities(self) -> np.ndarray:
-        """Velocities (n, d) [length / time]."""
-        return self._back(self._v)
-
-    @property
     def bytes(self) -> int:
-        """Memory of the state and of the list."""
-        arrays = (
-            self._x,
-            self._v,
-            self._f,
-            self._images,
-            self._listed,
-            self._pairs.first,
-            self._pairs.second,
-        )
-        return sum(array.nbytes for array in arrays)
+        """Memory of the state, the forces and the list."""
+        return super().bytes + self._f.nbytes
 
     def run(self, steps: int) -> None:
         """Make so many steps."""
@@ -182,46 +150,14 @@ class PseudoHardSpheres:
         self._tally[2] = float(self.box.max()) ** 2
 
     def _renew(self) -> None:
-        """List the pairs anew, after every sphere was put into the box."""
-        turns = np.floor(self._x / self.box[:, None])
-        self._x -= turns * self.box[:, None]
-        self._images += turns.astype(np.int64)
-        self._listed = self._x.copy()
-        fastest = math.sqrt(float((self._v**2).sum(axis=0).max()))
-        self._slack = self.skin * self.diameter + 4.0 * fastest * self.step
-        reach = CUT * self.diameter + self._slack
-        self._pairs.renew(self._x, reach)
-        if 2.0 * reach > self.box.min():
-            self._slack = float(np.finfo(np.float64).max)
+        """List the pairs anew."""
+        self._list_pairs(CUT * self.diameter, self.skin, 2.0)
 
     def _forces(self) -> None:
         _verlet(len(self.box))(
             self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
             1.0 / self.box, 0.0, 0, self._slack, self.diameter**2, self.epsilon, self.mass, self._tally,
         )  # fmt: skip
-
-    def _fastest_skin(self) -> float:
-        """Try skins from here on, and go back to the start."""
-        start = self._x.copy(), self._v.copy(), self._images.copy(), self._tally.copy()
-        costs = []
-        for skin in SKINS:
-            self.skin, self._slack, self.steps = skin, -1.0, 0
-            self.run(1)
-            began, made = clock.process_time(), 0
-            while (spent := clock.process_time() - began) < 0.02:
-                self.run(25)
-                made += 25
-            costs.append(spent / made)
-            for array, before in zip((self._x, self._v, self._images, self._tally), start, strict=True):
-                array[:] = before
-        self._slack, self.steps = -1.0, 0
-        return SKINS[int(np.argmin(costs))]
-
-    def _back(self, rows: np.ndarray) -> np.ndarray:
-        """Return rows (d, n) as (n, d), in the order in which the spheres were given."""
-        result = np.empty(rows.shape[::-1])
-        result[self._order] = rows.T
-        return result
 
 
 @lru_cache

@@ -8,22 +8,19 @@ earliest contact first.
 from __future__ import annotations
 
 import math
-import time as clock
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from carom.opponents.pairs import PairList, compile_kept, order_in_cells
-
-SKINS = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8)
-"""Reaches of the list beyond contact that are tried [diameters]."""
+from carom.opponents.listed import ListedSpheres
+from carom.opponents.pairs import compile_kept
 
 CHUNK = 64
 """Pairs whose smallest distance is looked at before any one of them is."""
 
 
-class Stepper:
+class Stepper(ListedSpheres):
     """Equal hard spheres in a periodic box, advanced by a fixed time step in compiled code.
 
     Parameters
@@ -64,24 +61,18 @@ class Stepper:
         single: bool = False,
         skin: float | None = None,
     ):
-        self.real: Any = np.float32 if single else np.float64
-        self.box = np.array(box, dtype=np.float64)
-        self.step, self.diameter, self.mass = float(step), float(diameter), float(mass)
-        positions = np.asarray(positions, dtype=np.float64)
-        self._order = order_in_cells(positions, self.box)
-        self._x: Any = np.ascontiguousarray(positions[self._order].T, dtype=self.real)
-        self._v = np.ascontiguousarray(np.asarray(velocities)[self._order].T, dtype=self.real)
-        self._images = np.zeros(self._x.shape, dtype=np.int64)
-        self._listed = self._x.copy()
-        self._pairs = PairList(self.box, self._x.shape[1])
-        self._slack = -1.0
-        self.steps = 0
-        self._tally = np.zeros(3)  # collisions, virial, smallest distance squared
-        self._tally[2] = self.diameter**2
+        super().__init__(
+            positions,
+            velocities,
+            box,
+            step=step,
+            diameter=diameter,
+            mass=mass,
+            real=np.float32 if single else np.float64,
+            tally=np.array([0.0, 0.0, float(diameter) ** 2]),  # collisions, virial, smallest distance squared
+        )
         self._log_pairs, self._log_times = np.empty((0, 2), np.int64), np.empty(0)
-        self.skin = SKINS[2] if skin is None else float(skin)
-        if skin is None:
-            self.skin = self._fastest_skin()
+        self.skin = self._tuned(skin)
 
     @property
     def collisions(self) -> int:
@@ -98,27 +89,6 @@ class Stepper:
         """Deepest overlap found after a step [diameters]."""
         return max(1.0 - math.sqrt(float(self._tally[2])) / self.diameter, 0.0)
 
-    @property
-    def time(self) -> float:
-        """The present [time]."""
-        return self.steps * self.step
-
-    @property
-    def positions(self) -> np.ndarray:
-        """Unwrapped centres (n, d) [length]."""
-        return self._back(self._x.astype(np.float64) + self._images * self.box[:, None])
-
-    @property
-    def velocities(self) -> np.ndarray:
-        """Velocities (n, d) [length / time]."""
-        return self._back(self._v.astype(np.float64))
-
-    @property
-    def bytes(self) -> int:
-        """Memory of the state and of the list."""
-        arrays = (self._x, self._v, self._images, self._listed, self._pairs.first, self._pairs.second)
-        return sum(array.nbytes for array in arrays)
-
     def run(self, steps: int, *, log: bool = False) -> list[tuple[float, int, int]]:
         """Make so many steps; return time, and the two, of each collision where a log is asked for."""
         found: list[tuple[float, int, int]] = []
@@ -128,7 +98,7 @@ class Stepper:
         left = steps
         while left:
             if self._slack < 0.0:
-                self._list_pairs()
+                self._list_pairs(self.diameter, self.skin, 1.01)
             room = 4 * self._x.shape[1] if log else 0
             if len(self._log_times) != room:
                 self._log_pairs, self._log_times = np.empty((room, 2), np.int64), np.empty(room)
@@ -145,46 +115,6 @@ class Stepper:
             if left:
                 self._slack = -1.0
         return found
-
-    def _list_pairs(self) -> None:
-        """List the pairs anew, after every sphere was put into the box."""
-        box = self.box[:, None]
-        turns = np.floor(self._x.astype(np.float64) / box)
-        self._x -= (turns * box).astype(self.real)
-        # Rounding may leave one a hair outside, which the list does not mind.
-        self._images += turns.astype(np.int64)
-        self._listed = self._x.copy()
-        fastest = math.sqrt(float((self._v.astype(np.float64) ** 2).sum(axis=0).max()))
-        self._slack = self.skin * self.diameter + 2.0 * fastest * self.step * 1.01
-        # Eight roundings of a coordinate, for what float32 makes of the reach.
-        doubt = 8.0 * float(np.finfo(self.real).eps) * float(self.box.max())
-        reach = self.diameter + self._slack + doubt
-        self._pairs.renew(self._x, reach)
-        if 2.0 * reach > self.box.min():
-            self._slack = float(np.finfo(self.real).max)  # all pairs are listed
-
-    def _fastest_skin(self) -> float:
-        """Try skins from here on, and go back to the start."""
-        start = self._x.copy(), self._v.copy(), self._images.copy(), self._tally.copy()
-        costs = []
-        for skin in SKINS:
-            self.skin, self._slack, self.steps = skin, -1.0, 0
-            self.run(1)
-            began, made = clock.process_time(), 0
-            while (spent := clock.process_time() - began) < 0.02:
-                self.run(25)
-                made += 25
-            costs.append(spent / made)
-            for array, before in zip((self._x, self._v, self._images, self._tally), start, strict=True):
-                array[:] = before
-        self._slack, self.steps = -1.0, 0
-        return SKINS[int(np.argmin(costs))]
-
-    def _back(self, rows: np.ndarray) -> np.ndarray:
-        """Return rows (d, n) as (n, d), in the order in which the spheres were given."""
-        result = np.empty(rows.shape[::-1])
-        result[self._order] = rows.T
-        return result
 
 
 @lru_cache

@@ -1,0 +1,143 @@
+"""Spheres whose pairs are listed: what the opponents have in common."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+
+from carom.opponents.pairs import PairList, order_in_cells
+
+SKINS = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8)
+"""Reaches of the list beyond contact that are tried [diameters]."""
+
+
+class ListedSpheres(ABC):
+    """Equal spheres in a periodic box, and the list of their pairs.
+
+    Parameters
+    ----------
+    positions, velocities : (n, d) array_like
+        Centres [length] and velocities [length / time].
+    box : sequence of d floats
+        Edges [length].
+    step : float
+        The time step [time].
+    diameter, mass : float
+        Of every sphere [length], [mass].
+    real : type
+        Of floats in compiled code.
+    tally : (k,) array
+        What compiled code adds up.
+
+    Notes
+    -----
+    In compiled code the spheres are rows of axes, (d, n), in an order in which neighbours in space are
+    neighbours in memory. Those who move them have ``run(steps)``.
+    """
+
+    def __init__(
+        self,
+        positions: Any,
+        velocities: Any,
+        box: Any,
+        *,
+        step: float,
+        diameter: float,
+        mass: float,
+        real: Any,
+        tally: np.ndarray,
+    ):
+        self.real: Any = real
+        self.box = np.array(box, dtype=np.float64)
+        self.step, self.diameter, self.mass = float(step), float(diameter), float(mass)
+        positions = np.asarray(positions, dtype=np.float64)
+        self._order = order_in_cells(positions, self.box)
+        self._x: Any = np.ascontiguousarray(positions[self._order].T, dtype=real)
+        self._v: Any = np.ascontiguousarray(np.asarray(velocities)[self._order].T, dtype=real)
+        self._images = np.zeros(self._x.shape, dtype=np.int64)
+        self._listed = self._x.copy()
+        self._pairs = PairList(self.box, self._x.shape[1])
+        self._slack = -1.0  # how far two may come nearer until the list is renewed; now
+        self.steps = 0
+        self._tally = tally
+
+    @property
+    def time(self) -> float:
+        """The present [time]."""
+        return self.steps * self.step
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Unwrapped centres (n, d) [length]."""
+        return self._back(self._x.astype(np.float64) + self._images * self.box[:, None])
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities (n, d) [length / time]."""
+        return self._back(self._v.astype(np.float64))
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the state and of the list."""
+        arrays = (self._x, self._v, self._images, self._listed, self._pairs.first, self._pairs.second)
+        return sum(array.nbytes for array in arrays)
+
+    @abstractmethod
+    def run(self, steps: int) -> Any:
+        """Make so many steps."""
+
+    def _list_pairs(self, contact: float, skin: float, steps: float) -> None:
+        """List the pairs anew, after every sphere was put into the box.
+
+        Parameters
+        ----------
+        contact : float
+            Distance at which they act on each other [length].
+        skin : float
+            Reach of the list beyond that [diameters].
+        steps : float
+            For how many steps of the fastest it must hold at least.
+        """
+        box = self.box[:, None]
+        turns = np.floor(self._x.astype(np.float64) / box)
+        # Rounding may leave one a hair outside, which the list does not mind.
+        self._x -= (turns * box).astype(self.real)
+        self._images += turns.astype(np.int64)
+        self._listed = self._x.copy()
+        fastest = math.sqrt(float((self._v.astype(np.float64) ** 2).sum(axis=0).max()))
+        self._slack = skin * self.diameter + 2.0 * steps * fastest * self.step
+        # Eight roundings of a coordinate, for what float32 makes of the reach.
+        doubt = 8.0 * float(np.finfo(self.real).eps) * float(self.box.max())
+        reach = contact + self._slack + doubt
+        self._pairs.renew(self._x, reach)
+        if 2.0 * reach > self.box.min():
+            self._slack = float(np.finfo(self.real).max)  # all pairs are listed
+
+    def _tuned(self, skin: float | None) -> float:
+        """Return the skin that is given, or the one with which steps from here take least time."""
+        if skin is not None:
+            return float(skin)
+        start = self._x.copy(), self._v.copy(), self._images.copy(), self._tally.copy()
+        costs = []
+        for tried in SKINS:
+            self.skin, self._slack, self.steps = tried, -1.0, 0
+            self.run(1)
+            began, made = clock.process_time(), 0
+            while (spent := clock.process_time() - began) < 0.02:
+                self.run(25)
+                made += 25
+            costs.append(spent / made)
+            for array, before in zip((self._x, self._v, self._images, self._tally), start, strict=True):
+                array[:] = before
+        self._slack, self.steps = -1.0, 0
+        return SKINS[int(np.argmin(costs))]
+
+    def _back(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows (d, n) as (n, d), in the order in which the spheres were given."""
+        result = np.empty(rows.shape[::-1])
+        result[self._order] = rows.T
+        return result
