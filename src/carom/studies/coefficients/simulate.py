@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import platform
-import time as clock
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.random import default_rng
 
 import carom
 from carom.errors import InputError
@@ -18,10 +14,9 @@ from carom.observables.dynamics import Dynamics
 from carom.observables.moments import HelfandMoments, mean_squares
 from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
-from carom.studies.eos.spec import scene_spec
-from carom.studies.eos.start import start
 from carom.studies.executors import Stopped
-from carom.studies.tasks import Record, Task, stream
+from carom.studies.tasks import Record, Task
+from carom.studies.worker import Stopwatch, refuse_other_version, simulation_of
 
 
 def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
@@ -44,32 +39,15 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     InputError
         If the scene cannot be made, or the worker has another version of Carom than the task asks for.
     """
-    began, clock_time = clock.perf_counter(), clock.time()
-    if task["version"] != carom.__version__:
-        raise InputError(
-            f"This worker has Carom {carom.__version__} and the study is of {task['version']}; "
-            "install the same version everywhere."
-        )
+    watch = Stopwatch()
+    refuse_other_version(task)
 
     def look(_: object = None) -> None:
         if stop():
             raise Stopped
 
-    places, speeds = stream(task["seed"], [task["scene"], task["replica"]]).spawn(2)
-    asked = scene_spec(task["scene"])
-    scene = start(asked, default_rng(places))
-    if not scene.usual("interaction"):
-        raise InputError(
-            "Transport is measured of hard cores only: with another interaction components carry potential "
-            "energy along, which is not in the heat current."
-        )
-    sim = Simulation(
-        scene,
-        kT=asked.kT if scene.velocities is None else None,
-        seed=int(speeds.generate_state(1, np.uint64)[0]),
-        neighbors=task["neighbors"],
-        currents=True,
-    )
+    sim = simulation_of(task, _refuse_other_interactions, currents=True)
+    scene = sim.scene
     sim.run(collisions_per_particle=task["equilibration"], progress=look)
     every = task["every"]
     duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
@@ -93,19 +71,15 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "worst_overlap": statistics.worst_overlap,
         "energy_drift": statistics.energy_drift,
     }
-    return {
-        "task": task,
-        "result": result,
-        "provenance": {
-            "began": clock_time,
-            "seconds": clock.perf_counter() - began,
-            "engine_seconds": sim.seconds,
-            "host": platform.node(),
-            "process": os.getpid(),
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-        },
-    }
+    return watch.record(task, result, sim)
+
+
+def _refuse_other_interactions(scene: carom.Scene) -> None:
+    if not scene.usual("interaction"):
+        raise InputError(
+            "Transport is measured of hard cores only: with another interaction components carry potential "
+            "energy along, which is not in the heat current."
+        )
 
 
 def _block(sim: Simulation, every: float, count: int, look: Callable[[object], None]) -> dict[str, Any]:

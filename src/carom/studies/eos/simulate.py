@@ -4,28 +4,21 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
-import platform
 import threading
-import time as clock
 import warnings
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.random import default_rng
 
-import carom
 from carom.block import Block
-from carom.errors import CaromWarning, InputError
+from carom.errors import CaromWarning
 from carom.frame import Frame
 from carom.observables import Estimate, Pressure
 from carom.simulation.equipartition import Thermometer
-from carom.simulation.simulation import Simulation
 from carom.studies.eos.order import OrderParameter
-from carom.studies.eos.spec import scene_spec
-from carom.studies.eos.start import start
 from carom.studies.executors import Stopped
-from carom.studies.tasks import Record, Task, stream
+from carom.studies.tasks import Record, Task
+from carom.studies.worker import Stopwatch, refuse_other_version, simulation_of
 
 MOST = 16
 """Times the planned length that a run may reach on its way to the error asked for."""
@@ -57,26 +50,16 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     InputError
         If the scene cannot be made, or the worker has another version of Carom than the task asks for.
     """
-    began, clock_time = clock.perf_counter(), clock.time()
-    if task["version"] != carom.__version__:
-        raise InputError(
-            f"This worker has Carom {carom.__version__} and the study is of {task['version']}; "
-            "install the same version everywhere."
-        )
+    watch = Stopwatch()
+    refuse_other_version(task)
 
     def look(_: float = 0.0) -> None:
         if stop():
             raise Stopped
 
     with _quiet():
-        # The lengths of a run are not part of its identity: a longer one begins like a shorter one.
-        places, speeds = stream(task["seed"], [task["scene"], task["replica"]]).spawn(2)
-        asked = scene_spec(task["scene"])
-        scene = start(asked, default_rng(places))
-        kT = asked.kT if scene.velocities is None else None
-        sim = Simulation(
-            scene, kT=kT, seed=int(speeds.generate_state(1, np.uint64)[0]), neighbors=task["neighbors"]
-        )
+        sim = simulation_of(task)
+        scene = sim.scene
         began_at = sim.frame().unwrapped
         sim.run(collisions_per_particle=task["equilibration"], progress=look)
         equilibration = sim.time
@@ -123,19 +106,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "energy_drift": statistics.energy_drift,
         "advancement_fraction": statistics.advancement_fraction,
     }
-    return {
-        "task": task,
-        "result": result,
-        "provenance": {
-            "began": clock_time,
-            "seconds": clock.perf_counter() - began,
-            "engine_seconds": sim.seconds,
-            "host": platform.node(),
-            "process": os.getpid(),
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-        },
-    }
+    return watch.record(task, result, sim)
 
 
 def _longer(z: Estimate, task: Task, blocks: int) -> int:

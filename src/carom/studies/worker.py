@@ -1,0 +1,85 @@
+"""What every task of a study does on its worker, whatever it measures: begin, and be recorded."""
+
+from __future__ import annotations
+
+import os
+import platform
+import time as clock
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.random import default_rng
+
+import carom
+from carom.errors import InputError
+from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
+from carom.studies.eos.spec import scene_spec
+from carom.studies.eos.start import start
+from carom.studies.tasks import Record, Task, stream
+
+
+def refuse_other_version(task: Task) -> None:
+    """Raise InputError if the worker has another version of Carom than the task asks for."""
+    if task["version"] != carom.__version__:
+        raise InputError(
+            f"This worker has Carom {carom.__version__} and the study is of {task['version']}; "
+            "install the same version everywhere."
+        )
+
+
+def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **settings: Any) -> Simulation:
+    """Return the scene of a task in motion, before anything has happened.
+
+    The lengths of a run are no part of its identity: a longer one begins like a shorter one.
+
+    Parameters
+    ----------
+    task : dict
+        With ``seed``, ``scene``, ``replica`` and ``neighbors``.
+    check : callable, optional
+        Called with the scene, which it may refuse.
+    **settings
+        Further ones of :class:`carom.Simulation`.
+
+    Raises
+    ------
+    InputError
+        If the scene cannot be made, or is refused.
+    """
+    places, speeds = stream(task["seed"], [task["scene"], task["replica"]]).spawn(2)
+    asked = scene_spec(task["scene"])
+    scene = start(asked, default_rng(places))
+    if check is not None:
+        check(scene)
+    return Simulation(
+        scene,
+        kT=asked.kT if scene.velocities is None else None,
+        seed=int(speeds.generate_state(1, np.uint64)[0]),
+        neighbors=task["neighbors"],
+        **settings,
+    )
+
+
+class Stopwatch:
+    """When a task began; :meth:`record` says how long it took, and where."""
+
+    def __init__(self) -> None:
+        self._began, self._clock_time = clock.perf_counter(), clock.time()
+
+    def record(self, task: Task, result: dict[str, Any], sim: Simulation) -> Record:
+        """Return the record of a task that is done."""
+        return {
+            "task": task,
+            "result": result,
+            "provenance": {
+                "began": self._clock_time,
+                "seconds": clock.perf_counter() - self._began,
+                "engine_seconds": sim.seconds,
+                "host": platform.node(),
+                "process": os.getpid(),
+                "python": platform.python_version(),
+                "numpy": np.__version__,
+            },
+        }
