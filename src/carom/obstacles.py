@@ -1,29 +1,4 @@
 """What stands in a scene, under the name that scripts import it by; it lives in ``carom.models``."""
 
-from carom.models.obstacles import (
-    Arc,
-    Ball,
-    Box,
-    CylindricalContainer,
-    Obstacle,
-    Plane,
-    Segment,
-    SphericalContainer,
-    Triangle,
-    polygon,
-    walls,
-)
-
-__all__ = [
-    "Arc",
-    "Ball",
-    "Box",
-    "CylindricalContainer",
-    "Obstacle",
-    "Plane",
-    "Segment",
-    "SphericalContainer",
-    "Triangle",
-    "polygon",
-    "walls",
-]
+from carom.models.obstacles import *  # noqa: F403
+from carom.models.obstacles import __all__ as __all__

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from carom.cli.studies import farewell, fractions, integers, where, write
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -121,15 +122,12 @@ def eos(
     carom eos study.toml --out big --scheduler tcp://head:8786
     mpiexec -n 9 python -m mpi4py.futures -m carom eos study.toml --out big
     """
-    from carom.errors import InputError
-
-    if engine is not None and scheduler is not None:
-        raise InputError("--engine and --scheduler contradict each other; give one of them.")
+    executor = where(engine, scheduler)
     spec = _spec(
         study,
         {
-            "packing_fractions": None if packing_fractions is None else _fractions(packing_fractions),
-            "n": None if n is None else _integers(n),
+            "packing_fractions": fractions(packing_fractions),
+            "n": integers(n),
             "replicas": replicas,
             "dimension": dimension,
             "initial": initial,
@@ -144,21 +142,15 @@ def eos(
     with _watched() as progress, compiling_told():
         from carom.studies.eos.study import run
 
-        result = run(spec, executor=scheduler or engine, workers=workers, out=out, progress=progress)
+        result = run(spec, executor=executor, workers=workers, out=out, progress=progress)
     # Before anything is written, which a full disk may refuse: then this is all there is.
     if as_json:
         print(json.dumps(_plain(result), indent=2, allow_nan=False))
     else:
         _show(result)
     sys.stdout.flush()
-    _write(result, out, report, pictures)
-    if not as_json:
-        print(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else ""))
-    if not result.complete:
-        raise InputError(
-            f"{len(result.records)} of {len(result.spec.tasks())} runs are done; "
-            "the same command tries the rest again."
-        )
+    write(result, out, "eos", report, pictures)
+    farewell(result, out, report, as_json)
 
 
 def _spec(path: Path | None, given: dict[str, Any]) -> Any:
@@ -180,48 +172,6 @@ def _spec(path: Path | None, given: dict[str, Any]) -> Any:
         # The densities of one dimension mean nothing in another.
         values.setdefault("packing_fractions", ())
     return dataclasses.replace(spec, **values)
-
-
-def _fractions(text: str) -> list[float]:
-    from carom.errors import InputError
-
-    try:
-        if ":" in text:
-            low, high, count = text.split(":")
-            points, first, last = int(count), float(low), float(high)
-            if points < 2:
-                raise ValueError
-            # Rounded, so that 0.1:0.4:7 and 0.1,0.15,... are the same study.
-            return [float(f"{first + (last - first) * k / (points - 1):.12g}") for k in range(points)]
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InputError(
-            f"--packing-fractions {text!r} must be numbers with commas (0.1,0.2), or first:last:count "
-            "(0.1:0.4:7)."
-        ) from None
-
-
-def _integers(text: str) -> list[int]:
-    from carom.errors import InputError
-
-    try:
-        return [int(part) for part in text.split(",")]
-    except ValueError:
-        raise InputError(f"--n {text!r} must be integers with commas, e.g. 500,1000.") from None
-
-
-def _write(result: EquationOfState, out: Path, report: bool, pictures: bool) -> None:
-    from carom.io.paths import replacing, writing
-    from carom.studies.eos.toml import text
-
-    with replacing(out / "study.toml") as temporary, writing(out / "study.toml"):
-        temporary.write_text(text(result.spec), encoding="utf-8")
-    result.to_csv(out / "eos.csv")
-    if pictures and result.records:
-        with replacing(out / "eos.png") as temporary:
-            result.plot(temporary)
-    if report:
-        result.report(out / "report.html")
 
 
 COMPILING = "Compiling, ten seconds or more the first time, and the first runs"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.eos import _fractions, _integers
+from carom.cli.studies import farewell, fractions, integers, where, write
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -104,15 +104,12 @@ def transport(
     carom transport scene.toml --replicas 8 --out scene-transport
     carom transport --eta 0.2618 --n 256,500,1372 --report
     """
-    from carom.errors import InputError
     from carom.studies.coefficients.spec import TransportSpec, of_scene
-    from carom.studies.eos.toml import text
 
-    if engine is not None and scheduler is not None:
-        raise InputError("--engine and --scheduler contradict each other; give one of them.")
+    executor = where(engine, scheduler)
     given: dict[str, Any] = {
-        "packing_fractions": None if packing_fractions is None else _fractions(packing_fractions),
-        "n": None if n is None else _integers(n),
+        "packing_fractions": fractions(packing_fractions),
+        "n": integers(n),
         "replicas": replicas,
         "dimension": dimension,
         "seed": seed,
@@ -123,29 +120,15 @@ def transport(
     values = {name: value for name, value in given.items() if value is not None}
     spec = TransportSpec(**values) if scene is None else of_scene(scene, **values)
     from carom.cli.compiling import compiling_told
-    from carom.io.paths import replacing, writing
 
     with _watched() as progress, compiling_told():
         from carom.studies.coefficients.study import run
 
-        result = run(spec, executor=scheduler or engine, workers=workers, out=out, progress=progress)
+        result = run(spec, executor=executor, workers=workers, out=out, progress=progress)
     print(json.dumps(result.rows(), indent=2, allow_nan=False) if as_json else result)
     sys.stdout.flush()
-    with replacing(out / "study.toml") as temporary, writing(out / "study.toml"):
-        temporary.write_text(text(result.spec), encoding="utf-8")
-    result.to_csv(out / "transport.csv")
-    if pictures and result.records:
-        with replacing(out / "transport.png") as temporary:
-            result.plot(temporary)
-    if report:
-        result.report(out / "report.html")
-    if not as_json:
-        print(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else ""))
-    if not result.complete:
-        raise InputError(
-            f"{len(result.records)} of {len(result.spec.tasks())} runs are done; "
-            "the same command tries the rest again."
-        )
+    write(result, out, "transport", report, pictures)
+    farewell(result, out, report, as_json)
 
 
 @contextlib.contextmanager

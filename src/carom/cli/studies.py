@@ -1,0 +1,77 @@
+"""What the commands of studies have in common: lists of numbers, where to run, what to write, how it ends."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+
+def fractions(text: str | None) -> list[float] | None:
+    """Return packing fractions: numbers with commas, or first:last:count."""
+    from carom.errors import InputError
+
+    if text is None:
+        return None
+    try:
+        if ":" in text:
+            low, high, count = text.split(":")
+            points, first, last = int(count), float(low), float(high)
+            if points < 2:
+                raise ValueError
+            # Rounded, so that 0.1:0.4:7 and 0.1,0.15,... are the same study.
+            return [float(f"{first + (last - first) * k / (points - 1):.12g}") for k in range(points)]
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"--packing-fractions {text!r} must be numbers with commas (0.1,0.2), or first:last:count "
+            "(0.1:0.4:7)."
+        ) from None
+
+
+def integers(text: str | None) -> list[int] | None:
+    """Return numbers of particles: integers with commas."""
+    from carom.errors import InputError
+
+    if text is None:
+        return None
+    try:
+        return [int(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(f"--n {text!r} must be integers with commas, e.g. 500,1000.") from None
+
+
+def where(engine: str | None, scheduler: str | None) -> str | None:
+    """Return where a study runs, from the two options that say so."""
+    from carom.errors import InputError
+
+    if engine is not None and scheduler is not None:
+        raise InputError("--engine and --scheduler contradict each other; give one of them.")
+    return scheduler or engine
+
+
+def write(result: Any, out: Path, name: str, report: bool, pictures: bool) -> None:
+    """Write the study, its table and its pictures to a folder; ``name`` is that of the files."""
+    from carom.io.paths import replacing, writing
+    from carom.studies.eos.toml import text
+
+    with replacing(out / "study.toml") as temporary, writing(out / "study.toml"):
+        temporary.write_text(text(result.spec), encoding="utf-8")
+    result.to_csv(out / f"{name}.csv")
+    if pictures and result.records:
+        with replacing(out / f"{name}.png") as temporary:
+            result.plot(temporary)
+    if report:
+        result.report(out / "report.html")
+
+
+def farewell(result: Any, out: Path, report: bool, as_json: bool) -> None:
+    """Say where the results are; raise InputError if some runs are missing."""
+    from carom.errors import InputError
+
+    if not as_json:
+        print(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else ""))
+    if not result.complete:
+        raise InputError(
+            f"{len(result.records)} of {len(result.spec.tasks())} runs are done; "
+            "the same command tries the rest again."
+        )
