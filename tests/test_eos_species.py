@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from carom.studies import worker
 from carom.studies.eos import simulate as simulating
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.table import table
@@ -32,7 +33,7 @@ def heavy_at_rest(start):
 
 
 def test_a_row_says_that_the_heavy_species_is_still_cold(tasks, monkeypatch):
-    monkeypatch.setattr(simulating, "start", heavy_at_rest(simulating.start))
+    monkeypatch.setattr(worker, "start", heavy_at_rest(worker.start))
     (row,) = table([simulating.simulate(task) for task in tasks])
     assert "species differ in temperature" in row.remarks
     assert not row.equilibrated
