@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from carom.models.obstacles import Obstacle
     from carom.observables.packing import PackingNetwork
     from carom.observables.pressure import PressureEstimate
-    from carom.observables.rdf import RadialDistribution
+    from carom.observables.radial import RadialDistribution
     from carom.observables.statistics import Estimate
 
 # Readable without colour too: one strong blue for data, greys and line styles for the rest.
