@@ -188,12 +188,12 @@ class Job(Generic[R]):
                 f"{len(self.failures)} of {len(self.tasks)} runs failed, the first one at packing fraction "
                 f"{eta:g} with n = {n}: {first.reason}. The rest is done; run the study again to try these.",
                 CaromWarning,
-                stacklevel=5,
+                stacklevel=6,
             )
         if self.unwritten:
             warnings.warn(
                 f"{len(self.unwritten)} results could not be kept: {self.problem} "
                 "They are in the table now; run the study again to have them on the disk.",
                 CaromWarning,
-                stacklevel=5,
+                stacklevel=6,
             )
