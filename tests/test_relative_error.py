@@ -9,7 +9,7 @@ import pytest
 import carom
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
-from carom.observables.precision import FLOOR, Goal
+from carom.observables.precision import FLOOR, Goal, lengthen
 from carom.observables.statistics import Estimate
 from carom.simulation import precise
 
@@ -144,3 +144,21 @@ def test_anticorrelated_blocks_do_not_wait_for_ever():
         z = sim.measure(PRESSURE, relative_error=1e-3, max_walltime=30.0).compressibility_factor
     assert z.error <= 1e-3 * z.mean
     assert abs(z.mean - 1.9) < 4 * z.error
+
+
+def test_a_stretch_grows_until_its_error_fits_and_no_longer():
+    looks = []
+
+    def extend(length):
+        looks.append(length)
+        return length
+
+    def error_bar():  # one that falls as the square root of the length
+        n = looks[-1]
+        return Estimate(mean=1.0, error=n**-0.5, n_eff=float(n), tau=1.0, blocks=n)
+
+    assert lengthen(Goal(0.02), 64, extend, error_bar)
+    # Four times as long at most, then what 1 / 0.02^2 asks for.
+    assert looks == [64, 256, 1024, 2500]
+    assert not lengthen(Goal(0.02), 64, lambda length: None, error_bar)
+    assert lengthen(Goal(0.02), 64, extend, lambda: None)

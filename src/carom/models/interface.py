@@ -168,7 +168,7 @@ CORE, IN, OUT, BOUNCE = 0, 1, 2, 3
 
 
 def step_bits(count: int) -> int:
-    """Return how many bits of a word name one of so many steps: two at least, for the kinds of events."""
+    """Return the number of bits that number ``count`` steps: at least 2, which the kinds of events need."""
     return max((count - 1).bit_length(), 2)
 
 
@@ -203,8 +203,7 @@ def step_jump(pair, i, j, step, rr, rv, now):
 
 @optional
 def step_core_square(pair, step):
-    """Return the square of the distance at which a step ends inwards, where that is a wall; else 0
-    [length^2].
+    """Return the square of a step's inner end, where a pair is thrown back there; else 0 [length^2].
 
     The deepest overlap of a run is measured with it.
     """
@@ -480,7 +479,7 @@ def encounter(obstacle, x, v, radius, growth):
 
 @required
 def outward(obstacle, x, axis):
-    """Return a coordinate of the unit vector along which a component at x that touches is thrown back."""
+    """Return a coordinate of the unit normal, away from the obstacle, where a component at x touches it."""
 
 
 @optional
@@ -491,7 +490,7 @@ def repeated(obstacle):
 
 @optional
 def anchor(obstacle, axis):
-    """Return a coordinate of the centre by whose images those of the obstacle are told apart."""
+    """Return a coordinate of the obstacle's centre, by whose periodic image the obstacle's is named."""
     return 0.0
 
 
@@ -568,7 +567,7 @@ def wall_meeting(motion, walls, x, v, radius, growth):
 
 @optional
 def rest_speed(model):
-    """Return the speed at which a component at least leaves what it touches; by default 0.
+    """Return the least speed at which a component leaves what it touches; by default 0.
 
     Asked of the motion, and of obstacles. In a uniform field, or on what accelerates, one that rests would
     touch for ever, and a contact that goes on has no next event.
@@ -584,13 +583,13 @@ def pull(motion, normal):
 
 @optional
 def thrown(motion, approach):
-    """Return what an elastic contact adds to the normal velocity of a component that approaches so fast."""
+    """Return the normal velocity that an elastic contact adds, for a speed of approach."""
     return 2.0 * approach
 
 
 @optional
 def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
-    """Replace the velocity ``v``, (d,) float64, of component i, which touches, by that after the contact.
+    """Set ``v``, (d,) float64, to the velocity of component i after the contact.
 
     By default the contact is elastic and the obstacle rests.
 
@@ -625,13 +624,13 @@ def surface_speed(obstacle, normal, now):
 
 @optional
 def at_time(obstacle, now):
-    """Take note of the time of the contact that :func:`outward` and :func:`anchor` are asked about next."""
+    """Set the time of the contact for the next calls of :func:`outward` and :func:`anchor`."""
     return
 
 
 @optional
 def take_over(model, before, instant, passed, slower):
-    """Go on from what ``before``, a model of the same type, remembers; called from Python.
+    """Copy what ``before``, the model of the same type that is replaced, remembers; called from Python.
 
     Parameters
     ----------

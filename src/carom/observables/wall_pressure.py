@@ -113,7 +113,7 @@ class WallPressure:
 
 @dataclass(frozen=True)
 class WallPressureEstimate:
-    """What a wall or an obstacle bears.
+    """The pressure on a wall or an obstacle, and the force.
 
     Parameters
     ----------

@@ -342,7 +342,7 @@ def compression(
     *,
     path: str | os.PathLike[str] | None = None,
 ) -> Figure:
-    """Reduced pressure against the density left to the jammed one, with the free-volume law.
+    """Reduced pressure against the distance to the jammed density, with the free-volume law.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ beyond, where faster growth would jam.
 """
 
 STILL = 1e-6
-"""The same while a crystal melts: next to none, because a simulation that grows cannot begin without."""
+"""The same while a crystal melts: nearly zero, as a simulation without growth cannot take it up later."""
 
 STRETCH = 0.02
 """Slow growth between two rescalings, as a part of the diameter."""

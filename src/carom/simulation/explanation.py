@@ -100,7 +100,7 @@ def explain(
     precision: str = "double",
     event_log: bool = False,
 ) -> Explanation:
-    """Tell what a simulation of a scene compiles, which arrays it has, and which neighbours it looks at.
+    """Report what a simulation of a scene compiles, its arrays, and its neighbour scheme.
 
     Nothing is compiled and nothing moves.
 

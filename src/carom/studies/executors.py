@@ -234,7 +234,7 @@ def engine(choice: Any = None, workers: int | None = None) -> Iterator[Engine]:
 
 
 def check(choice: Any = None, workers: int | None = None) -> None:
-    """Refuse what :func:`engine` could not open because it is no engine; opens nothing.
+    """Raise InputError for what :func:`engine` cannot open; opens nothing.
 
     Raises
     ------

@@ -67,7 +67,7 @@ tangent-space dynamics after Dellago, Posch and Hoover, Phys. Rev. E 53, 1485 (1
 
 @dataclass(frozen=True)
 class Row:
-    """A way to move hard spheres, and what was found out about it; nan where it was not asked.
+    """One way to move hard spheres, with its figures; nan where none was asked for.
 
     Attributes
     ----------

@@ -129,7 +129,7 @@ def combined(
 
 
 def phase(packing_fraction: float, dimension: int, initial: str, *, mixture: bool = False) -> str:
-    """Return what a run should be.
+    """Return the phase that a run should be in.
 
     "fluid" below freezing, and beyond it what began at random; "solid" what began as a crystal beyond
     freezing; and in 2D "coexistence" between freezing and melting of equal disks, where either start becomes
