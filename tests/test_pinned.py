@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow
 
 import carom
 from carom.errors import InputError, OverlapError
@@ -66,7 +67,7 @@ def test_the_order_of_events_is_the_oracles_with_fixed_balls(dimension, neighbor
         assert events.time[k] == pytest.approx(float(event.time), abs=1e-6)
 
 
-@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+@pytest.mark.parametrize("dimension", [slow(1), 2, 3, slow(4)])
 def test_pinned_components_stay_and_take_up_what_the_others_lose(dimension):
     n, fixed = (12, 3) if dimension == 1 else (40, 10)
     scene = porous(dimension, n=n, fixed=fixed, packing_fraction=0.1 if dimension > 1 else 0.4)
