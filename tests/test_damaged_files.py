@@ -23,7 +23,8 @@ from carom.io import checkpoint, hdf5
 from carom.io.events import EventLog, read_events, read_initial
 from carom.io.hdf5 import Output
 from carom.io.validation import flaw
-from carom.observables.rdf import rdf, rdf_mdanalysis
+from carom.observables.interrdf import rdf_mdanalysis
+from carom.observables.rdf import rdf
 from carom.simulation.replay import Replay
 
 FLIPS = 100

@@ -14,8 +14,9 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import Pressure
+from carom.observables.interrdf import rdf_mdanalysis
 from carom.observables.partial_rdf import partial_rdf
-from carom.observables.rdf import rdf, rdf_mdanalysis
+from carom.observables.rdf import rdf
 from carom.scene.scene import Scene
 
 SIX_SIGMA = 6.0

@@ -11,7 +11,8 @@ from carom import theory
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.observables.contact import contact_value
-from carom.observables.rdf import rdf, rdf_mdanalysis
+from carom.observables.interrdf import rdf_mdanalysis
+from carom.observables.rdf import rdf
 
 DATA = Path(__file__).parent / "data"
 SIX_SIGMA = 6.0

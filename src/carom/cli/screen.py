@@ -179,9 +179,9 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     from rich.text import Text
 
     from carom.cli.tables import show
-    from carom.scene import description as words
+    from carom.scene.description import particles
 
-    kind = words.particles(summary["dimension"], summary["n"])
+    kind = particles(summary["dimension"], summary["n"])
     title = f"{summary['n']} {kind}: {summary['note']}"
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE, show_header=False)
     rows = [

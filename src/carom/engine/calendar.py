@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner
 from carom.engine.images import index
-from carom.engine.neighbors.prefetch import HUGE, LARGE, look_ahead, prefetch
+from carom.engine.neighbors.prefetch import HUGE, LARGE, look_ahead
 from carom.engine.state import aligned
 from carom.models.interface import NEVER
 
@@ -150,7 +151,7 @@ def insert(calendar, i, time):
 
 
 @inner
-def ask_calendar(calendar, state, boundary, word):
+def prefetch_calendar(calendar, state, boundary, word):
     """Ask for what giving an event to the component that ``word`` names will touch: who its partner is, and
     the bucket in which that one's event is, to become an advancement.
     """

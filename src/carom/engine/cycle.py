@@ -12,7 +12,7 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.engine.calendar import ROOM, adapt, ask_calendar, first, lay_out, pop
+from carom.engine.calendar import ROOM, adapt, first, lay_out, pop, prefetch_calendar
 from carom.engine.collisions import collide, new_epoch, rebound
 from carom.engine.constants import (
     IDLE,
@@ -174,9 +174,9 @@ def _run(digest):
             schedule_transit(model, state, neighbors, j, now)
             # Two searches that do not wait for each other.
             found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
-            ask_calendar(calendar, state, model.boundary, found)
+            prefetch_calendar(calendar, state, model.boundary, found)
             other = search(model, state, neighbors, j, now, 1, NOBODY_MET)
-            ask_calendar(calendar, state, model.boundary, other)
+            prefetch_calendar(calendar, state, model.boundary, other)
             for _ in range(2):
                 predict(model, state, neighbors, calendar, tally, i, now, word, found)
                 enqueue(state, calendar, i)

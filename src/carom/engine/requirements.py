@@ -97,7 +97,7 @@ class Contents:
     @property
     def elastic(self) -> bool:
         """Whether no contact loses energy."""
-        return self.impact.model(self.particles) is None
+        return bool(getattr(self.impact, "elastic", False))
 
     @property
     def straight(self) -> bool:

@@ -98,7 +98,10 @@ class Motion(Protocol):
 
 
 class Impact(Protocol):
-    """What a contact of two components loses, as users write it; it may also have ``check(scene)``."""
+    """What a contact of two components loses, as users write it.
+
+    It may also have ``check(scene)``; and ``elastic = True``, where no contact loses energy.
+    """
 
     def model(self, particles: Particles) -> Any:
         """Return what the engine compiles, or None where contacts are elastic."""

@@ -54,6 +54,11 @@ class Restitution:
                 "infinitely often in a finite time. Leave it out for 1e-3 of the thermal speed."
             )
 
+    @property
+    def elastic(self) -> bool:
+        """Whether no contact loses energy."""
+        return self.restitution == 1.0
+
     def at(self, speed: float) -> Restitution:
         """Return the same with its threshold, for a thermal speed [length / time]."""
         return self if self.elastic_below is not None else self.below(CAUTIOUS * speed)
@@ -66,7 +71,7 @@ class Restitution:
 
     def model(self, particles: Particles) -> Inelastic | None:
         """Return what the engine compiles: None where contacts are elastic."""
-        if self.restitution == 1.0:
+        if self.elastic:
             return None
         threshold = float(particles.speed(self.elastic_below))
         return Inelastic(float(self.restitution), threshold, np.zeros(1, np.int64))

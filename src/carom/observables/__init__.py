@@ -8,7 +8,7 @@ from carom.observables.packing import PackingNetwork, packing_network
 from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureEstimate
 from carom.observables.protocol import Observable, averages
-from carom.observables.rdf import RadialDistribution
+from carom.observables.radial import RadialDistribution
 from carom.observables.statistics import Estimate, blocking
 from carom.observables.structure import DensityProfile, ProfileEstimate
 from carom.observables.wall_pressure import WallPressure, WallPressureEstimate

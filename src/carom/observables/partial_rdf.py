@@ -15,7 +15,8 @@ import numpy as np
 
 from carom.errors import FileError
 from carom.frame import Frame
-from carom.observables.rdf import RadialDistribution, distributions
+from carom.observables.radial import RadialDistribution
+from carom.observables.rdf import distributions
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from carom import checks
 from carom.observables.statistics import Estimate
@@ -18,11 +20,58 @@ LEAST_GROWTH, MOST_GROWTH = 1.1, 4.0
 prediction from a pilot is not trusted beyond the larger one.
 """
 
-
 FEWEST_COLLISIONS = 16
 """Collisions of a block, where one a particle are fewer: a virial of so few terms is hardly normal, and
 correlated with its own error bar.
 """
+
+
+class Aim(Protocol):
+    """When a stretch is long enough."""
+
+    def reached(self, estimate: Estimate) -> bool:
+        """Tell whether the error is small enough."""
+
+    def next_look(self, length: int, estimate: Estimate) -> int:
+        """Return at which length to look again; no more than ``length`` gives up."""
+
+
+def lengthen(
+    aim: Aim,
+    length: int,
+    extend: Callable[[int], int | None],
+    error_bar: Callable[[], Estimate | None],
+    expect: Callable[[int, Estimate], object] = lambda length, estimate: None,
+) -> bool:
+    """Make a stretch longer until its error bar fits.
+
+    Parameters
+    ----------
+    aim : Aim
+        How small the error shall be, and when to look at it again.
+    length : int
+        At which length to look first, in blocks.
+    extend : callable
+        Goes on to a length, and returns the length then; None if there was no time for it.
+    error_bar : callable
+        Returns the estimate so far; None where it never gets an error bar.
+    expect : callable, optional
+        Called with length and estimate, where more is needed.
+
+    Returns
+    -------
+    bool
+        False if there was no time.
+    """
+    while (reached := extend(length)) is not None:
+        found = error_bar()
+        if found is None or aim.reached(found):
+            return True
+        expect(reached, found)
+        length = aim.next_look(reached, found)
+        if length <= reached:
+            return True
+    return False
 
 
 def block_collisions(n: int) -> float:

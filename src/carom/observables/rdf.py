@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import math
-import os
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from carom.cells import Grid, SortedCells
-from carom.errors import CaromWarning, FileError, InputError
+from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables.contact import contact_value
 from carom.observables.pairs import distance_counts
-from carom.observables.statistics import MIN_BLOCKS, Estimate, blocking
+from carom.observables.radial import RadialDistribution
+from carom.observables.statistics import MIN_BLOCKS, blocking
 from carom.scene.overlaps import Room
 from carom.theory import ball_volume
-
-if TYPE_CHECKING:
-    import MDAnalysis
-    import pandas
 
 # Bins of a fiftieth of a diameter where nothing is said: g falls by at most a tenth in one, up to freezing in
 # 3D.
@@ -33,119 +25,6 @@ DEFAULT_WIDTH = 0.02
 
 # Structure fades beyond five diameters in a fluid, while the cost goes on growing as r^d.
 DEFAULT_REACH = 5.0
-
-
-@dataclass(frozen=True, eq=False)
-class RadialDistribution:
-    """A histogram of pair distances, normalised to 1 for an ideal gas of the same n particles.
-
-    Parameters
-    ----------
-    edges : (m + 1,) float64 array
-        Of the bins [length]; the first is the diameter exactly.
-    g, error : (m,) float64 arrays
-        g(r) averaged over each shell, and its standard error: by blocking over the frames where there are 16
-        or more, otherwise that of independent pairs. A bin that never saw a pair has the error of one pair.
-    counts : (m,) int64 array
-        Pairs seen in all frames.
-    n, dimension, frames : int
-    diameter : float
-        At contact [length]: of two of different species, the distance at which they touch.
-    packing_fraction : float
-        Of everything.
-    contact_value : Estimate or None
-        g(sigma+), extrapolated (see :func:`carom.observables.contact.contact_value`); None where bins are not
-        aligned at contact.
-    pair : (int, int) or None
-        The species of the two particles; None where all particles are counted.
-    """
-
-    edges: np.ndarray
-    g: np.ndarray
-    error: np.ndarray
-    counts: np.ndarray
-    n: int
-    dimension: int
-    frames: int
-    diameter: float
-    packing_fraction: float
-    contact_value: Estimate | None = field(default=None)
-    pair: tuple[int, int] | None = None
-
-    @property
-    def r(self) -> np.ndarray:
-        """Centres of the bins (m,) [length]."""
-        return 0.5 * (self.edges[:-1] + self.edges[1:])
-
-    def coordination(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return how many neighbours are nearer than the upper edge of each bin, with errors, (m,) each.
-
-        Errors of the bins count as independent.
-
-        Raises
-        ------
-        InputError
-            If the distribution is of a pair of species, or does not begin at contact.
-        """
-        if self.pair is not None or self.contact_value is None:
-            raise InputError("Running coordination numbers need g(r) of all components, from contact on.")
-        added = 2.0 * self.counts / (self.n * self.frames)
-        errors = np.divide(added * self.error, self.g, out=np.zeros_like(self.g), where=self.g > 0.0)
-        return np.cumsum(added), np.sqrt(np.cumsum(errors**2))
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a file: ``.csv`` (see :meth:`to_csv`) or ``.npz`` (numpy arrays, no pickle), by its suffix.
-
-        Raises
-        ------
-        FileError
-            If the suffix is another one, or the file cannot be written.
-        """
-        path = Path(path)
-        if path.suffix == ".csv":
-            self.to_csv(path)
-        elif path.suffix == ".npz":
-            arrays = {"edges": self.edges, "g": self.g, "error": self.error, "counts": self.counts}
-            if self.pair is not None:
-                arrays["pair"] = np.array(self.pair)
-            numbers = {name: np.array(value) for name, value in self._header().items()}
-            with _writing(path):
-                np.savez(path, allow_pickle=False, **arrays, **numbers)
-        else:
-            raise FileError(f"{path} ends in {path.suffix!r}; g(r) is written as .csv or .npz.")
-
-    def to_pandas(self) -> pandas.DataFrame:
-        """Return r, g and its error as a pandas DataFrame."""
-        import pandas
-
-        return pandas.DataFrame({"r": self.r, "g": self.g, "error": self.error})
-
-    def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write columns ``r_lo, r_hi, g, error, counts``, every float with all its digits.
-
-        Lines that begin with # before them say what was measured.
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written.
-        """
-        lines = [f"# {name}: {value}" for name, value in self._header().items()]
-        if self.pair is not None:
-            lines.append(f"# pair: {self.pair[0]} {self.pair[1]}")
-        lines.append("r_lo,r_hi,g,error,counts")
-        for k in range(self.g.size):
-            row = (self.edges[k], self.edges[k + 1], self.g[k], self.error[k])
-            lines.append(",".join(f"{value:.17g}" for value in row) + f",{self.counts[k]:d}")
-        with _writing(Path(path)):
-            Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-    def _header(self) -> dict[str, float]:
-        names = ("n", "dimension", "frames", "diameter", "packing_fraction")
-        header = {name: getattr(self, name) for name in names}
-        if self.contact_value is not None:
-            header |= {"contact_value": self.contact_value.mean, "contact_error": self.contact_value.error}
-        return header
 
 
 def rdf(
@@ -256,7 +135,7 @@ def _distribution(
     first: Frame, counts: np.ndarray, edges: np.ndarray, pair: tuple[int, int] | None
 ) -> RadialDistribution:
     """Return g(r) from the histograms (frames, m) of frames like the first."""
-    expected = _ideal_counts(edges, _pairs(first, pair), first.box)
+    expected = ideal_counts(edges, _pairs(first, pair), first.box)
     return RadialDistribution(
         edges=edges,
         g=counts.mean(axis=0) / expected,
@@ -269,118 +148,6 @@ def _distribution(
         packing_fraction=_packing_fraction(first),
         contact_value=contact_value(counts, expected, edges, first.dimension),
         pair=pair,
-    )
-
-
-def rdf_mdanalysis(
-    universe: MDAnalysis.Universe | str | os.PathLike[str],
-    *,
-    bins: int = 200,
-    rmin: float = 0.0,
-    rmax: float | None = None,
-    dimension: int | None = None,
-    selection: str = "all",
-    other: str | None = None,
-    diameter: float = 1.0,
-) -> RadialDistribution:
-    """g(r) by MDAnalysis's ``InterRDF``, in three dimensions or two.
-
-    Parameters
-    ----------
-    universe : MDAnalysis.Universe or path
-        A path that MDAnalysis opens by itself, e.g. an ``.h5md`` file that Carom wrote.
-    bins : int
-    rmin, rmax : float
-        Range [length]; from 0 to half of the shortest edge.
-    dimension : int, optional
-        2 or 3; without it, 2 if no particle of the first frame has left the plane z = 0.
-    selection : str
-        Of particles, in MDAnalysis's language.
-    other : str, optional
-        Of the particles around those, for a partial g(r); none may be in both.
-    diameter : float
-        For the packing fraction in the result, of all particles, and its distance at contact [length].
-
-    Returns
-    -------
-    RadialDistribution
-        With the errors of independent pairs, and no contact value: positions are single precision there.
-
-    Raises
-    ------
-    InputError
-        If `rmax` exceeds half of the shortest edge (InterRDF is silently wrong there), fewer than two
-        particles are selected, or one is in both selections.
-    FileError
-        If the file cannot be opened.
-
-    Notes
-    -----
-    In 3D ``exclusion_block=(1, 1)`` leaves out each particle with itself, so that g tends to 1. InterRDF
-    divides by the volumes of spherical shells, always: in 2D its raw counts are normalised here, by ``N (N -
-    1) pi (r2^2 - r1^2) / area`` for each frame.
-    """
-    import MDAnalysis
-    from MDAnalysis.analysis.rdf import InterRDF
-
-    if not isinstance(universe, MDAnalysis.Universe):
-        path = os.fspath(universe)
-        if path.endswith((".h5md", ".h5")):
-            # MDAnalysis would follow whatever links and external storage the file names.
-            from carom.io.hdf5 import inspect
-
-            inspect(path)
-        try:
-            universe = MDAnalysis.Universe(path)
-        except (OSError, ValueError, TypeError) as error:
-            raise FileError(f"MDAnalysis cannot open {path}: {error}") from error
-    atoms = universe.select_atoms(selection)
-    n = atoms.n_atoms
-    if n < 2 and other is None:
-        raise InputError(f"{selection!r} selects {n} particles; g(r) needs two or more.")
-    around = atoms if other is None else universe.select_atoms(other)
-    if other is not None and (not n or not around.n_atoms or (atoms & around).n_atoms):
-        raise InputError(
-            f"{selection!r} selects {n} particles and {other!r} {around.n_atoms}, "
-            f"{(atoms & around).n_atoms} of them in both; expected one or more in each, and none in both."
-        )
-    universe.trajectory[0]
-    if dimension is None:
-        dimension = 2 if not atoms.positions[:, 2].any() else 3
-    if dimension not in (2, 3):
-        raise InputError(f"dimension is {dimension}; MDAnalysis knows 2 (in the plane z = 0) and 3.")
-    box = np.asarray(universe.dimensions[:dimension], dtype=np.float64)
-    rmax = _checked_rmax(rmax, float(box.min()), rmin)
-    # Pairs of the same index in blocks of one are each particle with itself.
-    analysis = InterRDF(
-        atoms,
-        around,
-        nbins=bins,
-        range=(rmin, rmax),
-        norm="none",
-        exclusion_block=(1, 1) if other is None else None,
-    ).run()
-    edges = np.asarray(analysis.results.edges, dtype=np.float64)
-    frames = int(analysis.n_frames)
-    # Of one selection ordered pairs, i with j and j with i; with norm="none" a sum over the frames.
-    twice = 2.0 if other is None else 1.0
-    pairs = 0.5 * n * (n - 1) if other is None else float(n * around.n_atoms)
-    counts = np.rint(np.asarray(analysis.results.count) / twice).astype(np.int64)
-    volumes = [math.prod(float(edge) for edge in step.dimensions[:dimension]) for step in universe.trajectory]
-    shells = ball_volume(dimension) * np.diff((2.0 * edges) ** dimension)
-    expected = pairs * shells * float(np.mean(1.0 / np.array(volumes)))
-    return RadialDistribution(
-        edges=edges,
-        g=counts / (frames * expected),
-        error=_independent_errors(counts, frames * expected),
-        counts=counts,
-        n=universe.atoms.n_atoms if other is not None else n,
-        dimension=dimension,
-        frames=frames,
-        diameter=diameter,
-        packing_fraction=(n if other is None else universe.atoms.n_atoms)
-        * ball_volume(dimension, diameter)
-        * float(np.mean(1.0 / np.array(volumes))),
     )
 
 
@@ -447,7 +214,8 @@ def _packing_fraction(frame: Frame) -> float:
     return float(volume / math.prod(frame.box))
 
 
-def _checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
+def checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
+    """Return where the bins end, not beyond half of the shortest edge of the box."""
     half = 0.5 * shortest
     end = half if rmax is None else float(rmax)
     # The edge of a box in a file of single precision is rounded, and so may be its half.
@@ -474,7 +242,7 @@ def _bin_edges(
         rmax = diameter + bins * width
     elif rmax is None and diameter > 0.0:
         rmax = min(0.5 * shortest, DEFAULT_REACH * diameter)
-    end = _checked_rmax(rmax, shortest, diameter)
+    end = checked_rmax(rmax, shortest, diameter)
     if bins is None:
         if width is None:
             width = DEFAULT_WIDTH * diameter if diameter > 0.0 else end / 200
@@ -542,13 +310,14 @@ def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) 
     )
 
 
-def _ideal_counts(edges: np.ndarray, pairs: float, box: tuple[float, ...]) -> np.ndarray:
+def ideal_counts(edges: np.ndarray, pairs: float, box: tuple[float, ...]) -> np.ndarray:
     """Pairs (m,) in each shell of one frame of an ideal gas."""
     shells = ball_volume(len(box)) * np.diff((2.0 * edges) ** len(box))
     return pairs * shells / math.prod(box)
 
 
-def _independent_errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
+def independent_errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """Return the errors (m,) of g, were all pairs independent."""
     return np.sqrt(np.maximum(counts, 1)) / expected
 
 
@@ -556,7 +325,7 @@ def _errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
     """Standard errors (m,) of g from the histograms (frames, m)."""
     frames = counts.shape[0]
     total = counts.sum(axis=0)
-    errors = _independent_errors(total, frames * expected)
+    errors = independent_errors(total, frames * expected)
     if frames < MIN_BLOCKS:
         return errors
     with warnings.catch_warnings():
@@ -565,12 +334,3 @@ def _errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
         for k in np.flatnonzero(total):
             errors[k] = blocking(counts[:, k]).error / expected[k]
     return errors
-
-
-@contextlib.contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    """Turn the system's complaint about a path into ours."""
-    try:
-        yield
-    except OSError as error:
-        raise FileError(f"{path} cannot be written ({error.strerror}); choose another place.") from error

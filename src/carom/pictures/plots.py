@@ -16,7 +16,7 @@ import numpy as np
 
 from carom import theory
 from carom.errors import FileError, InputError
-from carom.scene import description as words
+from carom.scene.description import particles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from carom.models.obstacles import Obstacle
     from carom.observables.packing import PackingNetwork
     from carom.observables.pressure import PressureEstimate
-    from carom.observables.rdf import RadialDistribution
+    from carom.observables.radial import RadialDistribution
     from carom.observables.statistics import Estimate
 
 # Readable without colour too: one strong blue for data, greys and line styles for the rest.
@@ -402,7 +402,7 @@ def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
 
 def _state(n: int, dimension: int, packing_fraction: float) -> str:
     count = f"{n:,}".replace(",", "\u202f") if n >= 10_000 else str(n)
-    return f"{count} hard {words.particles(dimension, n)}, $\\eta = {packing_fraction:.4g}$"
+    return f"{count} hard {particles(dimension, n)}, $\\eta = {packing_fraction:.4g}$"
 
 
 def _tex(estimate: Estimate) -> str:

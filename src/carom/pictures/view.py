@@ -125,7 +125,7 @@ def _data(
     """Return the data of a page and its title."""
     from carom.observables.packing import PackingNetwork
     from carom.pictures import viewdata
-    from carom.scene import description as words
+    from carom.scene.description import particles
     from carom.scene.scene import Scene
 
     if isinstance(source, str | os.PathLike):
@@ -147,7 +147,7 @@ def _data(
             "Reader, a Packing, a Scene or a Simulation."
         )
     data = viewdata.of_frames(frames, obstacles or ())
-    return data, f"{frames[0].n} {words.particles(frames[0].dimension, frames[0].n)}"
+    return data, f"{frames[0].n} {particles(frames[0].dimension, frames[0].n)}"
 
 
 def _of_scene(scene: Any) -> Frame:

@@ -17,7 +17,7 @@ from carom.io.trajectory import Reader
 from carom.models.interface import Obstacle
 from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of
-from carom.scene import description as words
+from carom.scene.description import particles
 from carom.simulation.replay import Replay
 
 MOST_PLACES = 3_000_000
@@ -66,7 +66,7 @@ def _common(frame: Frame, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
         "marks": None,
         "bonds": None,
         "replay": None,
-        "subtitle": f"{frame.n} {words.particles(frame.dimension, frame.n)}",
+        "subtitle": f"{frame.n} {particles(frame.dimension, frame.n)}",
         "obstacles": {
             "spheres": [] if shapes is None else shapes.spheres.tolist(),
             "lines": [] if shapes is None else shapes.segments.tolist(),

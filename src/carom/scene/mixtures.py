@@ -11,8 +11,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.models import obstacles as _obstacles
 from carom.scene import box as _box
-from carom.scene import growth as dense
-from carom.scene import lattices, placement
+from carom.scene import growth, lattices, placement
 from carom.scene import species as _species
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
@@ -237,10 +236,10 @@ def _thrown(
         for given in (diameters, masses, kinds if species is None else species):
             values, which = np.unique(given, return_inverse=True)
             kinds = kinds * len(values) + which
-    if matrix is None and dense.wanted(fraction, d):
-        smaller = diameters * (dense.start_fraction(d) / fraction) ** (1.0 / d)
+    if matrix is None and growth.wanted(fraction, d):
+        smaller = diameters * (growth.start_fraction(d) / fraction) ** (1.0 / d)
         loose = placement.random_positions(room, Contacts(smaller), rng, kinds)
-        positions = dense.grown(cls(loose, edges, diameter=smaller, **final), diameters, rng)
+        positions = growth.grown(cls(loose, edges, diameter=smaller, **final), diameters, rng)
     else:
         contacts = Contacts(diameters, species, matrix)
         positions = placement.random_positions(room, contacts, rng, kinds)

@@ -20,10 +20,7 @@ from carom.models.pinned import Pinned
 from carom.models.pinned import mask as pinned_mask
 from carom.models.restitution import Restitution
 from carom.scene import box as _box
-from carom.scene import checking, conversion
-from carom.scene import crystals as lattices
-from carom.scene import description as words
-from carom.scene import mixtures as disorder
+from carom.scene import checking, conversion, crystals, description, mixtures
 from carom.scene import species as _species
 from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
@@ -391,19 +388,19 @@ class Scene:
         return max(int(self.species.max()) + 1, len(self.species_names), contacts)
 
     # On a lattice, at random, from what others hold: each a function of the class, in a module of its kind.
-    cubic = classmethod(lattices.cubic)
-    fcc = classmethod(lattices.fcc)
-    triangular = classmethod(lattices.triangular)
-    dn = classmethod(lattices.dn)
-    lattice = classmethod(lattices.lattice)
-    on = classmethod(lattices.on)
-    random = classmethod(disorder.random)
-    mixture = classmethod(disorder.mixture)
+    cubic = classmethod(crystals.cubic)
+    fcc = classmethod(crystals.fcc)
+    triangular = classmethod(crystals.triangular)
+    dn = classmethod(crystals.dn)
+    lattice = classmethod(crystals.lattice)
+    on = classmethod(crystals.on)
+    random = classmethod(mixtures.random)
+    mixture = classmethod(mixtures.mixture)
     from_frame = classmethod(conversion.from_frame)
     from_ase = classmethod(conversion.from_ase)
 
     def __repr__(self) -> str:
-        return f"Scene({', '.join(f'{k}={v}' for k, v in words.facts(self).items())})"
+        return f"Scene({', '.join(f'{k}={v}' for k, v in description.facts(self).items())})"
 
     def _repr_html_(self) -> str:
-        return words.table(self)
+        return description.table(self)

@@ -143,7 +143,7 @@ def explain(
             machine.wish,
             machine.log is not None,
         )
-    from carom.engine.neighbors import choice as scheme
+    from carom.engine.neighbors.choice import choose
     from carom.engine.parts import build
 
     wish = wish_of(neighbors, shell)
@@ -151,7 +151,7 @@ def explain(
     single = in_single(precision, scene, at_rest if scene.velocities is None else scene.velocities)
     contents = contents_of(scene, growth_rates(growth, scene), 0.0, images, single)
     try:
-        chosen = scheme.choose(contents, 1.0, *wish)
+        chosen = choose(contents, 1.0, *wish)
     except ValueError as error:
         raise InputError(str(error)) from None
     engine = build(chosen, contents, scene.positions, at_rest)
@@ -218,11 +218,11 @@ def _arrays(engine: Engine) -> tuple[Array, ...]:
 
 def _reason(contents: Contents, chosen: Scheme, wish: Wish) -> str:
     """Say which neighbour scheme there is, and why."""
-    from carom.engine.neighbors import choice as scheme
+    from carom.engine.neighbors.choice import dilute
 
     cells = " x ".join(map(str, chosen.shape))
     fraction, dimension = contents.packing_fraction, contents.dimension
-    limit = scheme.dilute(dimension)
+    limit = dilute(dimension)
     widest = (contents.narrowest + 2.0 * contents.diameter) / 4.0
     if chosen.kind == "lists":
         what = f"lists with a reach of {chosen.reach / contents.diameter:.3g} diameters, from {cells} cells"

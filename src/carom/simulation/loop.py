@@ -184,7 +184,7 @@ def _patience(machine: Machine) -> float:
 
 def _lonely(machine: Machine) -> float:
     """Return the same in the engine's unit, for diameters that do not grow."""
-    from carom.engine.neighbors import choice as scheme
+    from carom.engine.neighbors.choice import collision_rate
 
     scene, epoch = machine.scene, machine.scheme.epoch
     if scene.n == 1:  # there is nobody to meet
@@ -196,7 +196,7 @@ def _lonely(machine: Machine) -> float:
         return epoch
     if machine.contents.threshold > 0.0:  # they cool until contacts are slower than this, hence elastic
         speed = min(speed, machine.contents.threshold)
-    rate = scheme.collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
+    rate = collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
     return PATIENCE / rate + epoch if rate > 0.0 else epoch
 
 

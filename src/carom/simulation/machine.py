@@ -129,7 +129,7 @@ class Machine:
 
     def _choose(self, velocities: np.ndarray, wish: Wish, rate: float | None = None) -> Scheme:
         """Return the scheme for velocities [length / time]; ``rate`` is in the engine's unit."""
-        from carom.engine.neighbors import choice as scheme
+        from carom.engine.neighbors.choice import choose
 
         v = self.unit.to_kernel(velocities, -1)
         speed = math.sqrt(float(np.mean(np.sum(v * v, axis=1))))
@@ -138,7 +138,7 @@ class Machine:
         if not self.contents.straight or self.contents.obstacles:
             speed = max(speed, self.unit.to_kernel(pace_of(self.scene), -1))
         try:
-            return scheme.choose(self.contents, speed, *wish, rate)
+            return choose(self.contents, speed, *wish, rate)
         except ValueError as error:
             raise InputError(str(error)) from None
 
@@ -245,21 +245,21 @@ class Machine:
 
     def enlarge_neighbors(self) -> None:
         """Make more room in sectors, cells and lists; everything has then to be scheduled anew."""
-        from carom.engine import parts as engine
+        from carom.engine.parts import enlarge_neighbors
 
         self._keep_steps()
         self.scheduled = False
         members = getattr(self.engine.neighbors, "members", np.zeros(1))
         full_cell = self.scheme.kind == "sectors" or members.max() == self.scheme.cell_capacity
         self.scheme = self.scheme.with_larger_neighbors(full_cell)
-        self.engine = engine.enlarge_neighbors(self.engine, self.scheme, self.contents)
+        self.engine = enlarge_neighbors(self.engine, self.scheme, self.contents)
 
     def enlarge_heap(self) -> None:
         """Make more room in the calendar."""
-        from carom.engine import parts as engine
+        from carom.engine.parts import enlarge_heap
 
         self.scheme = self.scheme.with_larger_heap()
-        self.engine = engine.enlarge_heap(self.engine, self.scheme)
+        self.engine = enlarge_heap(self.engine, self.scheme)
 
     def flush_log(self) -> None:
         """Write what the event log has in memory, if there is one."""

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-import time as clock
-import warnings
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from carom import checks
-from carom.block import Block, Sizes
-from carom.errors import CaromWarning, InputError
+from carom.block import Block
+from carom.errors import InputError
 from carom.notebook import watchable
-from carom.observables.equilibrium import doubts_about
-from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions
+from carom.observables.precision import Goal, Prediction
 from carom.observables.protocol import outcome, sees
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
+from carom.simulation.precise import tell_doubts, until
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
@@ -128,7 +126,7 @@ def measure(
         if progress is not None:
             progress(len(blocks) / observable.blocks)
     result = sim.estimate(observable, blocks)
-    _tell(result, thermometer)
+    tell_doubts(result, thermometer)
     return result
 
 
@@ -181,131 +179,3 @@ def _blocks(sim: Simulation, count: int, time: float | None, collisions: int | N
             yield cooling.next()
     else:
         yield from sim.blocks(sim.time_for(collisions) / count, count)
-
-
-def until(
-    sim: Simulation,
-    observable: Any,
-    goal: Goal,
-    *,
-    max_walltime: float = math.inf,
-    progress: Callable[[float], object] | None = None,
-    predicted: Callable[[Prediction], object] | None = None,
-) -> Any:
-    """Run on until the observable's error bar reaches the goal, and return the estimate.
-
-    Notes
-    -----
-    The error is looked at after a pilot of 64 blocks and then where the last look predicted the end, the
-    stretch never more than four times as long as at the look before. When there are twice
-    ``observable.blocks`` blocks, neighbours are merged. The length depends on what was measured and on
-    nothing else, except for ``max_walltime``.
-    """
-    deadline = clock.perf_counter() + max_walltime
-    source = Blocks(sim, block_collisions(sim.scene.n))
-    capacity = 2 * max(int(observable.blocks), 2 * FLOOR)
-    blocks: list[Block] = []
-    look = FLOOR  # in blocks of the first kind
-    size = 1  # of a block, in blocks of the first kind
-    expected = math.inf
-    rate = _Rate(sim)
-    thermometer = Thermometer(sim.machine)
-    while True:
-        while size * len(blocks) < look and (len(blocks) < 2 or clock.perf_counter() < deadline):
-            blocks.append(source.next(size))
-            rate.tick()
-            thermometer.look()
-            if len(blocks) == capacity:
-                blocks = [merged(*pair) for pair in zip(blocks[::2], blocks[1::2], strict=True)]
-                size *= 2
-            if progress is not None:
-                late = (
-                    1.0 - (deadline - clock.perf_counter()) / max_walltime if max_walltime < math.inf else 0.0
-                )
-                progress(min(max(size * len(blocks) / expected, late), 1.0))
-        enough = size * len(blocks) >= look
-        with warnings.catch_warnings():
-            if enough:  # a run that goes on need not be told that it was short so far
-                warnings.simplefilter("ignore", CaromWarning)
-            result = sim.estimate(observable, blocks)
-        found = result.primary
-        if goal.reached(found):
-            break
-        if not enough:
-            warnings.warn(
-                f"max_walltime = {max_walltime:g} s ended the measurement at a relative error of "
-                f"{found.relative_error:.2g}; {goal.relative_error:g} was asked for.",
-                CaromWarning,
-                stacklevel=3,
-            )
-            break
-        length = size * len(blocks)
-        expected = length * goal.remaining(found)
-        if predicted is not None:
-            more = (expected / length - 1.0) * sum(block.collisions for block in blocks)
-            predicted(Prediction(found.relative_error, more, more / rate.collisions_per_second))
-        look = goal.next_look(length, found)
-        rate.pause()
-    if progress is not None:
-        progress(1.0)
-    _tell(result, thermometer)
-    return result
-
-
-def _tell(result: Any, thermometer: Thermometer) -> None:
-    """Warn of what speaks against a result."""
-    for sentence in (*doubts_about(result), *thermometer.doubts()):
-        warnings.warn(sentence, CaromWarning, stacklevel=3)
-
-
-class _Rate:
-    """Collisions per second of wall time, the first block left out: it may have waited for the compiler."""
-
-    def __init__(self, sim: Simulation):
-        self._sim = sim
-        self._collisions, self._seconds = 0, 0.0
-        self._last: tuple[int, float] | None = None
-
-    def tick(self) -> None:
-        """Count what came since the last tick."""
-        now = self._sim.collisions, clock.perf_counter()
-        if self._last is not None:
-            self._collisions += now[0] - self._last[0]
-            self._seconds += now[1] - self._last[1]
-        self._last = now
-
-    def pause(self) -> None:
-        """Leave out the time from the last tick until now."""
-        if self._last is not None:
-            self._last = self._last[0], clock.perf_counter()
-
-    @property
-    def collisions_per_second(self) -> float:
-        """Seen so far; infinite before anything was."""
-        return self._collisions / self._seconds if self._seconds else math.inf
-
-
-def merged(one: Block, other: Block) -> Block:
-    """Return two neighbouring blocks as one."""
-    return Block(
-        one.duration + other.duration,
-        one.collisions + other.collisions,
-        one.virial + other.virial,
-        tuple(a + b for a, b in zip(one.impulses, other.impulses, strict=True)),
-        tuple(a + b for a, b in zip(one.momentum_changes, other.momentum_changes, strict=True)),
-        None if one.kT_time is None or other.kT_time is None else one.kT_time + other.kT_time,
-        _averaged(one, other),
-    )
-
-
-def _averaged(one: Block, other: Block) -> Sizes | None:
-    """Return the average sizes of two blocks, where diameters grow."""
-    a, b = one.sizes, other.sizes
-    if a is None or b is None:
-        return None
-    part = one.duration / (one.duration + other.duration)
-    return Sizes(
-        part * a.packing_fraction + (1.0 - part) * b.packing_fraction,
-        part * a.cube + (1.0 - part) * b.cube,
-        a.equal and b.equal,
-    )

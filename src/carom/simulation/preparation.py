@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
+from carom.densities import CLOSEST_PACKING
 from carom.errors import InputError
 from carom.models import choice, interface
 from carom.models.growing_cores import Growing
@@ -31,9 +32,6 @@ SINGLE = 2.0**-23
 
 COARSEST = 2.0**-6
 """Part of a diameter, or of the speeds, that single precision may round off."""
-
-CLOSEST = (1.0, math.pi / math.sqrt(12.0), math.pi / math.sqrt(18.0), math.pi**2 / 16.0)
-"""Packing fractions of the densest lattices in d = 1 to 4."""
 
 SAME = TimeUnit()
 """The engine's unit of time is the scene's."""
@@ -147,8 +145,8 @@ def in_single(precision: str, scene: Scene, velocities: np.ndarray) -> bool:
             f"diameters, or {otherwise}"
         )
     d = scene.dimension
-    if scene.simple and d <= len(CLOSEST):
-        room = 1.0 - min(scene.packing_fraction / CLOSEST[d - 1], 1.0) ** (1.0 / d)
+    if scene.simple and d in CLOSEST_PACKING:
+        room = 1.0 - min(scene.packing_fraction / CLOSEST_PACKING[d], 1.0) ** (1.0 / d)
         if room * scene.diameter < rounding:
             raise InputError(
                 f"This near to close packing gaps are {room:.2g} diameters wide, and single precision rounds "

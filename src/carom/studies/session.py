@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from carom.errors import CaromWarning, FileError
-from carom.studies import executors as engines
+from carom.studies import executors
 from carom.studies.runs.folder import owned
 from carom.studies.signals import Interrupted, stoppable
 from carom.studies.tasks import Record, Task, TaskFolder, key
@@ -95,7 +95,7 @@ class Job(Generic[R]):
             return self._run(executor, workers)
         folder = TaskFolder(Path(out))
         # Before anything is made: the engine may be none, and what stands there another study's.
-        engines.check(executor, workers)
+        executors.check(executor, workers)
         folder.check(settings)
         folder.make()
         with owned(folder.path):
@@ -117,12 +117,12 @@ class Job(Generic[R]):
             ended = True
             if self.missing:
                 stop.deferred = True
-                with engines.engine(executor, workers) as where:
+                with executors.engine(executor, workers) as where:
                     name = where.name
                     function = self.simulate
                     if where.local:
                         function = functools.partial(self.simulate, stop=lambda: stop.asked)
-                    ended = engines.run(
+                    ended = executors.run(
                         function,
                         self.missing,
                         where,
@@ -151,7 +151,7 @@ class Job(Generic[R]):
         self._report()
 
     def _failed(self, index: int, error: BaseException) -> None:
-        self.failures.append(Failure(self.missing[index], engines.reason(error)))
+        self.failures.append(Failure(self.missing[index], executors.reason(error)))
 
     def _write_again(self) -> None:
         assert self.folder is not None or not self.unwritten
@@ -188,12 +188,12 @@ class Job(Generic[R]):
                 f"{len(self.failures)} of {len(self.tasks)} runs failed, the first one at packing fraction "
                 f"{eta:g} with n = {n}: {first.reason}. The rest is done; run the study again to try these.",
                 CaromWarning,
-                stacklevel=5,
+                stacklevel=6,
             )
         if self.unwritten:
             warnings.warn(
                 f"{len(self.unwritten)} results could not be kept: {self.problem} "
                 "They are in the table now; run the study again to have them on the disk.",
                 CaromWarning,
-                stacklevel=5,
+                stacklevel=6,
             )

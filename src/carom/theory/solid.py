@@ -7,21 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from carom.densities import CLOSEST_PACKING
 from carom.errors import InputError
 from carom.theory.arithmetic import checked, horner
 
-_FCC = math.pi / math.sqrt(18.0)
+CLOSE_PACKING = {d: CLOSEST_PACKING[d] for d in range(1, 7)}
+"""Packing fraction of the densest known lattices, in the dimensions of this room."""
 
-# Packing fraction of the densest known lattices: Z, A2, D3, D4, D5, E6. Conway and Sloane, Sphere Packings,
-# Lattices and Groups, table 1.2.
-CLOSE_PACKING = {
-    1: 1.0,
-    2: math.pi / math.sqrt(12.0),
-    3: _FCC,
-    4: math.pi**2 / 16.0,
-    5: math.pi**2 / (15.0 * math.sqrt(2.0)),
-    6: math.pi**3 / (48.0 * math.sqrt(3.0)),
-}
+_FCC = CLOSE_PACKING[3]
 
 
 def speedy(packing_fraction: Any) -> Any:

@@ -16,7 +16,9 @@ from carom.engine.neighbors.levels import levels_of, spans_of
 from carom.engine.requirements import Contents
 
 DENSEST = (1.0, 0.9069, 0.7405, 0.6169, 0.4653, 0.3729, 0.2953, 0.2537)
-"""Densest known packing fractions in d = 1 to 8."""
+"""Densest known packing fractions in d = 1 to 8, rounded as they are: lengths of epochs follow from these
+digits, and with them the bits of all runs (``carom.densities.CLOSEST_PACKING`` has the rest).
+"""
 
 
 @dataclass(frozen=True)

@@ -26,10 +26,8 @@ from carom.engine.neighbors.interface import (
     settle,
     transit,
     transit_time,
-    wrapped,
 )
 from carom.engine.neighbors.paths import BLOCK, first_marked, mark
-from carom.engine.neighbors.prefetch import ask, stages
 from carom.engine.search import relative
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, interaction_time, position
@@ -267,22 +265,7 @@ def _(neighbors: Everybody, motion, boundary, state, i, now):
     line_up_one(neighbors, motion, state, i)
 
 
-@wrapped.register
-def _(neighbors: Everybody, i, axis, crossings):
-    return None
-
-
 @settle.register
 def _(neighbors: Everybody, motion, boundary, state):
     neighbors.lined[0] = -1
     return True
-
-
-@stages.register
-def _(neighbors: Everybody):
-    return 0
-
-
-@ask.register
-def _(neighbors: Everybody, motion, boundary, state, i, step):
-    return None

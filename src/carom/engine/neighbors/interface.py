@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.compiling.registry import required
+from carom.compiling.registry import optional, required
 
 
 @required
@@ -37,12 +37,13 @@ def transit_time(neighbors, motion, boundary, state, i, now):
     """Return the time at which component i leaves its sector (or the sphere of its list)."""
 
 
-@required
+@optional
 def change_home(neighbors, motion, boundary, state, i, now):
     """Put component i, whose velocity is new, into the sector that it will stay in longest.
 
-    Everybody near it has to be searched anyway.
+    Everybody near it has to be searched anyway. By default it stays where it is.
     """
+    return
 
 
 @required
@@ -58,9 +59,10 @@ def transit(neighbors, motion, boundary, state, i, now):
     """
 
 
-@required
+@optional
 def wrapped(neighbors, i, axis, crossings):
-    """Note that the coordinate of i was reduced by ``crossings`` boxes."""
+    """Note that the coordinate of i was reduced by ``crossings`` boxes; by default that does not matter."""
+    return
 
 
 @required

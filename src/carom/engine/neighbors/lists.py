@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.columns import LANES, line_up
+from carom.compiling.prefetch import prefetch
 from carom.compiling.registers import STEP, copy_words
 from carom.compiling.registry import inner
 from carom.engine.images import index
@@ -32,8 +33,15 @@ from carom.engine.neighbors.bounds import (
     widest,
 )
 from carom.engine.neighbors.grid import Grid, between, bits, cell_of, cells_near, coordinate_bits, steps
-from carom.engine.neighbors.interface import candidates, change_home, settle, transit, transit_time, wrapped
-from carom.engine.neighbors.prefetch import HUGE, ask, ask_members, ask_own, leaves_first, prefetch, stages
+from carom.engine.neighbors.interface import candidates, settle, transit, transit_time
+from carom.engine.neighbors.prefetch import (
+    HUGE,
+    leaves_first,
+    prefetch_event,
+    prefetch_members,
+    prefetch_own,
+    stages,
+)
 from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, position
@@ -330,7 +338,7 @@ def enlist_hits(lists, i, total):
 
 
 @inner
-def ask_list(lists, i):
+def prefetch_list(lists, i):
     """Ask for the list of component i."""
     begin = np.int64(start(lists.bounds, i))
     prefetch(lists.words, begin)
@@ -340,7 +348,7 @@ def ask_list(lists, i):
 
 
 @inner
-def ask_listed(lists, array, i):
+def prefetch_listed(lists, array, i):
     """Ask for the elements of an array that belong to the neighbours of component i."""
     begin = start(lists.bounds, i)
     for k in range(begin, begin + np.uint64(lists.counts[i])):
@@ -352,15 +360,15 @@ def _(neighbors: Lists):
     return 3
 
 
-@ask.register
+@prefetch_event.register
 def _(neighbors: Lists, motion, boundary, state, i, step):
     if step == 0:
-        ask_own(state, i)
-        ask_list(neighbors, i)
+        prefetch_own(state, i)
+        prefetch_list(neighbors, i)
         return
     if leaves_first(state, i):
         if len(state.partner) >= HUGE:
-            ask_cells(neighbors, motion, state, i, step)
+            prefetch_cells(neighbors, motion, state, i, step)
         return
     who = np.int64(i)
     word = np.int64(state.partner[i])
@@ -369,18 +377,18 @@ def _(neighbors: Lists, motion, boundary, state, i, step):
         if step == 1:
             prefetch(state.rows, j)
             prefetch(state.leave, j)
-            ask_list(neighbors, np.uint64(j))
+            prefetch_list(neighbors, np.uint64(j))
         else:
             who = j
     if step == 1 or word >= 0:
-        ask_listed(neighbors, state.rows, np.uint64(who))
+        prefetch_listed(neighbors, state.rows, np.uint64(who))
 
 
 @inner
-def ask_cells(lists, motion, state, i, step):
+def prefetch_cells(lists, motion, state, i, step):
     """Ask for the cells that will be looked into when the list of i is renewed, or for who is in them."""
     if step == 1:
-        ask_listed(lists, lists.reference, i)
+        prefetch_listed(lists, lists.reference, i)
     own, old = level(lists.bounds, i), lists.reference[i]
     point = refer(lists, motion, state, i, state.leave[i])
     for other in range(np.uint64(levels(lists.bounds))):
@@ -391,17 +399,7 @@ def ask_cells(lists, motion, state, i, step):
                 prefetch(lists.members, np.int64(cell))
                 prefetch(lists.cells, np.int64(cell) * lists.cells.shape[1])
             else:
-                ask_members(lists.reference, lists.cells, cell, np.int64(lists.members[cell]), i)
-
-
-@change_home.register
-def _(neighbors: Lists, motion, boundary, state, i, now):
-    return None
-
-
-@wrapped.register
-def _(neighbors: Lists, i, axis, crossings):
-    return None
+                prefetch_members(lists.reference, lists.cells, cell, np.int64(lists.members[cell]), i)
 
 
 @settle.register

@@ -13,15 +13,12 @@ import numpy as np
 
 from carom.compiling.registry import inner
 from carom.engine.neighbors.interface import (
-    change_home,
     first_met,
     first_newcomer,
     settle,
     transit,
     transit_time,
-    wrapped,
 )
-from carom.engine.neighbors.prefetch import ask, stages
 from carom.engine.search import meet
 from carom.models.interface import NEVER, core_square, growth, meeting_time
 
@@ -107,26 +104,6 @@ def _(neighbors: Pairs, motion, boundary, state, i, now):
     return True, neighbors.names, np.uint64(0), np.int64(0)
 
 
-@change_home.register
-def _(neighbors: Pairs, motion, boundary, state, i, now):
-    return None
-
-
-@wrapped.register
-def _(neighbors: Pairs, i, axis, crossings):
-    return None
-
-
 @settle.register
 def _(neighbors: Pairs, motion, boundary, state):
     return True
-
-
-@stages.register
-def _(neighbors: Pairs):
-    return 0
-
-
-@ask.register
-def _(neighbors: Pairs, motion, boundary, state, i, step):
-    return None

@@ -14,15 +14,9 @@ more of them at a time than the first, and holds them until they are needed.
 from __future__ import annotations
 
 import numpy as np
-from llvmlite import ir
-from numba.core import cgutils, types
-from numba.extending import intrinsic, overload
 
-from carom.compiling import private
-from carom.compiling.dispatch import INLINE
-from carom.compiling.registry import inner, required
-
-PREFETCHING = "memory asked for ahead"
+from carom.compiling.prefetch import prefetch
+from carom.compiling.registry import inner, optional
 
 LARGE = 10_000
 """Components from which on it pays to ask for rows and lists: fewer fit into the second-level cache."""
@@ -32,71 +26,29 @@ HUGE = 120_000
 event: fewer fit into the last cache.
 """
 
-
 FEW = 2
 """Members of a cell that are asked for in any case."""
 
 
-@intrinsic
-def _prefetch(typingctx, array, index):
-    kind = array.dtype
-    size = kind.size if isinstance(kind, types.Record) else kind.bitwidth // 8
-
-    def codegen(context, builder, signature, args):
-        byte, word = ir.IntType(8), ir.IntType(32)
-        data = cgutils.create_struct_proxy(array)(context, builder, args[0]).data
-        base = builder.bitcast(data, byte.as_pointer())
-        place = builder.gep(base, [builder.mul(args[1], ir.Constant(ir.IntType(64), size))])
-        signature = ir.FunctionType(ir.VoidType(), [place.type, word, word, word])
-        ask = cgutils.get_or_insert_function(builder.module, signature, "llvm.prefetch.p0")
-        read, second_level, data_cache = (ir.Constant(word, value) for value in (0, 2, 1))
-        builder.call(ask, [place, read, second_level, data_cache])
-        return context.get_dummy_value()
-
-    return types.void(array, types.int64), codegen
-
-
-def prefetch(array, index):
-    """Ask for the cache line of an element of a contiguous array; nothing without compilation."""
-
-
-@overload(prefetch, jit_options=INLINE)
-def _prefetch_compiled(array, index):
-    def body(array, index):
-        _prefetch(array, index)  # type: ignore[call-arg]  # Numba supplies the context
-
-    return body if private.has(PREFETCHING) else lambda array, index: None
-
-
-@private.trial(PREFETCHING)
-def _try() -> bool:
-    from numba import njit
-
-    @njit(error_model="numpy")
-    def fetch(array):
-        prefetch(array, 1)
-        return array[1]
-
-    return fetch(np.arange(3.0)) == 1.0
-
-
-@required
-def ask(neighbors, motion, boundary, state, i, step):
+@optional
+def prefetch_event(neighbors, motion, boundary, state, i, step):
     """Ask for what the event of component i will touch, as far as the answers to the step before say.
 
     The steps are one function because they have code in common that the compiler then makes once.
     """
+    return
 
 
-@required
+@optional
 def stages(neighbors):
     """Return how many steps it takes to ask for everything that an event will touch: buckets ahead, and
-    answers on the way.
+    answers on the way. By default nothing is asked for.
     """
+    return 0
 
 
 @inner
-def ask_own(state, i):
+def prefetch_own(state, i):
     """Ask for what every event of component i needs."""
     prefetch(state.rows, np.int64(i))
     prefetch(state.partner, np.int64(i))
@@ -104,7 +56,7 @@ def ask_own(state, i):
 
 
 @inner
-def ask_members(array, cells, cell, count, who):
+def prefetch_members(array, cells, cell, count, who):
     """Ask for the elements of an array that belong to the members of a cell; ``who`` is a component whose
     element is there already.
 
@@ -134,4 +86,6 @@ def look_ahead(calendar, state, neighbors, boundary, motion):
         if place < len(buckets):
             bucket = np.uint64(place)
             for k in range(np.uint64(buckets[bucket, 0])):
-                ask(neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]), step)
+                prefetch_event(
+                    neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]), step
+                )

@@ -8,11 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from carom.compiling.prefetch import prefetch
 from carom.compiling.registers import STEP, copy_words, replace_words
 from carom.compiling.registry import inner, required
 from carom.engine.images import index, index_bits, mirror, separation
 from carom.engine.neighbors.interface import candidates, change_home, settle, transit, transit_time, wrapped
-from carom.engine.neighbors.prefetch import ask, ask_members, ask_own, leaves_first, prefetch, stages
+from carom.engine.neighbors.prefetch import (
+    leaves_first,
+    prefetch_event,
+    prefetch_members,
+    prefetch_own,
+    stages,
+)
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, exit_time, position, velocity
 
@@ -279,11 +286,11 @@ def _(neighbors: Sectors):
     return 4
 
 
-@ask.register
+@prefetch_event.register
 def _(neighbors: Sectors, motion, boundary, state, i, step):
     if step == 0:
-        ask_own(state, i)
-        ask_place(neighbors, i)
+        prefetch_own(state, i)
+        prefetch_place(neighbors, i)
         prefetch(neighbors.face, np.int64(i))
         return
     if len(state.partner) < ASKED:
@@ -291,15 +298,15 @@ def _(neighbors: Sectors, motion, boundary, state, i, step):
     word = np.int64(state.partner[i])
     if leaves_first(state, i):
         if step < 3:
-            ask_ahead(neighbors, state, i, step)
+            prefetch_ahead(neighbors, state, i, step)
     elif word >= 0:
-        ask_both(neighbors, motion, boundary, state, i, word, step)
+        prefetch_both(neighbors, motion, boundary, state, i, word, step)
     elif step < 3:
-        ask_around(neighbors, state, i, np.int64(sector_of(neighbors, i)), step)
+        prefetch_around(neighbors, state, i, np.int64(sector_of(neighbors, i)), step)
 
 
 @inner
-def ask_ahead(sectors, state, i, step):
+def prefetch_ahead(sectors, state, i, step):
     """Ask for the sectors that component i leaves and enters and those that come into view, or for who is in
     them.
     """
@@ -307,37 +314,37 @@ def ask_ahead(sectors, state, i, step):
     old = np.int64(sector_of(sectors, i))
     new = old + sectors.moves[face]
     if step == 1:
-        ask_sector(sectors, old)
-        ask_sector(sectors, new)
+        prefetch_sector(sectors, old)
+        prefetch_sector(sectors, new)
     for k in range(np.uint64(sectors.faces.shape[1])):
-        ask_near(sectors, state, i, new, np.uint64(sectors.faces[face, k]), step)
+        prefetch_near(sectors, state, i, new, np.uint64(sectors.faces[face, k]), step)
 
 
 @inner
-def ask_around(sectors, state, i, cell, step):
+def prefetch_around(sectors, state, i, cell, step):
     """Ask for all sectors around one near component i, or for who is in them."""
     for code in range(np.uint64(len(sectors.digits))):
-        ask_near(sectors, state, i, cell, code, step)
+        prefetch_near(sectors, state, i, cell, code, step)
 
 
 @inner
-def ask_both(sectors, motion, boundary, state, i, word, step):
+def prefetch_both(sectors, motion, boundary, state, i, word, step):
     """Ask for what the collision of component i with the one that ``word`` names will touch."""
     j = np.uint64(index(boundary, word))
     if step == 1:
-        ask_sector(sectors, np.int64(sector_of(sectors, i)))
+        prefetch_sector(sectors, np.int64(sector_of(sectors, i)))
         prefetch(state.rows, np.int64(j))
         prefetch(state.leave, np.int64(j))
-        ask_place(sectors, j)
+        prefetch_place(sectors, j)
         return
     if step == 2:
-        ask_sector(sectors, np.int64(sector_of(sectors, j)))
-    ask_after(sectors, motion, boundary, state, i, word, step)
-    ask_after(sectors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), word)), step)
+        prefetch_sector(sectors, np.int64(sector_of(sectors, j)))
+    prefetch_after(sectors, motion, boundary, state, i, word, step)
+    prefetch_after(sectors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), word)), step)
 
 
 @inner
-def ask_after(sectors, motion, boundary, state, i, word, step):
+def prefetch_after(sectors, motion, boundary, state, i, word, step):
     """Ask for the sectors around the one in which component i will be after its collision with the one that
     ``word`` names, as if they were of one mass; or for who is in them.
     """
@@ -361,34 +368,34 @@ def ask_after(sectors, motion, boundary, state, i, word, step):
         v = me.v[axis] + factor * separation(boundary, i, word, axis, y - x)
         cell += scale * advice(sectors, i, axis, x, v)
         scale *= sectors.shape[axis]
-    ask_around(sectors, state, i, cell, step - 1)
+    prefetch_around(sectors, state, i, cell, step - 1)
 
 
 @inner
-def ask_place(sectors, i):
+def prefetch_place(sectors, i):
     """Ask for where component i is."""
     prefetch(sectors.place, np.int64(i) * len(sectors.sides))
     prefetch(sectors.turn, np.int64(i) * len(sectors.sides))
 
 
 @inner
-def ask_sector(sectors, cell):
+def prefetch_sector(sectors, cell):
     """Ask for a sector."""
     prefetch(sectors.members, cell * sectors.members.shape[1])
 
 
 @inner
-def ask_near(sectors, state, i, cell, code, step):
+def prefetch_near(sectors, state, i, cell, code, step):
     """Ask for one of the sectors around one near component i, or for who is in it.
 
     Across a face of the box it is a wrong one: what is asked for in vain harms nobody.
     """
     near = min(max(cell + sectors.ways[code], 0), len(sectors.members) - 1)
     if step == 1:
-        ask_sector(sectors, near)
+        prefetch_sector(sectors, near)
         return
     count = np.int64(sectors.members[np.uint64(near), np.uint64(sectors.members.shape[1] - 1)])
-    ask_members(state.rows, sectors.members, np.uint64(near), count, i)
+    prefetch_members(state.rows, sectors.members, np.uint64(near), count, i)
 
 
 @wrapped.register

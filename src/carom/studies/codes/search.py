@@ -11,7 +11,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.studies import executors as engines
+from carom.studies import executors
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.compression import compress
 from carom.studies.codes.contacts import contact_graph, forces
@@ -108,7 +108,7 @@ def spherical_code(
     if rate is not None:
         rate = checks.number(rate, "rate", low=0.0, high=1.0, open_low=True)
     numbers = _seeds(seeds)
-    engines.check(executor, workers)
+    executors.check(executor, workers)
     exact = known(n, k, digits)
     if exact is not None:
         return _exact(*exact, digits)
@@ -125,16 +125,16 @@ def spherical_code(
         report()
 
     def lost(index: int, error: BaseException) -> None:
-        failed[numbers[index]] = engines.reason(error)
+        failed[numbers[index]] = executors.reason(error)
         report()
 
     with stoppable() as stop:
         report()
         stop.deferred = True
         asked = lambda: stop.asked  # noqa: E731
-        with engines.engine(executor, workers) as where:
+        with executors.engine(executor, workers) as where:
             function = functools.partial(search, stop=asked) if where.local else search
-            ended = engines.run(function, tasks, where, done=done, failed=lost, stop=asked)
+            ended = executors.run(function, tasks, where, done=done, failed=lost, stop=asked)
             if not ended:
                 where.close(now=True)
         stop.deferred = False

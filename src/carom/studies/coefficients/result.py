@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import theory
-from carom.errors import InputError
-from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
 from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Extrapolation, Point, line
 from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.session import Failure
+from carom.studies.outcome import Outcome, write_csv
 from carom.studies.tasks import Record
 
 if TYPE_CHECKING:
@@ -185,31 +182,18 @@ def _pressures(point: Point) -> tuple[Estimate, Estimate, Estimate]:
 
 
 @dataclass(frozen=True, repr=False)
-class Transport:
+class Transport(Outcome):
     """Transport coefficients at every point of a study.
 
     Attributes
     ----------
     spec : TransportSpec
         What was asked for.
-    records : list of dict
-        Results of the single runs that are done.
-    failures : list of Failure
-        Tasks that failed in this session; running the study again tries them again.
-    folder : Path or None
-        Where the results are kept.
-    engine : str
-        Where this session ran.
-    seconds : float
-        Wall time of this session.
+    records, failures, folder, engine, seconds
+        As in :class:`carom.studies.outcome.Outcome`.
     """
 
     spec: TransportSpec
-    records: list[Record] = field(default_factory=list)
-    failures: list[Failure] = field(default_factory=list)
-    folder: Path | None = None
-    engine: str = ""
-    seconds: float = 0.0
 
     @property
     def table(self) -> list[Row]:
@@ -247,11 +231,6 @@ class Transport:
                 found.append(Extrapolation(eta, value, slope, tuple(r.n for r in rows), chi2))
         return found
 
-    @property
-    def complete(self) -> bool:
-        """Whether every task is done."""
-        return len(self.records) == len(self.spec.tasks())
-
     def __repr__(self) -> str:
         return f"<Transport: {len(self.records)} of {len(self.spec.tasks())} runs done>"
 
@@ -278,24 +257,6 @@ class Transport:
             remarks |= dict.fromkeys(f"{place}: {remark}" for remark in each.remarks)
         return "\n".join([*lines, *remarks])
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the table (.csv), the picture (.png, .pdf, .svg) or the report (.html).
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one; FileError if the file cannot be written.
-        """
-        suffix = Path(path).suffix.lower()
-        if suffix == ".csv":
-            self.to_csv(path)
-        elif suffix == ".html":
-            self.report(path)
-        elif suffix in (".png", ".pdf", ".svg"):
-            self.plot(path)
-        else:
-            raise InputError(f"{path} has the suffix '{suffix}'; expected .csv, .html, .png, .pdf or .svg.")
-
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write one line a coefficient; unknown numbers are empty.
 
@@ -304,15 +265,7 @@ class Transport:
         FileError
             If the file cannot be written.
         """
-        path = Path(path)
-        with (
-            replacing(path) as temporary,
-            writing(path),
-            temporary.open("w", newline="", encoding="utf-8") as file,
-        ):
-            writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(self.rows())
+        write_csv(path, COLUMNS, (list(each.values()) for each in self.rows()))
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a table for each coefficient, with the keys of the CSV file; unknown numbers are ""."""

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
-import time as clock
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -13,29 +10,7 @@ from typing import Any
 from carom.studies.coefficients.result import Transport
 from carom.studies.coefficients.simulate import simulate
 from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.eos.spec import GRID
-from carom.studies.session import Failure, Job
-from carom.studies.tasks import Record
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a study is.
-
-    Attributes
-    ----------
-    done, total : int
-        Tasks.
-    fraction : float
-        Of the work, in collisions.
-    so_far : Transport
-        The results so far.
-    """
-
-    done: int
-    total: int
-    fraction: float
-    so_far: Transport
+from carom.studies.outcome import Progress, carry_out
 
 
 def transport(
@@ -53,7 +28,7 @@ def transport(
     executor: Any = None,
     workers: int | None = None,
     out: str | PathLike[str] | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[Progress[Transport]], object] | None = None,
 ) -> Transport:
     """Measure self-diffusion, shear and bulk viscosity and thermal conductivity; of mixtures mutual and
     thermal diffusion, too.
@@ -135,19 +110,8 @@ def run(
     executor: Any = None,
     workers: int | None = None,
     out: str | PathLike[str] | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[Progress[Transport]], object] | None = None,
 ) -> Transport:
     """Run a study that is given as a value; parameters as for :func:`transport`."""
-    began = clock.perf_counter()
-
-    def summary(records: list[Record], failures: list[Failure]) -> Transport:
-        return Transport(spec, records, failures, None if out is None else Path(out))
-
-    def report(done: int, total: int, fraction: float, so_far: Transport) -> None:
-        if progress is not None:
-            progress(Progress(done, total, fraction, so_far))
-
-    job = Job(spec.tasks(), simulate, summary, None if progress is None else report)
-    grid = {name: spec.words()[name] for name in GRID}
-    result, name = job.run(executor, workers, out, spec.settings(), grid)
-    return dataclasses.replace(result, engine=name, seconds=clock.perf_counter() - began)
+    nothing_yet = Transport(spec, folder=None if out is None else Path(out))
+    return carry_out(nothing_yet, simulate, executor=executor, workers=workers, progress=progress)

@@ -12,7 +12,7 @@ import numpy as np
 from carom import theory
 from carom.errors import InputError
 from carom.pictures import plots
-from carom.scene import description as words
+from carom.scene.description import particles
 from carom.studies.eos.table import Row, compared, finite_size_shift, usual_equation
 from carom.theory import Equation
 
@@ -82,7 +82,7 @@ def study(
 
 def kind(dimension: int, *, mixture: bool) -> str:
     """Return what the particles are, e.g. "mixture of hard disks"."""
-    name = f"hard {words.particles(dimension)}"
+    name = f"hard {particles(dimension)}"
     return f"mixture of {name}" if mixture else name
 
 

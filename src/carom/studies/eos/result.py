@@ -2,72 +2,49 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from carom import notebook, theory
 from carom.errors import InputError
-from carom.io.paths import replacing, writing
 from carom.studies.eos import fits
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.table import Row, table
-from carom.studies.session import Failure
-from carom.studies.tasks import Record
+from carom.studies.outcome import Outcome, write_csv
 from carom.theory import Equation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PICTURES = (".png", ".pdf", ".svg")
-
 COLUMNS = tuple(f.name for f in dataclasses.fields(Row))
 
 
 @dataclass(frozen=True, repr=False)
-class EquationOfState:
+class EquationOfState(Outcome):
     """Z at every point of a study, with what follows from it.
 
     Attributes
     ----------
     spec : StudySpec
         What was asked for.
-    records : list of dict
-        Results of the single runs that are done.
-    failures : list of Failure
-        Tasks that failed in this session; running the study again tries them again.
-    folder : Path or None
-        Where the results are kept.
-    engine : str
-        Where this session ran.
-    seconds : float
-        Wall time of this session.
+    records, failures, folder, engine, seconds
+        As in :class:`carom.studies.outcome.Outcome`.
     equation : callable or None
         Equation of state to compare with, instead of the usual one.
     """
 
     spec: StudySpec
-    records: list[Record] = field(default_factory=list)
-    failures: list[Failure] = field(default_factory=list)
-    folder: Path | None = None
-    engine: str = ""
-    seconds: float = 0.0
     equation: Equation | None = None
 
     @property
     def table(self) -> list[Row]:
         """One :class:`Row` for each point, in the order of packing fraction and n."""
         return table(self.records, self.equation)
-
-    @property
-    def complete(self) -> bool:
-        """Whether every task is done."""
-        return len(self.records) == len(self.spec.tasks())
 
     def with_theory(self, equation: Equation) -> EquationOfState:
         """Return the study beside another equation of state, e.g. ``carom.theory.carnahan_starling``."""
@@ -114,24 +91,6 @@ class EquationOfState:
         """Extrapolate to infinite size; see :func:`carom.studies.eos.fits.extrapolate`."""
         return fits.extrapolate(self.table)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the table (.csv), the picture (.png, .pdf, .svg) or the report (.html).
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one; FileError if the file cannot be written.
-        """
-        suffix = Path(path).suffix.lower()
-        writers: dict[str, Callable[..., object]] = {
-            ".csv": self.to_csv,
-            ".html": self.report,
-            **dict.fromkeys(PICTURES, self.plot),
-        }
-        if suffix not in writers:
-            raise InputError(f"{path} has the suffix '{suffix}'; expected one of {', '.join(writers)}.")
-        writers[suffix](path)
-
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the table, one line a point; unknown numbers are empty.
 
@@ -140,16 +99,8 @@ class EquationOfState:
         FileError
             If the file cannot be written.
         """
-        path = Path(path)
-        with (
-            replacing(path) as temporary,
-            writing(path),
-            temporary.open("w", newline="", encoding="utf-8") as file,
-        ):
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(COLUMNS)
-            for row in self.table:
-                writer.writerow([_cell(getattr(row, name)) for name in COLUMNS])
+        rows = ([_cell(getattr(row, name)) for name in COLUMNS] for row in self.table)
+        write_csv(path, COLUMNS, rows)
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas DataFrame.

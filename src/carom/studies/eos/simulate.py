@@ -7,6 +7,7 @@ import math
 import threading
 import warnings
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from carom.block import Block
 from carom.errors import CaromWarning
 from carom.frame import Frame
 from carom.observables import Estimate, Pressure
+from carom.observables.precision import lengthen
 from carom.simulation.equipartition import Thermometer
 from carom.studies.eos.order import OrderParameter
 from carom.studies.executors import Stopped
@@ -70,19 +72,21 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
         blocks: list[Block] = []
         thermometer = Thermometer(sim.machine)
-        wanted = task["blocks"]
-        while True:
+
+        def extend(wanted: int) -> int:
             for block in sim.blocks(duration, wanted - len(blocks)):
                 look()
                 blocks.append(block)
                 thermometer.look()
                 if sampler is not None and len(blocks) % every == 0:
                     sampler.add(sim.frame())
-            estimate = sim.estimate(request, blocks)
-            longer = _longer(estimate.compressibility_factor, task, len(blocks))
-            if longer <= len(blocks):
-                break
-            wanted = longer
+            return wanted
+
+        def error_bar() -> Estimate:
+            return sim.estimate(request, blocks).compressibility_factor
+
+        lengthen(Planned(task["relative_error"], task["blocks"]), task["blocks"], extend, error_bar)
+        estimate = sim.estimate(request, blocks)
         statistics = sim.statistics
     diameters, counts = np.unique(scene.diameters, return_counts=True)
     result = {
@@ -109,17 +113,31 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     return watch.record(task, result, sim)
 
 
-def _longer(z: Estimate, task: Task, blocks: int) -> int:
-    """Return the number of blocks after which the error should be small enough.
+@dataclass(frozen=True)
+class Planned:
+    """Near the length planned, which takes collisions for independent: else, near freezing, a run goes on.
 
-    The length planned takes collisions for independent; where they are not, near freezing, the run goes on.
+    Parameters
+    ----------
+    relative_error : float or None
+        Asked for; None keeps to the plan.
+    blocks : int
+        The length planned.
     """
-    goal, most = task["relative_error"], MOST * task["blocks"]
-    if goal is None or z.error <= goal * z.mean:
-        return blocks
-    factor = ROOM * (z.error / (goal * z.mean)) ** 2
-    # The error bar of a short run with long correlations is a guess, and most often too large a one here.
-    return min(math.ceil(min(factor, GROWTH) * blocks), most)
+
+    relative_error: float | None
+    blocks: int
+
+    def reached(self, z: Estimate) -> bool:
+        """Tell whether the error is small enough."""
+        return self.relative_error is None or z.error <= self.relative_error * z.mean
+
+    def next_look(self, length: int, z: Estimate) -> int:
+        """Return the number of blocks after which the error should be small enough."""
+        assert self.relative_error is not None
+        factor = ROOM * (z.error / (self.relative_error * z.mean)) ** 2
+        # The error bar of a short run with long correlations is a guess, and most often too large a one here.
+        return min(math.ceil(min(factor, GROWTH) * length), MOST * self.blocks)
 
 
 def _moved(start: np.ndarray, frame: Frame) -> float:

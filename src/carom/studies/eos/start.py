@@ -6,8 +6,7 @@ import numpy as np
 
 from carom import densities, theory
 from carom.plan.sections import SceneSpec
-from carom.scene import growth as dense
-from carom.scene import lattices, placement
+from carom.scene import growth, lattices, placement
 from carom.scene.scene import Scene
 
 NEAR_FREEZING = 0.93
@@ -49,7 +48,7 @@ def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
         return _crystal(asked, lattice, cells, fraction, diameter, rng)
     smaller = diameter * (fraction / asked.packing_fraction) ** (1.0 / lattice.dimension)
     crystal = _crystal(asked, lattice, cells, fraction, smaller, rng)
-    positions = dense.grown(crystal, np.full(crystal.n, diameter), rng, melting=LONG)
+    positions = growth.grown(crystal, np.full(crystal.n, diameter), rng, melting=LONG)
     return crystal.with_(positions=positions, diameter=diameter)
 
 

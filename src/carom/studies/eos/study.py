@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import time as clock
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,33 +12,13 @@ from carom.errors import FileError, InputError
 from carom.notebook import watchable
 from carom.studies.eos.result import EquationOfState
 from carom.studies.eos.simulate import simulate
-from carom.studies.eos.spec import GRID, StudySpec
-from carom.studies.session import Failure, Job
-from carom.studies.tasks import SETTINGS, Record, TaskFolder
+from carom.studies.eos.spec import StudySpec
+from carom.studies.outcome import Progress, carry_out
+from carom.studies.tasks import SETTINGS, TaskFolder
 from carom.theory import Equation
 
 
-@dataclass(frozen=True)
-class Progress:
-    """How far a study is.
-
-    Attributes
-    ----------
-    done, total : int
-        Tasks.
-    fraction : float
-        Of the work, in collisions.
-    so_far : EquationOfState
-        The results so far.
-    """
-
-    done: int
-    total: int
-    fraction: float
-    so_far: EquationOfState
-
-
-def _by_runs(shown: Callable[..., None]) -> Callable[[Progress], object]:
+def _by_runs(shown: Callable[..., None]) -> Callable[[Progress[EquationOfState]], object]:
     """Return what shows the runs done."""
     return lambda present: shown(present.fraction, f"{present.done} of {present.total} runs")
 
@@ -62,7 +40,7 @@ def equation_of_state(
     workers: int | None = None,
     out: str | PathLike[str] | None = None,
     equation: Equation | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[Progress[EquationOfState]], object] | None = None,
     **settings: Any,
 ) -> EquationOfState:
     """Measure Z over packing fractions, numbers of particles and replicas.
@@ -161,23 +139,12 @@ def run(
     workers: int | None = None,
     out: str | PathLike[str] | None = None,
     equation: Equation | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[Progress[EquationOfState]], object] | None = None,
 ) -> EquationOfState:
     """Run a study that is given as a value; parameters as for :func:`equation_of_state`."""
-    began = clock.perf_counter()
-
-    def summary(records: list[Record], failures: list[Failure]) -> EquationOfState:
-        folder = None if out is None else Path(out)
-        return EquationOfState(spec, records, failures, folder, equation=equation)
-
-    def report(done: int, total: int, fraction: float, so_far: EquationOfState) -> None:
-        if progress is not None:
-            progress(Progress(done, total, fraction, so_far))
-
-    job = Job(spec.tasks(), simulate, summary, report if progress is not None else None)
-    grid = {name: spec.words()[name] for name in GRID}
-    result, name = job.run(executor, workers, out, spec.settings(), grid)
-    return dataclasses.replace(result, engine=name, seconds=clock.perf_counter() - began)
+    folder = None if out is None else Path(out)
+    nothing_yet = EquationOfState(spec, folder=folder, equation=equation)
+    return carry_out(nothing_yet, simulate, executor=executor, workers=workers, progress=progress)
 
 
 def load(out: str | PathLike[str], equation: Equation | None = None) -> EquationOfState:

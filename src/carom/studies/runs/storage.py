@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
+
+from carom.errors import CaromWarning, InputError
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 
@@ -19,6 +22,9 @@ FORMATS = ("h5md", "extxyz")
 
 BYTES = {"h5md": 20, "extxyz": 65, "gsd": 12}
 """Bytes for a coordinate of a component in a frame: its place, its velocity and its image."""
+
+LARGEST_EXTENDED = 3
+"""Dimensions that formats other than H5MD can hold."""
 
 
 def amount(plan: Plan, scene: Scene) -> tuple[tuple[str, ...], int]:
@@ -38,6 +44,37 @@ def amount(plan: Plan, scene: Scene) -> tuple[tuple[str, ...], int]:
     if frames is None:
         frames = max(min(FRAMES, _most(scene, formats)), 1)
     return formats, frames
+
+
+def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
+    """Return those of the formats asked for that can hold so many dimensions.
+
+    Raises
+    ------
+    InputError
+        If none of the formats asked for can, or GSD is asked for and not installed.
+    """
+    held = tuple(form for form in asked if form == "h5md" or dimension <= LARGEST_EXTENDED)
+    if asked and not held:
+        raise InputError(
+            f"[output] trajectory {', '.join(asked)} holds at most {LARGEST_EXTENDED} dimensions, and the "
+            f'scene has {dimension}; use ["h5md"].'
+        )
+    for form in sorted({*asked} - {*held}):
+        warnings.warn(
+            f"{form} holds at most {LARGEST_EXTENDED} dimensions, and the scene has {dimension}: "
+            f"trajectory.{form} is left out.",
+            CaromWarning,
+            stacklevel=4,
+        )
+    if "gsd" in held:
+        from importlib.util import find_spec
+
+        if find_spec("gsd") is None:
+            raise InputError(
+                '[output] trajectory "gsd" needs the package gsd; pip install "carom[gsd]", or leave it out.'
+            )
+    return held
 
 
 def _most(scene: Scene, formats: tuple[str, ...], room: float | None = None) -> int:

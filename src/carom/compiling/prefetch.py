@@ -1,0 +1,56 @@
+"""Memory asked for before it is needed: one request to the processor."""
+
+from __future__ import annotations
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic, overload
+
+from carom.compiling import private
+from carom.compiling.dispatch import INLINE
+
+PREFETCHING = "memory asked for ahead"
+
+
+@intrinsic
+def _prefetch(typingctx, array, index):
+    kind = array.dtype
+    size = kind.size if isinstance(kind, types.Record) else kind.bitwidth // 8
+
+    def codegen(context, builder, signature, args):
+        byte, word = ir.IntType(8), ir.IntType(32)
+        data = cgutils.create_struct_proxy(array)(context, builder, args[0]).data
+        base = builder.bitcast(data, byte.as_pointer())
+        place = builder.gep(base, [builder.mul(args[1], ir.Constant(ir.IntType(64), size))])
+        signature = ir.FunctionType(ir.VoidType(), [place.type, word, word, word])
+        ask = cgutils.get_or_insert_function(builder.module, signature, "llvm.prefetch.p0")
+        read, second_level, data_cache = (ir.Constant(word, value) for value in (0, 2, 1))
+        builder.call(ask, [place, read, second_level, data_cache])
+        return context.get_dummy_value()
+
+    return types.void(array, types.int64), codegen
+
+
+def prefetch(array, index):
+    """Ask for the cache line of an element of a contiguous array; nothing without compilation."""
+
+
+@overload(prefetch, jit_options=INLINE)
+def _prefetch_compiled(array, index):
+    def body(array, index):
+        _prefetch(array, index)  # type: ignore[call-arg]  # Numba supplies the context
+
+    return body if private.has(PREFETCHING) else lambda array, index: None
+
+
+@private.trial(PREFETCHING)
+def _try() -> bool:
+    from numba import njit
+
+    @njit(error_model="numpy")
+    def fetch(array):
+        prefetch(array, 1)
+        return array[1]
+
+    return fetch(np.arange(3.0)) == 1.0

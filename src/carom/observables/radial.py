@@ -1,0 +1,140 @@
+"""What g(r) is: a histogram of pair distances, with error bars, and its files."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import FileError, InputError
+from carom.observables.statistics import Estimate
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True, eq=False)
+class RadialDistribution:
+    """A histogram of pair distances, normalised to 1 for an ideal gas of the same n particles.
+
+    Parameters
+    ----------
+    edges : (m + 1,) float64 array
+        Of the bins [length]; the first is the diameter exactly.
+    g, error : (m,) float64 arrays
+        g(r) averaged over each shell, and its standard error: by blocking over the frames where there are 16
+        or more, otherwise that of independent pairs. A bin that never saw a pair has the error of one pair.
+    counts : (m,) int64 array
+        Pairs seen in all frames.
+    n, dimension, frames : int
+    diameter : float
+        At contact [length]: of two of different species, the distance at which they touch.
+    packing_fraction : float
+        Of everything.
+    contact_value : Estimate or None
+        g(sigma+), extrapolated (see :func:`carom.observables.contact.contact_value`); None where bins are not
+        aligned at contact.
+    pair : (int, int) or None
+        The species of the two particles; None where all particles are counted.
+    """
+
+    edges: np.ndarray
+    g: np.ndarray
+    error: np.ndarray
+    counts: np.ndarray
+    n: int
+    dimension: int
+    frames: int
+    diameter: float
+    packing_fraction: float
+    contact_value: Estimate | None = field(default=None)
+    pair: tuple[int, int] | None = None
+
+    @property
+    def r(self) -> np.ndarray:
+        """Centres of the bins (m,) [length]."""
+        return 0.5 * (self.edges[:-1] + self.edges[1:])
+
+    def coordination(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return how many neighbours are nearer than the upper edge of each bin, with errors, (m,) each.
+
+        Errors of the bins count as independent.
+
+        Raises
+        ------
+        InputError
+            If the distribution is of a pair of species, or does not begin at contact.
+        """
+        if self.pair is not None or self.contact_value is None:
+            raise InputError("Running coordination numbers need g(r) of all components, from contact on.")
+        added = 2.0 * self.counts / (self.n * self.frames)
+        errors = np.divide(added * self.error, self.g, out=np.zeros_like(self.g), where=self.g > 0.0)
+        return np.cumsum(added), np.sqrt(np.cumsum(errors**2))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a file: ``.csv`` (see :meth:`to_csv`) or ``.npz`` (numpy arrays, no pickle), by its suffix.
+
+        Raises
+        ------
+        FileError
+            If the suffix is another one, or the file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix == ".csv":
+            self.to_csv(path)
+        elif path.suffix == ".npz":
+            arrays = {"edges": self.edges, "g": self.g, "error": self.error, "counts": self.counts}
+            if self.pair is not None:
+                arrays["pair"] = np.array(self.pair)
+            numbers = {name: np.array(value) for name, value in self._header().items()}
+            with _writing(path):
+                np.savez(path, allow_pickle=False, **arrays, **numbers)
+        else:
+            raise FileError(f"{path} ends in {path.suffix!r}; g(r) is written as .csv or .npz.")
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return r, g and its error as a pandas DataFrame."""
+        import pandas
+
+        return pandas.DataFrame({"r": self.r, "g": self.g, "error": self.error})
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write columns ``r_lo, r_hi, g, error, counts``, every float with all its digits.
+
+        Lines that begin with # before them say what was measured.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
+        lines = [f"# {name}: {value}" for name, value in self._header().items()]
+        if self.pair is not None:
+            lines.append(f"# pair: {self.pair[0]} {self.pair[1]}")
+        lines.append("r_lo,r_hi,g,error,counts")
+        for k in range(self.g.size):
+            row = (self.edges[k], self.edges[k + 1], self.g[k], self.error[k])
+            lines.append(",".join(f"{value:.17g}" for value in row) + f",{self.counts[k]:d}")
+        with _writing(Path(path)):
+            Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+    def _header(self) -> dict[str, float]:
+        names = ("n", "dimension", "frames", "diameter", "packing_fraction")
+        header = {name: getattr(self, name) for name in names}
+        if self.contact_value is not None:
+            header |= {"contact_value": self.contact_value.mean, "contact_error": self.contact_value.error}
+        return header
+
+
+@contextlib.contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Turn the system's complaint about a path into ours."""
+    try:
+        yield
+    except OSError as error:
+        raise FileError(f"{path} cannot be written ({error.strerror}); choose another place.") from error

@@ -1,0 +1,320 @@
+"""A run under way: equilibrate, measure, sample and write a folder, from which a killed run goes on."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time as clock
+import warnings
+from collections.abc import Callable
+from dataclasses import fields
+from typing import Any
+
+from carom import io
+from carom.errors import CaromWarning
+from carom.io.trajectory import Writer
+from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
+from carom.observables.statistics import Estimate
+from carom.plan.plan import Plan
+from carom.simulation.equipartition import Thermometer
+from carom.simulation.simulation import Simulation
+from carom.studies.runs import report
+from carom.studies.runs.edited import check_unedited
+from carom.studies.runs.folder import RunFolder
+from carom.studies.runs.storage import amount, holdable
+from carom.studies.runs.stretch import PARTS, PILOT, Stretch
+from carom.studies.runs.written import Written
+from carom.studies.signals import Interrupted, Stop
+
+LONGEST = 1e9
+"""Pilots that a run to a relative error may last."""
+
+QUICK, SLOW = 0.02, 0.06
+"""Seconds that the engine runs between two looks at Ctrl-C: longer than a look takes, too short to notice."""
+
+KEPT = tuple(each.name for each in fields(Stretch))
+"""What a checkpoint keeps of a run under way, by name."""
+
+Progress = Callable[[str, float], object]
+"""Called with what is being done and the fraction of it that is done."""
+
+Predicted = Callable[[Prediction], object]
+"""Called when a run to a relative error knows how long it will take."""
+
+
+class Run:
+    """The simulation, its files, and what has been counted.
+
+    Attributes
+    ----------
+    stretch : Stretch
+        What was measured so far.
+    formats : tuple of str
+        Of the trajectories.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        folder: RunFolder,
+        stop: Stop,
+        progress: Progress | None,
+        predicted: Predicted | None,
+    ):
+        self.plan, self.folder, self.stop = plan, folder, stop
+        self._progress, self._predicted = progress, predicted
+        error = plan.run.relative_error
+        self.goal = None if error is None else Goal(error)
+        self.sim: Simulation
+        self.stretch: Stretch
+        self.writers: list[Writer] = []
+        self._before = 0.0  # seconds spent in earlier sessions
+        self._began = self._due = clock.perf_counter()
+
+    # Beginning.
+
+    def from_the_start(self) -> dict[str, Any]:
+        """Run from the initial state, in place of what the folder holds; return the summary."""
+        self._report("Preparing", 0.0)
+        plan = self.plan
+        scene = plan.build_scene()
+        formats, frames = amount(plan, scene)
+        self.formats = holdable(formats, scene.dimension)
+        self.stretch = Stretch.of(frames)
+        self.written = Written(self.folder, self.formats)
+        kT = plan.scene.kT if scene.velocities is None else None
+        settings: dict[str, Any] = {"kT": kT, "seed": plan.run.seed, "neighbors": plan.run.neighbors}
+        # Made before anything is written, because it refuses what cannot be simulated.
+        self.sim = Simulation(scene, **settings)
+        self.folder.make()
+        with self.folder.owned():
+            self.folder.sweep()
+            self.folder.begin(plan)
+            if plan.output.event_log:
+                self.sim = Simulation(scene, **settings, event_log=self.folder.events)
+            return self._run(lambda form: io.open(self.folder.trajectory(form), "w", scene))
+
+    def from_checkpoint(self, notes: dict[str, Any]) -> dict[str, Any]:
+        """Run on from a checkpoint; return the summary."""
+        self._report("Preparing", 0.0)
+        with self.folder.owned():
+            # First all that can fail, then all that changes a file.
+            check_unedited(self.folder.scene, self.plan)
+            self.stretch = Stretch(**{name: notes[name] for name in KEPT})
+            self._before = self.stretch.seconds
+            self.formats = tuple(notes["written"])
+            self.written = Written(self.folder, self.formats, notes["written"])
+            keep = self.stretch.written
+            sources = self.written.sources(keep, lambda part: self._report("Verifying", part))
+            log = self.folder.events if self.plan.output.event_log else None
+            self.sim = Simulation.load(self.folder.checkpoint, event_log=log)
+            self.folder.sweep()
+            self.folder.restore_scene(self.plan)
+            self._make_anew(sources)
+            return self._run(self._continued)
+
+    def _make_anew(self, sources: dict[str, str]) -> None:
+        """Make damaged trajectories anew from others."""
+        for form, source in sources.items():
+            path, other = self.folder.trajectory(form), self.folder.trajectory(source)
+            warnings.warn(
+                f"{path} was damaged or missing, and is made anew from {other.name}.",
+                CaromWarning,
+                stacklevel=2,
+            )
+            io.rebuild(other, path, self.stretch.written)
+
+    def _continued(self, form: str) -> Any:
+        """Open a trajectory after the frames of the checkpoint."""
+        path, scene, keep = self.folder.trajectory(form), self.sim.scene, self.stretch.written
+        return io.open(path, "a", scene, keep=keep) if keep else io.open(path, "w", scene)
+
+    # The three phases.
+
+    def _run(self, opened: Callable[[str], Any]) -> dict[str, Any]:
+        with contextlib.ExitStack() as files:
+            files.enter_context(self.sim)
+            # Compiles, which takes some seconds the first time and cannot be deferred.
+            self._report("Compiling", 0.0)
+            self.sim.run(time=0.0)
+            self.sim.frame()
+            files.callback(setattr, self.stop, "deferred", False)
+            self.stop.deferred = True
+            self.thermometer = Thermometer(self.sim.machine)
+            self.thermometer.series = self.stretch.temperatures
+            self.writers = [files.enter_context(opened(form)) for form in self.formats]
+            self._save()
+            if self.stretch.equilibrated is None:
+                self._equilibrate()
+            if self.stretch.pilot:
+                self._size_up()
+            if self.goal is None:
+                self._extend(self.stretch.segments)
+            else:
+                lengthen(self.goal, self.stretch.segments, self._extend, self._error_bar, self._expect)
+            self._save()
+        return self._finish()
+
+    def _equilibrate(self) -> None:
+        sim, target = self.sim, round(self.plan.run.equilibration * self.sim.scene.n / 2)
+
+        def look(_: float) -> None:
+            self._report("Equilibrating", sim.collisions / target)
+            self._look()
+
+        look(0.0) if target else self._look()
+        if sim.collisions < target:
+            sim.run(collisions=target - sim.collisions, progress=look)
+        self.stretch.equilibrated = (sim.collisions, sim.time)
+        wanted = self.plan.run.collisions_per_particle
+        if wanted is None:
+            self.stretch.pilot = True
+            self._begin(PILOT, self._duration(PILOT * block_collisions(sim.scene.n) * 2.0 / sim.scene.n))
+        else:
+            self._begin(self.stretch.segments, self._duration(wanted))
+
+    def _begin(self, segments: int, duration: float) -> None:
+        self.stretch.begin(self.sim, segments, duration)
+        self._save()
+
+    def _duration(self, wanted: float) -> float:
+        """Return the time in which about as many collisions per particle happen as are asked for."""
+        sim = self.sim
+        if sim.scene.n > 1 and sim.kT > 0.0:
+            return sim.time_for(wanted * sim.scene.n / 2)
+        # Nobody will ever collide: let each go as far as it could between so many collisions.
+        speed = math.sqrt(sim.kT / sim.scene.mass)
+        return wanted * max(sim.scene.box) / (speed or 1.0)
+
+    def _size_up(self) -> None:
+        """Find out in a pilot how long the run must be, and begin it."""
+        stretch = self.stretch
+        self._measure()
+        found = self._error_bar()
+        factor = 1.0
+        if found is not None and self.goal is not None:
+            factor = min(self.goal.remaining(found), LONGEST)
+            self._predict(found, factor)
+        limit = self.plan.run.max_walltime
+        if limit is not None:
+            # A segment must not outlast what is allowed: its length follows from the stretch expected.
+            factor = max(min(factor, limit / stretch.engine_seconds), 1.0)
+        stretch.pilot, stretch.engine_seconds = False, 0.0
+        self._begin(stretch.per_frame * stretch.frames, factor * stretch.measured * stretch.step)
+
+    def _extend(self, length: int) -> int | None:
+        """Measure until there are so many segments, and whole frames; None if there is no time for more."""
+        per_frame = self.stretch.per_frame
+        self.stretch.segments = math.ceil(length / per_frame) * per_frame
+        self._measure()
+        return None if self._late() else self.stretch.segments
+
+    def _expect(self, length: int, found: Estimate) -> None:
+        """Say how much is still to come."""
+        assert self.goal is not None
+        self._predict(found, min(self.goal.remaining(found), LONGEST) - 1.0)
+
+    def _predict(self, found: Estimate, more: float) -> None:
+        """Say how much is still to come, in stretches as long as that so far."""
+        stretch = self.stretch
+        if self._predicted is not None:
+            collisions = stretch.marks[-1][0] - stretch.marks[0][0]
+            seconds = more * stretch.engine_seconds
+            self._predicted(Prediction(found.relative_error, more * collisions, seconds))
+
+    def _error_bar(self) -> Estimate | None:
+        """Return Z so far, or None where it never gets an error bar."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # of short runs: this one goes on
+            pressure = report.pressure_of(self.sim, self.stretch.blocks())
+        return None if pressure is None else pressure.primary
+
+    def _late(self) -> bool:
+        """Tell whether the wall time is over; one frame is always waited for."""
+        limit = self.plan.run.max_walltime
+        return limit is not None and self._spent() >= limit and self.stretch.written > 0
+
+    def _spent(self) -> float:
+        """Return the seconds spent, in all sessions."""
+        return self._before + clock.perf_counter() - self._began
+
+    def _measure(self) -> None:
+        parts = 1
+        stretch = self.stretch
+        stage = "Pilot" if stretch.pilot else "Measuring"
+        while stretch.measured < stretch.segments and not self._late():
+            self._report(stage, (stretch.measured + stretch.part / PARTS) / stretch.segments)
+            self._look()
+            count, seconds = min(parts, PARTS - stretch.part), self.sim.seconds
+            self.sim.run(time=count * (stretch.step / PARTS))
+            taken = self.sim.seconds - seconds
+            stretch.engine_seconds += taken
+            if taken < QUICK:
+                parts = min(2 * parts, PARTS)
+            elif taken > SLOW:
+                parts = max(parts // 2, 1)
+            stretch.part += count
+            if stretch.part == PARTS:
+                stretch.mark(self.sim)
+                self.thermometer.look()
+                if not stretch.pilot and stretch.measured % stretch.per_frame == 0:
+                    self._write()
+        self._look()
+        self._report(stage, 1.0)
+
+    def _write(self) -> None:
+        frame = self.sim.frame()
+        for writer in self.writers:
+            writer.write(frame)
+        self.written.add(frame)
+
+    def _finish(self) -> dict[str, Any]:
+        stretch = self.stretch
+        blocks = stretch.blocks()
+        assert stretch.equilibrated is not None
+        facts = report.Facts(
+            plan=self.plan,
+            sim=self.sim,
+            blocks=blocks,
+            equilibration=(stretch.equilibrated[0], stretch.equilibrated[1]),
+            frames=stretch.written,
+            trajectories=[self.folder.trajectory(form) for form in self.formats],
+            rate=sum(block.collisions for block in blocks) / stretch.engine_seconds,
+            began=self._began - self._before,
+            doubts=tuple(self.thermometer.doubts()),
+        )
+        try:
+            return report.write(self.folder, facts, self._report)
+        except KeyboardInterrupt:
+            raise self._interrupted() from None
+
+    # Between the steps.
+
+    def _interrupted(self) -> Interrupted:
+        return Interrupted(f"Stopped; `carom resume {self.folder.path}` goes on.")
+
+    def _report(self, stage: str, fraction: float) -> None:
+        if self._progress is not None:
+            self._progress(stage, min(max(fraction, 0.0), 1.0))
+
+    def _look(self) -> None:
+        """Stop if somebody asked to, and keep the state from time to time."""
+        if self.stop.asked:
+            self._save()
+            raise self._interrupted()
+        if clock.perf_counter() >= self._due:
+            self._save()
+
+    def _save(self) -> None:
+        now = clock.perf_counter()
+        self.stretch.seconds = self._spent()
+        self.sim.save(
+            self.folder.checkpoint,
+            plan=self.plan.to_toml(),
+            collisions=self.sim.collisions,
+            written=self.written.notes(),
+            **vars(self.stretch),
+        )
+        # A large state takes long to write; at most half of the time goes there.
+        after = clock.perf_counter()
+        self._due = after + max(self.plan.run.checkpoint_every, after - now)
