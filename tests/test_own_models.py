@@ -248,3 +248,11 @@ def test_nothing_else_is_checked():
     for wrong in (3, HardCores, SCENE):
         with pytest.raises(InputError, match="check\\(\\) needs the value of an interaction"):
             carom.check(wrong)
+
+
+def test_a_motion_of_two_axes_is_checked_in_two_dimensions():
+    from carom.models.gravity import Gravity
+
+    report = carom.check(Gravity((0.0, -1.0)))
+    assert report.passed
+    assert report.tried["III"] == 2 * 200

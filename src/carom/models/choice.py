@@ -93,6 +93,6 @@ def recalled(kind: str, kept: Any, given: Any) -> Any:
     if kept is not None and given is None:
         raise InputError(
             f"The {kind} of this scene is of the class {kept.get('class')}, which no file holds; "
-            f"give {kind}=."
+            f"give the value, {kind}=..., where the file is loaded."
         )
     return given

@@ -91,7 +91,7 @@ def from_json(values: Any) -> Obstacle:
     if kind == "own":
         raise InputError(
             f"The obstacle {values.get('name')} is of the class {values.get('class')}, which no file holds; "
-            "give obstacles=."
+            "give all obstacles, obstacles=[...], where the file is loaded."
         )
     if kind in tables.KINDS["obstacle"]:
         return tables.from_table(values, "obstacle", "kind")

@@ -1,7 +1,8 @@
 """Pairs that are near each other, listed over sorted cells by compiled code: for many components.
 
 The list is that of a k-d tree, in another order, in any dimension. A cell is compared with the stretches of
-memory around it (:mod:`carom.cells`), as g(r) does.
+memory around it (:mod:`carom.cells`), as g(r) does. The walk around a cell stands in
+:mod:`carom.observables.pairs`, too: Numba's cache sees no edit outside of the file of a compiled function.
 """
 
 from __future__ import annotations

@@ -116,7 +116,8 @@ def load(
     except (KeyError, TypeError, ValueError) as error:
         if isinstance(error, FileError):
             raise
-        raise FileError(f"{path} is not a checkpoint of a simulation: {error}.") from None
+        sentence = str(error).rstrip(".")
+        raise FileError(f"{path} cannot be loaded as a checkpoint: {sentence}.") from None
     if event_log is not None and logged is None:
         raise InputError(f"{path} was written without an event log, so {event_log} cannot be its log.")
     if logged is not None:

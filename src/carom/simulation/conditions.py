@@ -116,7 +116,7 @@ def check(
         As :class:`carom.Scene` takes it. It is given eight components of two species, with diameters from
         0.6 to 1.4 and masses from 0.3 to 3.
     dimensions : tuple of int
-        Where to try.
+        Where to try; a motion with a value for each axis is tried in no more dimensions than it has axes.
     pairs : int
         How many in each.
     seed : int
@@ -144,7 +144,7 @@ def check(
     for d in dimensions:
         rng = np.random.default_rng([seed, d])
         model = value.model(_some(rng, d))
-        if model is None:
+        if model is None or (kind == "motion" and not _has_axis(model, d - 1)):
             continue
         trial = _Trial(choice.answered(kind, model), d, tried, failures)
         for _ in range(pairs):
@@ -163,6 +163,15 @@ def _kind(value: Any) -> str:
         return "interaction"
     model = value.model(_some(np.random.default_rng(0), 2))
     return "motion" if choice.answers_any("motion", model) else "impact"
+
+
+def _has_axis(motion: Any, axis: int) -> bool:
+    """Tell whether a motion has a value for so many axes, where it has one for each."""
+    try:
+        position(motion, axis, 0.0, 0.0, 0.0)
+    except IndexError:
+        return False
+    return True
 
 
 def _some(rng: np.random.Generator, d: int) -> Particles:
