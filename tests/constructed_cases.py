@@ -11,6 +11,7 @@ from scene_cases import moving
 
 import carom
 from carom.engine import cycle
+from carom.engine.calendar import bucket_of
 from carom.engine.constants import LAMBDA
 from carom.engine.events import predict
 from carom.engine.search import NOBODY_MET
@@ -54,16 +55,18 @@ def met():
     return len(times)
 
 
-def entered(calendar):
-    """Return whom the calendar knows: on its heap, or in a bucket still to come."""
+def entered(calendar, times):
+    """Return whom the calendar will find at their times: on its heap, or in a bucket still to come."""
     control, size = calendar.control[0], calendar.buckets.shape[1] - 2
-    found = set(calendar.who[: control.waiting].tolist())
-    for bucket in calendar.buckets[max(int(control.cursor) + 1, 0) :]:
-        found.update(bucket[2 : 2 + bucket[0]].tolist())
-        link = int(bucket[1])
+    waiting = zip(calendar.who[: control.waiting], calendar.due, strict=False)
+    found = {int(i) for i, due in waiting if due == times[i]}
+    for k in range(max(int(control.cursor) + 1, 0), len(calendar.buckets)):
+        bucket = calendar.buckets[k]
+        there, link = bucket[2 : 2 + bucket[0]].tolist(), int(bucket[1])
         while link:
-            found.update(calendar.lines[link, 2 : 2 + size].tolist())
+            there += calendar.lines[link, 2 : 2 + size].tolist()
             link = int(calendar.lines[link, 1])
+        found.update(i for i in there if times[i] < control.end and bucket_of(calendar, times[i]) <= k)
     return found
 
 
@@ -77,12 +80,13 @@ def left():
         sim = carom.Simulation(moving(scene, seed), neighbors="sectors")
         model, state, _, calendar, *_ = sim.machine.engine
         due, leave, partner = state.rows["due"][: scene.n], state.leave, state.partner
-        for _ in range(200):
+        for _ in range(150):
             before, expected, left_at = partner.copy(), due.copy(), leave.copy()
             transits = sim.statistics.transits
             cycle.run(*sim.machine.engine, None, FAR, 0.0, FAR, ONE)
-            known = entered(calendar)
-            for i in np.flatnonzero(np.minimum(due, leave) < calendar.control[0].end):
+            times = np.minimum(due, leave)
+            known = entered(calendar, times)
+            for i in np.flatnonzero(times < calendar.control[0].end):
                 mate = partner[i] >> model.boundary.bits if partner[i] >= 0 else i
                 assert i in known or (mate in known and due[i] <= leave[i])
             if sim.statistics.transits > transits:
@@ -99,7 +103,7 @@ def epochs():
     sim = carom.Simulation(scene, neighbors="sectors")
     state, n, length = sim.machine.engine.state, scene.n, sim.epoch_length
     begun = 0
-    for _ in range(900):
+    for _ in range(400):
         due, leave, epoch = state.rows["due"][:n].copy(), state.leave.copy(), int(state.clock[0].epoch)
         events = sim.collisions + sim.statistics.transits + sim.statistics.advancements
         cycle.run(*sim.machine.engine, None, FAR, 0.0, FAR, ONE)
@@ -110,7 +114,7 @@ def epochs():
             # One event, of two at most, a third left alone.
             assert (state.rows["due"][:n] + length == due).sum() >= n - 3
             assert (state.leave + length == leave).sum() >= n - 2
-    assert begun >= 3, begun
+    assert begun >= 2, begun
     return begun
 
 
