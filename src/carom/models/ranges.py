@@ -291,7 +291,7 @@ def _asking(rule: Any) -> Any:
 
 
 def _with_globals(function: Any, rule: Any) -> Any:
-    """Return a function that belongs to the module of the rule, so that the compiled cache follows it there."""
+    """Return a function that belongs to the module of the rule: the compiled cache follows it there."""
     return types.FunctionType(
         function.__code__, rule.__globals__, rule.__name__, function.__defaults__, function.__closure__
     )

@@ -245,16 +245,16 @@ def obey(pair, slot, i, v, now):
     unit = pair.units[slot]
     pair.asked[pair.told[slot].cause] += 1
     timer = pair.timers[i]
-    if unit.timer != (timer - now) / pair.speed:
-        timer = now + unit.timer * pair.speed
     fault = 0
+    if unit.timer != (timer - now) / pair.speed:  # one that the rule left alone may be due at this very time
+        timer = now + unit.timer * pair.speed
+        if not timer > now:
+            fault = TIME
     for axis in range(len(v)):
         if not abs(unit.velocity[axis]) < checks.FASTEST:
             fault = SPEED
     if not 0 <= unit.kind < len(pair.watch):
         fault = KIND
-    if not timer > now:
-        fault = TIME
     if not NOBODY <= unit.target < len(pair.kinds) - 1:
         fault = AIM
     if fault != 0:

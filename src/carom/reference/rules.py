@@ -104,7 +104,7 @@ class NaiveRules(NaiveSteps):
             fastest = max(abs(a) for row in self.v for a in row)
             horizon = min(self._box) / (8 * fastest)
             found = self._earliest(horizon)
-            waits = [(self._context.mpf(0), i, None) for i in self._news]
+            waits: list[Any] = [(self._context.mpf(0), i, None) for i in self._news]
             waits += [(unit.timer, unit.number, None) for unit in self.units if not unit.removed]
             if found is not None:
                 waits.append((found[0], found[1], found))
