@@ -6,7 +6,7 @@ import numpy as np
 
 from carom.compiling.registry import inner, required
 from carom.engine.balance import audit, exchanged, pushed
-from carom.engine.constants import LAMBDA, OBSTACLE
+from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
 from carom.engine.currents import flowed, reckon
 from carom.engine.flights import flown, ground
 from carom.engine.images import NearestImage, SectorImage, count_images, index, separation
@@ -14,6 +14,7 @@ from carom.engine.live import age_obstacles
 from carom.engine.neighbors.interface import wrapped
 from carom.engine.obstacles import Obstacles, bounce, gained
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
+from carom.engine.rules import consult, heed
 from carom.engine.tallies import count_pair, record
 from carom.models.interface import (
     CORE,
@@ -30,6 +31,7 @@ from carom.models.interface import (
     thrust,
     velocity,
 )
+from carom.models.units import Units
 
 
 @inner
@@ -118,6 +120,7 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         me.v[axis] += a * thrust(model.motion, axis, me.x[axis], r, rr)
         other.v[axis] += b * thrust(model.motion, axis, other.x[axis], -r, rr)
+    heed(model.rules, model, state, neighbors, i, j, word, kind, now)
     tally.collisions += 1
     tally.virial += virial
     tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
@@ -148,6 +151,26 @@ def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
     energy = gained(obstacles.live, momentum, growth(model.pair, np.int64(i)))
     pushed(model.balance, energy, now)
     record(log, state.clock[0], np.int64(i), partner, momentum)
+    return True
+
+
+@required
+def woken(rules, model, state, neighbors, log, i, partner, now):
+    """Ask unit i for its decision; False if that is not its event."""
+
+
+@woken.register
+def _(rules: None, model, state, neighbors, log, i, partner, now):
+    return False
+
+
+@woken.register
+def _(rules: Units, model, state, neighbors, log, i, partner, now):
+    if partner != WAKE:
+        return False
+    advance(model, state, neighbors, i, now)
+    consult(rules, model, state, neighbors, i, partner, now)
+    record(log, state.clock[0], np.int64(i), partner, 0.0)
     return True
 
 

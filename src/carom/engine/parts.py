@@ -29,6 +29,7 @@ from carom.engine.search import FarSight, NearSight
 from carom.engine.state import State, make_state
 from carom.engine.tallies import TALLY, BySpecies
 from carom.models.contact import FAR
+from carom.models.units import Units
 
 SLACK = 1.0 - 2.0**-20
 """Flights end this fraction of the margin, or of the slack, early, so that rounding cannot hide a contact
@@ -56,6 +57,8 @@ class Model(NamedTuple):
     """Currents of momentum and heat, and their integrals over time, or None where nobody asks."""
     flights: Any
     """Histograms of free flights and normal speeds, or None where nobody asks."""
+    rules: Any
+    """The pair model again, where units decide by rules, or None."""
 
 
 class Engine(NamedTuple):
@@ -99,9 +102,10 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             impact,
             make_balance(particles.masses, velocities, contents.still) if changes else None,
             obstacles,
-            _sight(scheme, contents, neighbors),
+            None if isinstance(pair, Units) else _sight(scheme, contents, neighbors),
             _currents(contents, particles, velocities),
             make_flights(contents.n, _kinds(contents, particles)) if contents.flights else None,
+            pair if isinstance(pair, Units) else None,
         ),
         state,
         neighbors,

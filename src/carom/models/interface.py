@@ -262,6 +262,21 @@ def age(pair, duration):
     return
 
 
+@optional
+def begin(pair, pairs, steps):
+    """Take note of the step (m,) on which each of the pairs (m, 2) within reach starts; called from Python.
+
+    The lists may be built several times before the first event. By default there is nothing to note.
+    """
+    return
+
+
+@optional
+def complaint(pair):
+    """Return why the run cannot go on, a sentence, or None; called from Python, some times a second."""
+    return
+
+
 # Of a motion. Relative to each other, two components must move along a straight line, uniformly.
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.models.interface import begin
 from carom.scene.temperature import peculiar
 from carom.simulation.alone import Alone
 from carom.simulation.clock import Clock
@@ -233,6 +234,7 @@ class Machine:
         if not cycle.schedule(*self.engine, np.int64(0), np.int64(0)):
             return False
         write_steps(lists, *self.steps)
+        begin(self.engine.model.pair, *self.steps)
         lists.steps.ready[0] = 1
         return True
 
