@@ -54,13 +54,15 @@ def advance(model, state, neighbors, i, now):
 
 @required
 def outcome(boundary, pair, neighbors, tally, i, word, rr, rv, now):
-    """Return what the event of i and the component that a word names adds, as ``jump`` does, and its kind."""
+    """Return what the event of i and the component that a word names adds, as ``jump`` does, its kind, and
+    the steps of the pair before and after it, which are zero where there are none.
+    """
 
 
 @outcome.register
 def _(boundary: NearestImage | SectorImage, pair, neighbors, tally, i, word, rr, rv, now):
     a, b, virial = jump(pair, np.int64(i), np.int64(index(boundary, word)), rr, rv, now)
-    return a, b, virial, CORE
+    return a, b, virial, CORE, 0, 0
 
 
 @outcome.register
@@ -73,7 +75,7 @@ def _(boundary: SteppedImage, pair, neighbors, tally, i, word, rr, rv, now):
         put_step(neighbors, np.uint64(j), np.uint64(i), step)
     pair.events[before, kind] += 1
     tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
-    return a, b, virial, kind
+    return a, b, virial, kind, before, step
 
 
 @required
@@ -106,7 +108,9 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
-    a, b, virial, kind = outcome(model.boundary, model.pair, neighbors, tally, i, word, rr, rv, now)
+    a, b, virial, kind, before, step = outcome(
+        model.boundary, model.pair, neighbors, tally, i, word, rr, rv, now
+    )
     # Surfaces that grow approach faster than the centres do.
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
     part = exchanged_part(model.impact, np.int64(i), np.int64(j), rr, rv - np.sqrt(rr) * rate, now)
@@ -114,7 +118,7 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     b *= part
     virial *= part
     exchanged(model.balance, a, b, virial, rr, rv, now)
-    flowed(model.currents, model, state, i, j, word, a, b, now)
+    flowed(model.currents, model, state, i, j, word, before, step, a, b, now)
     flown(model.flights, state, i, j, rr, rv, now)
     for axis in range(len(model.boundary.edges)):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))

@@ -12,6 +12,7 @@ from carom.engine.balance import make_balance
 from carom.engine.calendar import Calendar, make_calendar
 from carom.engine.currents import make_currents
 from carom.engine.flights import make_flights
+from carom.engine.held import make_held
 from carom.engine.images import NearestImage, SectorImage
 from carom.engine.live import is_live, made_live
 from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
@@ -103,7 +104,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             make_balance(particles.masses, velocities, contents.still) if changes else None,
             obstacles,
             None if isinstance(pair, Units) else _sight(scheme, contents, neighbors),
-            _currents(contents, particles, velocities),
+            _currents(contents, particles, velocities, pair),
             make_flights(contents.n, _kinds(contents, particles)) if contents.flights else None,
             pair if isinstance(pair, Units) else None,
         ),
@@ -115,11 +116,12 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     )
 
 
-def _currents(contents: Contents, particles, velocities):
+def _currents(contents: Contents, particles, velocities, pair):
     """Return the currents, where they are asked for."""
     if not contents.currents:
         return None
-    return make_currents(particles.masses, velocities, _kinds(contents, particles))
+    held = make_held(contents.n, contents.dimension, pair.energy) if contents.stepped else None
+    return make_currents(particles.masses, velocities, _kinds(contents, particles), held)
 
 
 def _kinds(contents: Contents, particles):

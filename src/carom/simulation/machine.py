@@ -224,6 +224,7 @@ class Machine:
     def _settle_steps(self) -> bool:
         """Build the lists and write into them on which step each pair is; False if an array is too small."""
         from carom.engine import cycle
+        from carom.engine.held import fill
         from carom.engine.pair_steps import write_steps
         from carom.scene.first_steps import first_steps
 
@@ -236,6 +237,8 @@ class Machine:
         write_steps(lists, *self.steps)
         begin(self.engine.model.pair, *self.steps)
         lists.steps.ready[0] = 1
+        if self.contents.currents:
+            fill(self.engine.model.currents, *self.steps, self.speeds)
         return True
 
     def _keep_steps(self) -> None:
