@@ -28,6 +28,7 @@ from carom.models.interface import (
     position,
     step_core_square,
     step_jump,
+    taken_up,
     thrust,
     velocity,
 )
@@ -129,6 +130,7 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     tally.virial += virial
     tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
     count_pair(by_species, np.int64(i), np.int64(j), virial)
+    taken_up(model.pair, np.int64(i), np.int64(j), virial / np.sqrt(rr))
     record(log, state.clock[0], np.int64(i), logged(model.boundary, word, kind), virial / np.sqrt(rr))
     rows[i].due = NEVER
     rows[j].due = NEVER

@@ -257,6 +257,14 @@ def mass(pair, i):
 
 
 @optional
+def taken_up(pair, i, j, momentum):
+    """Take note of the momentum that a contact of i and j exchanged [mass length / time]; by default of
+    nothing.
+    """
+    return
+
+
+@optional
 def age(pair, duration):
     """Bring arrays that depend on time from the start of an epoch to that of the next; default: nothing."""
     return
