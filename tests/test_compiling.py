@@ -11,6 +11,7 @@ import pytest
 from carom.cli.compiling import TEXT, compiling_told
 from carom.compiling import dispatch
 from carom.compiling.held import SIGNALS, signals_held
+from carom.studies import executors
 
 
 class Compiled:
@@ -70,6 +71,27 @@ def test_compiling_is_told_once_and_only_where_something_is_compiled(capsys):
         one(2)
     assert capsys.readouterr().err == ""
     one(1j)  # nobody listens any more
+    assert capsys.readouterr().err == ""
+
+
+def compiled_there(value):
+    """Stand for a task that compiles, on a worker."""
+    from numba import njit
+
+    return njit(lambda x: x + value)(1)
+
+
+@pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled")
+def test_the_screen_says_once_that_worker_processes_compile(capsys):
+    results = []
+    with compiling_told(), executors.engine("processes", workers=2) as where:
+        executors.run(
+            compiled_there, [1, 2, 3], where, done=lambda _, found: results.append(found), failed=print
+        )
+    assert sorted(results) == [2, 3, 4]
+    assert capsys.readouterr().err.count(TEXT) == 1
+    with compiling_told(), executors.engine("processes", workers=1) as where:
+        executors.run(abs, [-1], where, done=lambda _, found: results.append(found), failed=print)
     assert capsys.readouterr().err == ""
 
 

@@ -8,6 +8,7 @@ import json
 from pathlib import Path
 
 import pytest
+from marks import slow
 from scipy.stats import binom
 
 import carom
@@ -101,7 +102,7 @@ def check(found, exact):
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 @pytest.mark.parametrize(
     ("system", "request_"),
-    [("two spheres", "64 blocks"), ("two spheres", "until 3 %"), ("Tonks gas", "64 blocks")],
+    [("two spheres", "64 blocks"), ("two spheres", "until 3 %"), slow("Tonks gas", "64 blocks")],
 )
 def test_intervals_of_eighty_short_runs_cover_the_exact_value(system, request_):
     make, exact = SYSTEMS[system]()

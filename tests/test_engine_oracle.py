@@ -5,6 +5,7 @@ from itertools import islice
 import numpy as np
 import pytest
 from engine_cases import assert_equal_to_oracle, engine_collisions, moving, oracle_of
+from marks import slow
 
 import carom
 
@@ -35,15 +36,22 @@ RANDOM = [
 ]
 
 
+KERNELS = ((1, 2), (4, 2), (4, 64))
+"""Dimensions and numbers that need kernels of their own, or long."""
+
+
 @pytest.mark.parametrize(
-    ("dimension", "n", "packing_fraction"), [(d, n, eta) for d, n, etas in RANDOM for eta in etas]
+    ("dimension", "n", "packing_fraction"),
+    [slow(d, n, eta) if (d, n) in KERNELS else (d, n, eta) for d, n, etas in RANDOM for eta in etas],
 )
 def test_collisions_come_in_the_oracle_s_order(dimension, n, packing_fraction, tmp_path):
     scene = packed(n, dimension, packing_fraction, seed=n)
     assert_equal_to_oracle(scene, PER_PARTICLE * n // 2, tmp_path, neighbors="sectors")
 
 
-@pytest.mark.parametrize(("dimension", "n", "packing_fraction"), [(2, 9, 0.02), (3, 8, 0.01), (4, 16, 0.01)])
+@pytest.mark.parametrize(
+    ("dimension", "n", "packing_fraction"), [(2, 9, 0.02), slow(3, 8, 0.01), slow(4, 16, 0.01)]
+)
 def test_dilute_gases_follow_the_oracle_as_far_as_double_precision_can(
     dimension, n, packing_fraction, tmp_path
 ):
@@ -52,13 +60,13 @@ def test_dilute_gases_follow_the_oracle_as_far_as_double_precision_can(
 
 
 LISTED = [
-    (1, 12, 0.3),
-    (1, 40, 0.8),
+    slow(1, 12, 0.3),
+    slow(1, 40, 0.8),
     (2, 32, 0.3),
     (2, 64, 0.65),
     (3, 64, 0.25),
     (3, 64, 0.45),
-    (4, 64, 0.05),
+    slow(4, 64, 0.05),
 ]
 
 

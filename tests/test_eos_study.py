@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from marks import slow
 from scipy.stats import linregress, norm
 
 import carom
@@ -487,7 +488,7 @@ def test_a_random_start_well_below_freezing_is_a_crystal_that_melts(n, eta, dime
 
 
 @pytest.mark.parametrize(
-    ("n", "eta", "dimension"), [(500, 0.49, 3), (450, 0.52, 3), (32, 0.475, 3), (600, 0.3, 4)]
+    ("n", "eta", "dimension"), [(500, 0.49, 3), (450, 0.52, 3), (32, 0.475, 3), slow(600, 0.3, 4)]
 )
 def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, eta, dimension):
     asked = SceneSpec(
@@ -773,7 +774,7 @@ def test_a_report_opens_in_a_browser_without_a_network(tmp_path):
 # Mixtures, and other dimensions.
 
 
-@pytest.mark.parametrize(("dimension", "eta"), [(1, 0.5), (2, 0.4), (4, 0.1)])
+@pytest.mark.parametrize(("dimension", "eta"), [(1, 0.5), (2, 0.4), slow(4, 0.1)])
 def test_studies_of_other_dimensions_agree_with_theory(dimension, eta):
     study = studies.equation_of_state(
         [eta], dimension=dimension, n=256, relative_error=1e-2, executor="serial", seed=3

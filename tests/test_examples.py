@@ -10,18 +10,26 @@ import pytest
 EXAMPLES = sorted(Path(__file__).parents[1].joinpath("examples").glob("*.py"))
 
 LONG = (
+    "barometric_column",
+    "billiards",
     "brazil_nut",
     "caps_on_a_sphere",
+    "cushions_160",
     "disks_2000",
+    "disks_27",
     "equation_of_state",
     "finite_size",
     "freezing_of_spheres",
+    "haffs_law",
+    "lorentz_gas",
     "melting_of_disks",
     "order_of_disks",
     "shaken_ball",
+    "square_well",
+    "study_on_a_cluster",
     "transport",
 )
-"""Longer than twenty CPU seconds even at smoke size, compilation included."""
+"""Longer than fifteen CPU seconds even at smoke size, compilation included."""
 
 
 def test_there_are_examples():

@@ -13,6 +13,7 @@ import pytest
 from engine_cases import EPS, moving
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from marks import slow
 
 import carom
 from carom.errors import CaromError, CaromWarning, OverlapError
@@ -381,8 +382,12 @@ SINGLE = {
 }
 
 
+KERNELS = ("packing fraction 1e-6, d = 3", "two in a tube", "1 : 8 000", "1e-3 of close packing")
+"""Cases that need kernels of their own."""
+
+
 @pytest.mark.filterwarnings("ignore:No collision:carom.errors.CaromWarning")
-@pytest.mark.parametrize("name", SINGLE)
+@pytest.mark.parametrize("name", [slow(name) if name in KERNELS else name for name in SINGLE])
 def test_single_precision_holds_or_is_refused(name):
     make, refusal = SINGLE[name]
     scene = make()

@@ -63,6 +63,29 @@ def test_densities_are_normalised(found):
         assert whole == pytest.approx(1.0, abs=2e-3)  # what is beyond the last edge
 
 
+def test_the_return_probability_is_counted_by_hand(found, tmp_path):
+    sim, result, _ = found
+    sim.save(tmp_path / "run.h5")
+    twin = carom.Simulation.load(tmp_path / "run.h5")
+    collisions = 1500
+    estimate = sim.free_flights(time=sim.time_for(collisions), blocks=8)
+    before, last, seen, back = twin.frame().velocities, {}, np.zeros(2), np.zeros(2)
+    while twin.collisions < sim.collisions:
+        twin.run(collisions=1)
+        after = twin.frame().velocities
+        i, j = np.flatnonzero((after != before).any(axis=1)).tolist()
+        for one, other in ((i, j), (j, i)):
+            kind = int(twin.scene.species[one])
+            seen[kind] += one in last
+            back[kind] += last.get(one) == other
+            last[one] = other
+        before = after
+    assert [e.mean for e in estimate.return_probability] == pytest.approx(back / seen, rel=1e-12)
+    # Who is caged returns often; light spheres more often, because a heavy one hardly moves meanwhile.
+    assert 0.01 < result.return_probability[0].mean < 0.5
+    assert result.return_probability[0].error < 0.1 * result.return_probability[0].mean
+
+
 def test_statistics_leave_no_trace_and_are_asked_for(found):
     scene = found[0].scene
     with pytest.raises(InputError, match="flights=True"):

@@ -204,6 +204,44 @@ def test_mdanalysis_opens_extxyz_once_the_bridge_is_imported(tmp_path):
     assert copy.trajectory[3].time == frames[3].time
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_mdanalysis_knows_types_radii_and_spacing_of_h5md_once_the_bridge_is_imported(tmp_path, dimension):
+    import carom.io.mdanalysis  # noqa: F401
+
+    frames = [
+        dataclasses.replace(frame, species=np.arange(13) % 2, species_names=("big", "small"))
+        for frame in make_frames(dimension, masses=np.linspace(1.0, 2.0, 13))
+    ]
+    path = str(write(tmp_path / "a.h5md", frames))
+    universe = mda.Universe(path)
+    assert universe.trajectory.dt == pytest.approx(0.1)
+    assert list(universe.atoms.types[:3]) == ["big", "small", "big"]
+    np.testing.assert_array_equal(universe.atoms.radii, frames[0].diameters / 2)
+    np.testing.assert_array_equal(universe.atoms.masses, frames[0].masses)
+    unwrapped = mda.Universe(path, unwrapped=True)
+    for frame, ts in zip(frames, unwrapped.trajectory, strict=True):
+        expected = frame.positions + frame.images * np.array(frame.box)
+        # Half a spacing of float32 at six boxes for the sum, and less for the place and for five edges.
+        spacing = float(np.spacing(np.float32(6 * max(frame.box))))
+        np.testing.assert_allclose(ts.positions, pad(expected), rtol=0, atol=spacing)
+    assert unwrapped.copy().trajectory[2].time == frames[2].time
+
+
+def test_h5md_of_others_opens_as_before_once_the_bridge_is_imported(tmp_path):
+    import h5py
+
+    import carom.io.mdanalysis  # noqa: F401
+
+    path = write(tmp_path / "a.h5md", make_frames(3, images=False))
+    with pytest.raises(InputError, match="no image counts"):
+        mda.Universe(str(path), unwrapped=True)
+    with h5py.File(path, "r+") as file:
+        del file["parameters/carom"]
+    universe = mda.Universe(str(path))
+    assert (universe.atoms.n_atoms, universe.trajectory.n_frames) == (13, 4)
+    assert not hasattr(universe.atoms, "radii")
+
+
 def test_mdanalysis_opens_extxyz_of_ase_with_a_tilted_cell(tmp_path):
     import ase.build
     import ase.io

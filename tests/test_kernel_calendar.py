@@ -138,6 +138,7 @@ def test_a_few_events_a_bucket_whatever_the_width_to_begin_with(width):
     assert 2.0 <= n * rate * book.control.width <= 8.0
 
 
+@pytest.mark.slow
 def test_more_at_one_time_than_lines_can_hold_come_in_order_all_the_same():
     n = 1900
     book = Book(np.full(n, 1.5), np.full(n, np.inf), heap=4096, width=LENGTH * cal.NARROWEST)

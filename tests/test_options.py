@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 import typer
+from marks import slow
 from typer.testing import CliRunner
 
 import carom
@@ -486,8 +487,17 @@ def type_in(folder, command, *arguments, asked=None):
     return Done(folder, done.exit_code, done.stdout, len(saved), asked or {})
 
 
+KERNELS = {("pack", "--walls"), ("pack", "--dimension")}
+"""Options that need kernels of their own, half a minute to compile."""
+
+
 @pytest.mark.parametrize(
-    ("command", "option"), [(command, option) for command, cases in CASES.items() for option in cases]
+    ("command", "option"),
+    [
+        slow(command, option) if (command, option) in KERNELS else (command, option)
+        for command, cases in CASES.items()
+        for option in cases
+    ],
 )
 def test_an_option_changes_what_the_command_does(command, option, material, typed, tmp_path_factory):
     case = CASES[command][option]

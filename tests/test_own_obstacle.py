@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 PAGE = Path(__file__).parents[1] / "docs" / "obstacles.md"
 
 AFTER = """
@@ -51,6 +53,7 @@ def run_page(tmp_path):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_slit_of_the_page(tmp_path):
     lines = run_page(tmp_path).splitlines()
     assert all(line.endswith("of 20 are on the right") for line in lines[:4])

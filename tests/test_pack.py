@@ -8,6 +8,7 @@ import signal
 import numpy as np
 import pytest
 from command import carom as command
+from marks import slow
 
 import carom
 from carom import io, studies
@@ -26,7 +27,7 @@ def assert_without_overlap(packing):
     assert packing.network.gaps[0] >= -(2.0**-51)  # a distance and its ratio to the diameter are rounded
 
 
-@pytest.mark.parametrize(("dimension", "n"), [(1, 20), (2, 40), (3, 60), (4, 60)])
+@pytest.mark.parametrize(("dimension", "n"), [slow(1, 20), (2, 40), slow(3, 60), slow(4, 60)])
 def test_points_grow_into_a_packing(dimension, n):
     packing = studies.pack(studies.points(n, dimension, seed=2), rate=0.05, until_pressure=1e8, seed=2)
     assert packing.note == "reduced pressure 1e+08 reached"
@@ -38,6 +39,7 @@ def test_points_grow_into_a_packing(dimension, n):
     assert (np.diff(packing.history["packing_fraction"]) >= 0).all()
 
 
+@pytest.mark.slow
 def test_rods_follow_tonks_and_jam_where_they_fill_the_line():
     packing = studies.pack(studies.points(200, 1, seed=1), rate=1e-3, until_pressure=100.0, seed=1)
     fraction, pressure = packing.history["packing_fraction"], packing.history["pressure"]
@@ -53,7 +55,7 @@ def test_rods_follow_tonks_and_jam_where_they_fill_the_line():
 
 @pytest.mark.parametrize(
     ("dimension", "fraction", "contacts"),
-    [(2, math.pi / 4, 4), (3, math.pi * math.sqrt(3) / 8, 8)],
+    [(2, math.pi / 4, 4), slow(3, math.pi * math.sqrt(3) / 8, 8)],
 )
 def test_two_spheres_jam_at_the_centre_of_each_others_images(dimension, fraction, contacts):
     start = carom.Scene([np.zeros(dimension), np.full(dimension, 0.3)], (1.0,) * dimension, diameter=0.01)

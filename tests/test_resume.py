@@ -11,6 +11,7 @@ import MDAnalysis
 import numpy as np
 import pytest
 from command import assert_same_run, began, carom, start, summary, wait_for, whole_run
+from marks import slow
 
 import carom as library
 from carom import io, studies
@@ -50,7 +51,7 @@ def test_ctrl_c_stops_within_a_second(reference, tmp_path):
     assert taken < ONE_SECOND
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [slow(signal.SIGINT), signal.SIGTERM])
 def test_a_run_stopped_by_a_signal_goes_on_and_ends_with_the_same_bits(reference, tmp_path, number):
     scene, whole = reference
     out = tmp_path / "run"

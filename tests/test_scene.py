@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from marks import slow
 
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
@@ -347,7 +348,7 @@ def test_a_frame_of_single_precision_is_moved_apart_with_a_warning():
         Scene.from_frame(frame_of(exact, positions=start * (1 - 1e-4)))
 
 
-@pytest.mark.parametrize(("n", "dimension", "fraction"), [(300, 2, 0.79), (300, 3, 0.6), (100, 4, 0.43)])
+@pytest.mark.parametrize(("n", "dimension", "fraction"), [(300, 2, 0.79), (300, 3, 0.6), slow(100, 4, 0.43)])
 def test_dense_random_scenes_are_grown(n, dimension, fraction):
     scene = Scene.random(n, dimension, packing_fraction=fraction, seed=1)
     assert scene.packing_fraction == pytest.approx(fraction, rel=1e-12)
@@ -358,6 +359,7 @@ def test_dense_random_scenes_are_grown(n, dimension, fraction):
     assert scene.velocities is None
 
 
+@pytest.mark.slow
 def test_dense_random_mixtures_between_walls_are_grown():
     scene = Scene.mixture(
         [150, 150], diameters=[1.0, 0.5], packing_fraction=0.56, periodic=False, masses=[1.0, 0.1], seed=1

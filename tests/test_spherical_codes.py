@@ -14,8 +14,9 @@ from carom import cli
 from carom.errors import FileError, InputError
 from carom.studies import CodeInterrupted, SphericalCode, spherical_code
 from carom.studies.codes.climb import climb
-from carom.studies.codes.compression import compress
+from carom.studies.codes.compression import compress, random_points
 from carom.studies.codes.contacts import contact_graph
+from carom.studies.codes.hops import improve
 from carom.studies.codes.polish import polish, refine
 
 with open(Path(__file__).parent / "data" / "spherical_codes.csv", encoding="utf-8") as file:
@@ -122,6 +123,22 @@ def test_forces_balance_at_every_point():
     assert np.abs(total - radial).max() < 1e-7  # the tolerance of the linear programme
 
 
+def test_hops_lead_to_a_code_that_is_not_worse():
+    start = random_points(9, 3, 0.3, np.random.default_rng(3))
+    better = improve(start, 6, np.random.default_rng(3))
+    worst = lambda points: (points @ points.T - 2.0 * np.eye(9)).max()  # noqa: E731
+    assert worst(start) > 0.5
+    assert worst(better) == pytest.approx(1 / 3, abs=1e-12)
+    assert np.abs(np.linalg.norm(better, axis=1) - 1.0).max() < 1e-15
+
+
+def test_a_compression_ends_where_the_caps_jam():
+    """At a reduced pressure of 1e8, not after a number of collisions."""
+    jammed = compress({"n": 9, "k": 3, "seed": 0, "rate": 0.2})
+    assert 1e8 <= jammed["pressure"] < 1e10
+    assert jammed["collisions"] < 9 * 500
+
+
 def test_a_contact_graph_is_told_by_the_largest_leap_of_any_size():
     rng = np.random.default_rng(1)
     points = spherical_code(6).points
@@ -173,6 +190,7 @@ def test_the_same_seed_gives_the_same_code_wherever_it_runs():
         ({"n": 9, "seeds": [1, 1]}, "each once"),
         ({"n": 9, "seeds": []}, "at least"),
         ({"n": 9, "rate": 0.0}, "rate must be"),
+        ({"n": 9, "hops": -1}, "hops must be"),
         ({"n": 9, "digits": 5}, "digits must be"),
         ({"n": 9, "executor": "abacus"}, "executor must be"),
     ],
@@ -218,13 +236,9 @@ def test_the_command_prints_and_keeps_what_the_function_returns(tmp_path):
     assert "n must be" in refused.output
 
 
-LATE = {(3, 35)}
-"""Not among the first sixty seeds: they end at 35.3184623 degrees, the table has 35.3198076."""
-
-
-def found_among_sixty(n, k):
-    """Return the best code of the first seeds that reach the table, sixty at most."""
-    for seeds in (range(4), range(4, 16), range(16, 60)):
+def found_among_forty(n, k):
+    """Return the best code of the first seeds that reach the table, forty at most: the default."""
+    for seeds in (range(4), range(4, 16), range(16, 40)):
         code = spherical_code(n, k, seeds=seeds)
         if code.angle > TABLE[k, n] - LAST_DIGIT:
             break
@@ -236,8 +250,8 @@ def found_among_sixty(n, k):
     ("k", "n"), [(k, n) for k, n in TABLE if (k == 3 and n <= 40) or (k == 4 and n <= 22)]
 )
 def test_the_best_known_codes_are_found(k, n):
-    code = found_among_sixty(n, k)
-    assert code.angle > TABLE[k, n] - (0.002 if (k, n) in LATE else LAST_DIGIT)
+    code = found_among_forty(n, k)
+    assert code.angle > TABLE[k, n] - LAST_DIGIT
     assert code.residual < MOST
 
 

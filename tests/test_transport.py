@@ -307,3 +307,16 @@ def test_different_masses_conduct_by_enskog_with_and_without_labels():
     found = studies.transport(eta, n=216, relative_error=0.03, scene={"species": species})
     value = found.table[0].shear_viscosity.value
     assert value.mean == pytest.approx(0.2937862, abs=FIVE * value.error + 0.03 * 0.2937862)
+
+
+def test_a_study_without_a_terminal_says_how_far_it_is(capsys, monkeypatch):
+    import time
+    from types import SimpleNamespace
+
+    from carom.cli import heartbeat, transport
+
+    monkeypatch.setattr(heartbeat, "EVERY", 0.01)
+    with transport._watched() as progress:
+        progress(SimpleNamespace(done=1, total=4, fraction=0.25))
+        time.sleep(0.2)
+    assert "1 of 4 runs, 25 %" in capsys.readouterr().err

@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import subprocess
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -135,18 +136,23 @@ def test_an_obstacle_of_ones_own_is_drawn_if_it_says_how():
 # ----------------------------------------------------------------------------------------- Chromium
 
 
+def browser():
+    """Return the path of a Chromium, or skip the test."""
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    path = next((path for name in names if (path := shutil.which(name))), None)
+    if path is None:
+        pytest.skip("no Chromium is installed")
+    return path
+
+
 def shown(page, tmp_path, state="", size=SIZE):
     """Return what Chromium shows of a page, (height, width, 3) in 0 to 1."""
-    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
-    browser = next((path for name in names if (path := shutil.which(name))), None)
-    if browser is None:
-        pytest.skip("no Chromium is installed")
     from matplotlib.image import imread
 
     page.save(tmp_path / "page.html")
     picture = tmp_path / "page.png"
     done = subprocess.run(
-        [browser, "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+        [browser(), "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
          "--ignore-gpu-blocklist", "--host-resolver-rules=MAP * ~NOTFOUND", "--hide-scrollbars",
          f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={size[0]},{size[1]}",
          "--virtual-time-budget=2000", f"--screenshot={picture}",
@@ -249,3 +255,42 @@ def test_two_spheres_flash_when_they_meet(log, tmp_path):
     met = shown(page, tmp_path, f"time={contacts[0]!r}".replace("np.float64(", "").replace(")", ""))
     yellow = (1.0, 0.78, 0.2)
     assert where(before, yellow)[2] < 20 < 100 < where(met, yellow)[2]
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_psi_6_in_a_replay_is_that_of_a_frame(tmp_path, periodic):
+    rng = np.random.default_rng(1)
+    box = (5.0, 3.0)
+    frame = frame_of(rng.uniform(size=(40, 2)) * box, box, periodic=periodic)
+    script = resources.files("carom.pictures").joinpath("viewer", "hexatic.js").read_text(encoding="utf-8")
+    centres = np.column_stack([frame.positions, np.zeros(40)]).ravel().tolist()
+    call = f"hexatic(40, {centres}, {[*box, 0]}, {json.dumps([periodic] * 2 + [False])}, psi)"
+    (tmp_path / "page.html").write_text(
+        f"<body><script>{script}\nconst psi = new Float64Array(80); {call};"
+        "document.body.textContent = JSON.stringify([...psi]);</script></body>"
+    )
+    done = subprocess.run(
+        [browser(), "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
+         "--host-resolver-rules=MAP * ~NOTFOUND", "--dump-dom", (tmp_path / "page.html").as_uri()],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    found = np.array(json.loads(re.search(r"\[.*\]", done.stdout)[0])).reshape(40, 2)
+    # Doubles on both sides: rounding of angles, times six.
+    np.testing.assert_allclose(
+        found[:, 1] * np.exp(1j * found[:, 0]),
+        (lambda psi: psi[:, 1] * np.exp(1j * psi[:, 0]))(viewdata.psi_6(frame)),
+        atol=1e-12,
+    )
+
+
+@pytest.mark.slow
+def test_a_replay_of_disks_is_shown_by_psi_6(tmp_path):
+    path = tmp_path / "events.h5"
+    scene = carom.Scene.triangular(6, packing_fraction=0.68)
+    with carom.Simulation(scene, seed=1, event_log=path) as sim:
+        sim.run(collisions=300)
+    plain = shown(carom.view(path), tmp_path, "time=0&colour=species")
+    ordered = shown(carom.view(path), tmp_path, "time=0&colour=psi_6")
+    # On the lattice psi_6 is 1: every disk has the colour of no angle.
+    red = (0.92, 0.29, 0.29)
+    assert where(plain, red)[2] < 20 < 5000 < where(ordered, red)[2]

@@ -33,6 +33,7 @@ _MODULES = {
     "observables": "carom.observables",
     "obstacles": "carom.models.obstacles",
     "plots": "carom.pictures.plots",
+    "ranges": "carom.ranges",
     "reference": "carom.reference",
     "studies": "carom.studies",
     "theory": "carom.theory",

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 import carom
-from carom.cli import code, commands, eos, trade, transport
+from carom.cli import code, commands, eos, plan, trade, transport
 
 app = typer.Typer(
     name="carom",
@@ -51,6 +51,7 @@ app.command("movie")(commands.movie)
 app.command("rdf")(commands.rdf)
 app.command("init")(commands.init)
 app.command("trade")(trade.trade)
+app.command("plan")(plan.plan)
 app.command("eos")(eos.eos)
 app.command("code")(code.code)
 app.command("transport")(transport.transport)

@@ -28,6 +28,9 @@ def code(
             help="Growth of the caps over the thermal speed. Without: 0.01 and 0.2, of even and odd seeds."
         ),
     ] = None,
+    hops: Annotated[
+        int, typer.Option(help="How often each seed moves a few points into holes, and climbs.")
+    ] = 20,
     digits: Annotated[int, typer.Option(help="Decimal digits of the result.")] = 32,
     workers: Annotated[int | None, typer.Option(help="Processes; as many as cores.")] = None,
     out: Annotated[
@@ -39,7 +42,8 @@ def code(
 ) -> None:
     """Search for points on a sphere whose smallest angle is as large as possible.
 
-    Caps on great circles grow until they jam; the contacts of the best are then solved for to many digits.
+    Caps on great circles grow until they jam, and hops lead to better codes; the contacts of the best are
+    then solved for to many digits.
     Ctrl-C ends the search with the best so far.
 
     [bold]Examples[/bold]
@@ -64,6 +68,7 @@ def code(
                 k,
                 seeds=range(first, first + max(seeds, 0)),
                 rate=rate,
+                hops=hops,
                 digits=digits,
                 workers=workers,
                 progress=progress,

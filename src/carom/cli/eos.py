@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.studies import farewell, fractions, integers, where, write
+from carom.cli.studies import COMPILING, farewell, fractions, integers, where, write
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -172,9 +172,6 @@ def _spec(path: Path | None, given: dict[str, Any]) -> Any:
         # The densities of one dimension mean nothing in another.
         values.setdefault("packing_fractions", ())
     return dataclasses.replace(spec, **values)
-
-
-COMPILING = "Compiling, ten seconds or more the first time, and the first runs"
 
 
 @contextlib.contextmanager

@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+COMPILING = "Compiling, ten seconds or more the first time, and the first runs"
+"""What is said until the first run of a study is done."""
+
 
 def fractions(text: str | None) -> list[float] | None:
     """Return packing fractions: numbers with commas, or first:last:count."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.studies import farewell, fractions, integers, where, write
+from carom.cli.studies import COMPILING, farewell, fractions, integers, where, write
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -132,10 +132,15 @@ def transport(
 
 
 @contextlib.contextmanager
-def _watched() -> Iterator[Callable[[Progress], None] | None]:
-    """Show a bar while the body runs, if standard error is a terminal."""
+def _watched() -> Iterator[Callable[[Progress], None]]:
+    """Show a bar while the body runs; a line now and then without a terminal."""
     if not sys.stderr.isatty():
-        yield None
+        from carom.cli.heartbeat import Heartbeat
+
+        with Heartbeat(COMPILING).beating() as heart:
+            yield lambda present: heart.tell(
+                f"{present.done} of {present.total} runs" if present.done else COMPILING, present.fraction
+            )
         return
     from rich.console import Console
     from rich.progress import Progress as Bar

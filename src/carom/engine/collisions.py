@@ -6,7 +6,7 @@ import numpy as np
 
 from carom.compiling.registry import inner, required
 from carom.engine.balance import audit, exchanged, pushed
-from carom.engine.constants import LAMBDA, OBSTACLE
+from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
 from carom.engine.currents import flowed, reckon
 from carom.engine.flights import flown, ground
 from carom.engine.images import NearestImage, SectorImage, count_images, index, separation
@@ -14,6 +14,7 @@ from carom.engine.live import age_obstacles
 from carom.engine.neighbors.interface import wrapped
 from carom.engine.obstacles import Obstacles, bounce, gained
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
+from carom.engine.rules import consult, heed
 from carom.engine.tallies import count_pair, record
 from carom.models.interface import (
     CORE,
@@ -27,9 +28,11 @@ from carom.models.interface import (
     position,
     step_core_square,
     step_jump,
+    taken_up,
     thrust,
     velocity,
 )
+from carom.models.units import Units
 
 
 @inner
@@ -52,13 +55,15 @@ def advance(model, state, neighbors, i, now):
 
 @required
 def outcome(boundary, pair, neighbors, tally, i, word, rr, rv, now):
-    """Return what the event of i and the component that a word names adds, as ``jump`` does, and its kind."""
+    """Return what the event of i and the component that a word names adds, as ``jump`` does, its kind, and
+    the steps of the pair before and after it, which are zero where there are none.
+    """
 
 
 @outcome.register
 def _(boundary: NearestImage | SectorImage, pair, neighbors, tally, i, word, rr, rv, now):
     a, b, virial = jump(pair, np.int64(i), np.int64(index(boundary, word)), rr, rv, now)
-    return a, b, virial, CORE
+    return a, b, virial, CORE, 0, 0
 
 
 @outcome.register
@@ -71,7 +76,7 @@ def _(boundary: SteppedImage, pair, neighbors, tally, i, word, rr, rv, now):
         put_step(neighbors, np.uint64(j), np.uint64(i), step)
     pair.events[before, kind] += 1
     tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
-    return a, b, virial, kind
+    return a, b, virial, kind, before, step
 
 
 @required
@@ -104,7 +109,9 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
-    a, b, virial, kind = outcome(model.boundary, model.pair, neighbors, tally, i, word, rr, rv, now)
+    a, b, virial, kind, before, step = outcome(
+        model.boundary, model.pair, neighbors, tally, i, word, rr, rv, now
+    )
     # Surfaces that grow approach faster than the centres do.
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
     part = exchanged_part(model.impact, np.int64(i), np.int64(j), rr, rv - np.sqrt(rr) * rate, now)
@@ -112,16 +119,18 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     b *= part
     virial *= part
     exchanged(model.balance, a, b, virial, rr, rv, now)
-    flowed(model.currents, model, state, i, j, word, a, b, now)
+    flowed(model.currents, model, state, i, j, word, before, step, a, b, now)
     flown(model.flights, state, i, j, rr, rv, now)
     for axis in range(len(model.boundary.edges)):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         me.v[axis] += a * thrust(model.motion, axis, me.x[axis], r, rr)
         other.v[axis] += b * thrust(model.motion, axis, other.x[axis], -r, rr)
+    heed(model.rules, model, state, neighbors, i, j, word, kind, now)
     tally.collisions += 1
     tally.virial += virial
     tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
     count_pair(by_species, np.int64(i), np.int64(j), virial)
+    taken_up(model.pair, np.int64(i), np.int64(j), virial / np.sqrt(rr))
     record(log, state.clock[0], np.int64(i), logged(model.boundary, word, kind), virial / np.sqrt(rr))
     rows[i].due = NEVER
     rows[j].due = NEVER
@@ -148,6 +157,26 @@ def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
     energy = gained(obstacles.live, momentum, growth(model.pair, np.int64(i)))
     pushed(model.balance, energy, now)
     record(log, state.clock[0], np.int64(i), partner, momentum)
+    return True
+
+
+@required
+def woken(rules, model, state, neighbors, log, i, partner, now):
+    """Ask unit i for its decision; False if that is not its event."""
+
+
+@woken.register
+def _(rules: None, model, state, neighbors, log, i, partner, now):
+    return False
+
+
+@woken.register
+def _(rules: Units, model, state, neighbors, log, i, partner, now):
+    if partner != WAKE:
+        return False
+    advance(model, state, neighbors, i, now)
+    consult(rules, model, state, neighbors, i, partner, now)
+    record(log, state.clock[0], np.int64(i), partner, 0.0)
     return True
 
 

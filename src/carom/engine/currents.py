@@ -5,16 +5,18 @@ adds to it what it carries over the distance of the two centres (E. Helfand, Phy
 Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). Where nobody asks for currents there
 are none, and they cost nothing.
 
-All are taken in the rest frame of the centre of mass. Energy that a pair holds is shared by the two.
+All are taken in the rest frame of the centre of mass. Energy that a pair holds is shared by the two
+(:mod:`carom.engine.held`).
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import inner, required
+from carom.engine.held import carry_held, pass_over
 from carom.engine.images import separation
 from carom.models.interface import NEVER, mass
 
@@ -30,7 +32,8 @@ class Currents(NamedTuple):
     kinds: np.ndarray
     """Species of each component, (n + 1,) int64."""
     flow: np.ndarray
-    """Currents now, (s + d + K d,): sum of m v_a v_b; sum of m v^2 v_a / 2; sum of v_a of each species."""
+    """Currents now, (s + d + K d,): sum of m v_a v_b; sum of the energy of each component times its v_a; sum
+    of v_a of each species."""
     carried: np.ndarray
     """Their integrals from the start of the run to ``since``, in the same order."""
     thrown: np.ndarray
@@ -45,10 +48,14 @@ class Currents(NamedTuple):
     """(count, 2 s + 2 d + K d) float64: ``carried`` and ``thrown`` at the times of the samples."""
     room: np.ndarray
     """Room for r, and for the velocities of two before and after a collision, (5, d) float64."""
+    held: Any
+    """Energies of pairs with steps that components hold, or None."""
 
 
-def make_currents(masses, velocities, kinds) -> Currents:
-    """Return the currents of components (n,) with velocities (n, d) and species (n + 1,) or None."""
+def make_currents(masses, velocities, kinds, held=None) -> Currents:
+    """Return the currents of components (n,) with velocities (n, d) and species (n + 1,) or None, which hold
+    no energy yet.
+    """
     n, d = velocities.shape
     count = 0 if kinds is None else int(kinds.max()) + 1
     size = d * (d + 1) // 2 + d
@@ -63,6 +70,7 @@ def make_currents(masses, velocities, kinds) -> Currents:
         used=np.zeros(1, np.int64),
         samples=np.zeros((0, 2 * size + count * d)),
         room=np.zeros((5, d)),
+        held=held,
     )
     for _ in range(2):  # the second time with the digits that a fast drift has taken
         currents.drift[:] += masses @ (velocities - currents.drift) / masses.sum()
@@ -120,19 +128,19 @@ def enter(currents, m, kind, v, sign):
 
 
 @required
-def flowed(currents, model, state, i, j, word, a, b, now):
+def flowed(currents, model, state, i, j, word, before, step, a, b, now):
     """Take note of what a collision carries and changes, before the velocities change by ``a r`` and
-    ``-b r``.
+    ``-b r``. The pair goes from one step to another.
     """
 
 
 @flowed.register
-def _(currents: None, model, state, i, j, word, a, b, now):
+def _(currents: None, model, state, i, j, word, before, step, a, b, now):
     return None
 
 
 @flowed.register
-def _(currents: Currents, model, state, i, j, word, a, b, now):
+def _(currents: Currents, model, state, i, j, word, before, step, a, b, now):
     carry(currents, now)
     me = state.rows[i]
     other = state.rows[j]
@@ -156,6 +164,7 @@ def _(currents: Currents, model, state, i, j, word, a, b, now):
     kind, other_kind = currents.kinds[i], currents.kinds[j]
     gained = -enter(currents, first, kind, v, -1.0) + enter(currents, first, kind, after, 1.0)
     lost = enter(currents, second, other_kind, w, -1.0) - enter(currents, second, other_kind, later, 1.0)
+    pass_over(currents.held, currents.flow, i, j, before, step, v, after, w, later)
     c = 0
     for p in range(d):
         for q in range(p, d):
@@ -189,3 +198,4 @@ def _(currents: Currents, pair, rows, duration):
         for p in range(len(v)):
             v[p] = np.float64(rows[i].v[p]) - currents.drift[p]
         enter(currents, mass(pair, i), currents.kinds[i], v, 1.0)
+        carry_held(currents.held, currents.flow, i, v)

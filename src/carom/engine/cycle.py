@@ -13,7 +13,7 @@ import numpy as np
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
 from carom.engine.calendar import ROOM, adapt, first, lay_out, pop, prefetch_calendar
-from carom.engine.collisions import collide, new_epoch, rebound
+from carom.engine.collisions import collide, new_epoch, rebound, woken
 from carom.engine.constants import (
     IDLE,
     LAMBDA,
@@ -30,6 +30,7 @@ from carom.engine.events import (
     predict,
     recheck_obstacles,
     schedule_transit,
+    spread_news,
     start_over,
 )
 from carom.engine.images import index, lasting, mirror
@@ -104,6 +105,8 @@ def _run(digest):
                 lay_out(calendar, state, model.boundary, clock.now, clock.length)
             if control.waiting + ROOM > len(calendar.due):
                 return NEEDS_HEAP
+            if spread_news(model.rules, model, state, calendar, clock.now):
+                continue
             chosen = first(calendar, state, neighbors, model.boundary, model.motion)
             if chosen == -2:
                 return NEEDS_HEAP
@@ -155,7 +158,9 @@ def _run(digest):
             pop(calendar)
             word = np.int64(state.partner[i])
             if word < 0:
-                thrown = rebound(model.obstacles, model, state, neighbors, log, i, word, now)
+                thrown = woken(model.rules, model, state, neighbors, log, i, word, now)
+                if not thrown:
+                    thrown = rebound(model.obstacles, model, state, neighbors, log, i, word, now)
                 tally.advancements += np.int64(not thrown)
                 found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
                 predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)

@@ -6,12 +6,14 @@ import numpy as np
 
 from carom.compiling.registry import inner, required
 from carom.engine.calendar import insert, time_of
-from carom.engine.constants import LAMBDA, OBSTACLE
+from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
 from carom.engine.images import index, mirror
 from carom.engine.neighbors.interface import transit_time
 from carom.engine.obstacles import Obstacles, soonest
+from carom.engine.rules import wait
 from carom.engine.search import NOBODY_MET, meet, search
 from carom.models.interface import NEVER
+from carom.models.units import NOBODY, Units
 
 
 @inner
@@ -41,6 +43,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
         due = NEVER
         word = search(model, state, neighbors, i, now, 0, met if again else NOBODY_MET)
     blocked = head_for_obstacle(model.obstacles, model, state, i, now, due, True)
+    blocked = wait(model.rules, state, i, now, due, blocked)
     if due < NEVER and not blocked:
         pair_up(model, state, calendar, i, word, due)
         tally.clamped += np.int64(clamped)
@@ -90,6 +93,35 @@ def release(model, state, calendar, i, held):
     if chosen < 0 or np.uint64(index(model.boundary, chosen)) != j:
         state.partner[j] = LAMBDA
         enqueue(state, calendar, j)
+
+
+@required
+def spread_news(rules, model, state, calendar, now):
+    """Let the next event of a unit that is to be told of news be one of its own, now; leave its partner with
+    an advancement. False where there are no news.
+    """
+
+
+@spread_news.register
+def _(rules: None, model, state, calendar, now):
+    return False
+
+
+@spread_news.register
+def _(rules: Units, model, state, calendar, now):
+    if rules.queued[0] == 0:
+        return False
+    rules.queued[0] -= 1
+    i = np.uint64(rules.queue[rules.queued[0]])
+    if rules.news[i] == NOBODY:  # it has been removed meanwhile
+        return True
+    held = np.int64(state.partner[i])
+    state.rows[i].due = now
+    state.partner[i] = WAKE
+    enqueue(state, calendar, i)
+    if held >= 0:
+        release(model, state, calendar, i, held)
+    return True
 
 
 @inner

@@ -31,6 +31,11 @@ class Flights(NamedTuple):
     """Flights, and sums of their times and paths, (K, 3) float64."""
     met: np.ndarray
     """Collisions, and sums of normal speeds and their squares, (K, K, 3) float64, likewise."""
+    partners: np.ndarray
+    """Who each component collided with last, (n,) int64; -1 before the first."""
+    returns: np.ndarray
+    """Collisions of components that had collided before, and how many of them were with the partner of the
+    last time, (K, 2) float64."""
 
 
 def make_flights(n: int, kinds) -> Flights:
@@ -45,6 +50,8 @@ def make_flights(n: int, kinds) -> Flights:
         np.zeros((count, count, BINS), np.int64),
         np.zeros((count, 3)),
         np.zeros((count, count, 3)),
+        np.full(n, -1),
+        np.zeros((count, 2)),
     )
 
 
@@ -84,6 +91,12 @@ def _(flights: Flights, state, i, j, rr, rv, now):
             flights.flown[kind, 1] += time
             flights.flown[kind, 2] += path
         flights.last[c] = now
+    for c, other in ((i, j), (j, i)):
+        if flights.partners[c] >= 0:
+            flights.returns[flights.kinds[c], 0] += 1.0
+            if flights.partners[c] == np.int64(other):
+                flights.returns[flights.kinds[c], 1] += 1.0
+        flights.partners[c] = np.int64(other)
     a = min(flights.kinds[i], flights.kinds[j])
     b = max(flights.kinds[i], flights.kinds[j])
     u = abs(rv) / np.sqrt(rr)

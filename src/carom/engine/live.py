@@ -59,7 +59,8 @@ def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
 
 
 def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> None:
-    """Let the impact and the obstacles of a new engine's model go on from those of the old one's."""
+    """Let pairs, impact and obstacles of a new engine's model go on from those of the old one's."""
+    take_over(model.pair, old.pair, instant, passed, slower)
     take_over(model.impact, old.impact, instant, passed, slower)
     if model.obstacles is None or model.obstacles.live is None:
         return

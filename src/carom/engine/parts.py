@@ -12,6 +12,7 @@ from carom.engine.balance import make_balance
 from carom.engine.calendar import Calendar, make_calendar
 from carom.engine.currents import make_currents
 from carom.engine.flights import make_flights
+from carom.engine.held import make_held
 from carom.engine.images import NearestImage, SectorImage
 from carom.engine.live import is_live, made_live
 from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
@@ -29,6 +30,7 @@ from carom.engine.search import FarSight, NearSight
 from carom.engine.state import State, make_state
 from carom.engine.tallies import TALLY, BySpecies
 from carom.models.contact import FAR
+from carom.models.units import Units
 
 SLACK = 1.0 - 2.0**-20
 """Flights end this fraction of the margin, or of the slack, early, so that rounding cannot hide a contact
@@ -56,6 +58,8 @@ class Model(NamedTuple):
     """Currents of momentum and heat, and their integrals over time, or None where nobody asks."""
     flights: Any
     """Histograms of free flights and normal speeds, or None where nobody asks."""
+    rules: Any
+    """The pair model again, where units decide by rules, or None."""
 
 
 class Engine(NamedTuple):
@@ -99,9 +103,10 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             impact,
             make_balance(particles.masses, velocities, contents.still) if changes else None,
             obstacles,
-            _sight(scheme, contents, neighbors),
-            _currents(contents, particles, velocities),
+            None if isinstance(pair, Units) else _sight(scheme, contents, neighbors),
+            _currents(contents, particles, velocities, pair),
             make_flights(contents.n, _kinds(contents, particles)) if contents.flights else None,
+            pair if isinstance(pair, Units) else None,
         ),
         state,
         neighbors,
@@ -111,11 +116,12 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     )
 
 
-def _currents(contents: Contents, particles, velocities):
+def _currents(contents: Contents, particles, velocities, pair):
     """Return the currents, where they are asked for."""
     if not contents.currents:
         return None
-    return make_currents(particles.masses, velocities, _kinds(contents, particles))
+    held = make_held(contents.n, contents.dimension, pair.energy) if contents.stepped else None
+    return make_currents(particles.masses, velocities, _kinds(contents, particles), held)
 
 
 def _kinds(contents: Contents, particles):

@@ -1,8 +1,9 @@
 """Frames and extended XYZ for MDAnalysis.
 
-Importing this module teaches MDAnalysis the format EXTXYZ: from then on ``MDAnalysis.Universe("run.extxyz")``
-works, with time, box, velocities, radii and masses, for the files of Carom and for other extended XYZ (whose
-optional columns may be missing). :func:`universe` makes a Universe of any file or list of Frames.
+Importing this module teaches MDAnalysis two formats. ``MDAnalysis.Universe("run.extxyz")`` then works, with
+time, box, velocities, radii and masses, for the files of Carom and for other extended XYZ (whose optional
+columns may be missing). ``MDAnalysis.Universe("run.h5md")`` then knows types, radii, masses and the spacing of
+frames. :func:`universe` makes a Universe of any file or list of Frames.
 
 MDAnalysis keeps float32. The doubles are in ``ts.data["positions"]`` and ``ts.data["velocities"]``, (n, d)
 arrays. With ``unwrapped=True`` positions do not jump at the faces of the box, as ``EinsteinMSD`` needs them.
@@ -16,9 +17,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
+import h5py
 import numpy as np
 from MDAnalysis import Universe
 from MDAnalysis.coordinates.base import ReaderBase
+from MDAnalysis.coordinates.H5MD import H5MDReader
 from MDAnalysis.core.topology import Topology
 from MDAnalysis.core.topologyattrs import (
     Atomids,
@@ -41,6 +44,11 @@ from carom.io.embedding import edges, embed, names_of, parted, require_at_most_t
 from carom.io.extxyz import Index, parse
 from carom.io.paths import existing, reading
 from carom.io.trajectory import Reader, open_reader
+
+_NO_IMAGES = (
+    "These frames hold no image counts, so that positions cannot be unwrapped; sample with "
+    "Simulation(..., images=True)."
+)
 
 
 class _Held:
@@ -81,10 +89,7 @@ class _SequenceReader(ReaderBase):
         """Set the positions (n, d) of the Timestep, and keep their doubles."""
         if self._unwrapped:
             if images is None:
-                raise InputError(
-                    "These frames hold no image counts, so that positions cannot be unwrapped; sample with "
-                    "Simulation(..., images=True)."
-                )
+                raise InputError(_NO_IMAGES)
             positions = positions + images * np.asarray(box)
         self.ts.positions = embed(positions)
         self.ts.data["positions"] = positions
@@ -191,6 +196,50 @@ class ExtxyzParser(TopologyReaderBase):
             return _topology(names, columns.get("radius"), columns.get("masses"))
 
 
+class H5mdReader(H5MDReader):
+    """MDAnalysis's own reader of H5MD, which now knows the spacing of frames and can unwrap positions."""
+
+    format = "H5MD"
+
+    @store_init_arguments
+    def __init__(self, filename: Any, unwrapped: bool = False, **kwargs: Any):
+        self._unwrapped = unwrapped
+        super().__init__(filename, **kwargs)
+        times = self._particle_group.get("position/time")
+        if isinstance(times, h5py.Dataset) and len(times.shape) == 1 and len(times) > 1:
+            self.ts.data.setdefault("dt", float(times[-1] - times[0]) / (len(times) - 1))
+
+    def _read_frame(self, frame: int) -> Any:
+        ts = super()._read_frame(frame)
+        if self._unwrapped:
+            images = self._particle_group.get("image/value")
+            if images is None:
+                raise InputError(_NO_IMAGES)
+            ts.positions = ts.positions + images[frame] * ts.dimensions[:3].astype(np.float64)
+        return ts
+
+
+class H5mdParser(TopologyReaderBase):
+    """MDAnalysis parser of H5MD: types, radii and masses from files of Carom, numbers from others."""
+
+    format = "H5MD"
+
+    def parse(self, **kwargs: Any) -> Topology:
+        """Return the Topology."""
+        with h5py.File(self.filename, "r") as file:
+            ours = "parameters/carom" in file
+        if not ours:
+            return Topology(H5mdReader.parse_n_atoms(self.filename), 1, 1)
+        with open_reader(Path(self.filename)) as reader:
+            return _topology_of(reader[0])
+
+
+def _topology_of(frame: Frame) -> Topology:
+    """Return the Topology of a frame."""
+    kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
+    return _topology(np.array(names_of(frame))[kinds], frame.diameters / 2.0, frame.masses)
+
+
 def _topology(names: np.ndarray, radii: np.ndarray | None, masses: np.ndarray | None) -> Topology:
     n = len(names)
     attributes = [
@@ -249,9 +298,8 @@ def universe(
         raise InputError("There are no frames to make a Universe of; expected at least one.")
     first = frames[0]
     require_at_most_three(first.dimension, "MDAnalysis")
-    kinds = np.zeros(first.n, dtype=np.int64) if first.species is None else first.species
     return Universe(
-        _topology(np.array(names_of(first))[kinds], first.diameters / 2.0, first.masses),
+        _topology_of(first),
         _Held(frames),
         format=FramesReader,
         unwrapped=unwrapped,

@@ -256,8 +256,31 @@ def mass(pair, i):
 
 
 @optional
+def taken_up(pair, i, j, momentum):
+    """Take note of the momentum that a contact of i and j exchanged [mass length / time]; by default of
+    nothing.
+    """
+    return
+
+
+@optional
 def age(pair, duration):
     """Bring arrays that depend on time from the start of an epoch to that of the next; default: nothing."""
+    return
+
+
+@optional
+def begin(pair, pairs, steps):
+    """Take note of the step (m,) on which each of the pairs (m, 2) within reach starts; called from Python.
+
+    The lists may be built several times before the first event. By default there is nothing to note.
+    """
+    return
+
+
+@optional
+def complaint(pair):
+    """Return why the run cannot go on, a sentence, or None; called from Python, some times a second."""
     return
 
 

@@ -15,7 +15,15 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models.contact import first_contact, sure_contact
-from carom.models.interface import Particles, contact_time, core_square, interaction_time, jump, lanes
+from carom.models.interface import (
+    Particles,
+    contact_time,
+    core_square,
+    interaction_time,
+    jump,
+    lanes,
+    taken_up,
+)
 
 
 def mask(given: Any, n: int) -> np.ndarray | None:
@@ -114,10 +122,13 @@ def _(pair: PinnedCores, i, j, rr, rv, vv, now):
 def _(pair: PinnedCores, i, j, rr, rv, now):
     ours, theirs = pair.inverse[i], pair.inverse[j]
     factor = 2.0 * rv / (rr * (ours + theirs))
-    momentum = -factor * np.sqrt(rr)
+    return factor * ours, factor * theirs, -factor * rr
+
+
+@taken_up.register
+def _(pair: PinnedCores, i, j, momentum):
     pair.impulse[i] += momentum
     pair.impulse[j] += momentum
-    return factor * ours, factor * theirs, -factor * rr
 
 
 @core_square.register

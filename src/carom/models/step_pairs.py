@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from carom.compiling.registry import inner
 from carom.models.interface import BOUNCE, CORE, IN, NEVER, OUT, step_core_square, step_jump, step_time
 
 
@@ -38,19 +39,24 @@ class StepPairs(NamedTuple):
     """(n + 1,) float64."""
 
 
-@step_time.register
-def _(pair: StepPairs, i, j, step, rr, rv, vv, now):
-    inner, outer = pair.inner[step], pair.outer[step]
+@inner
+def end_of_step(low, high, rr, rv, vv):
+    """Return the time until r.r is ``low``, if it gets there, or else ``high``; not negative, or NEVER."""
     # One root serves both ends: the inner one if the pair falls on it, else the outer one.
-    near = rr - inner
+    near = rr - low
     falls = (rv < 0.0) & (rv * rv - vv * near >= 0.0)
-    c = near if falls else rr - outer
+    c = near if falls else rr - high
     root = np.sqrt(max(rv * rv - vv * c, 0.0))
     # Of the two forms of a root the one that does not cancel.
     above = c if falls else (-c if rv > 0.0 else root - rv)
     below = root - rv if falls else (root + rv if rv > 0.0 else vv)
     t = above / below
-    return max(t, 0.0) if falls | ((outer < NEVER) & (vv > 0.0)) else NEVER
+    return max(t, 0.0) if falls | ((high < NEVER) & (vv > 0.0)) else NEVER
+
+
+@step_time.register
+def _(pair: StepPairs, i, j, step, rr, rv, vv, now):
+    return end_of_step(pair.inner[step], pair.outer[step], rr, rv, vv)
 
 
 @step_jump.register

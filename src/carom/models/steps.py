@@ -140,6 +140,13 @@ class StepInteraction(ABC):
         kinds = {steps for row in self.steps_by_species(scene.diameter) for steps in row}
         return max(float(steps.distances[-1]) for steps in (*kinds, bond) if steps is not None)
 
+    def conserves(self, diameter: float) -> bool:
+        """Whether no pair loses energy on its way in and out."""
+        _, bond = self.bonded()
+        kinds = {steps for row in self.steps_by_species(diameter) for steps in row}
+        found = [steps for steps in (*kinds, bond) if steps is not None]
+        return all(steps.leaving is None for steps in found)
+
     def check(self, scene: Any) -> None:
         """Raise InputError where the scene cannot have these steps."""
         table = self.steps_by_species(scene.diameter)

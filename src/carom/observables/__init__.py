@@ -1,5 +1,6 @@
 """What is measured from frames and tallies, each number with its error bar."""
 
+from carom.observables.bond_order import BondOrder, BondOrderEstimate
 from carom.observables.combined import combined
 from carom.observables.dynamics import Dynamics, DynamicsEstimate
 from carom.observables.flights import Distribution, FlightsEstimate
@@ -14,6 +15,8 @@ from carom.observables.structure import DensityProfile, ProfileEstimate
 from carom.observables.wall_pressure import WallPressure, WallPressureEstimate
 
 __all__ = [
+    "BondOrder",
+    "BondOrderEstimate",
     "DensityProfile",
     "Distribution",
     "Dynamics",

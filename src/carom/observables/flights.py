@@ -25,6 +25,8 @@ class FlightSums(NamedTuple):
         Flights, sum of their times [time], of their paths [length].
     met : (K, K, 3) array
         Collisions, sum of normal speeds [length / time], of their squares.
+    returns : (K, 2) array
+        Collisions of components that had collided before; of these, with the partner of the last time.
     """
 
     times: np.ndarray
@@ -32,6 +34,7 @@ class FlightSums(NamedTuple):
     speeds: np.ndarray
     flown: np.ndarray
     met: np.ndarray
+    returns: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +73,17 @@ class FlightsEstimate:
         Relative normal speed of two that collide [length / time], by the numbers of their species.
     collision_rate : list of Estimate
         Collisions of one component per time, of each species.
+    return_probability : list of Estimate
+        How often the next partner of a component is its last one again, of each species. Two hard spheres
+        that are alone never meet twice: a third one has sent one of them back, so that it vanishes in a
+        dilute gas and grows where spheres are caged.
     """
 
     free_time: list[Distribution]
     free_path: list[Distribution]
     normal_speed: dict[tuple[int, int], Distribution]
     collision_rate: list[Estimate]
+    return_probability: list[Estimate]
 
     def __str__(self) -> str:
         return "\n".join(
@@ -123,12 +131,19 @@ def flights_of(
                 if any(block.met[a, b, 0] for block in blocks)
             },
             [],
+            [_probability([b.returns[k] for b in blocks]) for k in range(kinds)],
         )
         for k in range(kinds):
             # A collision of two of one species counts for both.
             rates = [(b.met[k, :, 0].sum() + b.met[:, k, 0].sum()) / max(counts[k], 1) for b in blocks]
             found.collision_rate.append(ratio(rates, durations))
     return found
+
+
+def _probability(rows: list[np.ndarray]) -> Estimate:
+    """Return how often a case happens, from how often it could have and did in blocks."""
+    could, did = np.array([row for row in rows if row[0] > 0.0]).reshape(-1, 2).T
+    return ratio(did, could) if len(could) else Estimate(np.nan, np.inf, 0.0, np.inf, 0)
 
 
 def _distribution(rows: list[np.ndarray], sums: list[np.ndarray], width: float) -> Distribution:

@@ -27,7 +27,8 @@ class HelfandMoments:
     stress : (2, m, d, d) array
         Kinetic and collisional: integral of ``sum m v_a v_b``; sum of ``dp_a r_b`` [mass length^2 / time].
     heat : (2, m, d) array
-        Kinetic and collisional: integral of ``sum m v^2 v_a / 2``; sum of ``dE r_a`` [energy length].
+        Kinetic and collisional: integral of ``sum e v_a``, where e is ``m v^2 / 2`` and, of pairs with steps,
+        half of each pair's energy; sum of ``de r_a`` [energy length].
     displacement : (K, m, d) array
         Sum of the displacements of each species [length]; K = 0 where the scene has none.
     """

@@ -37,11 +37,11 @@ class View:
     def html(self) -> str:
         """The page."""
         folder = resources.files("carom.pictures") / "viewer"
-        names = ("template.html", "viewer.css", "viewer.js")
-        template, style, script = ((folder / name).read_text(encoding="utf-8") for name in names)
+        names = ("template.html", "viewer.css", "hexatic.js", "viewer.js")
+        template, style, *scripts = ((folder / name).read_text(encoding="utf-8") for name in names)
         # In a script element only "</" could end it.
         data = json.dumps(self.data, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
-        parts = {"TITLE": html.escape(self.title), "STYLE": style, "SCRIPT": script, "DATA": data}
+        parts = {"TITLE": html.escape(self.title), "STYLE": style, "SCRIPT": "\n".join(scripts), "DATA": data}
         for name, part in parts.items():
             template = template.replace(f"@{name}@", part)
         return template

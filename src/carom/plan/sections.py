@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from carom import checks
 from carom.errors import InputError
 from carom.models import obstacles
@@ -21,7 +23,10 @@ NEIGHBORS = ("auto", "sectors", "lists", "all")
 FORMATS = ("h5md", "extxyz", "gsd")
 
 #: Keys of [scene] that go with any start: what a trajectory does not hold.
-ADDED = ("restitution", "elastic_below", "contact", "obstacles", "interaction", "motion", "impact")
+ADDED = ("restitution", "elastic_below", "contact", "obstacles", "interaction", "motion", "impact", "pinned")
+
+#: Beside the seed, for the draw of those that are pinned.
+PINNING = 7
 
 #: Collisions a particle that are measured where nothing else is said.
 DEFAULT_COLLISIONS = 10000.0
@@ -100,6 +105,8 @@ class SceneSpec:
     interaction, motion, impact : values, or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
         How two act on each other, how all move, and what contacts lose, where that is not usual
         (``carom.models.tables``).
+    pinned : int or tuple of ints
+        So many components, drawn by the seed, stay where they are; or these.
     """
 
     initial: str = "fcc"
@@ -123,6 +130,7 @@ class SceneSpec:
     interaction: Any = None
     motion: Any = None
     impact: Any = None
+    pinned: int | tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
         check = Fields("scene", self)
@@ -141,6 +149,7 @@ class SceneSpec:
         check.switches("periodic")
         check.number("restitution", low=0, high=1, open_low=True)
         check.number("elastic_below", low=0, high=checks.FASTEST, open_low=True)
+        check.integers("pinned", low=0, high=lattices.MOST)
         check.table("contact")
         check.each("species", _species)
         check.each("obstacles", _obstacle)
@@ -239,11 +248,11 @@ class SceneSpec:
 
             frame = read(self.file or "", -1 if self.frame is None else self.frame)
             scene = Scene.from_frame(frame, contact=self.contact, obstacles=self.obstacles)
-            return self._elastic(scene if self.kT is None else scene.with_(velocities=None))
+            return self._elastic(scene if self.kT is None else scene.with_(velocities=None), seed)
         periodic = True if self.periodic is None else self.periodic
         walls: dict[str, Any] = {"periodic": periodic, "obstacles": self.obstacles}
         if self.species:
-            return self._elastic(self._mixture(walls, seed))
+            return self._elastic(self._mixture(walls, seed), seed)
         assert self.diameter is not None
         assert self.mass is not None
         if self.initial == "random":
@@ -258,7 +267,8 @@ class SceneSpec:
                     mass=self.mass,
                     seed=seed,
                     **walls,
-                )
+                ),
+                seed,
             )
         lattice = self._lattice()
         cells = lattices.cells_for(lattice, self.n) if self.cells is None else self.cells
@@ -271,7 +281,8 @@ class SceneSpec:
                 diameter=self.diameter,
                 mass=self.mass,
                 **walls,
-            )
+            ),
+            seed,
         )
 
     def _mixture(self, walls: dict[str, Any], seed: Any) -> Scene:
@@ -297,13 +308,25 @@ class SceneSpec:
             **walls,
         )
 
-    def _elastic(self, scene: Scene) -> Scene:
-        """Return the scene with this interaction and motion, and this restitution or impact."""
+    def _elastic(self, scene: Scene, seed: Any) -> Scene:
+        """Return the scene with this interaction, motion, restitution or impact, and who is pinned."""
         given = {name: getattr(self, name) for name in self._given("interaction", "motion", "impact")}
+        if self.pinned is not None:
+            given["pinned"] = self._who_is_pinned(scene.n, seed)
         scene = scene.with_(**given) if given else scene
         if self.restitution is None:
             return scene
         return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)
+
+    def _who_is_pinned(self, n: int, seed: Any) -> np.ndarray:
+        """Return the numbers of the components that are pinned."""
+        if isinstance(self.pinned, tuple):
+            return np.array(self.pinned, np.int64)
+        if self.pinned is None or self.pinned > n:
+            raise InputError(f"[scene] pinned is {self.pinned}, and there are {n} components.")
+        # Places are drawn from the seed itself: who stays must not depend on them.
+        rng = seed if isinstance(seed, np.random.Generator) else np.random.default_rng([seed, PINNING])
+        return np.sort(rng.permutation(n)[: self.pinned])
 
     def _lattice(self) -> Lattice:
         if self.initial == "triangular":

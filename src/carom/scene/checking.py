@@ -20,23 +20,17 @@ def refuse_both(kind: str, value: Any, keyword: str, given: bool) -> None:
         raise InputError(f"{kind} and {keyword} say the same thing in two ways: leave one of them out.")
 
 
-def refuse_pinned(
-    pinned: np.ndarray | None, interaction: Any, motion: Any, impact: Any, contact: Any, elasticity: Any
-) -> None:
+def refuse_pinned(pinned: np.ndarray | None, interaction: Any, motion: Any, contact: Any) -> None:
     """Raise InputError where components are pinned and the scene has what does not go with that."""
     if pinned is None:
         return
     given = {
         "interaction": interaction is not None,
         "motion": motion is not None,
-        "impact": impact is not None,
         "contact": contact is not None,
-        "restitution": elasticity.restitution < 1.0,
     }
     for name in (name for name, is_given in given.items() if is_given):
-        raise InputError(
-            f"pinned is for elastic hard cores in free flight, and {name} is given: leave one out."
-        )
+        raise InputError(f"pinned is for hard cores in free flight, and {name} is given: leave one out.")
 
 
 def speeds(velocities: Any, shape: tuple[int, ...], pinned: np.ndarray | None = None) -> np.ndarray:

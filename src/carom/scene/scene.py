@@ -173,7 +173,7 @@ class Scene:
         fixed = pinned_mask(pinned, n)
         checking.refuse_both("interaction", interaction, "contact", contact is not None)
         checking.refuse_both("impact", impact, "restitution", elasticity.restitution < 1.0)
-        checking.refuse_pinned(fixed, interaction, motion, impact, contact, elasticity)
+        checking.refuse_pinned(fixed, interaction, motion, contact)
         matrix = _species.contact_matrix(contact, kinds, diameters)
         edges = _box.edges(box, dimension, float(diameters.max()), float(diameters.min()))
         repeats = _box.periodicity(periodic, dimension)

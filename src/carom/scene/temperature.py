@@ -19,10 +19,12 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
     """Tell for every axis whether the total momentum along it is conserved.
 
     Walls and obstacles take it up, but planes only along their normals and cylinders only across their axis;
-    of an obstacle of one's own nothing is known. Pinned components take up all of it. One component alone
-    needs no exception: nothing is conserved that it does not have itself, and all its velocities are free.
+    of an obstacle of one's own nothing is known. Pinned components take up all of it, and units that decide
+    by rules do not care. One component alone needs no exception: nothing is conserved that it does not have
+    itself, and all its velocities are free.
     """
-    if scene.n == 1 or scene.pinned is not None:
+    decides = not getattr(scene.interaction, "keeps_momentum", True)
+    if scene.n == 1 or scene.pinned is not None or decides:
         return (False,) * scene.dimension
 
     def glides(obstacle: Any, axis: int) -> bool:

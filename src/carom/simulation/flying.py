@@ -76,7 +76,10 @@ def _clear(machine: Machine, widths: np.ndarray) -> None:
     flights, unit = machine.engine.model.flights, machine.unit
     flights.widths[:] = [unit.to_kernel(widths[0], 1), widths[1], unit.to_kernel(widths[2], -1)]
     flights.last[:] = np.inf
-    for part in (flights.times, flights.paths, flights.speeds, flights.flown, flights.met):
+    flights.partners[:] = -1
+    for part in (
+        flights.times, flights.paths, flights.speeds, flights.flown, flights.met, flights.returns,
+    ):  # fmt: skip
         part[:] = 0
 
 
@@ -87,4 +90,5 @@ def _sums(machine: Machine) -> FlightSums:
     flown[:, 1] = unit.to_scene(flown[:, 1], 1)
     for power in (1, 2):
         met[:, :, power] = unit.to_scene(met[:, :, power], -power)
-    return FlightSums(flights.times.copy(), flights.paths.copy(), flights.speeds.copy(), flown, met)
+    histograms = flights.times.copy(), flights.paths.copy(), flights.speeds.copy()
+    return FlightSums(*histograms, flown, met, flights.returns.copy())

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 
 def check(contents: Contents) -> None:
     """Raise InputError where currents would not be what Helfand's moments need."""
+    conserves = getattr(contents.interaction, "conserves", None)
     missing = {
         "all axes periodic and no obstacles": all(contents.periodic) and not contents.obstacles,
         "elastic contacts": contents.elastic,
+        "steps that lose no energy": conserves is None or conserves(contents.diameter),
         "diameters that do not grow": contents.rates is None,
         "straight flight": contents.straight,
         "double precision": not contents.single,

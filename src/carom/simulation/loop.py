@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.block import Block
-from carom.errors import CaromWarning
+from carom.errors import CaromWarning, InputError
+from carom.models.interface import complaint
 from carom.scene.temperature import peculiar
 from carom.simulation.mechanics import impulses, kT_time, sizes
 from carom.simulation.pace import CYCLES
@@ -83,6 +84,9 @@ def _advance(
             code = cycle.run(*machine.engine, log, *stop, target, np.int64(cycles))
         now = time.perf_counter()
         machine.seconds += now - began
+        wrong = complaint(machine.engine.model.pair)
+        if wrong is not None:
+            raise InputError(wrong)
         clock, record = machine.clock, machine.engine.state.clock[0]
         if code == constants.IDLE and (end is not None or not final):
             machine.rest_until(stop)

@@ -11,6 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.models.interface import begin
 from carom.scene.temperature import peculiar
 from carom.simulation.alone import Alone
 from carom.simulation.clock import Clock
@@ -223,6 +224,7 @@ class Machine:
     def _settle_steps(self) -> bool:
         """Build the lists and write into them on which step each pair is; False if an array is too small."""
         from carom.engine import cycle
+        from carom.engine.held import fill
         from carom.engine.pair_steps import write_steps
         from carom.scene.first_steps import first_steps
 
@@ -233,7 +235,10 @@ class Machine:
         if not cycle.schedule(*self.engine, np.int64(0), np.int64(0)):
             return False
         write_steps(lists, *self.steps)
+        begin(self.engine.model.pair, *self.steps)
         lists.steps.ready[0] = 1
+        if self.contents.currents:
+            fill(self.engine.model.currents, *self.steps, self.speeds)
         return True
 
     def _keep_steps(self) -> None:

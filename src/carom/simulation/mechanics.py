@@ -148,6 +148,7 @@ def statistics(machine: Machine) -> Statistics:
     start, present = machine.start, Mechanics.of(machine.scene.masses, machine.speeds, machine.unit)
     events = 2 * tally.collisions + tally.advancements + tally.transits
     taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
+    taken_up |= machine.engine.model.rules is not None
     return Statistics(
         collisions=int(tally.collisions),
         transits=int(tally.transits),
@@ -165,8 +166,10 @@ def statistics(machine: Machine) -> Statistics:
 def _energy_drift(machine: Machine, present: Mechanics) -> float:
     """Return the change of the energy since the start, relative to it: with that in a field, if there is one,
     from the end of the box to which it pulls; NaN, where the boxes that components cross are not counted. The
-    energy of pairs on steps counts as a change.
+    energy of pairs on steps counts as a change. NaN, where units decide on their velocities.
     """
+    if machine.engine.model.rules is not None:
+        return math.nan
     scene, before, after = machine.scene, machine.start.energy, present.energy
     if machine.contents.stepped:
         after += potential_energy(machine) - potential_at_start(machine)

@@ -60,7 +60,7 @@ class Recorder:
 
     def flush(self, machine: Machine) -> None:
         """Write what the buffer holds."""
-        from carom.engine.constants import LAMBDA, OBSTACLE
+        from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
 
         used = int(self.buffer.used[0])
         stepped = machine.contents.stepped
@@ -70,14 +70,16 @@ class Recorder:
         kind = image.copy() if stepped else None
         if stepped:
             image[:] = 0
-        fixed = word < LAMBDA
+        alone = word == WAKE  # a unit that was asked on its own: the number after those of all obstacles
+        other[alone], image[alone] = machine.scene.n + len(machine.obstacle_numbers()), 0
+        fixed = (word < LAMBDA) & ~alone
         if fixed.any():  # the paper's partners N + k
             public = np.argsort(machine.obstacle_numbers())
             order = np.sort(machine.obstacle_numbers())
             k = public[np.searchsorted(order, OBSTACLE - word[fixed])]
             other[fixed], image[fixed] = machine.scene.n + k, 0
-            if kind is not None:
-                kind[fixed] = 0
+        if kind is not None:
+            kind[word < LAMBDA] = 0
         self._file.append(
             self.buffer.epoch[:used],
             machine.unit.to_scene(self.buffer.time[:used], 1),

@@ -30,6 +30,7 @@ from carom.models.interface import (
     age,
     anchor,
     at_time,
+    begin,
     carry,
     core_square,
     exchanged_part,
@@ -46,8 +47,10 @@ from carom.models.interface import (
 )
 from carom.models.planes import walls
 from carom.models.restitution import Restitution
+from carom.models.units import Units
 from carom.scene.first_steps import first_steps
 from carom.scene.scene import Scene
+from carom.simulation import deciding
 from carom.simulation.preparation import contents_of, unit_of
 
 CHUNK = 1 << 16
@@ -107,6 +110,9 @@ class Replay:
             ) from None
         except (InputError, ValueError, TypeError, OverflowError) as problem:
             raise FileError(f"{path} cannot be replayed: {problem}") from None
+        self._decide = isinstance(self._pair, Units)
+        if self._decide and self._steps is not None:
+            begin(self._pair, *first_steps(scene))
         self._live = any(hasattr(value, "live") for value in self._scene.obstacles)
         # Along axes with walls nothing is wrapped.
         self._inverse = np.where(self._scene.periodic, 1.0 / self._box, 0.0)
@@ -130,7 +136,7 @@ class Replay:
             if not len(events.time):
                 return
             n = len(self._x)
-            others = n + len(self._fixed)
+            others = n + len(self._fixed) + self._decide
             if events.i.max() >= n or events.j.max() >= others or events.image.max() >= len(self._digits):
                 raise FileError(
                     f"{self._path} cannot be replayed: it names component {events.i.max()}, partner "
@@ -183,6 +189,8 @@ class Replay:
         if j < len(self._x):
             self._collide(time, i, j, code, impulse, kind)
             self._done += 1
+        elif j == len(self._x) + len(self._fixed):
+            self._consult(time, i)
         else:
             self._bounce(time, i, j - len(self._x), impulse)
         self._offset = time
@@ -247,7 +255,7 @@ class Replay:
         while self._epoch < epoch:
             self._advance(everyone, self._length)
             self._t[:] = 0.0
-            for remembers in (self._impact, *self._models):
+            for remembers in (self._pair, self._impact, *self._models):
                 age(remembers, self._length)
             self._epoch += 1
             self._offset = 0.0
@@ -283,8 +291,8 @@ class Replay:
         if self._steps is None:
             ours, theirs, virial = jump(self._pair, i, j, rr, rv, time)
         else:
-            step = self._steps.of(i, j)
-            ours, theirs, virial, step, found = step_jump(self._pair, i, j, step, rr, rv, time)
+            before = self._steps.of(i, j)
+            ours, theirs, virial, step, found = step_jump(self._pair, i, j, before, rr, rv, time)
             self._compare(found, kind, f"{i} and {j}", "kind")
             self._steps.put(i, j, step)
         part = exchanged_part(self._impact, i, j, rr, rv, time)
@@ -294,6 +302,24 @@ class Replay:
             back = thrust(self._motion, axis, self._x[j, axis], -r[axis], rr)
             self._v[i, axis] += ours * part * push
             self._v[j, axis] += theirs * part * back
+        if self._decide and self._steps is not None:
+            crossed = min(before, self._steps.of(i, j))
+            begun = float(self._epoch) * self._length
+            states = (self._x, self._v, r, time, begun)
+            deciding.heed(self._pair, (i, j), crossed, kind, *states, self._steps)
+
+    def _consult(self, time: float, i: int) -> None:
+        """Ask a unit alone."""
+
+        def seen(i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
+            x, v = self._moved(np.array([j]), time)
+            dx = x[0] - self._x[i]
+            return dx - self._box * np.rint(dx * self._inverse), v[0]
+
+        assert self._steps is not None
+        self._advance(np.array([i]), time)
+        begun = float(self._epoch) * self._length
+        deciding.consult(self._pair, i, self._x, self._v, seen, time, begun, self._steps)
 
     def _bounce(self, time: float, i: int, k: int, impulse: float) -> None:
         self._advance(np.array([i]), time)
@@ -363,6 +389,14 @@ class _Steps:
         """Return the step of a pair."""
         kinds = (0, 0) if self._species is None or len(self._outside) == 1 else self._species[[i, j]]
         return self._near.get((min(i, j), max(i, j)), int(self._outside[tuple(kinds)]))
+
+    def around(self, i: int) -> list[tuple[int, int]]:
+        """Return who is on a step with component i, and on which."""
+        return [(j if k == i else k, step) for (k, j), step in self._near.items() if i in (k, j)]
+
+    def leave(self, i: int) -> None:
+        """Forget the pairs of component i."""
+        self._near = {pair: step for pair, step in self._near.items() if i not in pair}
 
     def put(self, i: int, j: int, step: int) -> None:
         """Note the step of a pair."""

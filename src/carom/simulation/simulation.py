@@ -27,6 +27,7 @@ from carom.simulation import (
     mechanics,
     pair_steps,
     sampling,
+    units,
 )
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 
     from carom.models.interface import Impact, Interaction, Motion, Obstacle
     from carom.observables.steps import StepSums
+    from carom.simulation.units import UnitsNow
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
 
@@ -205,6 +207,18 @@ class Simulation:
             If pairs have no steps.
         """
         return pair_steps.step_sums(self.machine)
+
+    @property
+    @looks
+    def units(self) -> UnitsNow:
+        """Units that decide by rules, now: their kinds, counters, memory and timers (``docs/range-rules``).
+
+        Raises
+        ------
+        InputError
+            If the scene has none.
+        """
+        return units.present(self.machine)
 
     @property
     def degrees_of_freedom(self) -> int:

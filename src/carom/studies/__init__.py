@@ -10,6 +10,9 @@ from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import equation_of_state
 from carom.studies.packings.compression import PackingInterrupted, holds_packing, pack, points, resume_packing
 from carom.studies.packings.packing import Packing
+from carom.studies.planner.outcome import Outcome
+from carom.studies.planner.plan import RunPlan, plan
+from carom.studies.planner.target import Target
 from carom.studies.runs.execution import RunResult, resume, run
 from carom.studies.signals import Interrupted
 
@@ -17,16 +20,20 @@ __all__ = [
     "CodeInterrupted",
     "EquationOfState",
     "Interrupted",
+    "Outcome",
     "Packing",
     "PackingInterrupted",
+    "RunPlan",
     "RunResult",
     "SphericalCode",
     "StudySpec",
+    "Target",
     "Transport",
     "TransportSpec",
     "equation_of_state",
     "holds_packing",
     "pack",
+    "plan",
     "points",
     "resume",
     "resume_packing",

@@ -29,6 +29,7 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, TypeVar
 
 from carom import checks
+from carom.compiling import news
 from carom.errors import CaromError, InputError
 
 ENGINES = ("processes", "threads", "serial", "mpi")
@@ -42,6 +43,9 @@ GLANCE = 0.1
 
 PATIENCE = 10.0
 """Seconds after which a scheduler that does not answer is not there."""
+
+_WHILE_ALIVE = contextlib.ExitStack()
+"""What a worker does from its beginning to its end."""
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -75,6 +79,9 @@ class Engine:
     def recovered(self, future: Future[Any]) -> bool:
         """Return whether the engine works on after what happened to a future's worker."""
         return False
+
+    def listen(self) -> None:
+        """Pass on what workers have said; asked now and then."""
 
     def close(self, now: bool) -> None:
         """End the workers; `now` does not wait for the tasks under way."""
@@ -130,13 +137,15 @@ class Processes(Engine):
     -----
     Workers are started afresh (spawn), on every system. They do not import the caller's main module, which
     holds no function of theirs, so that scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to
-    the leading process and end when it ends, however it does.
+    the leading process and end when it ends, however it does. When they compile, they send word, and who
+    listens to :mod:`carom.compiling.news` in the leading process is told.
     """
 
     def __init__(self, workers: int):
         self.capacity = workers
         self.name = f"{workers} process{'es' * (workers > 1)}"
         self._leash, self._lead = multiprocessing.Pipe(duplex=False)
+        self._news, self._mouth = multiprocessing.Pipe(duplex=False)
         self._idle: list[ProcessPoolExecutor] = []
         self._busy: dict[Future[Any], ProcessPoolExecutor] = {}
 
@@ -156,18 +165,24 @@ class Processes(Engine):
             pool.shutdown(wait=False)
         return True
 
+    def listen(self) -> None:
+        """Say here that workers compile, if they do."""
+        while self._news.poll():
+            self._news.recv_bytes()
+            news.tell()
+
     def close(self, now: bool) -> None:
         """End all workers, at once or after their tasks."""
         if now:
             self._lead.close()
         for pool in [*self._busy.values(), *self._idle]:
             pool.shutdown(wait=True, cancel_futures=True)
-        for end in (self._lead, self._leash):
+        for end in (self._lead, self._leash, self._news, self._mouth):
             end.close()
 
     def _pool(self) -> ProcessPoolExecutor:
         return ProcessPoolExecutor(
-            max_workers=1, mp_context=_Context(), initializer=_begin, initargs=(self._leash,)
+            max_workers=1, mp_context=_Context(), initializer=_begin, initargs=(self._leash, self._mouth)
         )
 
 
@@ -188,8 +203,10 @@ class _Context(SpawnContext):
     Process = _Process
 
 
-def _begin(leash: Connection) -> None:
-    """Prepare a worker: deaf to Ctrl-C, and gone when the other end of `leash` is."""
+def _begin(leash: Connection, mouth: Connection) -> None:
+    """Prepare a worker: deaf to Ctrl-C, and gone when the other end of `leash` is; by `mouth` it says once
+    that it compiles.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
@@ -199,6 +216,16 @@ def _begin(leash: Connection) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+    told = False
+
+    def say() -> None:
+        nonlocal told
+        if not told:
+            told = True
+            with contextlib.suppress(OSError):  # the study was ended meanwhile
+                mouth.send_bytes(b"compiling")
+
+    _WHILE_ALIVE.enter_context(news.listening(say))
 
 
 def cores() -> int:
@@ -371,6 +398,7 @@ def run(
             except BrokenExecutor as error:
                 failed(index, error)
         ended, _ = wait(running, timeout=GLANCE, return_when=FIRST_COMPLETED)
+        where.listen()
         for future in ended:
             index, attempt = running.pop(future)
             try:

@@ -39,6 +39,7 @@ const hash = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
 const modes = ["species"];
 for (const name of Object.keys(scalars)) modes.push(name);
 if (replay) modes.push("speed");
+if (replay && data.dimension === 2 && n > 6) modes.push("psi_6");
 if (marks) modes.push("rattlers");
 if (replay) modes.push("contacts");
 let mode = modes.includes(hash.colour) ? hash.colour : (marks ? "rattlers" : replay ? "contacts" : "species");
@@ -187,7 +188,7 @@ function record(k, t) {
   return low;
 }
 const wrapped = (x, axis) => data.periodic[axis] ? x - box[axis] * Math.floor(x / box[axis]) : x;
-const speed = new Float32Array(n);
+const speed = new Float32Array(n), psi = new Float32Array(2 * n);
 function move() {
   if (replay) {
     const fade = Math.max(0.12 * pace(), 1e-9);
@@ -227,9 +228,12 @@ function wheel(angle, part) {
 function paint() {
   const values = mode === "speed" && replay ? speed : scalars[mode] && mode !== "psi_6" ? scalars[mode].subarray(n * frame, n * (frame + 1)) : null;
   const top = data.top;
+  let order = psi;
+  if (mode === "psi_6" && replay) hexatic(n, centres, box, data.periodic, psi);
+  else if (mode === "psi_6") order = scalars.psi_6.subarray(2 * n * frame, 2 * n * (frame + 1));
   for (let k = 0; k < n; k++) {
     let c;
-    if (mode === "psi_6") { const at = 2 * (n * frame + k); c = wheel(scalars.psi_6[at], scalars.psi_6[at + 1]); }
+    if (mode === "psi_6") c = wheel(order[2 * k], order[2 * k + 1]);
     else if (values) c = ramp(values[k] / top);
     else if (mode === "rattlers") c = marks[k] ? [0.89, 0.66, 0.34] : palette[0];
     else c = palette[(kinds ? kinds[k] : 0) % palette.length];

@@ -82,8 +82,9 @@ def compress(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> 
         if stop():
             raise Stopped
         block = sim.run(collisions_per_particle=max(HEATING / growth, 1.0))
-        if block.duration > 0.0 and block.kT_time:
-            pressure = 1.0 + block.virial / ((k - 1) * n * block.kT_time)
+        if block.duration > 0.0:
+            heat = 0.5 * (1.0 + sim.kT) * block.duration  # growth heats from 1, about linearly
+            pressure = 1.0 + block.virial / ((k - 1) * n * heat)
         if pressure >= JAMMED:
             break
         growth = 10.0 * rate if pressure >= CLOSING else rate

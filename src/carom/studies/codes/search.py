@@ -15,6 +15,7 @@ from carom.studies import executors
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.compression import compress
 from carom.studies.codes.contacts import contact_graph, forces
+from carom.studies.codes.hops import improve
 from carom.studies.codes.known import known
 from carom.studies.codes.polish import Digits, Polished, equations, polish, refine
 from carom.studies.signals import Interrupted, stoppable
@@ -24,6 +25,9 @@ MOST = 1000
 
 SEEDS = 40
 """Without a wish."""
+
+HOPS = 20
+"""Of every seed, without a wish."""
 
 RATES = (0.01, 0.2)
 """Growth of the diameters over the thermal speed, without a wish, of even and odd seeds. Slow growth orders,
@@ -55,6 +59,7 @@ def spherical_code(
     *,
     seeds: int | Sequence[int] = SEEDS,
     rate: float | None = None,
+    hops: int = HOPS,
     digits: int = 32,
     executor: Any = None,
     workers: int | None = None,
@@ -63,8 +68,8 @@ def spherical_code(
     """Search for n points on the sphere S^(k-1) whose smallest angle is as large as possible.
 
     From every seed, random points move on great circles and grow into caps until they jam (Smith; the paper's
-    sec. 10). The contacts of a jammed configuration are then solved for by Newton's method, those of the best
-    one in ``mpmath``.
+    sec. 10). Hops lead from there to better codes. The contacts are then solved for by Newton's method, those
+    of the best code in ``mpmath``.
 
     Parameters
     ----------
@@ -77,6 +82,9 @@ def spherical_code(
     rate : float, optional
         Growth of the diameters over the thermal speed. Left out, even seeds grow slowly, at 0.01, and odd
         ones fast, at 0.2: slow growth orders, and fast growth ends in more different codes.
+    hops : int
+        How often each seed moves one to three of its points into holes and climbs again, and keeps what is
+        not worse. 0 for growth alone.
     digits : int
         Decimal digits of the result.
     executor, workers : optional
@@ -105,6 +113,7 @@ def spherical_code(
     n = checks.integer(n, "n", low=2, high=MOST)
     k = checks.integer(k, "k", low=2, high=12)
     digits = checks.integer(digits, "digits", low=15, high=1000)
+    hops = checks.integer(hops, "hops", low=0)
     if rate is not None:
         rate = checks.number(rate, "rate", low=0.0, high=1.0, open_low=True)
     numbers = _seeds(seeds)
@@ -112,7 +121,9 @@ def spherical_code(
     exact = known(n, k, digits)
     if exact is not None:
         return _exact(*exact, digits)
-    tasks = [{"n": n, "k": k, "seed": seed, "rate": rate or RATES[seed % 2]} for seed in numbers]
+    tasks = [
+        {"n": n, "k": k, "seed": seed, "rate": rate or RATES[seed % 2], "hops": hops} for seed in numbers
+    ]
     found: dict[int, dict[str, Any]] = {}
     failed: dict[int, str] = {}
 
@@ -168,11 +179,13 @@ def _seeds(seeds: int | Sequence[int]) -> list[int]:
 def search(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> dict[str, Any]:
     """Return what one seed leads to: points, contacts, forces and cosine; None where its caps did not jam.
 
-    Parameters and task are those of :func:`carom.studies.codes.compression.compress`.
+    Parameters and task are those of :func:`carom.studies.codes.compression.compress`, and the task says how
+    many ``hops`` follow.
     """
-    jammed = compress(task, stop)
+    jammed = np.array(compress(task, stop)["points"])
+    rng = np.random.default_rng([task["n"], task["k"], task["seed"], 1])
     try:
-        code = polish(np.array(jammed["points"]))
+        code = polish(improve(jammed, task["hops"], rng, stop))
     except ValueError as problem:
         return {"points": None, "cosine": math.inf, "problem": str(problem)}
     return {

@@ -122,7 +122,8 @@ class Point:
         self.every = float(self.first["every"])
         self.dimension = int(self.first["dimension"])
         self.n = int(self.first["n"])
-        self.kT = float(self.first["kT"])
+        # With steps kT fluctuates, and each replica has its own mean.
+        self.kT = math.fsum(result["kT"] for result in results) / len(results)
         self.volume = math.prod(self.first["box"])
         # Replicas were given the same lags; a shorter one has fewer of them.
         self.count = min(len(block["shear"][0]) for block in self.blocks)
@@ -251,7 +252,8 @@ class Point:
 
         durations = np.array([block["duration"] for block in self.blocks])
         virials = np.array([block["virial"] for block in self.blocks]) / durations
-        z = 1.0 + virials / (self.dimension * self.n * self.kT)
+        heat = np.array([block.get("kT", self.kT) for block in self.blocks])
+        z = 1.0 + virials / (self.dimension * self.n * heat)
         by_virial = jackknife(z, lambda m: m)[0]
         if not self.first["simple"]:
             return by_virial, UNKNOWN, by_virial

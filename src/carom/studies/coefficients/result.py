@@ -121,7 +121,7 @@ def row(records: list[Record]) -> Row:
             z, eta, d, diameter=first["diameters"][0], mass=first["masses"][0], kT=point.kT
         )
         if d == 3 and math.isfinite(viscosity.value.mean):
-            infinite = _infinite(diffusion[0].value, viscosity.value, point)
+            infinite = infinite_diffusion(diffusion[0].value, viscosity.value, point)
     conductivity, bulk = point.thermal_conductivity(), point.bulk_viscosity()
     remarks = [PLANE] if d == 2 else []
     remarks += [
@@ -160,7 +160,7 @@ def row(records: list[Record]) -> Row:
     )
 
 
-def _infinite(diffusion: Estimate, viscosity: Estimate, point: Point) -> Estimate:
+def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point) -> Estimate:
     """Return self-diffusion of infinitely many spheres."""
     shift = 0.0
     for _ in range(20):  # the shift has the result in its denominator, and is a tenth of it

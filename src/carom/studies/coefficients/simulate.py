@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 import carom
+from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.dynamics import Dynamics
@@ -48,9 +50,14 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
 
     sim = simulation_of(task, _refuse_other_interactions, currents=True)
     scene = sim.scene
-    sim.run(collisions_per_particle=task["equilibration"], progress=look)
-    every = task["every"]
-    duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
+    every, stepped = task["every"], sim.machine.contents.stepped
+    if stepped:
+        _bring_to_temperature(sim, task["equilibration"], task["scene"].get("kT", 1.0), look)
+        # Crossings of steps are collisions, too, and carry little: the length is in free times of the cores.
+        duration = task["collisions_per_particle"] * windows.PER_FREE_TIME * every / task["blocks"]
+    else:
+        sim.run(collisions_per_particle=task["equilibration"], progress=look)
+        duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
     count = max(int(duration / every), windows.SHORTEST)
     blocks = [_block(sim, every, count, look) for _ in range(task["blocks"])]
     statistics = sim.statistics
@@ -59,7 +66,8 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "dimension": scene.dimension,
         "box": list(scene.box),
         "packing_fraction": scene.packing_fraction,
-        "kT": sim.kT,
+        "kT": _mean(blocks, "kT") if stepped else sim.kT,
+        "potential_energy": sim.potential_energy / scene.n if stepped else 0.0,
         "masses": [float(m) for m in _by_species(scene, scene.masses)],
         "diameters": [float(s) for s in _by_species(scene, scene.diameters)],
         "counts": [int(c) for c in _counts(scene)],
@@ -75,11 +83,38 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
 
 
 def _refuse_other_interactions(scene: carom.Scene) -> None:
-    if not scene.usual("interaction"):
+    if not scene.usual("interaction") and not hasattr(scene.interaction, "steps"):
         raise InputError(
-            "Transport is measured of hard cores only: with another interaction components carry potential "
-            "energy along, which is not in the heat current."
+            "Transport is measured of hard cores and of steps; what another interaction adds to the currents "
+            "is not known."
         )
+
+
+ROUNDS = 8
+"""Times that velocities are scaled while pairs with steps come to a temperature."""
+
+
+def _bring_to_temperature(sim: Simulation, length: float, kT: float, look: Callable[[object], None]) -> None:
+    """Equilibrate pairs with steps for so many collisions per particle, half of them at the end undisturbed.
+
+    Falling into wells heats, and kT fluctuates, so each round scales by the mean of its own.
+    """
+    for _ in range(ROUNDS):
+        before = sim.tally
+        sim.run(collisions_per_particle=0.5 * length / ROUNDS, progress=look)
+        sim.rescale(sim.kT * kT / _kT_between(before, sim.tally))
+    sim.run(collisions_per_particle=0.5 * length, progress=look)
+
+
+def _kT_between(before: Block, after: Block) -> float:
+    """Return the mean kT of a stretch."""
+    assert before.kT_time is not None
+    assert after.kT_time is not None
+    return (after.kT_time - before.kT_time) / (after.duration - before.duration)
+
+
+def _mean(blocks: list[dict[str, Any]], name: str) -> float:
+    return math.fsum(block[name] for block in blocks) / len(blocks)
 
 
 def _block(sim: Simulation, every: float, count: int, look: Callable[[object], None]) -> dict[str, Any]:
@@ -109,6 +144,7 @@ def _block(sim: Simulation, every: float, count: int, look: Callable[[object], N
         "collisions": after.collisions - before.collisions,
         "virial": after.virial - before.virial,
         "duration": after.duration - before.duration,
+        "kT": sim.kT if after.kT_time is None else _kT_between(before, after),
         "change": float(change),
         "rate": rate,
         "shear": found.shear.tolist(),

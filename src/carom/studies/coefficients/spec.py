@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from carom import checks, theory
 from carom.errors import InputError
+from carom.models import tables
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 from carom.studies.coefficients import windows
@@ -25,7 +27,7 @@ RELATIVE_ERROR = 0.01
 REFUSED = ("periodic", "obstacles", "restitution", "elastic_below")
 """Keys of a scene with which there is no bulk fluid in equilibrium."""
 
-KEPT = ("diameter", "mass", "kT", "contact", *REFUSED)
+KEPT = ("diameter", "mass", "kT", "contact", "interaction", *REFUSED)
 """Keys that a scene file and a study share, the refused ones so that they are refused."""
 
 
@@ -50,7 +52,13 @@ class TransportSpec(StudySpec):
     Raises
     ------
     InputError
-        If a value is out of range, keys contradict each other, or the scene is no bulk fluid of hard cores.
+        If a value is out of range, keys contradict each other, or the scene is no bulk fluid of hard cores or
+        steps.
+
+    Notes
+    -----
+    With steps (``scene={"interaction": SquareWell(1.5)}``) packing fractions, mean free times and lengths are
+    those of hard cores of the scene's diameter.
     """
 
     n: tuple[int, ...] = (500,)
@@ -67,6 +75,10 @@ class TransportSpec(StudySpec):
         for name in REFUSED:
             if name in self.scene:
                 raise InputError(f"[scene] {name} leaves no bulk fluid in equilibrium to measure; remove it.")
+        interaction = self.scene.get("interaction")
+        if interaction is not None and not isinstance(interaction, Mapping):  # as a file has it
+            table = tables.to_table(interaction, "interaction")
+            object.__setattr__(self, "scene", {**self.scene, "interaction": table})
         super().__post_init__()
         for eta in self.packing_fractions:
             if eta >= theory.FREEZING.get(d, 1.0):

@@ -304,6 +304,10 @@ def _plain(value: Any) -> Any:
         return {name: item for name, item in dataclasses.asdict(value).items() if item is not None}
     if isinstance(value, tuple(obstacles.KINDS.values())):
         return _plain(obstacles.to_json(value))  # type: ignore[arg-type]
+    if hasattr(value, "to_table"):  # an interaction, as a file has it
+        return _plain(dict(value.to_table()))
+    if isinstance(value, float) and math.isinf(value):  # a hard core; JSON knows no such number
+        return str(value)
     return value
 
 

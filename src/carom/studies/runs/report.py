@@ -92,8 +92,8 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
 
 
 def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureEstimate | None:
-    """Return the pressure, or None where nothing moves."""
-    return None if sim.kT == 0.0 else sim.estimate(Pressure(), blocks)
+    """Return the pressure, or None where nothing moves, or some are pinned."""
+    return None if sim.kT == 0.0 or sim.scene.pinned is not None else sim.estimate(Pressure(), blocks)
 
 
 def without_rdf(scene: Scene, trajectories: list[Path]) -> str | None:

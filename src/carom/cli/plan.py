@@ -1,0 +1,223 @@
+"""The command ``carom plan``: from a target to the run that reaches it for the least CPU."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from carom.cli.trouble import friendly
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from carom.studies import RunPlan
+
+_SCENE = "What is simulated, where no scene file says it"
+_BUDGET = "What there is to run it with"
+_OUTPUT = "What to do with the plan"
+
+FOLDER = Path("carom-plan")
+"""Where a plan is run if nothing else is said."""
+
+
+@friendly
+def plan(
+    scene: Annotated[Path | None, typer.Argument(help="Scene file (TOML). The plan chooses its n.")] = None,
+    target: Annotated[
+        str,
+        typer.Option(
+            "--target",
+            "-t",
+            help="Z=1e-4: quantity and relative error, bias of the finite size included. Z, P (pressure), "
+            "g(contact) or D. Z=+-0.002 is an absolute error.",
+        ),
+    ] = "Z=1e-3",
+    packing_fraction: Annotated[
+        float | None,
+        typer.Option(
+            "--packing-fraction", "--eta", help="Part of the volume filled.", rich_help_panel=_SCENE
+        ),
+    ] = None,
+    dimension: Annotated[
+        int | None, typer.Option("--dimension", "-d", help="Of space, 1 to 6; 3.", rich_help_panel=_SCENE)
+    ] = None,
+    species: Annotated[
+        list[str] | None,
+        typer.Option(
+            help=r"FRACTION:DIAMETER, or FRACTION:DIAMETER:MASS. Repeat it for each species.",
+            rich_help_panel=_SCENE,
+        ),
+    ] = None,
+    n: Annotated[
+        int | None,
+        typer.Option("--n", help="Plan with this number of particles only.", rich_help_panel=_SCENE),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Source of all randomness.", rich_help_panel=_SCENE)] = 1,
+    cores: Annotated[
+        int | None, typer.Option(help="Left out, all of this machine.", rich_help_panel=_BUDGET)
+    ] = None,
+    hours: Annotated[
+        float | None, typer.Option(help="Left out, there is no limit.", rich_help_panel=_BUDGET)
+    ] = None,
+    pilot: Annotated[
+        float | None,
+        typer.Option(help="CPU seconds that each of two pilots may take; 15.", rich_help_panel=_BUDGET),
+    ] = None,
+    run: Annotated[
+        bool,
+        typer.Option("--run", help="Run it; say what was promised and reached.", rich_help_panel=_OUTPUT),
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            help="Folder for plan.json, and with --run for the study, which goes on there; carom-plan.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json",
+            help="Print the plan as JSON, with --run the outcome, and nothing else, to standard output.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = False,
+) -> None:
+    """Plan a run for an accuracy: how many particles, how long, how many replicas, and what it costs here.
+
+    A pilot of seconds measures rate, variance and equilibration on this machine. The plan is the one of least
+    CPU. Where a target cannot be had, or not in the time given, a sentence says so, and what can.
+
+    [bold]Examples[/bold]
+
+    carom plan --target Z=1e-4 --packing-fraction 0.3
+    carom plan --target D=0.01 --eta 0.4 --hours 0.1 --run
+    carom plan --target "g(contact)=+-0.01" --eta 0.45 --cores 8
+    carom plan -t P=1e-3 --eta 0.3 --species 0.5:1 --species 0.5:1.4:2
+    carom plan scene.toml -t Z=1e-3 --run --out mine
+    """
+    from carom.cli.compiling import compiling_told
+    from carom.cli.screen import watched
+    from carom.studies.planner.plan import NAME, PILOT_SECONDS
+
+    folder = FOLDER if run and out is None else out
+    with watched() as progress, compiling_told():
+        from carom.studies.planner import plan as planner
+
+        def shown(part: float, text: str) -> None:
+            progress(text, part)
+
+        held = run and folder is not None and (folder / NAME).exists()
+        if held:
+            assert folder is not None
+            found = _held(folder, target)
+        else:
+            if scene is not None and (packing_fraction, dimension, species) != (None, None, None):
+                _contradiction()
+            found = planner.plan(
+                target,
+                packing_fraction=packing_fraction,
+                dimension=3 if dimension is None else dimension,
+                species=_species(species),
+                scene=scene,
+                n=n,
+                cores=cores,
+                hours=hours,
+                seed=seed,
+                pilot_seconds=PILOT_SECONDS if pilot is None else pilot,
+                progress=shown,
+            )
+            if folder is not None:
+                found.save(folder)
+    if not as_json:
+        _show(found)
+    if not run:
+        if as_json:
+            print(json.dumps(found.words(), indent=2, allow_nan=False))
+        return
+    with watched() as progress, compiling_told():
+        outcome = found.run(out=folder, progress=lambda part, text: progress(text, part))
+    assert folder is not None
+    outcome.save(folder)
+    print(
+        json.dumps(outcome.words(), indent=2, allow_nan=False)
+        if as_json
+        else f"\n{outcome}\nResults in {folder}"
+    )
+
+
+def _held(folder: Path, target: str) -> RunPlan:
+    """Return the plan that a folder holds, if it is for this target: its study goes on."""
+    from carom.errors import InputError
+    from carom.studies.planner.plan import RunPlan
+    from carom.studies.planner.target import Target
+
+    found = RunPlan.load(folder)
+    if found.target != Target.parse(target):
+        raise InputError(
+            f"{folder} holds the plan for {found.target}; give that target to go on, or another --out."
+        )
+    return found
+
+
+def _contradiction() -> None:
+    from carom.errors import InputError
+
+    raise InputError(
+        "A scene file says what is simulated: leave out --packing-fraction, --dimension and --species."
+    )
+
+
+def _species(given: list[str] | None) -> list[dict[str, float]] | None:
+    """Return the species that options name."""
+    from carom.errors import InputError
+
+    if not given:
+        return None
+    found = []
+    for text in given:
+        try:
+            numbers = [float(part) for part in text.split(":")]
+            if len(numbers) not in (2, 3):
+                raise ValueError
+        except ValueError:
+            raise InputError(
+                f"--species takes FRACTION:DIAMETER or FRACTION:DIAMETER:MASS, numbers, found '{text}'."
+            ) from None
+        found.append(dict(zip(("fraction", "diameter", "mass"), numbers, strict=False)))
+    return found
+
+
+def _show(found: RunPlan) -> None:
+    """Print a plan, and what other sizes would cost."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    console.print(Text(str(found)))
+    console.print(_sizes(console, found))
+
+
+def _sizes(console: Console, found: RunPlan) -> Any:
+    """Return the sizes around the chosen one as a table: where statistics and bias cross."""
+    from rich import box
+    from rich.table import Table
+
+    from carom.cli.tables import fitted
+    from carom.studies.planner.choice import duration
+
+    table = Table(
+        title="Other sizes", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
+    )
+    for name in ("N", "bias", "CPU"):
+        table.add_column(name, justify="right")
+    chosen = next((k for k, size in enumerate(found.sizes) if size.n == found.design.n), 0)
+    for size in found.sizes[max(chosen - 3, 0) : chosen + 4]:
+        seconds = duration(size.cpu_seconds) if size.cpu_seconds < float("inf") else "the bias is larger"
+        table.add_row(f"{size.n}", f"{size.bias:.1e}", seconds)
+    return fitted(console, table)

@@ -1,0 +1,141 @@
+"""Units that decide by rules: who is asked when, and what follows from what they decide.
+
+A rule is asked where a pair crosses a circle, when a timer runs out, and when somebody in a circle has
+changed. The last two are events of one unit alone, like those with an obstacle: their partner is WAKE. Who
+has been removed, or is of another kind now, is news for those in whose circles it is. They are put into a
+queue, which the cycle empties before it goes on: each gets an event of its own at the present time.
+
+Scenes without rules have none of this.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.registry import inner, required
+from carom.engine.balance import pushed
+from carom.engine.constants import WAKE
+from carom.engine.images import separation
+from carom.engine.neighbors.bounds import start
+from carom.engine.pair_steps import named, put_step, step_of
+from carom.models.interface import IN, mass, position, velocity
+from carom.models.units import (
+    ENTERED,
+    LEFT,
+    NOBODY,
+    Units,
+    ask,
+    hand,
+    obey,
+    occasion,
+    place_other,
+    renew,
+    tell,
+)
+
+
+@inner
+def _settle(rules, model, state, neighbors, slot, i, now):
+    """Do what unit i has decided, and bring counters and news up to date where it has changed."""
+    row = state.rows[i]
+    dimension = len(model.boundary.edges)
+    before = 0.0
+    for axis in range(dimension):
+        before += row.v[axis] * row.v[axis]
+    was = obey(rules, slot, np.int64(i), row.v, now)
+    after = 0.0
+    for axis in range(dimension):
+        after += row.v[axis] * row.v[axis]
+    pushed(model.balance, 0.5 * mass(rules, i) * (after - before), now)
+    if was != NOBODY:
+        first = start(neighbors.bounds, i)
+        for k in range(first, first + np.uint64(neighbors.counts[i])):
+            word = neighbors.words[k]
+            j = np.int64(named(neighbors.steps, word))
+            renew(rules, np.int64(i), j, step_of(model.boundary, word), was)
+            if rules.present[i] == 0:  # who meets nobody is in no circle, wherever the others go
+                put_step(neighbors, i, np.uint64(j), 0)
+                put_step(neighbors, np.uint64(j), i, 0)
+
+
+@required
+def heed(rules, model, state, neighbors, i, j, word, kind, now):
+    """Ask the rules of those whose circle a pair has crossed; both are at the time now.
+
+    Both decide on what they see before either has done anything.
+    """
+
+
+@heed.register
+def _(rules: None, model, state, neighbors, i, j, word, kind, now):
+    return None
+
+
+@heed.register
+def _(rules: Units, model, state, neighbors, i, j, word, kind, now):
+    crossed = step_of(model.boundary, word) - np.int64(kind != IN)
+    mine = rules.watch[rules.kinds[i], crossed]
+    yours = rules.watch[rules.kinds[j], crossed]
+    if mine < 0 and yours < 0:
+        return
+    cause = ENTERED if kind == IN else LEFT
+    clock = state.clock[0]
+    time = clock.epoch * clock.length + now
+    me = state.rows[i]
+    other = state.rows[j]
+    hand(rules, 0, np.int64(i), me.x, me.v, now)
+    hand(rules, 1, np.int64(j), other.x, other.v, now)
+    tell(rules, 0, cause, mine, np.int64(j), time)
+    tell(rules, 1, cause, yours, np.int64(i), time)
+    for axis in range(len(model.boundary.edges)):
+        r = separation(model.boundary, i, word, axis, other.x[axis] - me.x[axis])
+        place_other(rules, 0, axis, r, other.v[axis])
+        place_other(rules, 1, axis, -r, me.v[axis])
+    if mine >= 0:
+        ask(rules.rule, rules.units[0], rules.told[0])
+    if yours >= 0:
+        ask(rules.rule, rules.units[1], rules.told[1])
+    if mine >= 0:
+        _settle(rules, model, state, neighbors, 0, i, now)
+    if yours >= 0:
+        _settle(rules, model, state, neighbors, 1, j, now)
+
+
+@required
+def wait(rules, state, i, now, due, blocked):
+    """Give i an event of its own, if it is to be asked before the time ``due``, or before the obstacle that
+    it is ``blocked`` by; return whether it is blocked, by either.
+    """
+
+
+@wait.register
+def _(rules: None, state, i, now, due, blocked):
+    return blocked
+
+
+@wait.register
+def _(rules: Units, state, i, now, due, blocked):
+    until = now if rules.news[i] != NOBODY else max(rules.timers[i], now)
+    if until >= (np.float64(state.rows[i].due) if blocked else due):
+        return blocked
+    state.rows[i].due = until
+    state.partner[i] = WAKE
+    return True
+
+
+@inner
+def consult(rules, model, state, neighbors, i, word, now):
+    """Ask unit i alone, which is at the time now."""
+    cause, other = occasion(rules, np.int64(i), now)
+    clock = state.clock[0]
+    me = state.rows[i]
+    hand(rules, 0, np.int64(i), me.x, me.v, now)
+    tell(rules, 0, cause, NOBODY, other, clock.epoch * clock.length + now)
+    if other != NOBODY:
+        far = state.rows[other]
+        for axis in range(len(model.boundary.edges)):
+            x = position(model.motion, axis, far.x[axis], far.v[axis], now - far.t)
+            r = separation(model.boundary, i, word, axis, x - me.x[axis])
+            place_other(rules, 0, axis, r, velocity(model.motion, axis, far.v[axis], now - far.t))
+    ask(rules.rule, rules.units[0], rules.told[0])
+    _settle(rules, model, state, neighbors, 0, i, now)

@@ -1,0 +1,344 @@
+"""Order of bonds on the way: psi_l in the plane, Q_l in space, and the same in any dimension.
+
+A bond is the direction from a component to a neighbour. In d dimensions its order l is a vector of real
+harmonics y of degree l, scaled so that ``y(u) . y(u')`` is the Gegenbauer polynomial of ``u . u'`` that is 1
+at 1: ``cos(l angle)`` in the plane, the Legendre polynomial P_l in space. So the mean of y over the bonds of
+a component has the length ``|psi_l|`` of Halperin and Nelson (1978), and q_l of Steinhardt, Nelson and
+Ronchetti (1983).
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from carom import checks
+from carom.densities import sphere_volume
+from carom.errors import CaromWarning, InputError
+from carom.frame import Frame
+from carom.observables.statistics import Estimate, blocking
+from carom.scene.overlaps import Room
+
+NEAREST = {2: 6, 3: 12, 4: 24}
+"""Neighbours where nothing else is said, by dimension: as many as touch one in the densest lattice."""
+
+SPREAD = 1.5
+"""Distance up to which so many are looked for first, over the radius of a ball that on average holds them."""
+
+
+@dataclass
+class BondOrder:
+    """Local and global bond-orientational order, and its correlation: an observable of frames.
+
+    Give it to :meth:`carom.Simulation.measure`, or call :meth:`update` with frames of a simulation or of a
+    trajectory file, and :meth:`result` whenever wanted.
+
+    Parameters
+    ----------
+    l : int
+        Degree: 6 for psi_6 and Q_6.
+    nearest : int, optional
+        Neighbours are so many nearest components; 6, 12 and 24 in 2, 3 and 4 dimensions if nothing is given.
+    reach : float, optional
+        Or: all that are nearer than this [length].
+    voronoi : bool
+        Or: all that share a face of the Voronoi tessellation, by freud (2D and 3D).
+    rmax : float, optional
+        Up to which distance the correlation of local orders is measured [length]; not measured if left out.
+    width : float
+        Of its bins [length].
+    species : int, optional
+        Only components of this species, and bonds between them.
+    blocks : int
+        Frames, where ``measure`` takes them.
+
+    Raises
+    ------
+    InputError
+        If the ways to choose neighbours contradict each other; from :meth:`update`, if there are too few
+        components, or the box is too small; from :meth:`result`, before any frame.
+
+    Examples
+    --------
+    >>> import carom
+    >>> crystal = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.6), seed=1).frame()
+    >>> order = carom.observables.BondOrder(6)
+    >>> order.update(crystal)
+    >>> round(order.result().global_order.mean, 5)
+    0.57452
+    """
+
+    l: int = 6
+    nearest: int | None = None
+    reach: float | None = None
+    voronoi: bool = False
+    rmax: float | None = None
+    width: float = 0.1
+    species: int | None = None
+    blocks: int = 64
+    _local: list[float] = field(default_factory=list, init=False, repr=False)
+    _global: list[float] = field(default_factory=list, init=False, repr=False)
+    _bonds: list[float] = field(default_factory=list, init=False, repr=False)
+    _products: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
+    _pairs: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        checks.integer(self.l, "l", low=1, high=12)
+        checks.integer(self.blocks, "blocks", low=2)
+        checks.number(self.width, "width", low=0.0, open_low=True)
+        if (self.nearest is not None) + (self.reach is not None) + bool(self.voronoi) > 1:
+            raise InputError("nearest, reach and voronoi each say who the neighbours are; give one of them.")
+        if self.nearest is not None:
+            checks.integer(self.nearest, "nearest", low=1)
+        for name in ("reach", "rmax"):
+            if getattr(self, name) is not None:
+                checks.number(getattr(self, name), name, low=0.0, open_low=True)
+
+    def update(self, frame: Frame) -> None:
+        """Take in the next frame."""
+        positions = frame.positions
+        if self.species is not None:
+            if frame.species is None or not (frame.species == self.species).any():
+                raise InputError(f"species is {self.species}, and the frame has none of them.")
+            positions = positions[frame.species == self.species]
+        if frame.dimension < 2:
+            raise InputError("Bonds on a line have no directions to order; expected a frame of d >= 2.")
+        room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
+        places = room.wrapped(positions)
+        orders, bonds = self._orders(room, places)
+        lengths = np.sqrt(np.sum(orders**2, axis=1))
+        self._local.append(float(lengths.mean()))
+        self._global.append(float(np.sqrt(np.sum(orders.mean(axis=0) ** 2))))
+        self._bonds.append(bonds / len(places))
+        if self.rmax is not None:
+            self._correlate(room, places, orders)
+
+    def _orders(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, int]:
+        """Return the order of each component (n, h), zero without neighbours, and the number of bonds."""
+        i, j = self._neighbors(room, places)
+        bonds = room.separations(places, np.stack([i, j], axis=1))
+        values = harmonics(self.l, bonds / np.sqrt(np.sum(bonds**2, axis=1))[:, None])
+        counts = np.bincount(i, minlength=len(places))
+        sums = np.stack([np.bincount(i, column, len(places)) for column in values.T], axis=1)
+        return sums / np.maximum(counts, 1)[:, None], len(i)
+
+    def _neighbors(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return component and neighbour of each bond, both ways of a pair."""
+        if self.voronoi:
+            return _voronoi(room, places)
+        if self.reach is not None:
+            _refuse_images(room, self.reach, "reach")
+            i, j = room.near(places, self.reach).T
+            return np.concatenate([i, j]), np.concatenate([j, i])
+        d = places.shape[1]
+        count = NEAREST.get(d) if self.nearest is None else self.nearest
+        if count is None:
+            raise InputError(f"In {d} dimensions nearest or reach must say who the neighbours are.")
+        return _nearest(room, places, count)
+
+    def _correlate(self, room: Room, places: np.ndarray, orders: np.ndarray) -> None:
+        assert self.rmax is not None
+        _refuse_images(room, self.rmax, "rmax")
+        edges = self._edges
+        pairs = room.near(places, float(edges[-1]))
+        bins = np.searchsorted(edges, room.distances(places, pairs), side="right") - 1
+        i, j = pairs.T
+        products = np.einsum("pa,pa->p", orders[i], orders[j])
+        inside = bins < len(edges) - 1
+        shape = len(edges) - 1
+        self._products.append(np.bincount(bins[inside], products[inside], shape))
+        self._pairs.append(np.bincount(bins[inside], minlength=shape))
+
+    @property
+    def _edges(self) -> np.ndarray:
+        assert self.rmax is not None
+        return self.width * np.arange(max(int(self.rmax / self.width * (1.0 + 1e-12)), 1) + 1)
+
+    def result(self) -> BondOrderEstimate:
+        """Return what was measured so far, with error bars from blocking over the frames."""
+        if not self._local:
+            raise InputError("No frame was given yet, so there is no order.")
+        edges, correlation = np.zeros(1), []
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # few frames have wide error bars
+            local, whole, bonds = (blocking(np.array(x)) for x in (self._local, self._global, self._bonds))
+            square = blocking(np.array(self._global) ** 2)
+            if self.rmax is not None:
+                edges = self._edges
+                rows = zip(np.transpose(self._products), np.transpose(self._pairs), strict=True)
+                correlation = [_ratio(sums, counts) for sums, counts in rows]
+        return BondOrderEstimate(self.l, local, whole, square, bonds, edges, correlation)
+
+
+def _ratio(sums: np.ndarray, counts: np.ndarray) -> Estimate:
+    """Return the mean over all pairs of all frames, its error linearised; nan where there is no pair."""
+    total = counts.sum()
+    if not total:
+        return Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+    mean = sums.sum() / total
+    found = blocking((sums - mean * counts) / (total / len(counts)))
+    return Estimate(float(mean), found.error, found.n_eff, found.tau, found.blocks)
+
+
+def _refuse_images(room: Room, reach: float, name: str) -> None:
+    shortest = float(room.box[room.periodic].min(initial=math.inf))
+    if reach > 0.5 * shortest:
+        raise InputError(
+            f"{name} is {reach:g}, beyond half of the shortest edge of the box ({0.5 * shortest:g}), where "
+            "images are counted twice."
+        )
+
+
+def _nearest(room: Room, places: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return each component and each of its ``count`` nearest."""
+    n, d = places.shape
+    if n <= count:
+        raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")
+    half = 0.5 * float(room.box[room.periodic].min(initial=math.inf))
+    reach = SPREAD * 0.5 * (count * math.prod(room.box) / n / sphere_volume(d)) ** (1.0 / d)
+    while True:
+        reach = min(reach, half)
+        pairs = room.near(places, reach)
+        ends = np.concatenate([pairs, pairs[:, ::-1]])
+        found = np.bincount(ends[:, 0], minlength=n)
+        if found.min() >= count:
+            break
+        if reach >= half:
+            raise InputError(
+                f"A component has {int(found.min())} others within half of the box, and {count} neighbours "
+                "are asked for: a larger box, or fewer."
+            )
+        reach *= 1.2
+    distances = np.tile(room.distances(places, pairs), 2)
+    order = np.lexsort((ends[:, 1], distances, ends[:, 0]))
+    begins = np.cumsum(found) - found
+    chosen = order[(begins[:, None] + np.arange(count)).ravel()]
+    return ends[chosen, 0], ends[chosen, 1]
+
+
+def _voronoi(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the neighbours of the Voronoi tessellation, by freud."""
+    d = places.shape[1]
+    if d not in (2, 3) or not room.periodic.all():
+        raise InputError("voronoi needs a periodic box in 2 or 3 dimensions; give nearest or reach.")
+    try:
+        import freud
+    except ImportError:
+        raise InputError(
+            "voronoi needs freud: pip install freud-analysis; or give nearest or reach."
+        ) from None
+    points = np.zeros((len(places), 3), np.float32)
+    points[:, :d] = places - 0.5 * room.box
+    with freud.parallel.NumThreads(1):  # several would sum in an order of their own
+        tessellation = freud.locality.Voronoi().compute((freud.box.Box(*room.box, is2D=d == 2), points))
+    return tuple(np.asarray(tessellation.nlist[:], np.int64).T)
+
+
+@dataclass(frozen=True, eq=False)
+class BondOrderEstimate:
+    """Order of bonds.
+
+    Attributes
+    ----------
+    l : int
+        Degree.
+    local_order : Estimate
+        Mean of ``|psi_l|``, or q_l, over components.
+    global_order : Estimate
+        Length of the mean over components: ``|Psi_l|``, or Q_l.
+    global_square : Estimate
+        Mean of its square, which does not vanish in a fluid of n components but falls as 1 / n.
+    neighbors : Estimate
+        Bonds a component.
+    edges : (b + 1,) array
+        Of the bins of the correlation [length].
+    correlation : list of Estimate
+        Mean of ``q_i . q_j`` over pairs in a bin: ``g_6(r) / g(r)`` in the plane; nan where no pair was seen.
+    """
+
+    l: int
+    local_order: Estimate
+    global_order: Estimate
+    global_square: Estimate
+    neighbors: Estimate
+    edges: np.ndarray
+    correlation: list[Estimate]
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Middle of each bin, (b,) [length]."""
+        return 0.5 * (self.edges[1:] + self.edges[:-1])
+
+    def __str__(self) -> str:
+        return (
+            f"order {self.l}: local {self.local_order.value_text}, global {self.global_order.value_text}, "
+            f"{self.neighbors.mean:.3g} neighbours"
+        )
+
+
+def gegenbauer(degree: int, dimension: int) -> np.ndarray:
+    """Return the coefficients (degree + 1,), lowest first, of the polynomial of the angle's cosine that is 1
+    at 1 and orthogonal to all of lower degree on the sphere: Chebyshev's, Legendre's, and so on.
+    """
+    before, now = np.array([1.0]), np.array([0.0, 1.0])
+    if degree == 0:
+        return before
+    for k in range(1, degree):
+        # (k + d - 2) P_(k+1) = (2 k + d - 2) x P_k - k P_(k-1)
+        later = (2 * k + dimension - 2) * np.append(0.0, now)
+        later[:k] -= k * before
+        before, now = now, later / (k + dimension - 2)
+    return now
+
+
+@functools.cache
+def _basis(degree: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return exponents (m, d) of all terms of a degree, and weights (m, h) that make harmonics of them."""
+    rows = _terms(degree, dimension)
+    # (u . u')^l is the sum over terms of their number of orders times both; a power x^(l - 2 k) of the
+    # polynomial is that times |u|^2k |u'|^2k. So the polynomial is a quadratic form of the terms, and its
+    # eigenvectors are harmonics.
+    at = {row: k for k, row in enumerate(rows)}
+    form = np.zeros((len(rows), len(rows)))
+    coefficients = gegenbauer(degree, dimension)
+    for power in range(degree, -1, -2):
+        half = (degree - power) // 2
+        low = _terms(power, dimension)
+        lift = np.zeros((len(rows), len(low)))
+        for b, term in enumerate(low):
+            for part in _terms(half, dimension):  # of (x^2 + y^2 + ...)^half, which is 1
+                row = tuple(t + 2 * s for t, s in zip(term, part, strict=True))
+                lift[at[row], b] += _orders_of(part)
+        form += coefficients[power] * (lift * [_orders_of(term) for term in low]) @ lift.T
+    values, vectors = np.linalg.eigh(form)
+    kept = values > 1e-9 * values.max()
+    return np.array(rows), vectors[:, kept] * np.sqrt(values[kept])
+
+
+def _terms(degree: int, dimension: int) -> list[tuple[int, ...]]:
+    """Return the exponents of all products of so many coordinates."""
+    if dimension == 1:
+        return [(degree,)]
+    return [(k, *rest) for k in range(degree + 1) for rest in _terms(degree - k, dimension - 1)]
+
+
+def _orders_of(term: tuple[int, ...]) -> float:
+    """Return in how many orders the factors of a term can be written."""
+    return math.factorial(sum(term)) / math.prod(math.factorial(k) for k in term)
+
+
+def harmonics(degree: int, units: np.ndarray) -> np.ndarray:
+    """Return harmonics (m, h) of unit vectors (m, d), whose products are the polynomial of their cosine."""
+    exponents, weights = _basis(degree, units.shape[1])
+    powers = [units**0, units]
+    for _ in range(2, degree + 1):
+        powers.append(powers[-1] * units)
+    terms: Any = np.ones((len(units), len(exponents)))
+    for axis in range(units.shape[1]):
+        terms *= np.stack([powers[k][:, axis] for k in range(degree + 1)], axis=1)[:, exponents[:, axis]]
+    return np.asarray(terms @ weights)

@@ -1,0 +1,69 @@
+"""Units that decide by rules, in the scene's terms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import InputError
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+
+
+@dataclass(frozen=True)
+class UnitsNow:
+    """All units at one time: copies, which the run does not change.
+
+    Attributes
+    ----------
+    kinds : (n,) int64 array
+        Of which kind each is: its place in ``Ranges.kinds``.
+    present : (n,) bool array
+        Which have not been removed.
+    counts : (n, circles, kinds) int64 array
+        How many units of each kind are in each circle of each unit; zero of circles that its kind has not.
+    memory : (n, m) float64 array
+        The numbers of the rule's own.
+    timers : (n,) float64 array
+        In how much time each is asked without a cause; infinite for never [time].
+    targets : (n,) int64 array
+        At whom each aims, or -1.
+    asked : dict of str to int
+        How often the rule was asked since the start, by cause.
+    """
+
+    kinds: np.ndarray
+    present: np.ndarray
+    counts: np.ndarray
+    memory: np.ndarray
+    timers: np.ndarray
+    targets: np.ndarray
+    asked: dict[str, int]
+
+
+def present(machine: Machine) -> UnitsNow:
+    """Return the units of a run at the present time.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    pair = machine.engine.model.rules
+    if pair is None:
+        raise InputError(
+            "Nobody in this scene decides by rules: give it interaction=carom.ranges.Ranges(...)."
+        )
+    causes = ("entered", "left", "timer", "changed")
+    return UnitsNow(
+        kinds=pair.kinds[:-1].copy(),
+        present=pair.present[:-1] != 0,
+        counts=pair.counts[:-1].copy(),
+        memory=pair.memory[:-1].copy(),
+        timers=np.asarray(machine.unit.to_scene(pair.timers[:-1] - machine.in_epoch(), 1)),
+        targets=pair.targets[:-1].copy(),
+        asked=dict(zip(causes, pair.asked[1:].tolist(), strict=True)),
+    )

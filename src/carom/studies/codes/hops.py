@@ -1,0 +1,62 @@
+"""From one jammed code to a better one: a few points are moved into holes, and all climb again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from carom.studies.codes.climb import climb
+from carom.studies.codes.contacts import ROUNDING
+from carom.studies.executors import Stopped
+
+MOVED = 3
+"""Points that a hop moves, at most."""
+
+TRIED = 64
+"""Random places among which a moved point takes the one furthest from all others. Not the deepest hole every
+time: a hop should lead to different codes."""
+
+
+def improve(
+    points: np.ndarray, hops: int, rng: np.random.Generator, stop: Callable[[], bool] = lambda: False
+) -> np.ndarray:
+    """Return the best code of a walk over local optima (Wales and Doye, J. Phys. Chem. A 101 (1997) 5111).
+
+    Parameters
+    ----------
+    points : (n, k) array
+        A jammed configuration.
+    hops : int
+        How many. Of each, the result is kept if its smallest angle is not smaller.
+    rng : Generator
+        Which points move, and to where.
+    stop : callable
+        Asked before each; if true, :class:`carom.studies.executors.Stopped` is raised.
+    """
+    best, product = points, _largest_product(points)
+    for _ in range(hops):
+        if stop():
+            raise Stopped
+        there = climb(_scattered(best, rng))
+        reached = _largest_product(there)
+        if reached <= product + ROUNDING:
+            best, product = there, reached
+    return best
+
+
+def _scattered(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return points (n, k) of which one to three have been moved into holes between the others."""
+    x = np.array(points)
+    n, k = x.shape
+    for i in rng.permutation(n)[: rng.integers(1, MOVED + 1)]:
+        places = rng.standard_normal((TRIED, k))
+        places /= np.linalg.norm(places, axis=1)[:, None]
+        products = places @ np.delete(x, i, axis=0).T
+        x[i] = places[np.argmin(products.max(axis=1))]
+    return x
+
+
+def _largest_product(points: np.ndarray) -> float:
+    """Return the cosine of the smallest angle between two of the points."""
+    return float((points @ points.T)[np.triu_indices(len(points), 1)].max())

@@ -1,0 +1,240 @@
+"""Planning for the self-diffusion of infinitely many spheres."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from carom import theory
+from carom.errors import CaromWarning, InputError
+from carom.observables.statistics import Estimate
+from carom.studies.coefficients import windows
+from carom.studies.coefficients.analysis import Point
+from carom.studies.coefficients.result import infinite_diffusion
+from carom.studies.coefficients.simulate import simulate
+from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.planner import pilot as trial
+from carom.studies.planner.choice import Costs, slowed
+from carom.studies.planner.measures import refuse_unusual
+from carom.studies.planner.system import System
+from carom.studies.tasks import Record, Task
+from carom.studies.worker import simulation_of
+
+SIZE = 64
+"""Spheres of the first pilot."""
+
+OF_PILOT = 64
+"""Blocks of the pilot: its error bar is known to 9 %."""
+
+BLOCKS = 128
+"""Blocks of all replicas together: their error bar is known to 6 %."""
+
+OF_SHIFT = 0.03
+"""Part of the shift with N that mode coupling may miss: 128 to 4000 spheres agree to it."""
+
+ESTIMATORS = {
+    "displacement": "the slope of the mean square displacement",
+    "velocity": "the integral of the velocity autocorrelation",
+}
+
+
+def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
+    """Run a task of a transport study, and note its CPU time."""
+    began = clock.thread_time()
+    record = simulate(task, stop)
+    record["provenance"]["cpu_seconds"] = {"all": clock.thread_time() - began}
+    return record
+
+
+@dataclass(frozen=True)
+class DiffusionPilot:
+    """What a pilot found.
+
+    Attributes
+    ----------
+    n : int
+    value : float
+        D of infinitely many [length^2 / time].
+    variances : dict
+        By estimator: the squared error of D of this n times pair collisions.
+    viscosity : float
+        Shear viscosity [mass / (length time)].
+    of_viscosity : float
+        Its squared relative error times pair collisions.
+    collisions_per_second, setup_seconds, equilibration, seconds : float
+        As of :class:`carom.studies.planner.pilot.Pilot`.
+    sure : bool
+    """
+
+    n: int
+    value: float
+    variances: dict[str, float]
+    viscosity: float
+    of_viscosity: float
+    collisions_per_second: float
+    setup_seconds: float
+    equilibration: float
+    sure: bool
+    seconds: float
+
+    @property
+    def estimator(self) -> str:
+        """The estimator with the smallest variance."""
+        return min(self.variances, key=self.variances.__getitem__)
+
+
+class DiffusionMethod:
+    """How D is measured: Einstein's relation between collisions, corrected for the box by mode coupling.
+
+    Parameters
+    ----------
+    system : System
+    quantity : str
+        "D".
+
+    Raises
+    ------
+    InputError
+        Where an infinite system has no D, or nothing is known of it.
+    """
+
+    simulate = staticmethod(measure)
+    first_size = SIZE
+    settings: tuple[str, ...] = tuple(ESTIMATORS)
+    sampling = f"moments every {1 / windows.PER_FREE_TIME:g}, frames every " + (
+        f"{windows.FRAME / windows.PER_FREE_TIME:g} mean free times: closer ones show the same displacements"
+    )
+
+    def __init__(self, system: System, quantity: str):
+        self.system, self.quantity = system, quantity
+        if system.dimension == 2:
+            raise InputError(
+                "In two dimensions D grows with the logarithm of the size: there is none to plan for."
+            )
+        if system.dimension != 3 or system.mixture or system.crystal:
+            raise InputError(
+                "D is planned for fluids of equal spheres in three dimensions, where its shift with N is "
+                "known; use carom transport for others."
+            )
+
+    def pilot(
+        self,
+        n: int,
+        *,
+        seed: int,
+        seconds: float,
+        equilibration: float | None,
+        look: Callable[[float], object],
+    ) -> DiffusionPilot:
+        """Run n particles for some seconds."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)
+            if equilibration is None:
+                task = {**self.system.spec(n, seed=seed).tasks()[0], "replica": trial.REPLICA}
+                sim = simulation_of(task, refuse_unusual)
+                sim.run(collisions=trial.COLLISIONS)
+                equilibration = trial.equilibrate(sim, self.system, trial.Watch(seconds, look))
+            (short,) = self.tasks(n, 1, 1.0, 16.0, seed)
+            simulate({**short, "replica": trial.REPLICA})
+            length = self.block(n) * OF_PILOT
+            (task,) = self.tasks(n, 1, equilibration, length, seed)
+            watch = trial.Watch(seconds, look)
+
+            def stop() -> bool:
+                watch.look()
+                return False
+
+            record = measure({**task, "replica": trial.REPLICA}, stop)
+        point = Point([record])
+        collisions = sum(block["collisions"] for block in record["result"]["blocks"])
+        seconds = record["provenance"]["cpu_seconds"]["all"]
+        viscosity = point.shear_viscosity().value
+        found = dict(zip(ESTIMATORS, (c.value for c in point.self_diffusion()), strict=True))
+        best = min(found.values(), key=lambda e: e.error)
+        return DiffusionPilot(
+            n=n,
+            value=infinite_diffusion(best, viscosity, point).mean,
+            variances={name: e.error**2 * collisions for name, e in found.items()},
+            viscosity=viscosity.mean,
+            of_viscosity=viscosity.relative_error**2 * collisions,
+            collisions_per_second=(collisions + 0.5 * n * equilibration) / seconds,
+            setup_seconds=0.0,
+            equilibration=equilibration,
+            sure=True,
+            seconds=seconds,
+        )
+
+    def value(self, found: DiffusionPilot) -> float:
+        """Return D of infinitely many, to the accuracy of a pilot."""
+        return found.value
+
+    def costs(self, found: DiffusionPilot, n: int) -> Costs:
+        """Return what n spheres cost, from a pilot of as many or of others.
+
+        Notes
+        -----
+        The error of D in a run is that of all displacements over the time t_1 of the rule, which grows with
+        the edge; the viscosity, of which there is one in a run, adds its own to the shift.
+        """
+        shift = self.shift(n, found.viscosity, found.value)
+        variance = found.variances[found.estimator] * self._window(n) / self._window(found.n)
+        variance += shift**2 * found.of_viscosity * n / found.n
+        return Costs(
+            n=n,
+            variance=variance,
+            bias=OF_SHIFT * shift,
+            collisions_per_second=slowed(found.collisions_per_second, found.n, n),
+            setup_seconds=found.setup_seconds,
+            overhead_seconds=0.0,
+            equilibration=found.equilibration,
+            shortest=BLOCKS * self.block(n),
+        )
+
+    def shift(self, n: int, viscosity: float, value: float) -> float:
+        """Return by how much n spheres diffuse too slowly [length^2 / time]."""
+        mass = float(self.system.scene.get("mass", 1.0))
+        return theory.diffusion_shift(
+            n, self.system.density, viscosity, self_diffusion=value, mass=mass, kT=self.system.kT
+        )
+
+    def block(self, n: int) -> float:
+        """Return the collisions per particle of a block that is long enough for the rule of the slope."""
+        return windows.SHORTEST * max(2.0 * self._window(n), windows.LAGS[-1] / windows.PER_FREE_TIME)
+
+    def _window(self, n: int) -> float:
+        """Return t_1 of the rule for n spheres [mean free times]."""
+        mass, sigma = float(self.system.scene.get("mass", 1.0)), self.system.diameters[0]
+        eta, kT = self.system.packing_fraction, self.system.kT
+        z = self.system.z()
+        free = float(theory.mean_free_time(z, 3, diameter=sigma, mass=mass, kT=kT))
+        e = theory.enskog(z, eta, 3, diameter=sigma, mass=mass, kT=kT)
+        edge = (n / self.system.density) ** (1.0 / 3.0)
+        wave = edge**2 / (
+            4.0 * math.pi**2 * (e.self_diffusion + e.shear_viscosity / (mass * self.system.density))
+        )
+        return max(windows.WAVES * wave / free, windows.STARTS[0] / windows.PER_FREE_TIME)
+
+    def tasks(self, n: int, replicas: int, equilibration: float, length: float, seed: int) -> list[Task]:
+        """Return the runs of a plan."""
+        blocks = max(16, min(-(-BLOCKS // replicas), int(length / self.block(n))))
+        spec = TransportSpec(
+            (self.system.packing_fraction,), n=(n,), replicas=replicas, equilibration=equilibration,
+            collisions_per_particle=length, seed=seed, blocks=blocks, scene=dict(self.system.scene),
+        )  # fmt: skip
+        return spec.tasks()
+
+    def reached(self, records: Sequence[Record], estimator: str) -> tuple[Estimate, float, list[str]]:
+        """Return D of infinitely many, its bias at most, and what speaks against it."""
+        point = Point(list(records))
+        viscosity = point.shear_viscosity()
+        found = dict(zip(ESTIMATORS, point.self_diffusion(), strict=True))[estimator]
+        value = infinite_diffusion(found.value, viscosity.value, point)
+        said = [] if found.settled else ["The slope had not settled: the fluid is slow."]
+        return value, OF_SHIFT * abs(value.mean - found.value.mean), said
+
+    def route(self, estimator: str) -> str:
+        """Return how the quantity is measured, in words."""
+        return ESTIMATORS[estimator]

@@ -1,0 +1,135 @@
+"""A plan that was run: what was promised, and what was reached."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from carom.errors import InputError
+from carom.io.paths import replacing, writing
+from carom.observables.statistics import Estimate
+from carom.studies.planner.choice import duration
+from carom.studies.session import Failure, Job
+from carom.studies.tasks import Record
+
+if TYPE_CHECKING:
+    from carom.studies.planner.plan import RunPlan
+
+NAME = "outcome.json"
+"""File of what was reached, in the folder of a plan."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a plan promised, and what its runs reached.
+
+    Attributes
+    ----------
+    plan : RunPlan
+    value : Estimate
+        The quantity of the infinite system, with the statistical error.
+    bias : float
+        What the correction to infinite size may have left.
+    cpu_seconds : float
+        Of all runs.
+    records : list of dict
+        The runs.
+    remarks : tuple of str
+        What speaks against the result.
+    """
+
+    plan: RunPlan
+    value: Estimate
+    bias: float
+    cpu_seconds: float
+    records: list[Record]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def error(self) -> float:
+        """The error that was reached, bias included."""
+        return math.hypot(self.value.error, self.bias)
+
+    @property
+    def error_ratio(self) -> float:
+        """Reached error in units of the promised one."""
+        return self.error / self.plan.error
+
+    @property
+    def time_ratio(self) -> float:
+        """CPU time taken in units of the promised one."""
+        return self.cpu_seconds / self.plan.cpu_seconds
+
+    def words(self) -> dict[str, Any]:
+        """Return promise and outcome as JSON values."""
+        return {
+            "target": str(self.plan.target),
+            "quantity": self.plan.target.quantity,
+            "value": self.value.mean,
+            "promised": {"error": self.plan.error, "cpu_seconds": self.plan.cpu_seconds},
+            "reached": {
+                "error": self.error,
+                "statistical": self.value.error,
+                "bias": self.bias,
+                "cpu_seconds": self.cpu_seconds,
+            },
+            "remarks": list(self.remarks),
+        }
+
+    def save(self, folder: str | PathLike[str]) -> Path:
+        """Write outcome.json to a folder, and return its path."""
+        path = Path(folder) / NAME
+        with replacing(path) as temporary, writing(path):
+            temporary.write_text(json.dumps(self.words(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        return path
+
+    def __str__(self) -> str:
+        shown = Estimate(self.value.mean, self.error, 1.0, 1.0, 1).value_text
+        lines = [
+            f"{self.plan.target.quantity} = {shown} for infinitely many, bias included",
+            f"error   promised {self.plan.error:.2g}, reached {self.error:.2g}: {self.error_ratio:.2f} of it",
+            f"CPU     promised {duration(self.plan.cpu_seconds)}, taken {duration(self.cpu_seconds)}: "
+            f"{self.time_ratio:.2f} of it",
+        ]
+        return "\n".join([*lines, *self.remarks])
+
+
+def carry_out(
+    plan: RunPlan,
+    how: Any,
+    out: str | PathLike[str] | None,
+    executor: Any,
+    workers: int | None,
+    progress: Callable[[float, str], object] | None,
+) -> Outcome:
+    """Run a plan; parameters as for :meth:`carom.studies.planner.plan.RunPlan.run`.
+
+    Raises
+    ------
+    InputError
+        If a run failed.
+    """
+    one = plan.design
+    tasks = how.tasks(one.n, one.replicas, one.equilibration, one.collisions_per_particle, plan.seed)
+
+    def summary(records: list[Record], failures: list[Failure]) -> tuple[list[Record], list[Failure]]:
+        return records, failures
+
+    def report(done: int, total: int, fraction: float, _: object) -> None:
+        if progress is not None:
+            progress(fraction, f"{done} of {total} runs")
+
+    job = Job(tasks, how.simulate, summary, report)
+    settings = {key: tasks[0][key] for key in ("study", "version", "seed", "scene")}
+    (records, failures), _ = job.run(executor, workers, out, settings, {"replicas": one.replicas})
+    if failures:
+        raise InputError(f"{len(failures)} of {len(tasks)} runs failed: {failures[0].reason}.")
+    records = sorted(records, key=lambda record: int(record["task"]["replica"]))
+    value, bias, remarks = how.reached(records, plan.estimator)
+    seconds = math.fsum(s for record in records for s in record["provenance"]["cpu_seconds"].values())
+    return Outcome(plan, value, bias, seconds, records, tuple(remarks))

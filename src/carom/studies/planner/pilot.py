@@ -1,0 +1,238 @@
+"""A pilot of seconds: how fast the run is, how much a collision tells, and how long it equilibrates."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from carom.errors import CaromWarning, InputError
+from carom.frame import Frame
+from carom.simulation.simulation import Simulation
+from carom.studies.planner.measures import BLOCKS, Blocks, estimates, of_scene, refuse_unusual
+from carom.studies.planner.system import System
+from carom.studies.worker import simulation_of
+
+SIZE = 256
+"""Spheres of the first pilot: the variance of a collision hardly depends on N from there on."""
+
+FEWEST = 50.0
+"""Collisions per particle of any equilibration: velocities forget their start in a few, waves in some ten."""
+
+OF_CRYSTAL = 200.0
+"""Collisions per particle after which the waves of a crystal are those of its temperature."""
+
+APART = 4.0
+"""Equilibration of a fluid ends when the mean square displacement of its slowest species is so many squares
+of the mean spacing: each has then left its cage and its neighbours several times."""
+
+SURE = 100.0
+"""Degrees of freedom of an error bar that a plan rests on: it is known to ``sqrt(1 / 200)``, 7 %."""
+
+COLLISIONS = 3000
+"""Of a block of the pilot."""
+
+TINY = 8
+"""Collisions of a block that measures what a call of the engine costs."""
+
+REPLICA = 10**6
+"""Number of the replica that a pilot is: none of a study's, so that its collisions are not counted twice."""
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """What a pilot found.
+
+    Attributes
+    ----------
+    n : int
+    counts : tuple of int
+        Of each species.
+    z : float
+        Of this n, to the accuracy of a pilot.
+    variances : dict
+        By estimator: the squared error of Z times the collisions that it took.
+    collisions_per_second : float
+        In a second of CPU, while measuring, the calls for blocks left out.
+    block_seconds : float
+        CPU time of such a call.
+    setup_seconds : float
+        CPU time to make the scene.
+    equilibration : float
+        Collisions per particle.
+    sure : bool
+        Whether the error bars had enough blocks, and are those of a long run.
+    seconds : float
+        CPU time of the pilot.
+    """
+
+    n: int
+    counts: tuple[int, ...]
+    z: float
+    variances: dict[str, float]
+    collisions_per_second: float
+    block_seconds: float
+    setup_seconds: float
+    equilibration: float
+    sure: bool
+    seconds: float
+
+    @property
+    def estimator(self) -> str:
+        """The estimator with the smallest variance."""
+        return min(self.variances, key=self.variances.__getitem__)
+
+
+def pilot(
+    system: System,
+    n: int,
+    *,
+    seed: int,
+    seconds: float,
+    equilibration: float | None = None,
+    look: Callable[[float], object] = lambda _: None,
+) -> Pilot:
+    """Run n particles for some seconds.
+
+    Parameters
+    ----------
+    system : System
+    n, seed : int
+    seconds : float
+        CPU time that the pilot may take, the compiler's left out.
+    equilibration : float, optional
+        Collisions per particle, where they are known.
+    look : callable, optional
+        Called now and then with the part of the time that is over.
+
+    Raises
+    ------
+    InputError
+        If the system does not come to equilibrium within the pilot.
+    """
+    task = {**system.spec(n, seed=seed).tasks()[0], "replica": REPLICA}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)
+        _compiled(task)
+        watch = Watch(seconds, look)
+        sim = simulation_of(task, refuse_unusual)
+        setup = watch.passed
+        if equilibration is None:
+            equilibration = equilibrate(sim, system, watch)
+        else:
+            sim.run(collisions_per_particle=equilibration, progress=watch.look)
+        per_block = _call(sim)
+        blocks, spent = _measured(sim, watch)
+    values = blocks.result()
+    found = estimates(values["by_virial"], values["by_rate"], system.dimension)
+    collisions = values["collisions"]
+    moving = max(spent - per_block * len(blocks.durations), 0.5 * spent)
+    return Pilot(
+        n=sim.scene.n,
+        counts=tuple(of_scene(sim.scene)["counts"]),
+        z=found[0].z.mean,
+        variances={one.estimator: one.z.error**2 * collisions for one in found},
+        collisions_per_second=collisions / moving,
+        block_seconds=per_block,
+        setup_seconds=setup,
+        equilibration=equilibration,
+        sure=found[0].z.degrees_of_freedom >= SURE,
+        seconds=watch.passed,
+    )
+
+
+class Watch:
+    """CPU time of this thread since it was made, and who is told of it."""
+
+    def __init__(self, seconds: float, tell: Callable[[float], object]):
+        self.seconds, self._tell, self._began = seconds, tell, clock.thread_time()
+
+    @property
+    def passed(self) -> float:
+        """CPU time so far [s]."""
+        return clock.thread_time() - self._began
+
+    @property
+    def over(self) -> bool:
+        """Whether there is no more."""
+        return self.passed > self.seconds
+
+    def look(self, _: object = None) -> None:
+        """Tell what part of the time is over."""
+        self._tell(min(self.passed / self.seconds, 1.0))
+
+
+def _compiled(task: dict[str, Any]) -> None:
+    """Have everything compiled that a run of this size calls."""
+    sim = simulation_of(task, refuse_unusual)
+    sim.run(collisions=COLLISIONS)
+    Blocks(sim).go_on(sim.time_for(TINY), 1)
+
+
+def _call(sim: Simulation) -> float:
+    """Return the CPU time of a call for a block [s]."""
+    duration, blocks = sim.time_for(TINY), Blocks(sim)
+    began = clock.thread_time()
+    blocks.go_on(duration, BLOCKS // 8)
+    return (clock.thread_time() - began) / (BLOCKS // 8)
+
+
+def _measured(sim: Simulation, watch: Watch) -> tuple[Blocks, float]:
+    """Run block by block until the error bar is sure, or the time is over."""
+    duration = sim.time_for(max(0.5 * sim.scene.n, float(COLLISIONS)))
+    blocks, wanted = Blocks(sim), BLOCKS
+    began = clock.thread_time()
+    while True:
+        for _ in range(wanted - len(blocks.durations)):
+            blocks.go_on(duration, 1)
+            watch.look()
+            if watch.over and len(blocks.durations) >= 64:
+                return blocks, clock.thread_time() - began
+        values = blocks.result()
+        best = estimates(values["by_virial"], values["by_rate"], sim.scene.dimension)[0].z
+        if best.degrees_of_freedom >= SURE:
+            return blocks, clock.thread_time() - began
+        wanted *= 2
+
+
+def equilibrate(sim: Simulation, system: System, watch: Watch) -> float:
+    """Run until a fluid has forgotten where it began; return the collisions per particle that took.
+
+    Raises
+    ------
+    InputError
+        If the pilot ends before: nobody can say how long that takes.
+    """
+    if system.crystal:
+        sim.run(collisions_per_particle=OF_CRYSTAL, progress=watch.look)
+        return OF_CRYSTAL
+    start, n = sim.frame().unwrapped, sim.scene.n
+    sim.run(collisions_per_particle=FEWEST, progress=watch.look)
+    while sim.scene.dimension > 1:
+        moved = slowest(start, sim.frame())
+        done = 2.0 * sim.collisions / n
+        if moved >= APART:
+            return max(FEWEST, float(f"{done * APART / moved:.3g}"))
+        if watch.over:
+            name = "its slowest species" if system.mixture else "its particles"
+            raise InputError(
+                f"The {system} does not come to equilibrium in a pilot of {watch.seconds:g} s. After "
+                f"{done:.3g} collisions per particle {name} moved {math.sqrt(moved):.2g} mean spacings, of "
+                f"{math.sqrt(APART):g} that it takes to forget the start. At best it would take "
+                f"{done * APART / max(moved, 1e-300):.2g}. Choose a lower density, or a longer --pilot."
+            )
+        sim.run(collisions_per_particle=0.25 * done, progress=watch.look)
+    return FEWEST
+
+
+def slowest(start: np.ndarray, frame: Frame) -> float:
+    """Return the mean square displacement of the slowest species [squares of the mean spacing]."""
+    squares = np.sum((frame.unwrapped - start) ** 2, axis=1)
+    spacing = (math.prod(frame.box) / frame.n) ** (2.0 / frame.dimension)
+    kinds = np.zeros(frame.n, int) if frame.species is None else frame.species
+    return min(float(squares[kinds == k].mean()) for k in np.unique(kinds)) / spacing

@@ -1,0 +1,396 @@
+"""A plan as a value: what to run for a target, what it should reach, and what it will cost."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import carom
+from carom import checks
+from carom.errors import FileError, InputError
+from carom.io.paths import reason, replacing, writing
+from carom.studies.executors import cores as all_cores
+from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration
+from carom.studies.planner.diffusion import DiffusionMethod
+from carom.studies.planner.outcome import Outcome, carry_out
+from carom.studies.planner.pressure import PressureMethod
+from carom.studies.planner.sizes import sizes
+from carom.studies.planner.system import System, of_plan, of_scene
+from carom.studies.planner.target import UNITS, Target
+
+PILOT_SECONDS = 15.0
+"""CPU time that each of the two pilots may take; one takes some two seconds where nothing is slow."""
+
+NAME = "plan.json"
+"""File of a plan in its folder."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """What one number of particles would cost.
+
+    Attributes
+    ----------
+    n : int
+    bias : float
+        What the correction to infinite size leaves, in the unit of the quantity.
+    cpu_seconds : float
+        Until the error is that of the target; infinite where the bias alone is larger.
+    """
+
+    n: int
+    bias: float
+    cpu_seconds: float
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """What to run, what it should reach, and what it will cost here.
+
+    Attributes
+    ----------
+    target : Target
+    system : System
+    value : float
+        What the quantity should be, to the accuracy of the pilot.
+    estimator : str
+        The one with the smallest variance; :attr:`route` says it in words.
+    ratios : dict
+        Variance of every estimator, in units of that of the chosen one.
+    design : Design
+        N, replicas, equilibration, length, the promised error and the promised CPU time.
+    cores : int
+    hours : float or None
+        What there is to run it with.
+    seed : int
+    sizes : tuple of Size
+        What other numbers of particles would cost.
+    pilot_seconds : float
+        CPU time of the pilots.
+    """
+
+    target: Target
+    system: System
+    value: float
+    estimator: str
+    ratios: Mapping[str, float]
+    design: Design
+    cores: int
+    hours: float | None
+    seed: int
+    sizes: tuple[Size, ...] = field(default=(), repr=False)
+    pilot_seconds: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """The error that is promised, bias included, in the unit of the quantity."""
+        return self.design.error
+
+    @property
+    def cpu_seconds(self) -> float:
+        """The CPU time that is promised."""
+        return self.design.cpu_seconds
+
+    @property
+    def seconds(self) -> float:
+        """The time on the cores that there are [s]."""
+        return self.design.seconds(self.cores)
+
+    @property
+    def route(self) -> str:
+        """How the quantity is measured."""
+        return method(self.system, self.target).route(self.estimator)
+
+    @property
+    def sampling(self) -> str:
+        """How often frames are taken."""
+        return method(self.system, self.target).sampling
+
+    def run(
+        self,
+        *,
+        out: str | PathLike[str] | None = None,
+        executor: Any = None,
+        workers: int | None = None,
+        progress: Callable[[float, str], object] | None = None,
+    ) -> Outcome:
+        """Run the plan as a study, and say what was promised and what was reached.
+
+        Parameters
+        ----------
+        out : path, optional
+            Folder with a file for each run; a plan that was stopped goes on there.
+        executor, workers : optional
+            As for :func:`carom.studies.equation_of_state`; in this process if left out for one run, and in as
+            many processes as the plan has cores for several.
+        progress : callable, optional
+            Called with the part that is done, and a sentence.
+        """
+        if executor is None:
+            executor = "serial" if self.design.replicas == 1 else "processes"
+        if executor != "serial" and workers is None:
+            workers = min(self.cores, self.design.replicas)
+        return carry_out(self, method(self.system, self.target), out, executor, workers, progress)
+
+    def words(self) -> dict[str, Any]:
+        """Return the plan as JSON values."""
+        return {
+            "carom": carom.__version__,
+            "target": str(self.target),
+            "system": self.system.words(),
+            "value": self.value,
+            "estimator": self.estimator,
+            "ratios": dict(self.ratios),
+            "design": dataclasses.asdict(self.design),
+            "promised": {"error": self.error, "cpu_seconds": self.cpu_seconds, "seconds": self.seconds},
+            "cores": self.cores,
+            "hours": self.hours,
+            "seed": self.seed,
+            "sizes": [
+                {
+                    "n": s.n,
+                    "bias": s.bias,
+                    "cpu_seconds": _known(s.cpu_seconds),
+                }
+                for s in self.sizes
+            ],
+            "pilot_seconds": self.pilot_seconds,
+        }
+
+    def save(self, folder: str | PathLike[str]) -> Path:
+        """Write plan.json to a folder, and return its path."""
+        path = Path(folder) / NAME
+        with writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as temporary, writing(path):
+            temporary.write_text(json.dumps(self.words(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        return path
+
+    @classmethod
+    def load(cls, folder: str | PathLike[str]) -> RunPlan:
+        """Return the plan in a folder.
+
+        Raises
+        ------
+        FileError
+            If there is none, or one of another version of Carom.
+        """
+        path = Path(folder) / NAME
+        try:
+            words = json.loads(path.read_text(encoding="utf-8"))
+            if words["carom"] != carom.__version__:
+                raise ValueError(f"it is of Carom {words['carom']}")
+            return cls(
+                target=Target.parse(words["target"]),
+                system=System(**words["system"]),
+                design=Design(**words["design"]),
+                sizes=tuple(
+                    Size(s["n"], s["bias"], math.inf if s["cpu_seconds"] is None else s["cpu_seconds"])
+                    for s in words["sizes"]
+                ),
+                **{
+                    k: words[k]
+                    for k in ("value", "estimator", "ratios", "cores", "hours", "seed", "pilot_seconds")
+                },
+            )
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise FileError(f"{path} holds no plan ({reason(error)}).") from None
+
+    def __str__(self) -> str:
+        one = self.design
+        runs = f"{one.replicas} runs" if one.replicas > 1 else "one run"
+        number = f"{one.replicas * 0.5 * one.n * one.collisions_per_particle:.2g}".replace("e+0", "e")
+        lines = [
+            f"{self.target} for {self.system}",
+            f"N              {one.n}",
+            f"equilibration  {one.equilibration:g} collisions per particle",
+            f"length         {one.collisions_per_particle:g} collisions per particle ({number} in all)",
+            f"replicas       {runs} on {self.cores} {'core' if self.cores == 1 else 'cores'}",
+            f"estimator      {self.route}{self._rivals()}",
+            f"sampling       {self.sampling}",
+            f"promised       {self._error()}",
+            f"cost           {duration(one.cpu_seconds)} of CPU, {duration(self.seconds)} here",
+        ]
+        return "\n".join(lines)
+
+    def _rivals(self) -> str:
+        others = [f"{name} {ratio:.2g}" for name, ratio in self.ratios.items() if name != self.estimator]
+        return f" (variance of others: {', '.join(others)})" if others else ""
+
+    def _error(self) -> str:
+        one, name = self.design, self.target.quantity
+        return (
+            f"{name} about {self.value:.4g} +- {one.error:.2g}{UNITS[name]}, "
+            f"{one.error / abs(self.value):.2g} of it: statistics {one.statistical:.2g}, bias of this N at most about {one.bias:.2g}"
+        )
+
+
+def _known(seconds: float) -> float | None:
+    return seconds if math.isfinite(seconds) else None
+
+
+def method(system: System, target: Target) -> Any:
+    """Return how a target is measured."""
+    kind = DiffusionMethod if target.quantity == "D" else PressureMethod
+    return kind(system, target.quantity)
+
+
+def plan(
+    target: str | Target,
+    *,
+    packing_fraction: float | None = None,
+    dimension: int = 3,
+    species: Sequence[Mapping[str, float]] | None = None,
+    scene: Any = None,
+    n: int | None = None,
+    cores: int | None = None,
+    hours: float | None = None,
+    seed: int = 1,
+    pilot_seconds: float = PILOT_SECONDS,
+    progress: Callable[[float, str], object] | None = None,
+) -> RunPlan:
+    """Return which run reaches a target for the least CPU, and what it will cost here.
+
+    Parameters
+    ----------
+    target : str or Target
+        ``"Z=1e-4"``: the quantity of the infinite system, and its relative error, the bias of the finite size
+        included. Quantities are Z, P (or pressure), g(contact) and D; ``"Z=+-0.002"`` is an absolute error.
+    packing_fraction : float
+        Of hard spheres of diameter, mass and kT 1; or
+    scene : path, Plan or System
+        a scene, whose number of particles the plan may change.
+    dimension : int
+    species : sequence of mappings, optional
+        Of a mixture: ``{"fraction": 0.5, "diameter": 1.4, "mass": 2.0}`` each.
+    n : int, optional
+        Plan with this number of particles only.
+    cores : int, optional
+        That there are; all of this machine if left out.
+    hours : float, optional
+        That there are; no limit if left out.
+    seed : int
+        Of the runs, and of the pilots.
+    pilot_seconds : float
+        CPU time that each of two pilots may take.
+    progress : callable, optional
+        Called with the part of the pilot that is over, and a sentence.
+
+    Returns
+    -------
+    RunPlan
+
+    Raises
+    ------
+    InputError
+        If the target cannot be planned for: phases that coexist, no equilibrium within pilot or hours,
+        no size whose bias is small enough, more CPU than there is. The text says what can be had.
+
+    Examples
+    --------
+    >>> from carom.studies import plan
+    >>> found = plan("Z=1e-2", packing_fraction=0.1, cores=1)
+    >>> found.design.replicas
+    1
+    """
+    goal = Target.parse(target) if isinstance(target, str) else target
+    system = _system(packing_fraction, dimension, species, scene)
+    cores = checks.integer(all_cores() if cores is None else cores, "cores", low=1, high=10**6)
+    limit = math.inf if hours is None else 3600.0 * checks.number(hours, "hours", low=0.0, open_low=True)
+    checks.number(pilot_seconds, "pilot_seconds", low=0.0, open_low=True)
+    checks.integer(seed, "seed", low=0, high=2**63 - 1)
+    how = method(system, goal)
+    every = sizes(system) if n is None else [system.filling(checks.integer(n, "n", low=8, high=10**7))]
+
+    def look(stage: float, text: str) -> Callable[[float], object]:
+        return lambda part: None if progress is None else progress(0.5 * (stage + part), text)
+
+    first = every[0] if n is not None else system.filling(how.first_size)
+    began = clock.thread_time()
+    found = how.pilot(
+        first,
+        seed=seed,
+        seconds=pilot_seconds,
+        equilibration=None,
+        look=look(0, f"Pilot of {first} particles"),
+    )
+    value = how.value(found)
+    error = goal.absolute(value)
+    candidates = [how.costs(found, size) for size in every]
+    chosen = cheapest(candidates, error)
+    if chosen is None:
+        best = min(candidates, key=lambda one: one.bias)
+        raise InputError(
+            f"With {best.n} particles the bias of the finite size alone is about "
+            f"{best.bias / abs(value):.2g} of {goal.quantity} after its correction, and {goal} asks for {error / abs(value):.2g}. "
+            + ("Give more particles, or leave out --n." if n is not None else "Ask for a larger error.")
+        )
+    costs = next(one for one in candidates if one.n == chosen.n)
+    afford(candidates, costs, error, cores, limit, str(goal), _asking(goal, value))
+    if chosen.n != found.n:
+        again = how.pilot(
+            chosen.n, seed=seed, seconds=pilot_seconds, equilibration=found.equilibration,
+            look=look(1, f"Pilot of {chosen.n} particles"),
+        )  # fmt: skip
+        if again.sure:
+            found = again
+            costs = how.costs(found, chosen.n)
+        else:
+            costs = _timed(costs, how.costs(again, chosen.n))
+    last = afford([costs], costs, error, cores, limit, str(goal), _asking(goal, value))
+    best = min(found.variances.values())
+    return RunPlan(
+        target=goal, system=system, value=value, estimator=found.estimator,
+        ratios={name: float(f"{v / best:.3g}") for name, v in found.variances.items()},
+        design=last, cores=cores, hours=hours, seed=seed,
+        sizes=tuple(_size(each, error) for each in candidates),
+        pilot_seconds=clock.thread_time() - began,
+    )  # fmt: skip
+
+
+def _timed(costs: Costs, again: Costs) -> Costs:
+    """Return costs with the speed of a second pilot, whose error bar is no better than the first one's."""
+    return dataclasses.replace(
+        costs,
+        collisions_per_second=again.collisions_per_second,
+        setup_seconds=again.setup_seconds,
+        overhead_seconds=again.overhead_seconds,
+    )
+
+
+def _size(costs: Costs, error: float) -> Size:
+    found = design(costs, error)
+    return Size(costs.n, costs.bias, math.inf if found is None else found.cpu_seconds)
+
+
+def _asking(goal: Target, value: float) -> Callable[[float], str]:
+    """Return the target that asks for an error, rounded up to two digits."""
+
+    def shown(error: float) -> str:
+        wanted = error / abs(value) if goal.relative else error
+        power = 10.0 ** (math.floor(math.log10(wanted)) - 1)
+        return str(dataclasses.replace(goal, error=min(math.ceil(wanted / power) * power, 1.0)))
+
+    return shown
+
+
+def _system(
+    packing_fraction: float | None, dimension: int, species: Sequence[Mapping[str, float]] | None, scene: Any
+) -> System:
+    if scene is not None:
+        if packing_fraction is not None or species is not None:
+            raise InputError("scene and packing_fraction or species contradict each other; give one of them.")
+        if isinstance(scene, System):
+            return scene
+        return of_plan(scene)[0] if hasattr(scene, "build_scene") else of_scene(scene)[0]
+    if packing_fraction is None:
+        raise InputError("A plan needs packing_fraction, or a scene; found neither.")
+    words = {} if species is None else {"species": [{"fraction": 1.0, **each} for each in species]}
+    return System(packing_fraction, dimension, words)

@@ -1,0 +1,239 @@
+"""What a plan is made for: a bulk phase of hard spheres, of which only the number of particles is free."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from carom import checks, densities, theory
+from carom.errors import InputError
+from carom.plan.plan import Plan
+from carom.plan.sections import SceneSpec
+from carom.studies.eos.spec import StudySpec, nearest_filling
+from carom.studies.planner.target import Scale
+from carom.theory.mixture_size import mixture_finite_size_shift
+
+KEPT = ("diameter", "mass", "kT")
+"""Keys of a scene that a plan hands on; with species, which have their own diameters and masses."""
+
+REFUSED = (
+    "periodic",
+    "obstacles",
+    "restitution",
+    "elastic_below",
+    "contact",
+    "interaction",
+    "motion",
+    "impact",
+)
+"""Keys of a scene with which nothing is known of infinitely many particles."""
+
+LARGEST_DIMENSION = 6
+"""Beyond it no equation of state is known, which takes a finite size to an infinite one."""
+
+
+@dataclass(frozen=True)
+class System:
+    """Hard spheres in a periodic box, at a packing fraction.
+
+    Parameters
+    ----------
+    packing_fraction : float
+    dimension : int
+        1 to 6.
+    scene : mapping
+        Keys of ``[scene]``: diameter, mass, kT, or kT and species with fractions.
+
+    Raises
+    ------
+    InputError
+        If no infinite system of this kind is known, or the density is that of two phases.
+    """
+
+    packing_fraction: float
+    dimension: int = 3
+    scene: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        d = checks.integer(self.dimension, "dimension", low=1, high=LARGEST_DIMENSION)
+        for name in REFUSED:
+            if name in self.scene:
+                raise InputError(
+                    f"[scene] {name} leaves no infinite system to plan for; remove it, or use carom run "
+                    "--relative-error."
+                )
+        high = densities.CLOSEST_PACKING.get(d, 1.0)
+        eta = checks.number(self.packing_fraction, "packing_fraction", low=0.0, high=high, open_low=True)
+        freezing, melting = theory.FREEZING.get(d, math.inf), theory.MELTING.get(d, math.inf)
+        if not self.mixture and freezing < eta < melting:
+            raise InputError(
+                f"At packing fraction {eta:g} a fluid and a crystal coexist ({freezing:g} to {melting:g} in "
+                f"{d} dimensions): neither comes to equilibrium in a time that can be planned. "
+                "Ask below or above."
+            )
+        self.spec(64)  # further words of the scene are checked now
+
+    @property
+    def mixture(self) -> bool:
+        """Whether there is more than one species."""
+        return len(self.scene.get("species", ())) > 1
+
+    @property
+    def crystal(self) -> bool:
+        """Whether the stable phase is a crystal, as far as that is known."""
+        return not self.mixture and self.packing_fraction > theory.FREEZING.get(self.dimension, math.inf)
+
+    @property
+    def kT(self) -> float:
+        """Temperature [energy]."""
+        return float(self.scene.get("kT") or 1.0)
+
+    @property
+    def diameters(self) -> list[float]:
+        """Diameter of each species [length]."""
+        if "species" in self.scene:
+            return [float(each.get("diameter", 1.0)) for each in self.scene["species"]]
+        return [float(self.scene.get("diameter", 1.0))]
+
+    @property
+    def fractions(self) -> list[float]:
+        """Part of each species."""
+        parts = [float(each.get("fraction", 1.0)) for each in self.scene.get("species", ())] or [1.0]
+        return [part / math.fsum(parts) for part in parts]
+
+    @property
+    def density(self) -> float:
+        """Particles in a volume [1 / length^d]."""
+        d = self.dimension
+        volume = sum(
+            x * theory.ball_volume(d, s) for x, s in zip(self.fractions, self.diameters, strict=True)
+        )
+        return self.packing_fraction / volume
+
+    def spec(self, n: int, **settings: Any) -> StudySpec:
+        """Return the study of this system with n particles."""
+        settings = {"replicas": 1, "collisions_per_particle": 1.0, "frames": 0, **settings}
+        return StudySpec(
+            (self.packing_fraction,), n=(n,), dimension=self.dimension, scene=dict(self.scene), **settings
+        )
+
+    def filling(self, n: int) -> int:
+        """Return the number nearest to n that the start may have: a crystal fills its lattice."""
+        start = {2: "triangular", 3: "fcc"}.get(self.dimension, "dn" if self.dimension > 3 else "cubic")
+        return nearest_filling(start, self.dimension, n) if self.crystal else n
+
+    def counts(self, n: int) -> list[int]:
+        """Return how many of n particles are of each species, rounded as a scene rounds them."""
+        ends = [round(n * part) for part in _running(self.fractions)]
+        return [b - a for a, b in zip([0, *ends], ends, strict=False)]
+
+    def z(self, fractions: Sequence[float] | None = None) -> float:
+        """Return Z of the infinite system by theory."""
+        if self.crystal:
+            return float(theory.solid(self.dimension)(self.packing_fraction))
+        x = self.fractions if fractions is None else fractions
+        return _mixed(self.packing_fraction, x, self.diameters, self.dimension)
+
+    def shift(self, n: int, counts: Sequence[int] | None = None) -> float:
+        """Return ``Z_N - Z`` by theory: of the finite number, and of a composition that had to be rounded."""
+        if self.crystal:
+            equation = theory.solid(self.dimension)
+            return float(theory.crystal_finite_size_shift(self.packing_fraction, n, equation))
+        shift = self._per_particle / n
+        if counts is not None and self.mixture:
+            shift += self.z([c / math.fsum(counts) for c in counts]) - self.z()
+        return shift
+
+    @functools.cached_property
+    def _per_particle(self) -> float:
+        """Return N times the shift of the fluid."""
+        eta, d = self.packing_fraction, self.dimension
+        if not self.mixture:
+            return float(theory.finite_size_shift(eta, 1, theory.best(d)))
+        present = [(x, s) for x, s in zip(self.fractions, self.diameters, strict=True) if x > 0.0]
+        x, sigma = zip(*present, strict=True)
+        return mixture_finite_size_shift(
+            eta, x, sigma, d, 1, lambda e, parts, s: _mixed(e, [*parts], [*s], d)
+        )
+
+    def scale(self, quantity: str) -> Scale:
+        """Return how a quantity follows from Z.
+
+        Raises
+        ------
+        InputError
+            For the contact value of a mixture, which has one for every pair of species.
+        """
+        if quantity == "P":
+            return Scale(0.0, self.density * self.kT)
+        if quantity == "g(contact)":
+            if self.mixture:
+                raise InputError(
+                    "A mixture has a contact value for every pair of species; plan for Z or P instead."
+                )
+            return Scale(1.0, 1.0 / (2.0 ** (self.dimension - 1) * self.packing_fraction))
+        return Scale()
+
+    def words(self) -> dict[str, Any]:
+        """Return the system as JSON values."""
+        scene = self.spec(64).scene
+        return {
+            "packing_fraction": self.packing_fraction,
+            "dimension": self.dimension,
+            "scene": dict(scene),
+        }
+
+    def __str__(self) -> str:
+        name = {1: "rods", 2: "disks", 3: "spheres"}.get(self.dimension, f"spheres in d = {self.dimension}")
+        kind = f"mixture of hard {name}" if self.mixture else f"hard {name}"
+        return f"{kind} at packing fraction {self.packing_fraction:g}{', crystal' if self.crystal else ''}"
+
+
+def of_scene(path: str | Path) -> tuple[System, int]:
+    """Return the system of a scene file, and its number of particles.
+
+    Raises
+    ------
+    FileError, InputError
+        If the file cannot be read, or is no bulk phase in a periodic box.
+    """
+    return of_plan(Plan.load(path))
+
+
+def of_plan(plan: Plan) -> tuple[System, int]:
+    """Return the system of a plan that describes one scene, and its number of particles."""
+    asked: SceneSpec = plan.scene
+    if asked.initial == "file":
+        raise InputError("A plan needs [scene] that says what there is, with another initial than file.")
+    made = plan.build_scene()
+    words: dict[str, Any] = {
+        f.name: getattr(asked, f.name)
+        for f in dataclasses.fields(asked)
+        if f.name in (*KEPT, *REFUSED) and getattr(asked, f.name) not in (None, ())
+    }
+    if made.periodic == (True,) * made.dimension:
+        words.pop("periodic", None)
+    if asked.species:
+        words["species"] = [
+            {k: v for k, v in dataclasses.asdict(s).items() if v is not None and k != "count"}
+            | {"fraction": float(s.count if s.count is not None else s.fraction or 0.0)}
+            for s in asked.species
+        ]
+    return System(made.packing_fraction, made.dimension, words), made.n
+
+
+def _mixed(eta: float, fractions: Sequence[float], diameters: Sequence[float], d: int) -> float:
+    """Return Z of a fluid by the best theory for its dimension."""
+    if len(diameters) == 1:
+        return float(theory.best(d)(eta))
+    equation = functools.partial(theory.santos_yuste_lopez_de_haro, dimension=d)
+    return float(theory.bmcsl(eta, fractions, diameters) if d == 3 else equation(eta, fractions, diameters))
+
+
+def _running(parts: Sequence[float]) -> list[float]:
+    return [math.fsum(parts[: k + 1]) for k in range(len(parts))]

@@ -1,0 +1,86 @@
+"""What a finite number of particles changes in a mixture, at constant energy in a periodic box."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from carom.errors import InputError
+
+STEP = 2e-3
+"""Relative step of second differences: their own error is then some 1e-5, beside rounding of 1e-9."""
+
+ORDER = 24
+"""Points of the quadrature from zero density; an equation of state is smooth there."""
+
+
+def mixture_finite_size_shift(
+    packing_fraction: float,
+    fractions: ArrayLike,
+    diameters: ArrayLike,
+    dimension: int,
+    n: int,
+    equation: Callable[[float, np.ndarray, np.ndarray], float],
+) -> float:
+    """``Z_N - Z`` of a mixture of N particles in a periodic box of given volume, to leading order in 1 / N.
+
+    Parameters
+    ----------
+    packing_fraction : float
+    fractions, diameters : (s,) array_like
+        Of each species; fractions are positive and sum to 1.
+    dimension, n : int
+    equation : callable
+        Z of the infinite mixture from packing fraction, fractions and diameters.
+
+    Notes
+    -----
+    ``-(1 / 2N) d ln K / d ln eta`` at fixed composition, with ``K = det(delta_ij + rho_j d^2 a / d rho_i d
+    rho_j)`` and the excess free energy a = beta A / V. The number of *every* species is fixed, so that the
+    fluctuations of composition are missing, too. The grand canonical sum over numbers N_i has the Gaussian
+    factor ``sqrt(det <dN_i dN_j>)``, of which this is the derivative with respect to the volume. For one
+    species, and for equal species with different names, it is :func:`carom.theory.finite_size_shift`.
+    """
+    x, sigma = np.asarray(fractions, np.float64), np.asarray(diameters, np.float64)
+    if x.shape != sigma.shape or x.ndim != 1 or not (x > 0.0).all():
+        raise InputError(f"Fractions {x} and diameters {sigma}: expected one positive fraction a species.")
+    x = x / x.sum()
+    volumes = sigma**dimension / float(x @ sigma**dimension)  # of a particle, in units of their mean
+    nodes, weights = np.polynomial.legendre.leggauss(ORDER)
+    at, weights = 0.5 * (nodes + 1.0), 0.5 * weights
+
+    def free_energy(rho: np.ndarray) -> float:
+        """Return a for densities in units in which eta is rho . volumes."""
+        total = float(rho.sum())
+        eta, parts = float(rho @ volumes), rho / total
+        excess = [(equation(float(s) * eta, parts, sigma) - 1.0) / s for s in at]
+        return total * float(weights @ np.array(excess))
+
+    def log_determinant(eta: float) -> float:
+        rho = eta * x
+        step = STEP * rho
+        kinds = len(x)
+        here = free_energy(rho)
+        matrix = np.eye(kinds)
+        unit = np.eye(kinds) * step
+        for i in range(kinds):
+            for j in range(i, kinds):
+                if i == j:
+                    up, down = free_energy(rho + unit[i]), free_energy(rho - unit[i])
+                    second = (up - 2.0 * here + down) / step[i] ** 2
+                else:
+                    corners = [
+                        a * b * free_energy(rho + a * unit[i] + b * unit[j]) for a in (1, -1) for b in (1, -1)
+                    ]
+                    second = sum(corners) / (4.0 * step[i] * step[j])
+                matrix[i, j] += second * rho[j]
+                if i != j:
+                    matrix[j, i] += second * rho[i]
+        return float(np.linalg.slogdet(matrix)[1])
+
+    slope = (
+        log_determinant(packing_fraction * (1 + STEP)) - log_determinant(packing_fraction * (1 - STEP))
+    ) / (2.0 * STEP)
+    return -slope / (2.0 * n)

@@ -1,0 +1,64 @@
+"""How many seeds reach the best known spherical codes, and what a seed costs.
+
+    python tests/benchmarks/codes.py                # 4 to 40 points on S^2, 8 seeds each
+    python tests/benchmarks/codes.py 35 --seeds 40
+    python tests/benchmarks/codes.py 8 10 24 -k 4 --seeds 20
+
+One row a code: the table's angle, the best of these seeds, how many reached the table's (the best, where the
+table has none), and CPU seconds a seed. One process, everything compiled before the clock starts.
+"""
+
+import argparse
+import csv
+import math
+import time
+from pathlib import Path
+
+import numpy as np
+
+from carom.studies.codes.compression import compress
+from carom.studies.codes.search import HOPS, RATES, search
+
+TABLE = Path(__file__).parents[1] / "data" / "spherical_codes.csv"
+
+
+def best_known():
+    """Return the angles of the table [degrees] by dimension and size."""
+    lines = (line for line in TABLE.read_text(encoding="utf-8").splitlines() if not line.startswith("#"))
+    names = ("sloane_deg", "exact_deg", "own_deg")
+    return {
+        (int(row["d"]), int(row["N"])): max(float(row[name]) for name in names if row[name])
+        for row in csv.DictReader(lines)
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("n", type=int, nargs="*", default=range(7, 41))
+    parser.add_argument("-k", type=int, default=3)
+    parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--hops", type=int, default=HOPS)
+    chosen = parser.parse_args()
+    table = best_known()
+    compress({"n": 9, "k": chosen.k, "seed": 0, "rate": 0.2})
+    print("|  n | table | best found | seeds that reached it | CPU s a seed |")
+    print("|---|---|---|---|---|")
+    for n in chosen.n:
+        begin = time.process_time()
+        tasks = [
+            {"n": n, "k": chosen.k, "seed": seed, "rate": RATES[seed % 2], "hops": chosen.hops}
+            for seed in range(chosen.seeds)
+        ]
+        cosines = np.array([search(task)["cosine"] for task in tasks])
+        spent = (time.process_time() - begin) / chosen.seeds
+        best = math.degrees(math.acos(cosines.min()))
+        known = table.get((chosen.k, n))
+        goal = math.cos(math.radians((best if known is None else known) - 1e-7))
+        reached = int((cosines <= goal).sum())
+        print(
+            f"| {n} | {known or '-'} | {best:.7f} | {reached} of {chosen.seeds} | {spent:.1f} |", flush=True
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,157 @@
+"""Order of bonds: crystals with known values, freud, the definition by all pairs of bonds, files."""
+
+import math
+
+import numpy as np
+import pytest
+
+import carom
+from carom import io
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.observables import BondOrder
+from carom.observables.bond_order import gegenbauer, harmonics
+
+
+def frame_of(scene):
+    """Return a scene at rest as a frame."""
+    still = np.zeros_like(scene.positions)
+    return Frame(0.0, 0, scene.positions, still, scene.box, scene.diameters, scene.masses)
+
+
+def gas(n, dimension, seed):
+    """Return points at random, as a frame: an ideal gas."""
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(0.0, 10.0, (n, dimension))
+    return Frame(0.0, 0, places, 0.0 * places, (10.0,) * dimension, np.ones(n), np.ones(n))
+
+
+def measured(frame, **settings):
+    """Return the order of one frame."""
+    order = BondOrder(**settings)
+    order.update(frame)
+    return order.result()
+
+
+FCC = carom.Scene.fcc(cells=4, packing_fraction=0.6)
+TRIANGULAR = carom.Scene.triangular(cells=(12, 12), packing_fraction=0.7)
+
+
+@pytest.mark.parametrize(
+    ("scene", "degree", "right"),
+    [
+        (FCC, 4, 0.1909407),  # q_l of the crystals: Mickel et al., J. Chem. Phys. 138, 044501 (2013)
+        (FCC, 6, 0.5745243),
+        (carom.Scene.cubic(cells=(5, 5, 5), packing_fraction=0.4), 4, 0.7637626),
+        (TRIANGULAR, 6, 1.0),
+        (TRIANGULAR, 4, 0.0),
+    ],
+)
+def test_crystals_have_their_known_order(scene, degree, right):
+    found = measured(frame_of(scene), l=degree, nearest=6 if scene.n == 125 else None)
+    assert found.local_order.mean == pytest.approx(right, abs=1e-6)
+    assert found.global_order.mean == pytest.approx(right, abs=1e-6)
+
+
+@pytest.mark.parametrize("dimension", [2, 3, 4])
+def test_local_order_is_the_mean_over_all_pairs_of_bonds(dimension):
+    frame = gas(60, dimension, seed=dimension)
+    found = measured(frame, l=6, nearest=5)
+    gaps = frame.positions[:, None] - frame.positions
+    gaps -= 10.0 * np.rint(gaps / 10.0)
+    distances = np.sqrt(np.sum(gaps**2, axis=2))
+    np.fill_diagonal(distances, np.inf)
+    lengths = []
+    for i in range(60):
+        bonds = gaps[i, np.argsort(distances[i])[:5]]
+        units = bonds / np.linalg.norm(bonds, axis=1)[:, None]
+        values = np.polynomial.polynomial.polyval(units @ units.T, gegenbauer(6, dimension))
+        lengths.append(math.sqrt(values.mean()))
+    assert found.local_order.mean == pytest.approx(np.mean(lengths), rel=1e-11)
+
+
+def test_harmonics_of_the_plane_and_of_space_are_cosines_and_legendre_polynomials():
+    rng = np.random.default_rng(3)
+    for d, polynomial in ((2, np.polynomial.chebyshev.Chebyshev), (3, np.polynomial.legendre.Legendre)):
+        units = rng.standard_normal((50, d))
+        units /= np.linalg.norm(units, axis=1)[:, None]
+        values = harmonics(8, units)
+        assert values.shape[1] == {2: 2, 3: 17}[d]
+        assert values @ values.T == pytest.approx(polynomial.basis(8)(units @ units.T), abs=1e-12)
+
+
+@pytest.mark.parametrize("voronoi", [False, True])
+def test_orders_are_those_of_freud(voronoi):
+    freud = pytest.importorskip("freud")
+    for d, nearest in ((2, 6), (3, 12)):
+        frame = gas(300, d, seed=9)
+        box, points = frame.to_freud()
+        query = (
+            freud.locality.Voronoi().compute((box, points)).nlist if voronoi else {"num_neighbors": nearest}
+        )
+        found = measured(frame, l=6, voronoi=voronoi)
+        if d == 2:
+            theirs = freud.order.Hexatic(k=6).compute((box, points), neighbors=query).particle_order
+            local, whole = np.abs(theirs).mean(), abs(theirs.mean())
+        else:
+            steinhardt = freud.order.Steinhardt(l=6).compute((box, points), neighbors=query)
+            local, whole = steinhardt.particle_order.mean(), steinhardt.order
+        assert found.local_order.mean == pytest.approx(local, rel=1e-4)  # single precision
+        assert found.global_order.mean == pytest.approx(whole, rel=1e-3)
+
+
+def test_the_correlation_is_one_in_a_crystal_and_nothing_in_a_gas():
+    order = BondOrder(l=6, rmax=5.0, width=0.25)
+    order.update(frame_of(TRIANGULAR))
+    seen = [e.mean for e in order.result().correlation if math.isfinite(e.mean)]
+    assert len(seen) > 5
+    assert seen == pytest.approx([1.0] * len(seen), abs=1e-12)
+    order = BondOrder(l=6, nearest=3, rmax=5.0, width=1.0)
+    for seed in range(32):
+        order.update(gas(200, 2, seed))
+    found = order.result()
+    near = found.correlation[0]
+    assert near.mean > 5.0 * near.error  # the two share a bond
+    far = found.correlation[-1]
+    assert abs(far.mean) < 5.0 * far.error
+    # Vectors of random direction add up to a mean square of 1 / n of their own.
+    assert found.global_square.mean == pytest.approx(
+        found.local_order.mean**2 / 200, rel=0.5, abs=5.0 * found.global_square.error
+    )
+
+
+def test_an_order_on_the_way_is_that_of_the_trajectory_file(tmp_path):
+    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    on_the_way, profile = BondOrder(reach=1.5), carom.observables.DensityProfile(bins=8)
+    with io.open(tmp_path / "run.h5md", "w") as trajectory:
+        for frame in sim.sample(every=0.5, count=20):
+            trajectory.write(frame)
+            on_the_way.update(frame)
+            profile.update(frame)
+    later, again = BondOrder(reach=1.5), carom.observables.DensityProfile(bins=8)
+    with io.open(tmp_path / "run.h5md") as trajectory:
+        for frame in trajectory:
+            later.update(frame)
+            again.update(frame)
+    one, two = on_the_way.result(), later.result()
+    assert (one.local_order, one.global_order) == (two.local_order, two.global_order)
+    assert one.local_order.error > 0.0
+    assert one.neighbors.mean == two.neighbors.mean > 3.0
+    assert [e.mean for e in profile.result().density] == [e.mean for e in again.result().density]
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"nearest": 6, "reach": 1.5}, "one of them"),
+        ({"reach": 5.1}, "half of the shortest edge"),
+        ({"nearest": 200}, "199 others"),
+        ({"species": 1}, "none of them"),
+        ({"l": 0}, "l must"),
+    ],
+)
+def test_what_cannot_be_is_refused(settings, says):
+    with pytest.raises(InputError, match=says):
+        measured(gas(200, 2, 1), **settings)
+    with pytest.raises(InputError, match="No frame"):
+        BondOrder().result()

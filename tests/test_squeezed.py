@@ -1,0 +1,35 @@
+"""A light component between heavy ones: many contacts in a time that the clock may not resolve."""
+
+import math
+
+import pytest
+
+import carom
+
+SLOW = pytest.mark.slow
+
+
+def contacts_of_galperin(ratio, precision):
+    """Return the contacts of a ball at rest beside a wall, with the wall and with a heavy one that comes."""
+    scene = carom.Scene(
+        [[2.0], [4.0]], (40.0,), mass=[1.0, ratio], velocities=[[0.0], [-1.0]], periodic=False
+    )
+    sim = carom.Simulation(scene, precision=precision)
+    sim.run(time=10.0)
+    assert sim.time == 10.0
+    assert sim.frame().velocities[1, 0] == pytest.approx(1.0, abs=4.0 / math.sqrt(ratio))
+    return sim.collisions + sum(impact.hits for impact in sim.obstacles)
+
+
+@pytest.mark.parametrize(
+    ("precision", "ratio"),
+    [
+        ("single", 1e8),  # "would take inf collisions", while the clock of 24 bits stood still
+        pytest.param("double", 1e8, marks=SLOW),
+        pytest.param("double", 1e12, marks=SLOW),
+        pytest.param("single", 1e10, marks=SLOW),
+    ],
+)
+def test_two_balls_and_a_wall_count_the_digits_of_pi(precision, ratio):
+    """Galperin, Regul. Chaotic Dyn. 8, 375 (2003): as many contacts as the digits of pi say."""
+    assert contacts_of_galperin(ratio, precision) == math.floor(math.pi * math.sqrt(ratio))
