@@ -20,6 +20,7 @@ LONG = (
     "order_of_disks",
     "shaken_ball",
     "transport",
+    "two_armies",
 )
 """Longer than twenty CPU seconds even at smoke size, compilation included."""
 
