@@ -28,6 +28,7 @@ LONG = (
     "square_well",
     "study_on_a_cluster",
     "transport",
+    "two_armies",
 )
 """Longer than fifteen CPU seconds even at smoke size, compilation included."""
 

@@ -1,11 +1,16 @@
 """Range rules: counters, rules, timers, removal; against counting, the naive algorithm, replay and resume."""
 
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import carom
+from carom.errors import InputError
 from carom.io.events import read_events
 from carom.ranges import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.reference.rules import NaiveRules
@@ -151,3 +156,113 @@ def test_the_events_are_those_of_the_naive_algorithm(run, tmp_path):
         found = sim.units.counts[i]
         assert not unit.removed or (found == 0).all()
         assert {key: int(found[key]) for key in oracle.counts(i)} == oracle.counts(i)
+
+
+def run_in(d, n=8, edge=7.0):
+    """Run units in d dimensions for a while, and count now and then."""
+    sim = carom.Simulation(scattered(n=n, d=d, edge=edge, seed=d))
+    for time in STRETCHES[:16]:
+        sim.run(time=time)
+        assert_counters(sim)
+    asked = sim.units.asked
+    assert min(asked["entered"], asked["left"], asked["timer"]) > 3
+
+
+def test_counters_in_one_three_and_four_dimensions():
+    # In plain Python: the same functions, without a compilation for each dimension.
+    done = subprocess.run(
+        [sys.executable, "-c", "import test_ranges as t; [t.run_in(d) for d in (1, 3, 4)]"],
+        cwd=Path(__file__).parent,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("d", [1, 3, 4])
+def test_counters_in_other_dimensions_compiled(d):
+    run_in(d, n=40, edge={1: 30.0, 3: 9.0, 4: 8.0}[d])
+
+
+def test_conditions_hold():
+    report = carom.check(ranges())
+    assert report.passed
+    assert report.tried["V"] > 500
+
+
+def test_what_is_compiled_is_told(run):
+    sim, _ = run
+    assert carom.explain(sim).models["rules"] == "Units"
+    assert math.isnan(sim.statistics.energy_drift)
+
+
+def past_the_end(unit, event):
+    unit.memory[99] = 1.0
+
+
+def fast(unit, event):
+    unit.velocity[0] = math.nan
+
+
+def unknown(unit, event):
+    unit.kind = 7
+
+
+def early(unit, event):
+    unit.timer = 0.0
+
+
+def aimless(unit, event):
+    unit.target = 1000
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Kind("", [1.0]), "name of a kind"),
+        (lambda: Kind("a", [2.0, 1.0]), "rise"),
+        (lambda: Kind("a", [0.0]), "rise"),
+        (lambda: Kind("a", [-1.0]), "rise"),
+        (lambda: Kind("a", "12"), "list of numbers"),
+        (lambda: Kind("a", [1.0], timer=-1.0), "timer of 'a'"),
+        (lambda: Kind("a", [1.0], memory=[math.nan]), "memory of 'a'"),
+        (lambda: Ranges([], restless), "kinds must be"),
+        (lambda: Ranges([Kind("a")], restless), "No kind has a circle"),
+        (lambda: Ranges([Kind("a", [1.0]), Kind("a", [1.0])], restless), "same name"),
+        (lambda: Ranges([Kind("a", [1.0])], "restless"), "rule must be a function"),
+        (lambda: Ranges([Kind("a", [1.0])], lambda unit: None), "rule must be a function"),
+        (lambda: Ranges([Kind("a", [1.0])], restless, seed=-1), "seed"),
+        (lambda: scattered().with_(interaction=Ranges([Kind("a", [1.0])], restless)), "2 species"),
+        (lambda: scattered().with_(interaction=ranges(past_the_end)), "IndexError"),
+        (lambda: carom.Simulation(scattered().with_(restitution=0.9)), "restitution"),
+        (lambda: carom.Simulation(scattered(edge=5.5)), "box"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(make, words):
+    with pytest.raises(InputError, match=words) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"), [(fast, "velocity"), (unknown, "kind"), (early, "timer"), (aimless, "target")]
+)
+def test_a_wrong_answer_of_a_rule_ends_the_run_in_a_sentence(rule, words, run):
+    # What the rule leaves is looked at by obey(), compiled or not.
+    from carom.models.interface import complaint
+    from carom.models.units import ask, hand, obey, tell
+
+    pair = scattered().interaction.model(run[0].machine.contents.particles)
+    pair = pair._replace(rule=ranges(rule).model(run[0].machine.contents.particles).rule)
+    x, v = np.zeros(2), np.ones(2)
+    hand(pair, 0, 3, x, v, 0.25)
+    tell(pair, 0, TIMER, -1, -1, 0.25)
+    ask(pair.rule, pair.units[0], pair.told[0])
+    assert obey(pair, 0, 3, v, 0.25) == -1
+    assert (v == 1.0).all()
+    assert complaint(pair).startswith("The rule gave unit 3")
+    assert words in complaint(pair)

@@ -32,12 +32,13 @@ from rates import rate, size_of
 
 import carom
 from carom.block import Block
+from carom.ranges import ENTERED, Kind, Ranges
 from carom.simulation import loop
 from carom.simulation.machine import Machine
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import StudySpec, scene_spec
 from carom.studies.eos.start import start as begin
-from carom.wells import SquareWell
+from carom.wells import SquareWell, Steps, StepTable
 
 
 def size(given: argparse.Namespace) -> None:
@@ -143,6 +144,35 @@ def wells(given: argparse.Namespace) -> None:
         few, many = np.median(rates, axis=0)
         ratio = np.median(rates[:, 1] / rates[:, 0])
         print(f"| {density} | {sims[1].kT:.2f} | {few:.2f} | {many:.2f} | {ratio:.2f} |", flush=True)
+
+
+def aim(unit, event) -> None:
+    """A rule of average size: it looks at a counter, and turns to who has come."""
+    if event.cause == ENTERED and unit.counts[0, 0] > 20:
+        unit.target = event.other
+        unit.velocity[0], unit.velocity[1] = -unit.velocity[1], unit.velocity[0]
+
+
+def ranges(given: argparse.Namespace) -> None:
+    """Print the rate of crossings where both units are asked a rule, in parts of that without, in turn."""
+    rng = np.random.default_rng(1)
+    n, edge = 4000, 40.0
+    places, circle = rng.uniform(0.0, edge, (n, 2)), StepTable(Steps([1.0], [0.0]))
+    plain = carom.Scene(places, edge, diameter=0.1, interaction=circle)
+    sims, took = [], []
+    for scene in (plain, plain.with_(interaction=Ranges([Kind("unit", [1.0])], aim))):
+        began = time.process_time()
+        sims.append(carom.Simulation(scene, kT=1.0, seed=1, images=False))
+        sims[-1].run(collisions=10)
+        took.append(time.process_time() - began)
+        sims[-1].run(collisions=20_000)
+    rates = np.array([[rate(sim, 50_000) for sim in sims] for _ in range(9)])
+    few, many = np.median(rates, axis=0)
+    ratio = np.median(rates[:, 1] / rates[:, 0])
+    print("| crossings [M/s] | with a rule [M/s] | ratio | bytes a unit | compiled in [CPU s] |")
+    print("|---|---|---|---|---|")
+    sizes = " and ".join(f"{size_of(sim):.0f}" for sim in sims)
+    print(f"| {few:.2f} | {many:.2f} | {ratio:.2f} | {sizes} | {took[0]:.1f} and {took[1]:.1f} |")
 
 
 def sphere(given: argparse.Namespace) -> None:
@@ -374,6 +404,7 @@ def main() -> None:
         "size": size, "million": million, "thin": thin, "features": features, "start": start,
         "sampling": sampling, "threads": threads, "mixtures": mixtures, "tasks": tasks,
         "wells": wells,
+        "ranges": ranges,
         "sphere": sphere,
     }  # fmt: skip
     parser = argparse.ArgumentParser(
