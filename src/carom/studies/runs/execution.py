@@ -114,6 +114,7 @@ def run(
     overwrite: bool = False,
     progress: Progress | None = None,
     predicted: Predicted | None = None,
+    workers: int | str = 1,
 ) -> RunResult:
     """Run a plan and write its results to a folder.
 
@@ -129,6 +130,8 @@ def run(
         Called as ``progress(stage, fraction)``; changes no bit of the run. True shows a bar.
     predicted : callable, optional
         Called with a :class:`carom.observables.Prediction` when the plan asks for a relative error.
+    workers : int or "auto"
+        Threads, as in :class:`carom.Simulation`; they change no bit of the run.
 
     Returns
     -------
@@ -152,12 +155,16 @@ def run(
     folder = RunFolder(Path(out))
     folder.check_free(overwrite)
     with stoppable() as stop:
-        return _Run(plan, folder, stop, progress, predicted).from_the_start()
+        return _Run(plan, folder, stop, progress, predicted, workers).from_the_start()
 
 
 @watchable("Running", by_stage)
 def resume(
-    out: str | PathLike[str], *, progress: Progress | None = None, predicted: Predicted | None = None
+    out: str | PathLike[str],
+    *,
+    progress: Progress | None = None,
+    predicted: Predicted | None = None,
+    workers: int | str = 1,
 ) -> RunResult:
     """Go on with the run in a folder; its results are those of the uninterrupted run, bit for bit.
 
@@ -167,6 +174,8 @@ def resume(
         The folder of the run.
     progress, predicted : callable, optional
         As in :func:`run`.
+    workers : int or "auto"
+        Threads; as many as the run had before, or any other number.
 
     Returns
     -------
@@ -198,9 +207,10 @@ def resume(
         return RunResult(folder.path, _read_summary(folder.summary), new=False)
     with stoppable() as stop:
         if not folder.checkpoint.is_file():
-            return _Run(Plan.load(folder.scene), folder, stop, progress, predicted).from_the_start()
+            begun = Plan.load(folder.scene)
+            return _Run(begun, folder, stop, progress, predicted, workers).from_the_start()
         plan, notes = _noted(folder.checkpoint)
-        return _Run(plan, folder, stop, progress, predicted).from_checkpoint(notes)
+        return _Run(plan, folder, stop, progress, predicted, workers).from_checkpoint(notes)
 
 
 def _noted(path: Path) -> tuple[Plan, dict[str, Any]]:
@@ -255,6 +265,8 @@ class _Run:
     segments, per_frame, frames : int
         Segments to measure, as far as is known yet; segments to a frame; frames of a run whose length is
         given.
+    workers : int or "auto"
+        Threads that run the simulation.
     formats : tuple of str
         Of the trajectories.
     pilot : bool
@@ -268,8 +280,10 @@ class _Run:
         stop: Stop,
         progress: Progress | None,
         predicted: Predicted | None,
+        workers: int | str,
     ):
         self.plan, self.folder, self.stop = plan, folder, stop
+        self.workers = workers
         self._progress, self._predicted = progress, predicted
         error = plan.run.relative_error
         self.goal = None if error is None else Goal(error)
@@ -294,7 +308,12 @@ class _Run:
         self._keep(scene)
         self.written = Written(self.folder, self.formats)
         kT = plan.scene.kT if scene.velocities is None else None
-        settings: dict[str, Any] = {"kT": kT, "seed": plan.run.seed, "neighbors": plan.run.neighbors}
+        settings: dict[str, Any] = {
+            "kT": kT,
+            "seed": plan.run.seed,
+            "neighbors": plan.run.neighbors,
+            "workers": self.workers,
+        }
         # Made before anything is written, because it refuses what cannot be simulated.
         self.sim = Simulation(scene, **settings)
         self.folder.make()
@@ -317,7 +336,7 @@ class _Run:
             self.written = Written(self.folder, self.formats, notes["written"])
             sources = self.written.sources(self._frames(), lambda part: self._report("Verifying", part))
             log = self.folder.events if self.plan.output.event_log else None
-            self.sim = Simulation.load(self.folder.checkpoint, event_log=log)
+            self.sim = Simulation.load(self.folder.checkpoint, event_log=log, workers=self.workers)
             self.folder.sweep()
             self.folder.restore_scene(self.plan)
             self._make_anew(sources)
