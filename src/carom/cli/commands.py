@@ -19,6 +19,17 @@ Json = Annotated[
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
 
 
+Workers = Annotated[
+    str,
+    typer.Option("--workers", "-j", help="Threads that run this one system together: a number, or auto."),
+]
+
+
+def _workers(text: str) -> int | str:
+    """Return a number of workers, where the option holds one."""
+    return int(text) if text.isdecimal() else text
+
+
 @friendly
 def run(
     scene: Annotated[
@@ -88,6 +99,7 @@ def run(
         bool | None,
         typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT),
     ] = None,
+    workers: Workers = "1",
     explain: Annotated[
         bool,
         typer.Option("--explain", help="Print what would be compiled and which arrays are made, then stop."),
@@ -144,7 +156,14 @@ def run(
     with watched() as progress, compiling_told():
         from carom import studies
 
-        result = studies.run(plan, out, overwrite=overwrite, progress=progress, predicted=predicted)
+        result = studies.run(
+            plan,
+            out,
+            overwrite=overwrite,
+            progress=progress,
+            predicted=predicted,
+            workers=_workers(workers),
+        )
     results(result, as_json)
 
 
@@ -152,6 +171,7 @@ def run(
 def resume(
     folder: Annotated[Path, typer.Argument(help="Folder of a run that was stopped or killed.")],
     as_json: Json = False,
+    workers: Workers = "1",
 ) -> None:
     """Continue a run or packing that was stopped. The result is bit-identical to an uninterrupted run.
 
@@ -170,7 +190,7 @@ def resume(
             packing = studies.resume_packing(folder, progress=progress)
             packed(packing.summary(), folder, as_json)
             return
-        result = studies.resume(folder, progress=progress, predicted=predicted)
+        result = studies.resume(folder, progress=progress, predicted=predicted, workers=_workers(workers))
     results(result, as_json)
 
 

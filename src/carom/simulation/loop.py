@@ -80,8 +80,11 @@ def _advance(
         log = None if machine.log is None else machine.log.buffer
         cycles = min(machine.pace.count, left)
         began = time.perf_counter()
-        with machine.pace:
-            code = cycle.run(*machine.engine, log, *stop, target, np.int64(cycles))
+        if machine.team is not None and machine.team.window(stop, int(target)):
+            code = constants.SPENT
+        else:
+            with machine.pace:
+                code = cycle.run(*machine.engine, log, *stop, target, np.int64(cycles))
         now = time.perf_counter()
         machine.seconds += now - began
         wrong = complaint(machine.engine.model.pair)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from carom.engine.requirements import Contents
     from carom.scene.scene import Scene
     from carom.simulation.recorder import Recorder
+    from carom.simulation.team import Team
 
 Steps = tuple[np.ndarray, np.ndarray]
 """Pairs (m, 2), and on which step each is, (m,)."""
@@ -94,6 +95,8 @@ class Machine:
         Pairs and their steps, to be written into the next lists; None where there are none.
     scheduled : bool
         Whether every component has its event: not, where Ctrl-C came while they were being given them.
+    team : Team or None
+        Workers, where there are several.
     """
 
     def __init__(
@@ -106,7 +109,8 @@ class Machine:
         scheme: Scheme | None = None,
     ):
         # All answers are registered before the first is compiled, which may be that of projecting.
-        import carom.engine.cycle  # noqa: F401
+        import carom.engine.cycle
+        import carom.engine.windows.parts  # noqa: F401
         from carom.engine.parts import build
 
         self.scene = scene
@@ -127,6 +131,7 @@ class Machine:
         self.pace = Pace(CYCLES)
         self.steps: Steps | None = None
         self.scheduled = True
+        self.team: Team | None = None
 
     def _choose(self, velocities: np.ndarray, wish: Wish, rate: float | None = None) -> Scheme:
         """Return the scheme for velocities [length / time]; ``rate`` is in the engine's unit."""

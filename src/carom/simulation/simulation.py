@@ -34,6 +34,7 @@ from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.preparation import contents_of, growth_rates, in_single, thermal_speed, unit_of
 from carom.simulation.recorder import Recorder
+from carom.simulation.team import team_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -75,11 +76,15 @@ class Simulation:
         Add up the currents of momentum and heat, for :meth:`helfand`.
     flights : bool
         Keep histograms of free flights and of normal speeds, for :meth:`free_flights`.
+    workers : int or "auto"
+        Threads that run this one system together. The bits are those of one worker (``docs/parallel``).
+        "auto" takes several only for systems so large that this was measured to be faster.
 
     Raises
     ------
     InputError
-        If the scene has velocities and ``kT`` is given too, or a parameter is out of range.
+        If the scene has velocities and ``kT`` is given too, or a parameter is out of range; or if several
+        workers are asked for where there can be one only.
 
     Examples
     --------
@@ -104,6 +109,7 @@ class Simulation:
         event_log: str | PathLike[str] | None = None,
         currents: bool = False,
         flights: bool = False,
+        workers: int | str = 1,
     ):
         if not isinstance(scene, Scene):
             raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
@@ -134,6 +140,7 @@ class Simulation:
             contents = dataclasses.replace(contents, currents=True)
         contents = dataclasses.replace(contents, flights=bool(flights))
         self._face(Machine(scene, velocities, contents, unit, wish), {})
+        self.machine.team = team_of(self.machine, workers)
         self.machine.schedule()
         if event_log is not None:
             self.machine.log = Recorder(event_log, self.machine)
@@ -465,6 +472,7 @@ class Simulation:
         interaction: Interaction | None = None,
         motion: Motion | None = None,
         impact: Impact | None = None,
+        workers: int | str = 1,
     ) -> Simulation:
         """Return the simulation that a checkpoint holds.
 
@@ -478,6 +486,8 @@ class Simulation:
             All of the scene's, where some are of a class of one's own, which no file holds.
         interaction, motion, impact : values, optional
             The scene's, where one is of a class of one's own.
+        workers : int or "auto"
+            Threads, as for a new simulation; as many as before, or any other number.
 
         Raises
         ------
@@ -488,12 +498,15 @@ class Simulation:
         sim = cls.__new__(cls)
         own = {"interaction": interaction, "motion": motion, "impact": impact}
         sim._face(*checkpoint.load(path, event_log, obstacles, **own))
+        sim.machine.team = team_of(sim.machine, workers)
         return sim
 
     def close(self) -> None:
-        """Flush and close the event log, if there is one."""
+        """Flush and close the event log, if there is one, and end the threads of several workers."""
         with self.machine.alone.changing():
             self.machine.close_log()
+            if self.machine.team is not None:
+                self.machine.team.close()
 
     def __reduce__(self) -> Any:
         """Refuse to be pickled or copied."""

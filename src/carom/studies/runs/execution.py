@@ -59,6 +59,7 @@ def run(
     overwrite: bool = False,
     progress: Progress | None = None,
     predicted: Predicted | None = None,
+    workers: int | str = 1,
 ) -> RunResult:
     """Run a plan and write its results to a folder.
 
@@ -74,6 +75,8 @@ def run(
         Called as ``progress(stage, fraction)``; changes no bit of the run. True shows a bar.
     predicted : callable, optional
         Called with a :class:`carom.observables.Prediction` when the plan asks for a relative error.
+    workers : int or "auto"
+        Threads, as in :class:`carom.Simulation`; they change no bit of the run.
 
     Returns
     -------
@@ -97,13 +100,17 @@ def run(
     folder = RunFolder(Path(out))
     folder.check_free(overwrite)
     with stoppable() as stop:
-        summary = Run(plan, folder, stop, progress, predicted).from_the_start()
+        summary = Run(plan, folder, stop, progress, predicted, workers).from_the_start()
     return RunResult(folder.path, summary, new=True)
 
 
 @watchable("Running", by_stage)
 def resume(
-    out: str | PathLike[str], *, progress: Progress | None = None, predicted: Predicted | None = None
+    out: str | PathLike[str],
+    *,
+    progress: Progress | None = None,
+    predicted: Predicted | None = None,
+    workers: int | str = 1,
 ) -> RunResult:
     """Go on with the run in a folder; its results are those of the uninterrupted run, bit for bit.
 
@@ -113,6 +120,8 @@ def resume(
         The folder of the run.
     progress, predicted : callable, optional
         As in :func:`run`.
+    workers : int or "auto"
+        Threads; as many as the run had before, or any other number.
 
     Returns
     -------
@@ -145,10 +154,10 @@ def resume(
     with stoppable() as stop:
         if not folder.checkpoint.is_file():
             plan = Plan.load(folder.scene)
-            summary = Run(plan, folder, stop, progress, predicted).from_the_start()
+            summary = Run(plan, folder, stop, progress, predicted, workers).from_the_start()
         else:
             plan, notes = _noted(folder.checkpoint)
-            summary = Run(plan, folder, stop, progress, predicted).from_checkpoint(notes)
+            summary = Run(plan, folder, stop, progress, predicted, workers).from_checkpoint(notes)
     return RunResult(folder.path, summary, new=True)
 
 

@@ -51,6 +51,8 @@ class Run:
         What was measured so far.
     formats : tuple of str
         Of the trajectories.
+    workers : int or "auto"
+        Threads that run the simulation.
     """
 
     def __init__(
@@ -60,8 +62,10 @@ class Run:
         stop: Stop,
         progress: Progress | None,
         predicted: Predicted | None,
+        workers: int | str,
     ):
         self.plan, self.folder, self.stop = plan, folder, stop
+        self.workers = workers
         self._progress, self._predicted = progress, predicted
         error = plan.run.relative_error
         self.goal = None if error is None else Goal(error)
@@ -83,7 +87,12 @@ class Run:
         self.stretch = Stretch.of(frames)
         self.written = Written(self.folder, self.formats)
         kT = plan.scene.kT if scene.velocities is None else None
-        settings: dict[str, Any] = {"kT": kT, "seed": plan.run.seed, "neighbors": plan.run.neighbors}
+        settings: dict[str, Any] = {
+            "kT": kT,
+            "seed": plan.run.seed,
+            "neighbors": plan.run.neighbors,
+            "workers": self.workers,
+        }
         # Made before anything is written, because it refuses what cannot be simulated.
         self.sim = Simulation(scene, **settings)
         self.folder.make()
@@ -107,7 +116,7 @@ class Run:
             keep = self.stretch.written
             sources = self.written.sources(keep, lambda part: self._report("Verifying", part))
             log = self.folder.events if self.plan.output.event_log else None
-            self.sim = Simulation.load(self.folder.checkpoint, event_log=log)
+            self.sim = Simulation.load(self.folder.checkpoint, event_log=log, workers=self.workers)
             self.folder.sweep()
             self.folder.restore_scene(self.plan)
             self._make_anew(sources)

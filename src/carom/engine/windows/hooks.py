@@ -1,0 +1,183 @@
+"""What a part notes while it runs: every collision of its own, and what was decided about every component."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.borrowed import borrowed
+from carom.compiling.dispatch import entry
+from carom.compiling.registry import inner, required
+from carom.engine.constants import LAMBDA, OBSTACLE
+from carom.engine.images import index
+from carom.engine.obstacles import Obstacles
+from carom.engine.search import meet
+from carom.engine.tallies import count_pair, log_full, record
+from carom.engine.windows.shares import OWN, home
+
+
+class Watched(NamedTuple):
+    """Sight that keeps a digest of all decisions about each component, beside computing the contact."""
+
+    sight: Any
+    """How the time of a contact is computed, or None."""
+    digest: np.ndarray
+    """Of the events that each component was given, (n + 1,) uint64."""
+
+
+@inner
+def stirred(digest, due, who):
+    """Return the digest after one more decision."""
+    mixed = (
+        np.uint64(digest)
+        ^ np.uint64(np.float64(due).view(np.int64))
+        ^ (np.uint64(np.int64(who) + 1) << np.uint64(24))
+    )
+    return (mixed << np.uint64(25)) | (mixed >> np.uint64(39))
+
+
+@meet.register
+def _(sight: Watched, model, state, i, word, now):
+    due, clamped = meet(sight.sight, model, state, i, word, now)
+    j = np.uint64(index(model.boundary, word))
+    sight.digest[i] = stirred(sight.digest[i], due, np.int64(j))
+    sight.digest[j] = stirred(sight.digest[j], due, np.int64(i))
+    return due, clamped
+
+
+class Ledger(NamedTuple):
+    """Room for the collisions of all parts, a row for each."""
+
+    used: np.ndarray
+    """How many collisions each has, (parts, 1) int64."""
+    time: np.ndarray
+    """Time within the epoch, (parts, room) float64."""
+    i: np.ndarray
+    """The component of lower index, (parts, room) int32."""
+    word: np.ndarray
+    """The word of the other, or ``OBSTACLE - k``, (parts, room) int32."""
+    virial: np.ndarray
+    """(parts, room) float64."""
+    impulse: np.ndarray
+    """Magnitude of the momentum exchanged, (parts, room) float64."""
+
+
+def make_ledger(parts: int, room: int) -> Ledger:
+    """Return an empty ledger with room for so many collisions of each part."""
+    shape = (parts, room)
+    return Ledger(
+        np.zeros((parts, 1), np.int64),
+        np.zeros(shape),
+        np.zeros(shape, np.int32),
+        np.zeros(shape, np.int32),
+        np.zeros(shape),
+        np.zeros(shape),
+    )
+
+
+class Gathered(NamedTuple):
+    """The collisions that happen in the cells of one part: its log, and its tally of species.
+
+    A collision belongs to the cell of its component of lower index.
+    """
+
+    neighbors: Any
+    """The neighbour scheme of the part."""
+    flags: np.ndarray
+    """What each cell is to the part, (cells,) uint8."""
+    latest: np.ndarray
+    """Virial of the collision at hand, (1,) float64."""
+    page: Ledger
+    """The part's row of the ledger."""
+
+
+@count_pair.register
+def _(by_species: Gathered, i, j, virial):
+    by_species.latest[0] = virial
+
+
+@log_full.register
+def _(log: Gathered):
+    return log.page.used[0] == len(log.page.time)
+
+
+@record.register
+def _(log: Gathered, clock, i, word, impulse):
+    if log.flags[home(log.neighbors, np.uint64(i))] == OWN:
+        page = log.page
+        k = page.used[0]
+        page.time[k] = clock.now
+        page.i[k] = i
+        page.word[k] = word
+        page.virial[k] = log.latest[0]
+        page.impulse[k] = impulse
+        page.used[0] = k + 1
+
+
+@required
+def struck(obstacles, number, momentum):
+    """Add a collision with an obstacle."""
+
+
+@struck.register
+def _(obstacles: None, number, momentum):
+    return None
+
+
+@struck.register
+def _(obstacles: Obstacles, number, momentum):
+    obstacles.hits[number] += 1
+    obstacles.impulse[number] += momentum
+
+
+def _merge(digest):
+    def merge(ledger, heads, clock, tallies, by_species, obstacles, boundary, log):
+        """Add up the collisions of all parts in the order of time, as one cycle would have.
+
+        Parameters
+        ----------
+        heads : (parts,) int64 array
+            How many of each part have been added already.
+
+        Returns
+        -------
+        done : bool
+            False if the log is full; it goes on where it was when called again.
+        """
+        digest  # noqa: B018 (part of the cache's key)
+        ledger, obstacles = borrowed(ledger), borrowed(obstacles)
+        by_species, log = borrowed(by_species), borrowed(log)
+        tally = tallies[0]
+        parts = len(heads)
+        while True:
+            part = np.int64(-1)
+            for k in range(parts):
+                h = heads[k]
+                if h == ledger.used[k, 0]:
+                    continue
+                if part < 0 or ledger.time[k, h] < ledger.time[part, heads[part]]:
+                    part = np.int64(k)
+                elif ledger.time[k, h] == ledger.time[part, heads[part]]:
+                    part = np.int64(k) if ledger.i[k, h] < ledger.i[part, heads[part]] else part
+            if part < 0:
+                return True
+            if log_full(log):
+                return False
+            h = heads[part]
+            heads[part] = h + 1
+            i, word = np.int64(ledger.i[part, h]), np.int64(ledger.word[part, h])
+            virial, impulse = ledger.virial[part, h], ledger.impulse[part, h]
+            clock[0].now = ledger.time[part, h]
+            if word < LAMBDA:
+                struck(obstacles, OBSTACLE - word, impulse)
+            else:
+                tally.collisions += 1
+                tally.virial += virial
+                count_pair(by_species, i, np.int64(index(boundary, word)), virial)
+            record(log, clock[0], i, word, impulse)
+
+    return merge
+
+
+merge = entry(_merge)

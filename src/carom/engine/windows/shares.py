@@ -1,0 +1,299 @@
+"""Copies of one system, of which each holds a part and a rim around it: filled, compared, handed back.
+
+All copies number components and cells alike. What a copy does not hold is not there for its cycle: it is in
+no cell and in no list, and nothing is ever due.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.borrowed import borrowed
+from carom.compiling.dispatch import entry
+from carom.compiling.registry import inner, required
+from carom.engine.constants import LAMBDA
+from carom.engine.neighbors.bounds import level, start
+from carom.engine.neighbors.grid import cell_of
+from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.sectors import Sectors, sector_of
+from carom.models.interface import NEVER
+
+ABSENT, RIM, ZONE, OWN = 0, 1, 2, 3
+"""What a cell is to a part: not there; in the rim, where the copy may go wrong; in the zone, which the part
+can touch; its own.
+"""
+
+
+class Share(NamedTuple):
+    """The arrays of a copy that a part fills, compares and hands back."""
+
+    rows: Any
+    """Those of the state."""
+    bits: np.ndarray
+    """The same rows, (n + 1, words) uint64."""
+    partner: np.ndarray
+    leave: np.ndarray
+    images: np.ndarray | None
+    neighbors: Any
+    here: np.ndarray
+    """What the cell of each component was to the part when the window began, (n,) uint8."""
+    digest: np.ndarray
+    """Of the events that each component was given since, (n + 1,) uint64."""
+
+
+@required
+def home(neighbors, i):
+    """Return the cell that component i is in."""
+
+
+@home.register
+def _(neighbors: Sectors, i):
+    return sector_of(neighbors, i)
+
+
+@home.register
+def _(neighbors: Lists, i):
+    return cell_of(neighbors, level(neighbors.bounds, i), neighbors.reference[i])
+
+
+@required
+def copy_home(target, source, i):
+    """Copy what the neighbour scheme knows of component i."""
+
+
+@copy_home.register
+def _(target: Sectors, source, i):
+    for axis in range(len(target.sides)):
+        target.place[i, axis] = source.place[i, axis]
+        target.turn[i, axis] = source.turn[i, axis]
+    target.face[i] = source.face[i]
+
+
+@copy_home.register
+def _(target: Lists, source, i):
+    target.reference[i] = source.reference[i]
+    target.counts[i] = source.counts[i]
+    for k in range(start(target.bounds, i), start(target.bounds, i + np.uint64(1))):
+        target.words[k] = source.words[k]
+
+
+@required
+def same_home(mine, other, i):
+    """Tell whether two neighbour schemes agree about where component i is."""
+
+
+@same_home.register
+def _(mine: Sectors, other, i):
+    same = mine.face[i] == other.face[i]
+    for axis in range(len(mine.sides)):
+        same &= mine.place[i, axis] == other.place[i, axis]
+        same &= mine.turn[i, axis] == other.turn[i, axis]
+    return same
+
+
+@same_home.register
+def _(mine: Lists, other, i):
+    return mine.reference[i] == other.reference[i]
+
+
+@required
+def forget_absent(neighbors, here, i):
+    """Take out of the list of component i, if it has one, who is not here."""
+
+
+@forget_absent.register
+def _(neighbors: Sectors, here, i):
+    return None
+
+
+@forget_absent.register
+def _(neighbors: Lists, here, i):
+    first = start(neighbors.bounds, i)
+    end = first + np.uint64(neighbors.counts[i])
+    kept = first
+    for k in range(first, end):
+        word = neighbors.words[k]
+        if here[word] != ABSENT:
+            neighbors.words[kept] = word
+            kept += np.uint64(1)
+    for k in range(kept, end):
+        neighbors.words[k] = len(neighbors.counts)
+    neighbors.counts[i] = kept - first
+
+
+@required
+def members_in(neighbors, cell):
+    """Return how many are in a cell."""
+
+
+@members_in.register
+def _(neighbors: Sectors, cell):
+    return np.uint64(neighbors.members[cell, np.uint64(neighbors.members.shape[1] - 1)])
+
+
+@members_in.register
+def _(neighbors: Lists, cell):
+    return np.uint64(neighbors.members[cell])
+
+
+@required
+def fill_cell(target, source, cell, count):
+    """Put the first ``count`` members of a cell of another copy into the same cell here."""
+
+
+@fill_cell.register
+def _(target: Sectors, source, cell, count):
+    for k in range(count):
+        target.members[cell, k] = source.members[cell, k]
+    target.members[cell, np.uint64(target.members.shape[1] - 1)] = count
+
+
+@fill_cell.register
+def _(target: Lists, source, cell, count):
+    for k in range(count):
+        target.cells[cell, k] = source.cells[cell, k]
+    target.members[cell] = count
+
+
+@required
+def same_members(mine, other, cell, count):
+    """Tell whether the first ``count`` members of a cell are the same in two copies."""
+
+
+@same_members.register
+def _(mine: Sectors, other, cell, count):
+    same = True
+    for k in range(count):
+        same &= mine.members[cell, k] == other.members[cell, k]
+    return same
+
+
+@same_members.register
+def _(mine: Lists, other, cell, count):
+    same = True
+    for k in range(count):
+        same &= mine.cells[cell, k] == other.cells[cell, k]
+    return same
+
+
+@required
+def copy_images(target, source, i):
+    """Copy the boxes that component i has crossed."""
+
+
+@copy_images.register
+def _(target: None, source, i):
+    return None
+
+
+@copy_images.register
+def _(target: np.ndarray, source, i):
+    for axis in range(target.shape[1]):
+        target[i, axis] = source[i, axis]
+
+
+@inner
+def copy_component(target, source, i):
+    """Copy all that there is of component i."""
+    for k in range(np.uint64(target.bits.shape[1])):
+        target.bits[i, k] = source.bits[i, k]
+    target.partner[i] = source.partner[i]
+    target.leave[i] = source.leave[i]
+    copy_images(target.images, source.images, i)
+    copy_home(target.neighbors, source.neighbors, i)
+
+
+def _load(digest):
+    def load(mine, truth, flags, everything):
+        """Bring a copy to the state of the truth: its rim, and ``everything`` else where it went wrong."""
+        digest  # noqa: B018 (part of the cache's key)
+        mine, truth = borrowed(mine), borrowed(truth)
+        n = np.uint64(len(mine.partner))
+        for i in range(n):
+            flag = flags[home(truth.neighbors, i)]
+            if flag == ABSENT and mine.here[i] != ABSENT:
+                mine.rows[i].due = NEVER
+                mine.partner[i] = LAMBDA
+                mine.leave[i] = NEVER
+            mine.here[i] = flag
+        for i in range(n):
+            flag = mine.here[i]
+            if flag == ABSENT:
+                continue
+            mine.digest[i] = np.uint64(0)
+            if flag == OWN and not everything:
+                continue
+            copy_component(mine, truth, i)
+            forget_absent(mine.neighbors, mine.here, i)
+            word = np.int64(mine.partner[i])
+            if word >= 0 and mine.here[np.uint64(word)] == ABSENT:
+                mine.partner[i] = LAMBDA
+        for cell in range(np.uint64(len(flags))):
+            if flags[cell] != OWN or everything:
+                absent = flags[cell] == ABSENT
+                count = np.uint64(0) if absent else members_in(truth.neighbors, cell)
+                fill_cell(mine.neighbors, truth.neighbors, cell, count)
+
+    return load
+
+
+def _agree(digest):
+    def agree(mine, other, truth, flags, owners, owner):
+        """Tell whether a part saw the same as the ``owner`` of some cells of its zone: whoever is in them now
+        or was there when the window began.
+
+        ``truth`` is the state from when the window began.
+        """
+        digest  # noqa: B018 (part of the cache's key)
+        mine, other, truth = borrowed(mine), borrowed(other), borrowed(truth)
+        for i in range(np.uint64(len(mine.partner))):
+            flag = mine.here[i]
+            if flag == ABSENT:
+                continue
+            seen = flag == ZONE and owners[home(truth.neighbors, i)] == owner
+            if not seen:
+                cell = home(mine.neighbors, i)
+                seen = flags[cell] == ZONE and owners[cell] == owner
+            if not seen:
+                continue
+            if other.here[i] == ABSENT or mine.digest[i] != other.digest[i]:
+                return False
+            for k in range(np.uint64(mine.bits.shape[1])):
+                if mine.bits[i, k] != other.bits[i, k]:
+                    return False
+            if mine.partner[i] != other.partner[i] or mine.leave[i] != other.leave[i]:
+                return False
+            if not same_home(mine.neighbors, other.neighbors, i):
+                return False
+        for cell in range(np.uint64(len(flags))):
+            if flags[cell] == ZONE and owners[cell] == owner:
+                count = members_in(mine.neighbors, cell)
+                if count != members_in(other.neighbors, cell):
+                    return False
+                if not same_members(mine.neighbors, other.neighbors, cell, count):
+                    return False
+        return True
+
+    return agree
+
+
+def _store(digest):
+    def store(mine, truth, flags):
+        """Hand what is in the part's own cells over to the truth."""
+        digest  # noqa: B018 (part of the cache's key)
+        mine, truth = borrowed(mine), borrowed(truth)
+        for i in range(np.uint64(len(mine.partner))):
+            if mine.here[i] != ABSENT and flags[home(mine.neighbors, i)] == OWN:
+                copy_component(truth, mine, i)
+        for cell in range(np.uint64(len(flags))):
+            if flags[cell] == OWN:
+                fill_cell(truth.neighbors, mine.neighbors, cell, members_in(mine.neighbors, cell))
+
+    return store
+
+
+load = entry(_load)
+agree = entry(_agree)
+store = entry(_store)

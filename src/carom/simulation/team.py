@@ -1,0 +1,455 @@
+"""One system on several threads: windows of time that are run in parts, compared, and kept or repeated."""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+import time
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+
+CYCLES = 50_000
+"""Cycles in one call of a worker: between two, it looks whether it is to stop."""
+
+FRONT = (2.5, 2.5)
+"""Diameters by which wrong decisions spread into a rim at once, and for every collision a particle."""
+
+SHARE = 0.02
+"""Collisions for each particle below which a stretch is not worth a window."""
+
+WORTHWHILE = {2: 1_000_000, 3: 1_000_000}
+"""Components from which on several workers were measured to be faster than one, by dimension."""
+
+AT_MOST = 4
+"""Workers that are chosen without being asked for: rims of more have not been measured."""
+
+FEWEST = 32
+"""Collisions below which it never is."""
+
+PATIENCE = 6
+"""Times that a window is run again, half as long each time, before the plain cycle takes it over."""
+
+
+@dataclass
+class Shares:
+    """Where the time of a run in windows went, and what came of it.
+
+    Attributes
+    ----------
+    windows, repeats : int
+        Windows that were kept, and that were run again.
+    collisions : int
+        Collisions in windows that were kept.
+    processed : int
+        Collisions that the workers went through for them, rims included.
+    wall : float
+        Wall time in windows [s].
+    load, run, compare, store, merge, lost : float
+        Of it: filling rims, running, comparing, handing back, adding up, and windows that were run again.
+    busy : float
+        CPU time of all workers together in ``run`` [s]: what is missing to ``run`` times the workers is
+        waiting.
+    """
+
+    windows: int = 0
+    repeats: int = 0
+    collisions: int = 0
+    processed: int = 0
+    wall: float = 0.0
+    load: float = 0.0
+    run: float = 0.0
+    compare: float = 0.0
+    store: float = 0.0
+    merge: float = 0.0
+    lost: float = 0.0
+    busy: float = 0.0
+
+
+@dataclass
+class Settings:
+    """How long windows are and how deep rims.
+
+    Attributes
+    ----------
+    collisions : float
+        Collisions a particle that a window should hold.
+    depth : float or None
+        Depth of the rims beyond what a part touches [length], or None for as deep as needed.
+    least : float
+        Collisions a particle below which a stretch is left to the plain cycle.
+    """
+
+    collisions: float = 2.0
+    depth: float | None = None
+    least: float = SHARE
+
+
+@dataclass
+class Team:
+    """Workers for one machine.
+
+    Attributes
+    ----------
+    machine : Machine
+        What runs. Its arrays always hold the true state, of the end of the window kept last.
+    workers : int
+        How many threads.
+    settings : Settings
+        How long windows are and how deep rims.
+    shares : Shares
+        Where the time went.
+    """
+
+    machine: Machine
+    workers: int
+    settings: Settings = field(default_factory=Settings)
+    shares: Shares = field(default_factory=Shares)
+
+    def __post_init__(self) -> None:
+        self._engine: Any = None
+        self._parts: list[Any] = []
+        self._fresh = False  # whether every part holds the true state of its own cells
+        self._mark: tuple[Any, ...] = ()
+        self._length = 0.0
+        self._plain_until = (-1, 0.0)
+        self._caution = 1.0
+        self._failed = 0
+        self._known_rate = 0.0
+        self._stopping = threading.Event()
+        self._pool: ThreadPoolExecutor | None = None
+        self._seen: set[str] = set()
+
+    # One window -------------------------------------------------------------------------------------------
+
+    def window(self, stop: tuple[np.int64, float], target: int) -> bool:
+        """Run one window, if the machine can and it is worth it; False if the plain cycle is to go on.
+
+        Parameters
+        ----------
+        stop : tuple
+            Epoch and offset where the run has to end.
+        target : int
+            Number of the collision at which it has to end; windows stay short of it.
+        """
+        machine = self.machine
+        record = machine.engine.state.clock[0]
+        epoch, start = int(record.epoch), float(record.now)
+        if machine.clock.epoch == epoch:
+            start = max(start, machine.clock.offset)
+        last = math.nextafter(float(record.length), 0.0)
+        if int(stop[0]) < epoch or machine.clock.epoch > epoch or start >= last:
+            return False
+        if (epoch, start) < self._plain_until:
+            return False
+        if int(stop[0]) == epoch:
+            last = min(last, float(stop[1]))
+        if self._length == 0.0:
+            self._length = self.settings.collisions / self._rate()
+        length = min(self._length, last - start)
+        left = target - machine.collisions
+        if left < 2**60:
+            # Short of it in spite of fluctuations: a window that goes beyond is of no use.
+            ahead = min(left, 0.5 * machine.scene.n * self._rate() * length)
+            length = min(
+                length,
+                (left - 4.0 * math.sqrt(ahead) - 0.01 * ahead) / (0.5 * machine.scene.n * self._rate()),
+            )
+        expected = 0.5 * machine.scene.n * self._rate() * length
+        if not expected >= max(self.settings.least * machine.scene.n, FEWEST):
+            return False
+        return self._run(epoch, start, min(start + length, last), target)
+
+    def _rate(self) -> float:
+        """Return the collisions of a particle a time [1 / engine's time]."""
+        machine = self.machine
+        if self._known_rate > 0.0:
+            return self._known_rate
+        passed = float(machine.clock.since_base(machine.clock.instant))
+        seen = machine.collisions - machine.counted
+        if seen >= machine.scene.n and passed > 0.0:
+            return 2.0 * seen / (machine.scene.n * passed)
+        from carom.engine.neighbors.choice import collision_rate
+
+        scene = machine.scene
+        speed = math.sqrt(float(np.mean(np.sum(machine.speeds**2, axis=1))))
+        return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
+
+    def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
+        from carom.engine import constants
+        from carom.engine.windows.parts import restart
+
+        began = time.perf_counter()
+        shares = self.shares
+        self._ready()
+        try:
+            self._each(self._load)
+            loaded = time.perf_counter()
+            self._ledger.used[:] = 0
+            for part in self._parts:
+                restart(part.engine, epoch, start)
+                part.engine.tallies.view(np.ndarray)[:] = 0
+            codes = self._each(self._advance, epoch, end)
+            ran = time.perf_counter()
+            alike = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
+            alike = alike and all(self._each(self._agree))
+            compared = time.perf_counter()
+        except BaseException:  # Ctrl-C: the true state is that of the beginning
+            self._fresh = False
+            raise
+        count = self._own_collisions()
+        if not alike or self.machine.collisions + count >= target:
+            self._again(codes, epoch, end, end - start, alike)
+            shares.lost += time.perf_counter() - began
+            shares.wall += time.perf_counter() - began
+            return True
+        self._each(self._store)
+        stored = time.perf_counter()
+        self._merge()
+        restart(self.machine.engine, epoch, end)
+        self.machine.clock.epoch, self.machine.clock.offset = epoch, end
+        self._mark = self._state()
+        self._fresh = True
+        self._adapt(count, end - start)
+        now = time.perf_counter()
+        shares.windows += 1
+        shares.collisions += count
+        shares.processed += sum(int(part.engine.tallies.collisions[0]) for part in self._parts)
+        shares.busy += sum(self._busy)
+        shares.load += loaded - began
+        shares.run += ran - loaded
+        shares.compare += compared - ran
+        shares.store += stored - compared
+        shares.merge += now - stored
+        shares.wall += now - began
+        return True
+
+    # Its steps --------------------------------------------------------------------------------------------
+
+    def _load(self, k: int) -> None:
+        from carom.engine.windows.shares import load
+
+        load(self._parts[k].share, self._truth, self._partition.flags[k], not self._fresh)
+
+    def _advance(self, k: int, epoch: int, end: float) -> int:
+        from carom.engine import constants, cycle
+        from carom.engine.windows.parts import with_larger_heap
+
+        code = constants.SPENT
+        began = time.thread_time()
+        limits = np.int64(epoch), float(end), np.int64(2**62), np.int64(CYCLES)
+        while not self._stopping.is_set():
+            part = self._parts[k]
+            code = cycle.run(*part.engine, part.gathered, *limits)
+            if code == constants.NEEDS_HEAP:
+                self._parts[k] = with_larger_heap(part)
+            elif code != constants.SPENT:
+                break
+        self._busy[k] = time.thread_time() - began
+        return int(code)
+
+    def _agree(self, k: int) -> bool:
+        from carom.engine.windows.shares import agree
+
+        partition, mine = self._partition, self._parts[k].share
+        return all(
+            agree(
+                mine,
+                self._parts[other].share,
+                self._truth,
+                partition.flags[k],
+                partition.owners,
+                np.int64(other),
+            )
+            for other in self._beside[k]
+        )
+
+    def _store(self, k: int) -> None:
+        from carom.engine.windows.shares import store
+
+        store(self._parts[k].share, self._truth, self._partition.flags[k])
+
+    def _merge(self) -> None:
+        from carom.engine.windows.hooks import merge
+
+        machine, engine = self.machine, self.machine.engine
+        heads = np.zeros(self.workers, np.int64)
+        log = None if machine.log is None else machine.log.buffer
+        for k, part in enumerate(self._parts):
+            self._add_scheduling(part.engine.tallies[0], self._own_of(k))
+        while not merge(
+            self._ledger,
+            heads,
+            engine.state.clock,
+            engine.tallies,
+            engine.by_species,
+            engine.model.obstacles,
+            engine.model.boundary,
+            log,
+        ):
+            machine.flush_log()
+
+    def _add_scheduling(self, tally: Any, own: int) -> None:
+        """Count what a part did to schedule its ``own`` collisions: the part of the rims is estimated.
+
+        What is a warning if it is large is counted with the rims.
+        """
+        total = self.machine.engine.tallies[0]
+        for name in ("advancements", "transits", "returns"):
+            total[name] += round(int(tally[name]) * own / max(int(tally.collisions), 1))
+        total.clamped += tally.clamped
+        total.depth = max(total.depth, tally.depth)
+
+    def _own_of(self, k: int) -> int:
+        """Return the collisions of pairs in the cells of a part."""
+        from carom.engine.constants import LAMBDA
+
+        return int(np.count_nonzero(self._ledger.word[k, : self._ledger.used[k, 0]] >= LAMBDA))
+
+    def _own_collisions(self) -> int:
+        """Return those of all parts."""
+        return sum(self._own_of(k) for k in range(self.workers))
+
+    # How long and how deep --------------------------------------------------------------------------------
+
+    def _again(self, codes: list[int], epoch: int, end: float, length: float, alike: bool) -> None:
+        """Prepare to run a window again, from where it began."""
+        from carom.engine import constants
+
+        self.shares.repeats += 1
+        self._fresh = False
+        if constants.NEEDS_NEIGHBORS in codes:  # what the plain run does about it, it does itself
+            self._plain_until = (epoch, end)
+        elif constants.NEEDS_LOG in codes:
+            self._engine = None  # with more room
+            self._room *= 2
+        else:
+            self._length = 0.5 * length
+            self._failed += not alike
+            if self._failed > PATIENCE:
+                self._plain_until = (epoch, end)
+            elif not alike:
+                self._caution = min(self._caution * 1.25, 8.0)
+
+    def _adapt(self, count: int, length: float) -> None:
+        """Choose the length of the next window."""
+        self._failed = 0
+        if count > 0:
+            self._known_rate = 2.0 * count / (self.machine.scene.n * length)
+            wanted = self.settings.collisions / self._known_rate / self._caution
+            self._length = min(wanted, 2.0 * self._length)
+            self._caution = max(self._caution * 0.98, 1.0)
+
+    # The copies -------------------------------------------------------------------------------------------
+
+    def _state(self) -> tuple[Any, ...]:
+        """Return what changes whenever the plain cycle has run."""
+        record = self.machine.engine.state.clock[0]
+        control = self.machine.engine.calendar.control[0]
+        return int(record.epoch), float(record.now), int(control.full), self.machine.collisions
+
+    def _ready(self) -> None:
+        """Make the copies, where the engine is another than before, and see whether they are up to date."""
+        from carom.engine.windows.hooks import make_ledger
+        from carom.engine.windows.partition import layout_of, share_out
+        from carom.engine.windows.parts import make_part, share_of
+        from carom.engine.windows.shares import ZONE
+
+        machine = self.machine
+        engine: Any = machine.engine
+        self._fresh = self._fresh and self._mark == self._state()
+        if self._engine is not None and self._engine.neighbors is engine.neighbors:
+            return
+        n, workers = machine.scene.n, self.workers
+        if self._engine is None and not self._parts:
+            self._room = int(n * self.settings.collisions) + 1024
+            self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
+        depth = self.settings.depth
+        if depth is None:
+            depth = self._depth()
+        layout = layout_of(engine.neighbors, machine.scene.box, machine.scene.periodic)
+        self._partition = share_out(layout, workers, depth)
+        owners, flags = self._partition
+        self._beside = [sorted(set(owners[flags[k] == ZONE].tolist())) for k in range(workers)]
+        self._truth = share_of(engine, np.zeros(n, np.uint8), np.zeros(n + 1, np.uint64))
+        self._ledger = make_ledger(workers, self._room)
+        self._parts = [
+            make_part(engine, workers, flags[k], type(self._ledger)(*[page[k] for page in self._ledger]))
+            for k in range(workers)
+        ]
+        self._busy = [0.0] * workers
+        self._engine = engine
+        self._fresh = False
+        self._compiled = False
+
+    def _depth(self) -> float:
+        """Return how deep the rims have to be beyond what a part touches [length]."""
+        scene, (once, each) = self.machine.scene, FRONT
+        speed = math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
+        flight = speed / self._rate()
+        return once * scene.diameter + (each * scene.diameter + flight) * self.settings.collisions
+
+    # Threads ----------------------------------------------------------------------------------------------
+
+    def _each(self, step: Any, *arguments: Any) -> list[Any]:
+        """Take a step with every part, each in its thread, and return what they return."""
+        if self._pool is None or step.__name__ not in self._seen:
+            # The first time in this thread, one after the other: that is when it is compiled.
+            self._seen.add(step.__name__)
+            return [step(k, *arguments) for k in range(self.workers)]
+        self._stopping.clear()
+        futures: list[Future[Any]] = [self._pool.submit(step, k, *arguments) for k in range(self.workers)]
+        try:
+            return [future.result() for future in futures]
+        except BaseException:
+            self._stopping.set()
+            wait(futures)
+            self._stopping.clear()
+            raise
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
+
+
+def team_of(machine: Machine, workers: int | str) -> Team | None:
+    """Return the workers of a machine, or None for a single one.
+
+    Raises
+    ------
+    InputError
+        If ``workers`` is neither a number nor "auto", or several are asked for and the scene cannot be run in
+        windows.
+    """
+    from carom.engine.windows.parts import obstacle_to_windows
+
+    automatic = workers == "auto"
+    if isinstance(workers, str) and not automatic:
+        raise InputError(f"workers is {workers!r}; expected a number or 'auto'.")
+    count = _cores() if automatic else checks.integer(workers, "workers", low=1)
+    if automatic and machine.scene.n < WORTHWHILE.get(machine.scene.dimension, math.inf):
+        return None
+    if count == 1:
+        return None
+    obstacle = obstacle_to_windows(machine.engine)
+    if obstacle is None:
+        return Team(machine, min(count, AT_MOST) if automatic else count)
+    if automatic:
+        return None
+    raise InputError(f"This scene runs on one worker only, because of {obstacle}: leave out workers.")
+
+
+def _cores() -> int:
+    """Return the cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

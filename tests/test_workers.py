@@ -1,0 +1,137 @@
+"""Several workers run one system, and its bits are those of one worker."""
+
+import numpy as np
+import pytest
+
+import carom
+from carom.engine.windows.shares import ZONE, home
+from carom.errors import InputError
+from carom.io.events import read_events
+from carom.simulation.team import Settings, Team
+
+
+def fluid(cells=12):
+    return carom.Scene.fcc(cells=cells, packing_fraction=0.3)
+
+
+def alone_and_together(scene, workers, collisions=1.0, depth=None, go=None, **settings):
+    """Return a simulation run by one worker, and the same run by several, and what these counted."""
+    go = go or (lambda sim: [sim.run(collisions_per_particle=2.3), sim.run(time=0.4)])
+    alone, together = (carom.Simulation(scene, seed=3, **settings) for _ in range(2))
+    team = Team(together.machine, workers, Settings(collisions=collisions, depth=depth, least=0.0))
+    together.machine.team = team
+    assert go(alone) == go(together)
+    team.close()
+    return alone, together, team.shares
+
+
+def assert_same_bits(alone, together):
+    one, other = alone.frame(), together.frame()
+    np.testing.assert_array_equal(one.positions, other.positions)
+    np.testing.assert_array_equal(one.velocities, other.velocities)
+    np.testing.assert_array_equal(one.images, other.images)
+    assert alone.time == together.time
+    assert alone.tally == together.tally
+    assert alone.obstacles == together.obstacles
+
+
+@pytest.mark.parametrize("workers", [1, 2, 3, 4, 7, 16])
+def test_any_number_of_workers_gives_the_bits_of_one(workers):
+    alone, together, shares = alone_and_together(fluid(), workers, 0.5)
+    assert_same_bits(alone, together)
+    assert shares.windows > 0
+
+
+@pytest.mark.parametrize(("collisions", "depth"), [(0.25, 0.0), (3.0, 0.0), (3.0, 2.0)])
+def test_rims_that_are_too_shallow_cost_repeats_and_no_bit(collisions, depth):
+    alone, together, shares = alone_and_together(fluid(), 4, collisions, depth)
+    assert shares.repeats > 0
+    assert_same_bits(alone, together)
+
+
+@pytest.mark.parametrize("what", ["bits", "partner", "leave", "digest"])
+def test_one_bit_in_the_zone_is_seen(what):
+    sim = carom.Simulation(fluid(), seed=3, workers=2)
+    sim.run(time=0.2)
+    team = sim.machine.team
+    assert team.shares.windows > 0
+    mine = team._parts[0].share
+    assert team._agree(0)
+    flags = team._partition.flags[0]
+    seen = next(i for i in range(len(mine.here)) if flags[home(mine.neighbors, np.uint64(i))] == ZONE)
+    array = getattr(mine, what)
+    array[seen] = np.nextafter(array[seen], np.inf) if what == "leave" else array[seen] ^ 1
+    assert not team._agree(0)
+
+
+def test_a_run_saved_by_some_workers_is_resumed_by_others(tmp_path):
+    alone = carom.Simulation(fluid(), seed=3)
+    alone.run(collisions_per_particle=2.0)
+    alone.run(collisions_per_particle=2.0)
+    with carom.Simulation(fluid(), seed=3, workers=3) as sim:
+        sim.run(collisions_per_particle=2.0)
+        assert sim.machine.team.shares.windows > 0
+        sim.save(tmp_path / "three.h5")
+    with carom.Simulation.load(tmp_path / "three.h5", workers=2) as resumed:
+        resumed.run(collisions_per_particle=2.0)
+        assert_same_bits(alone, resumed)
+
+
+def test_the_event_log_of_several_workers_is_that_of_one(tmp_path):
+    def logged(name, **settings):
+        with carom.Simulation(fluid(), seed=3, event_log=tmp_path / name, **settings) as sim:
+            sim.run(collisions_per_particle=4.0)
+        return read_events(tmp_path / name)
+
+    for one, other in zip(logged("one.h5"), logged("three.h5", workers=3), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_ctrl_c_leaves_a_true_state(monkeypatch):
+    alone = carom.Simulation(fluid(), seed=3)
+    alone.run(time=1.0)
+    sim = carom.Simulation(fluid(), seed=3, workers=2)
+    step, calls = Team._agree, []
+
+    def interrupted(self, k):
+        calls.append(k)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return step(self, k)
+
+    monkeypatch.setattr(Team, "_agree", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        sim.run(time=1.0)
+    sim.run(time=1.0 - sim.time)
+    np.testing.assert_array_equal(alone.frame().positions, sim.frame().positions)
+
+
+def test_lists_in_the_plane_have_the_same_bits():
+    scene = carom.Scene.random(n=4000, packing_fraction=0.7, dimension=2, seed=1)
+    for workers in (2, 7):
+        alone, together, shares = alone_and_together(scene, workers, 0.5)
+        assert_same_bits(alone, together)
+        assert shares.windows > 0
+
+
+@pytest.mark.slow
+def test_mixtures_between_walls_have_the_same_bits():
+    scene = carom.Scene.mixture(
+        counts=(3000, 3000), diameters=(1.0, 1.4), packing_fraction=0.5, periodic=(True, False, True), seed=1
+    )
+    alone, together, shares = alone_and_together(scene, 3, 0.5)
+    assert_same_bits(alone, together)
+    np.testing.assert_array_equal(alone.virial_by_species, together.virial_by_species)
+    assert shares.windows > 0
+
+
+@pytest.mark.parametrize("workers", [0, 1.5, "two"])
+def test_workers_are_a_number_or_auto(workers):
+    with pytest.raises(InputError):
+        carom.Simulation(fluid(3), workers=workers)
+
+
+def test_what_one_worker_alone_can_run_is_said():
+    with pytest.raises(InputError, match="growing diameters"):
+        carom.Simulation(fluid(6), growth=0.1, workers=2)
+    assert carom.Simulation(fluid(6), growth=0.1, workers="auto").machine.team is None
