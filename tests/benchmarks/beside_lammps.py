@@ -95,7 +95,9 @@ def main() -> None:
     parser.add_argument("--method", choices=METHODS, default="lammps")
     parser.add_argument("--seconds", type=float, default=0.3, help="CPU time of a turn")
     parser.add_argument("--turns", type=int, default=5)
-    parser.add_argument("--warm", type=float, default=1.0, help="time of equilibration at kT [sigma (m/kT)^1/2]")
+    parser.add_argument(
+        "--warm", type=float, default=1.0, help="time of equilibration at kT [sigma (m/kT)^1/2]"
+    )
     arguments = parser.parse_args()
     print(f"| density | N | step | {arguments.method} / engine | lowest, highest | Z | Z / fluid - 1 | kT |")
     print("|---|---|---|---|---|---|---|---|", flush=True)

@@ -258,11 +258,13 @@ def _table(result: EquationOfState) -> Any:
             "*" if row.remarks else "",
             style=None if row.equilibrated else "red",
         )
-    table.caption = "\n".join(
+    units = f"P* = P σ^{result.spec.dimension}/kT, σ the largest diameter. dev. = (infinite - theory) / standard error."
+    remarks = (
         f"* η = {row.packing_fraction:.5g}, N = {row.n}: {'; '.join(row.remarks)}"
         for row in result.table
         if row.remarks
     )
+    table.caption = "\n".join([units, *remarks])
     return table
 
 
