@@ -258,7 +258,8 @@ def _table(result: EquationOfState) -> Any:
             "*" if row.remarks else "",
             style=None if row.equilibrated else "red",
         )
-    units = f"P* = P σ^{result.spec.dimension}/kT, σ the largest diameter. dev. = (infinite - theory) / standard error."
+    d = result.spec.dimension
+    units = f"P* = P σ^{d}/kT, σ the largest diameter. dev. = (infinite - theory) / standard error."
     remarks = (
         f"* η = {row.packing_fraction:.5g}, N = {row.n}: {'; '.join(row.remarks)}"
         for row in result.table

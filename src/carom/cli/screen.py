@@ -143,7 +143,10 @@ def _physics(summary: dict[str, Any]) -> Any:
     return table
 
 
-_WHOLE_BOX = "Packing fraction and Z = PV/NkT are of the whole box: V includes what walls keep free and obstacles fill."
+_WHOLE_BOX = (
+    "Packing fraction and Z = PV/NkT are of the whole box: V includes what walls keep free and what "
+    "obstacles fill."
+)
 
 
 def _meaning(summary: dict[str, Any]) -> list[str]:
