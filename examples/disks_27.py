@@ -26,7 +26,7 @@ for seed in range(1, 10):
     if len(packing.rattlers) == 1:  # as in the paper; some starts jam without one
         break
 print(f"seed {seed}, {packing.note}")
-print(f"packing fraction {packing.packing_fraction:.6f}, reduced pressure {packing.pressure:.2e}")
+print(f"packing fraction {packing.packing_fraction:.6f}, Z = PV/NkT = {packing.pressure:.2e}")
 print(f"jams at {packing.jamming_fraction:.8f}")
 
 # %% Disks count from 1, as in the paper. The gap that tells contacts from near contacts is chosen where the

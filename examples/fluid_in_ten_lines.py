@@ -35,3 +35,6 @@ with carom.io.open(args.out / "fluid.h5md", "w", scene) as trajectory:
 
 # %% How well it went: counts, drift of energy and momentum, the deepest overlap that rounding made.
 print(sim.statistics)
+
+# %% What it looks like at the end.
+carom.plots.snapshot(sim.frame(), path=args.out / "fluid.png")

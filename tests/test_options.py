@@ -238,7 +238,7 @@ CASES = {
         "--walls": added((*PACK, *OUT), ("--walls",), lambda done: done.frames[-1].periodic, (False, False)),
         "--rate": added((*PACK, *OUT), ("--rate", "0.2"), lambda done: {*done.history["rate"]}, {0.2}),
         "--until-pressure": added(
-            (*PACK, *OUT), ("--until-pressure", "1e4"), told("note"), "reduced pressure 10000 reached"
+            (*PACK, *OUT), ("--until-pressure", "1e4"), told("note"), "Z = PV/NkT = 10000 reached"
         ),
         "--stage": added(
             (*without(PACK, "--rate", "--until-pressure"), *OUT, "--collisions", "2000"),

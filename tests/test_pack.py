@@ -30,7 +30,7 @@ def assert_without_overlap(packing):
 @pytest.mark.parametrize(("dimension", "n"), [slow(1, 20), (2, 40), slow(3, 60), slow(4, 60)])
 def test_points_grow_into_a_packing(dimension, n):
     packing = studies.pack(studies.points(n, dimension, seed=2), rate=0.05, until_pressure=1e8, seed=2)
-    assert packing.note == "reduced pressure 1e+08 reached"
+    assert packing.note == "Z = PV/NkT = 1e+08 reached"
     assert packing.pressure >= 1e8
     assert 0.5 * DENSEST[dimension] < packing.packing_fraction <= DENSEST[dimension]
     assert packing.jamming_fraction == pytest.approx(packing.packing_fraction, rel=2 * dimension / 1e8)
@@ -198,7 +198,7 @@ def test_the_command_writes_a_folder_that_other_programs_read(tmp_path):
     assert "--overwrite" in refused.stderr
     resumed = command("resume", "disks", cwd=tmp_path)
     assert resumed.returncode == 0
-    assert "reduced pressure" in resumed.stdout
+    assert "Z = PV/NkT" in resumed.stdout
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """Run examples at full size and store what the gallery shows: pictures and printed lines.
 
-``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``. Each picture is scaled to
-900 pixels and 64 colours, which keeps it below some 150 kB.
+``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``. Each picture gets at most
+900 pixels and 64 colours, and as many fewer as keep it below 150 kB.
 """
 
 from __future__ import annotations
@@ -15,7 +15,22 @@ from PIL import Image
 
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
-WIDTH, COLOURS = 900, 64
+SIZES = ((900, 64), (900, 16), (720, 16), (560, 16), (480, 8))
+"""Widths [pixels] and numbers of colours, the finest first."""
+MOST = 150_000
+"""Bytes of a picture."""
+
+
+def shrink(source: Path, target: Path) -> None:
+    """Write a picture with the most pixels and colours that fit."""
+    picture = Image.open(source).convert("RGB")
+    for width, colours in SIZES:
+        width = min(width, picture.width)
+        height = round(picture.height * width / picture.width)
+        small = picture.resize((width, height), Image.Resampling.LANCZOS)
+        small.quantize(colours, dither=Image.Dither.NONE).save(target, optimize=True)
+        if target.stat().st_size <= MOST:
+            return
 
 
 def store(name: str) -> None:
@@ -27,12 +42,8 @@ def store(name: str) -> None:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
         found = sorted(path for path in Path(folder).rglob("*.png") if "tasks" not in path.parts)
         for path in found:
-            picture = Image.open(path).convert("RGB")
-            if picture.width > WIDTH:
-                height = round(picture.height * WIDTH / picture.width)
-                picture = picture.resize((WIDTH, height), Image.Resampling.LANCZOS)
             own = stem if len(found) == 1 else f"{stem}-{path.stem.replace('_', '-')}"
-            picture.quantize(COLOURS, dither=Image.Dither.NONE).save(IMAGES / f"{own}.png", optimize=True)
+            shrink(path, IMAGES / f"{own}.png")
         lines = [line for line in done.stdout.splitlines() if folder not in line]
     IMAGES.joinpath(f"{stem}.txt").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
 

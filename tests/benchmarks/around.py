@@ -2,6 +2,7 @@
 
 python tests/benchmarks/around.py                            # 10^2 to 10^5 spheres, 100 collisions each
 python tests/benchmarks/around.py --n 108000 --collisions-per-particle 100
+python tests/benchmarks/around.py --snapshot                 # CPU seconds of a picture
 """
 
 import argparse
@@ -9,6 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import carom
 from carom import studies
 from carom.plan.plan import Plan, RunSpec, SceneSpec
 
@@ -33,12 +35,30 @@ def phases(n, packing_fraction, collisions, folder):
     return result.summary["n"], result.summary["frames"], seconds
 
 
+def snapshots(n):
+    """Print the CPU seconds of five pictures of n spheres, the first one with the import of matplotlib."""
+    from carom.pictures import plots
+
+    cells = max(round((n / 4) ** (1 / 3)), 1)
+    frame = carom.Simulation(carom.Scene.fcc(cells, packing_fraction=0.45), seed=1).frame()
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(5):
+            began = time.process_time()
+            plots.snapshot(frame, path=Path(folder) / "snapshot.png")
+            print(f"{frame.n}: {time.process_time() - began:.2f} CPU s", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--n", type=int, nargs="+", default=[100, 1000, 10_000, 100_000])
     parser.add_argument("--packing-fraction", type=float, default=0.45)
     parser.add_argument("--collisions-per-particle", type=float, default=100.0)
+    parser.add_argument("--snapshot", action="store_true", help="time pictures of 2048 and 10^5 alone")
     given = parser.parse_args()
+    if given.snapshot:
+        for n in (2048, 100_000):
+            snapshots(n)
+        return
     for n in given.n:
         with tempfile.TemporaryDirectory() as folder:
             where = Path(folder) / "run"

@@ -2,7 +2,7 @@
 
 python tests/benchmarks/beside_lammps.py                     # densities 0.1 to 0.92, N = 500 to 100 000
 python tests/benchmarks/beside_lammps.py --sizes 2048 --densities 0.5 0.85
-python tests/benchmarks/beside_lammps.py --method verlet     # Carom's own velocity Verlet in the place of LAMMPS
+python tests/benchmarks/beside_lammps.py --method verlet     # Carom's own velocity Verlet instead
 
 All methods start from one melted configuration. Pseudo hard spheres are first held at kT = 1.5 epsilon. Then
 the engine and every time step run in turn, on one core. A line has the median of the ratios over the turns,
@@ -95,7 +95,7 @@ def main() -> None:
     parser.add_argument("--method", choices=METHODS, default="lammps")
     parser.add_argument("--seconds", type=float, default=0.3, help="CPU time of a turn")
     parser.add_argument("--turns", type=int, default=5)
-    parser.add_argument("--warm", type=float, default=1.0, help="time of equilibration at kT [sigma (m/kT)^1/2]")
+    parser.add_argument("--warm", type=float, default=1.0, help="time at kT before, [sigma (m/kT)^1/2]")
     arguments = parser.parse_args()
     print(f"| density | N | step | {arguments.method} / engine | lowest, highest | Z | Z / fluid - 1 | kT |")
     print("|---|---|---|---|---|---|---|---|", flush=True)
@@ -129,9 +129,10 @@ def fluid_of(n: int, density: float) -> carom.Scene:
 def line(density: float, n: int, each: Engine | PseudoHard, engine: Engine, fluid: float) -> str:
     """Return a row of the table."""
     ratios = np.array(each.costs) / np.array(engine.costs)
+    low, high = ratios.min(), ratios.max()
     z, error = float(np.mean(each.z)), float(np.std(each.z, ddof=1)) / math.sqrt(len(each.z))
     return (
-        f"| {density:g} | {n} | {each.name} | {np.median(ratios):.1f} | {ratios.min():.1f}, {ratios.max():.1f} "
+        f"| {density:g} | {n} | {each.name} | {np.median(ratios):.1f} | {low:.1f}, {high:.1f} "
         f"| {z:.4f} ± {error:.4f} | {z / fluid - 1.0:+.4f} | {each.kT:.3f} |"
     )
 

@@ -7,6 +7,7 @@
     python tests/benchmarks/costs.py sampling   rate against the interval between frames
     python tests/benchmarks/costs.py threads    two simulations on two cores against one
     python tests/benchmarks/costs.py mixtures   two sizes against one at the same packing fraction
+    python tests/benchmarks/costs.py precision  single precision against double, at 4000 and a million
     python tests/benchmarks/costs.py thin       thin systems, with the scheme chosen and with sectors
     python tests/benchmarks/costs.py sphere     caps on great circles, of several numbers
     python tests/benchmarks/costs.py tasks      what a task of a study takes beside its events
@@ -16,6 +17,7 @@ Rates are million pair collisions per second of CPU time; only ratios within one
 
 import argparse
 import contextlib
+import itertools
 import os
 import subprocess
 import sys
@@ -93,6 +95,22 @@ def million(given: argparse.Namespace) -> None:
         few, many = np.median(rates, axis=0)
         ratio = np.median(rates[:, 1] / rates[:, 0])
         print(f"| {eta} | {few:.2f} | {many:.2f} | {ratio:.2f} |", flush=True)
+
+
+def precision(given: argparse.Namespace) -> None:
+    """Print the rate in single precision over that in double, in turn, and bytes per particle."""
+    print("| N | packing fraction | single / double | bytes, double | bytes, single |\n|---|---|---|---|---|")
+    for cells, eta in itertools.product((10, 63), (0.05, 0.30, 0.49)):
+        scene = carom.Scene.fcc(cells=cells, packing_fraction=eta)
+        sims = [
+            carom.Simulation(scene, seed=1, images=False, precision=kind) for kind in ("double", "single")
+        ]
+        for sim in sims:
+            sim.run(collisions_per_particle=2.0)
+        ratios = [rate(sims[1], 100_000) / rate(sims[0], 100_000) for _ in range(11)]
+        double, single = (size_of(sim) for sim in sims)
+        middle = np.median(ratios)
+        print(f"| {scene.n} | {eta} | {middle:.2f} | {double:.0f} | {single:.0f} |", flush=True)
 
 
 def scenes() -> dict[str, tuple[carom.Scene, dict]]:
@@ -403,6 +421,7 @@ def main() -> None:
     tables = {
         "size": size, "million": million, "thin": thin, "features": features, "start": start,
         "sampling": sampling, "threads": threads, "mixtures": mixtures, "tasks": tasks,
+        "precision": precision,
         "wells": wells,
         "ranges": ranges,
         "sphere": sphere,

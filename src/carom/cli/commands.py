@@ -218,14 +218,14 @@ def pack(
     rate: Annotated[
         float | None,
         typer.Option(
-            help="Growth of the mean diameter over the thermal speed. Without: 0.02 to a reduced pressure of "
+            help="Growth of the mean diameter over the thermal speed. Without: 0.02 to Z = PV/NkT of "
             "1e3, then 1e-3.",
             rich_help_panel=_LENGTH,
         ),
     ] = None,
     until_pressure: Annotated[
         float | None,
-        typer.Option(help="Reduced pressure PV/NkT at the end; 1e10.", rich_help_panel=_LENGTH),
+        typer.Option(help="Pressure at the end, as Z = PV/NkT; 1e10.", rich_help_panel=_LENGTH),
     ] = None,
     stage: Annotated[
         list[str] | None,

@@ -255,11 +255,14 @@ def _table(result: EquationOfState) -> Any:
             "*" if row.remarks else "",
             style=None if row.equilibrated else "red",
         )
-    table.caption = "\n".join(
+    d = result.spec.dimension
+    units = f"P* = P σ^{d}/kT, σ the largest diameter. dev. = (infinite - theory) / standard error."
+    remarks = (
         f"* η = {row.packing_fraction:.5g}, N = {row.n}: {'; '.join(row.remarks)}"
         for row in result.table
         if row.remarks
     )
+    table.caption = "\n".join([units, *remarks])
     return table
 
 

@@ -143,6 +143,12 @@ def _physics(summary: dict[str, Any]) -> Any:
     return table
 
 
+_WHOLE_BOX = (
+    "Packing fraction and Z = PV/NkT are of the whole box: V includes what walls keep free and what "
+    "obstacles fill."
+)
+
+
 def _meaning(summary: dict[str, Any]) -> list[str]:
     """Return what the numbers of the table mean, a sentence a line."""
     lines = []
@@ -151,8 +157,7 @@ def _meaning(summary: dict[str, Any]) -> list[str]:
     lines.append(f"σ = {summary['diameter']:.6g} is the largest diameter, kT = {summary['kT']:.6g}.")
     if summary["obstacles"]:
         lines += [
-            "Packing fraction and Z = PV/NkT are of the whole box: V includes what walls keep free and "
-            "obstacles fill.",
+            _WHOLE_BOX,
             "Z counts collisions of pairs alone; the pressure on a wall is the momentum that it takes up.",
         ]
         if any(obstacle["pressure"]["mean"] is not None for obstacle in summary["obstacles"]):
@@ -186,7 +191,7 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE, show_header=False)
     rows = [
         ("packing fraction", f"{summary['packing_fraction']:.8g}"),
-        ("reduced pressure", "-" if summary["pressure"] is None else f"{summary['pressure']:.4g}"),
+        ("Z = PV/NkT", "-" if summary["pressure"] is None else f"{summary['pressure']:.4g}"),
         ("collisions", f"{summary['collisions']:,}".replace(",", " ")),
     ]
     if summary["gap"] is not None:
@@ -201,6 +206,10 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
             rows[-2:] = [("pairs", f"{summary['contacts']} with a gap below {summary['gap']:.2g}")]
     for name, text in rows:
         table.add_row(name, text)
+    meant = ["Z is that of the last collisions, from pairs alone. A gap is a part of the contact distance."]
+    if summary["confined"]:
+        meant = [_WHOLE_BOX, *meant, "Contacts with walls and obstacles count as contacts, not in Z."]
+    table.caption, table.caption_justify = "\n".join(meant), "left"
     console = Console(highlight=False, soft_wrap=False)
     show(console, table)
     if told := summary.get("contacts_note"):

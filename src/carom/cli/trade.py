@@ -107,6 +107,12 @@ def _print(result: TradeResult) -> None:
         )
     )  # fmt: skip
     console.print(
+        Text(
+            "± in 1 CPU s is that of the small scene. Calls from Python take most of the time of the fast "
+            "methods there: for large systems go by the speeds above."
+        )
+    )
+    console.print(
         _table(
             "Z: how many particles",
             ["N", "collisions / s", "error after 1 s", "finite-size bias", "corrected", "±", "equal after"],

@@ -125,7 +125,12 @@ def transport(
         from carom.studies.coefficients.study import run
 
         result = run(spec, executor=executor, workers=workers, out=out, progress=progress)
-    print(json.dumps(result.rows(), indent=2, allow_nan=False) if as_json else result)
+    if as_json:
+        print(json.dumps(result.rows(), indent=2, allow_nan=False))
+    else:
+        from carom.studies.coefficients.pictures import UNITS
+
+        print(f"{result}\n{UNITS}")
     sys.stdout.flush()
     write(result, out, "transport", report, pictures)
     farewell(result, out, report, as_json)

@@ -379,7 +379,7 @@ def compression(
         axes.plot(fraction, pressure, ".", color=PALE, markersize=4, label="compression")
         axes.set_xlabel(r"packing fraction $\eta$")
     axes.set_yscale("log")
-    axes.set_ylabel(r"reduced pressure $PV/NkT$")
+    axes.set_ylabel(r"$Z = PV/NkT$")
     axes.legend(loc="upper left", fontsize=8.5, framealpha=0.92, edgecolor="none")
     return saved(figure, path)
 

@@ -65,8 +65,9 @@ class Simulation:
         Count the boxes that each component crosses, for unwrapped positions.
     precision : {"double", "single"}
         What positions, velocities and times are kept in; what is computed with them is in double precision
-        either way. Single precision halves the rows of the state and leaves overlaps of 1e-7 of the box. It
-        is refused for boxes of more than 8192 diameters, very near close packing, and for fast drifts.
+        either way. Single precision saves a fifth of the memory, no time, and leaves overlaps of 1e-7 of the
+        box. It is refused for boxes of more than 8192 diameters, very near close packing, and for fast
+        drifts.
     growth : float or (n,) array_like, optional
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.

@@ -119,6 +119,9 @@ def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
     axes.legend(fontsize=8, frameon=False)
 
 
+UNITS = "Units are those of the scene, with k = 1; without a scene file σ = m = kT = 1."
+
+
 def write_report(result: Transport, path: Path) -> None:
     """Write a self-contained page: no script, no network, pictures inside.
 
@@ -131,7 +134,7 @@ def write_report(result: Transport, path: Path) -> None:
     parts = [
         "<h1>Transport coefficients</h1>",
         f"<p>{len(result.records)} of {len(result.spec.tasks())} runs done, by Carom {carom.__version__}. "
-        "One standard error; slopes between the times given, by the rule in "
+        f"{UNITS} One standard error; slopes between the times given, by the rule in "
         "<code>carom.studies.coefficients.windows</code>.</p>",
         '<div class="scroll"><table><tr>',
     ]

@@ -152,7 +152,8 @@ def _results(rows: Sequence[Row]) -> str:
         body.append((cells, not row.equilibrated))
     return _table(header, body) + (
         "<p>Z of N particles with its standard error; Z of infinitely many by theory's correction of order "
-        "1/N; deviation of the latter from theory in errors; pressure P* = Pσ<sup>d</sup>/kT; χ² of the "
+        "1/N; deviation of the latter from theory in standard errors; pressure P* = Pσ<sup>d</sup>/kT, σ the "
+        "largest diameter; χ² of the "
         "replicas; trend of the pressure, a standard normal number in equilibrium.</p>"
     )
 

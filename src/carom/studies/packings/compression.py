@@ -220,7 +220,7 @@ def pack(
     --------
     >>> packing = pack(points(30, dimension=2, seed=1), rate=0.1, until_pressure=1e6, seed=1)
     >>> packing.note
-    'reduced pressure 1e+06 reached'
+    'Z = PV/NkT = 1e+06 reached'
     """
     plan = _stages(rate, until_pressure, collisions, stages)
     limit = None if collisions is None else checks.integer(collisions, "collisions", low=1)
@@ -435,7 +435,7 @@ class _Compression:
             self.stage += 1
             if self.stage == len(self.plan):
                 self.stage -= 1
-                self.note = f"reduced pressure {until:g} reached"
+                self.note = f"Z = PV/NkT = {until:g} reached"
             until = self.plan[self.stage].until_pressure
         if self.note:
             return
@@ -443,7 +443,7 @@ class _Compression:
             self.note = f"{self.limit} collisions reached"
         elif pressure * finest >= 1.0:
             self.note = (
-                f"gaps are down to the rounding of coordinates at reduced pressure {pressure:.3g}, "
+                f"gaps are down to the rounding of coordinates at Z = PV/NkT = {pressure:.3g}, "
                 "which grows no further"
             )
 

@@ -174,6 +174,7 @@ class Packing:
             "n": self.n,
             "dimension": self.dimension,
             "box": list(self.frame.box),
+            "confined": not all(self.frame.periodic) or bool(self.obstacles),
             "collisions": self.collisions,
             "note": self.note,
             "packing_fraction": self.packing_fraction,
