@@ -202,7 +202,7 @@ def _show(found: RunPlan) -> None:
     from rich.text import Text
 
     console = Console(highlight=False)
-    console.print(Text(str(found)))
+    console.print(Text(str(found)), soft_wrap=True)
     console.print(_sizes(console, found))
 
 

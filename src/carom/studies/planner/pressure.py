@@ -17,8 +17,8 @@ from carom.studies.planner.system import System
 from carom.studies.tasks import Record, Task
 
 SHORTEST = 16.0
-"""A run is at least so many times as long as its equilibration, and that some four times as long as blocks need
-to forget each other: without 64 of those no error bar is known (:mod:`carom.observables.precision`)."""
+"""A run is at least so many times as long as its equilibration, which is some four times as long as blocks
+need to forget each other. Without 64 such blocks no error bar is known (``carom.observables.precision``)."""
 
 ESTIMATORS = {
     "virial": "the virial: the momentum that collisions carry",
