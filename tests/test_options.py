@@ -17,6 +17,9 @@ import carom
 from carom import cli, io
 from carom.frame import Frame
 from carom.io import checkpoint
+from carom.studies import RunPlan, Target
+from carom.studies.planner.choice import Design
+from carom.studies.planner.system import System
 
 COMMANDS = typer.main.get_command(cli.app).commands
 
@@ -153,6 +156,13 @@ TOO_SLOW = {
     ),
     *(("trade", option) for option in ("scene", "--out", "--seconds", "--overwrite")),
     *(
+        ("plan", option)
+        for option in (
+            "scene", "--target", "--packing-fraction", "--dimension", "--species", "--n", "--seed", "--cores",
+            "--hours", "--pilot", "--run", "--out", "--json",
+        )
+    ),
+    *(
         ("eos", option)
         for option in ("--dimension", "--relative-error", "--engine", "--workers", "--scheduler")
     ),
@@ -288,6 +298,26 @@ CASES = {
         "--seconds": added((), ("--seconds", "0.5"), lambda done: done.asked["seconds"], 0.5),
         "--overwrite": added((), ("--overwrite",), lambda done: done.asked["overwrite"], True),
     },
+    "plan": {
+        "scene": added((), ("scene.toml",), lambda done: str(done.asked["scene"]), "scene.toml"),
+        "--target": added((), ("--target", "Z=+-0.1"), lambda done: done.asked["target"], "Z=+-0.1"),
+        "--packing-fraction": added(
+            (), ("--packing-fraction", "0.2"), lambda done: done.asked["packing_fraction"], 0.2
+        ),
+        "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["dimension"], 2),
+        "--species": added(
+            (), ("--species", "0.5:1", "--species", "0.5:1.4:2"), lambda done: done.asked["species"],
+            [{"fraction": 0.5, "diameter": 1.0}, {"fraction": 0.5, "diameter": 1.4, "mass": 2.0}],
+        ),
+        "--n": added((), ("--n", "100"), lambda done: done.asked["n"], 100),
+        "--seed": added((), ("--seed", "7"), lambda done: done.asked["seed"], 7),
+        "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
+        "--hours": added((), ("--hours", "0.5"), lambda done: done.asked["hours"], 0.5),
+        "--pilot": added((), ("--pilot", "2"), lambda done: done.asked["pilot_seconds"], 2.0),
+        "--run": added((), ("--run",), made("carom-plan/outcome.json"), True),
+        "--out": added((), OUT, made("out/plan.json"), True),
+        "--json": added((), ("--json",), json_alone, True),
+    },
     "code": {
         "n": added((), ("5",), lambda done: "5 points on S^2" in done.printed, True),
         "--dimension": added(
@@ -407,6 +437,13 @@ CASES = {
 }  # fmt: skip
 
 
+PLAN = RunPlan(
+    Target("Z", 0.1), System(0.3), 3.98, "virial", {"virial": 1.0},
+    Design(32, 1, 10.0, 64.0, 0.1, 0.01, 0.1005, 0.01), cores=1, hours=None, seed=1,
+)  # fmt: skip
+"""What a planner that is only asked returns."""
+
+
 class Asked(Exception):
     """Raised by a function that was only to be asked."""
 
@@ -463,6 +500,10 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update(plan=plan, out=out, **settings)
                 raise Asked
 
+            def plan(target, **settings):
+                asked.update(target=target, **settings)
+                return PLAN
+
             def run(spec, **settings):
                 asked.update(spec=spec, **settings)
                 raise Asked
@@ -484,6 +525,7 @@ def type_in(folder, command, *arguments, asked=None):
             patch.setattr("typer.launch", lambda page: asked.update(launched=page))
             patch.setattr("carom.studies.spherical_code", code)
             patch.setattr("carom.studies.accuracy.trade.trade", trade)
+            patch.setattr("carom.studies.planner.plan.plan", plan)
             patch.setattr("carom.studies.eos.study.run", run)
             patch.setattr("carom.studies.coefficients.study.run", run)
         done = CliRunner().invoke(cli.app, [command, *arguments])

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from carom.studies import RunPlan
+    from carom.studies.planner.system import System
 
 _SCENE = "What is simulated, where no scene file says it"
 _BUDGET = "What there is to run it with"
@@ -112,18 +113,19 @@ def plan(
         def shown(part: float, text: str) -> None:
             progress(text, part)
 
-        held = run and folder is not None and (folder / NAME).exists()
-        if held:
-            assert folder is not None
-            found = _held(folder, target)
+        if scene is not None and (packing_fraction, dimension, species) != (None, None, None):
+            _contradiction()
+        d = 3 if dimension is None else dimension
+        kinds = _species(species)
+        if run and folder is not None and (folder / NAME).exists():
+            asked = planner.system_of(packing_fraction, d, kinds, scene)
+            found = _held(folder, target, asked)
         else:
-            if scene is not None and (packing_fraction, dimension, species) != (None, None, None):
-                _contradiction()
             found = planner.plan(
                 target,
                 packing_fraction=packing_fraction,
-                dimension=3 if dimension is None else dimension,
-                species=_species(species),
+                dimension=d,
+                species=kinds,
                 scene=scene,
                 n=n,
                 cores=cores,
@@ -151,16 +153,17 @@ def plan(
     )
 
 
-def _held(folder: Path, target: str) -> RunPlan:
-    """Return the plan that a folder holds, if it is for this target: its study goes on."""
+def _held(folder: Path, target: str, asked: System) -> RunPlan:
+    """Return the plan that a folder holds, if it is for this target and system: its study goes on."""
     from carom.errors import InputError
     from carom.studies.planner.plan import RunPlan
     from carom.studies.planner.target import Target
 
     found = RunPlan.load(folder)
-    if found.target != Target.parse(target):
+    if found.target != Target.parse(target) or found.system.words() != asked.words():
         raise InputError(
-            f"{folder} holds the plan for {found.target}; give that target to go on, or another --out."
+            f"{folder} holds the plan {found.target} for {found.system}; ask for that to go on with it, or "
+            "give another --out."
         )
     return found
 
@@ -199,7 +202,7 @@ def _show(found: RunPlan) -> None:
     from rich.text import Text
 
     console = Console(highlight=False)
-    console.print(Text(str(found)))
+    console.print(Text(str(found)), soft_wrap=True)
     console.print(_sizes(console, found))
 
 

@@ -35,6 +35,7 @@ from carom.theory.mixture import (
     santos_yuste_lopez_de_haro_contact_value,
     species_collision_rate,
 )
+from carom.theory.mixture_size import mixture_finite_size_shift
 from carom.theory.solid import almarza, free_volume, hall, speedy
 from carom.theory.transport import (
     Enskog,
@@ -75,6 +76,7 @@ __all__ = [
     "jenkins_mancini",
     "kolafa_labik_malijevsky",
     "mean_free_time",
+    "mixture_finite_size_shift",
     "mixture_second_virial",
     "normal_speed",
     "pieprzyk",

@@ -35,7 +35,10 @@ SURE = 100.0
 """Degrees of freedom of an error bar that a plan rests on: it is known to ``sqrt(1 / 200)``, 7 %."""
 
 COLLISIONS = 3000
-"""Of a block of the pilot."""
+"""Of a block of the pilot, at least."""
+
+PART = 16.0
+"""Blocks of the pilot in the time of an equilibration: slow changes of small size hide in shorter ones."""
 
 TINY = 8
 """Collisions of a block that measures what a call of the engine costs."""
@@ -127,7 +130,7 @@ def pilot(
         else:
             sim.run(collisions_per_particle=equilibration, progress=watch.look)
         per_block = _call(sim)
-        blocks, spent = _measured(sim, watch)
+        blocks, spent = _measured(sim, watch, equilibration)
     values = blocks.result()
     found = estimates(values["by_virial"], values["by_rate"], system.dimension)
     collisions = values["collisions"]
@@ -182,9 +185,9 @@ def _call(sim: Simulation) -> float:
     return (clock.thread_time() - began) / (BLOCKS // 8)
 
 
-def _measured(sim: Simulation, watch: Watch) -> tuple[Blocks, float]:
+def _measured(sim: Simulation, watch: Watch, equilibration: float) -> tuple[Blocks, float]:
     """Run block by block until the error bar is sure, or the time is over."""
-    duration = sim.time_for(max(0.5 * sim.scene.n, float(COLLISIONS)))
+    duration = sim.time_for(max(0.5 * sim.scene.n * equilibration / PART, float(COLLISIONS)))
     blocks, wanted = Blocks(sim), BLOCKS
     began = clock.thread_time()
     while True:

@@ -228,7 +228,8 @@ class RunPlan:
         one, name = self.design, self.target.quantity
         return (
             f"{name} about {self.value:.4g} +- {one.error:.2g}{UNITS[name]}, "
-            f"{one.error / abs(self.value):.2g} of it: statistics {one.statistical:.2g}, bias of this N at most about {one.bias:.2g}"
+            f"{one.error / abs(self.value):.2g} of it: statistics {one.statistical:.2g}, "
+            f"bias of this N at most about {one.bias:.2g}"
         )
 
 
@@ -301,7 +302,7 @@ def plan(
     1
     """
     goal = Target.parse(target) if isinstance(target, str) else target
-    system = _system(packing_fraction, dimension, species, scene)
+    system = system_of(packing_fraction, dimension, species, scene)
     cores = checks.integer(all_cores() if cores is None else cores, "cores", low=1, high=10**6)
     limit = math.inf if hours is None else 3600.0 * checks.number(hours, "hours", low=0.0, open_low=True)
     checks.number(pilot_seconds, "pilot_seconds", low=0.0, open_low=True)
@@ -329,7 +330,8 @@ def plan(
         best = min(candidates, key=lambda one: one.bias)
         raise InputError(
             f"With {best.n} particles the bias of the finite size alone is about "
-            f"{best.bias / abs(value):.2g} of {goal.quantity} after its correction, and {goal} asks for {error / abs(value):.2g}. "
+            f"{best.bias / abs(value):.2g} of {goal.quantity} after its correction, and {goal} asks for "
+            f"{error / abs(value):.2g}. "
             + ("Give more particles, or leave out --n." if n is not None else "Ask for a larger error.")
         )
     costs = next(one for one in candidates if one.n == chosen.n)
@@ -381,9 +383,10 @@ def _asking(goal: Target, value: float) -> Callable[[float], str]:
     return shown
 
 
-def _system(
+def system_of(
     packing_fraction: float | None, dimension: int, species: Sequence[Mapping[str, float]] | None, scene: Any
 ) -> System:
+    """Return the system that arguments of :func:`plan` name."""
     if scene is not None:
         if packing_fraction is not None or species is not None:
             raise InputError("scene and packing_fraction or species contradict each other; give one of them.")

@@ -16,8 +16,9 @@ from carom.studies.planner.sizes import residual
 from carom.studies.planner.system import System
 from carom.studies.tasks import Record, Task
 
-SHORTEST = 1.0
-"""Collisions per particle of a block, at least."""
+SHORTEST = 16.0
+"""A run is at least so many times as long as its equilibration, which is some four times as long as blocks
+need to forget each other. Without 64 such blocks no error bar is known (``carom.observables.precision``)."""
 
 ESTIMATORS = {
     "virial": "the virial: the momentum that collisions carry",
@@ -71,7 +72,7 @@ class PressureMethod:
             setup_seconds=found.setup_seconds * n / found.n,
             overhead_seconds=found.block_seconds * BLOCKS,
             equilibration=found.equilibration,
-            shortest=BLOCKS * SHORTEST,
+            shortest=max(SHORTEST * found.equilibration, float(BLOCKS)),
         )
 
     def tasks(self, n: int, replicas: int, equilibration: float, length: float, seed: int) -> list[Task]:
