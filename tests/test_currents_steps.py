@@ -10,6 +10,8 @@ from carom import studies
 from carom.errors import InputError
 from carom.studies.coefficients.spec import TransportSpec, of_scene
 from carom.studies.eos import toml
+from carom.studies.eos.spec import scene_spec
+from carom.studies.eos.start import start
 from carom.wells import Steps, StepTable
 
 EPS = np.finfo(float).eps
@@ -120,6 +122,13 @@ def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_f
     d, v = row.self_diffusion[0].value, row.self_diffusion_by_velocity[0].value
     assert d.mean == pytest.approx(v.mean, abs=5.0 * math.hypot(d.error, v.error))
     assert toml.parse(toml.text(study.spec), TransportSpec) == study.spec
+
+
+def test_a_study_in_space_starts_with_its_interaction():
+    scene = {"interaction": StepTable(LADDER), "kT": 2.0}
+    (task,) = TransportSpec((0.2,), n=108, replicas=1, scene=scene).tasks()
+    # Equal hard spheres start as a crystal with vacancies, which knows of cores only.
+    assert start(scene_spec(task["scene"]), np.random.default_rng(1)).interaction == StepTable(LADDER)
 
 
 def test_a_scene_file_with_a_well_is_a_transport_study(tmp_path):

@@ -10,6 +10,8 @@
     python tests/benchmarks/costs.py precision  single precision against double, at 4000 and a million
     python tests/benchmarks/costs.py thin       thin systems, with the scheme chosen and with sectors
     python tests/benchmarks/costs.py sphere     caps on great circles, of several numbers
+    python tests/benchmarks/costs.py observables  what a frame costs each observable, in collisions
+    python tests/benchmarks/costs.py counted    currents and free flights beside the plain scene, in turn
     python tests/benchmarks/costs.py tasks      what a task of a study takes beside its events
 
 Rates are million pair collisions per second of CPU time; only ratios within one table mean anything.
@@ -35,6 +37,7 @@ from rates import rate, size_of
 import carom
 from carom.block import Block
 from carom.ranges import ENTERED, Kind, Ranges
+from carom.observables import BondOrder, DensityProfile, Dynamics
 from carom.simulation import loop
 from carom.simulation.machine import Machine
 from carom.studies.eos.simulate import simulate
@@ -314,6 +317,54 @@ def sampling(given: argparse.Namespace) -> None:
         print(f"| {200 / frames:g} | {ratio:.3f} |", flush=True)
 
 
+def observables(given: argparse.Namespace) -> None:
+    """Print what a frame costs each observable, in collisions a particle of the plain run."""
+    sim = melted(1)
+    collision = 0.5e-6 * sim.scene.n / rate(sim, 200_000, 5)
+    frames = list(sim.sample(every=sim.time_for(sim.scene.n), count=40))
+    kinds = {
+        "Dynamics()": lambda: Dynamics(),
+        "Dynamics(shells=8)": lambda: Dynamics(shells=8),
+        "DensityProfile()": lambda: DensityProfile(),
+        "BondOrder(6)": lambda: BondOrder(6),
+        "BondOrder(6, reach=1.5)": lambda: BondOrder(6, reach=1.5),
+        "BondOrder(6, rmax=4.0)": lambda: BondOrder(6, rmax=4.0),
+    }
+    print("| observable | collisions a particle |\n|---|---|")
+    for name, make in kinds.items():
+        observable = make()
+        for frame in frames[:20]:
+            observable.update(frame)
+        print(f"| {name} | {quickest(observable.update, frames[20:]) / collision:.2f} |", flush=True)
+    carom.rdf(frames[:2], rmax=5.0)
+    print(f"| rdf(rmax=5.0) | {quickest(lambda f: carom.rdf([f], rmax=5.0), frames[20:]) / collision:.2f} |")
+
+
+def quickest(update: Callable[[Any], object], frames: list[Any]) -> float:
+    """Return the least CPU time [s] of an update with a frame."""
+    seconds = []
+    for frame in frames:
+        began = time.process_time()
+        update(frame)
+        seconds.append(time.process_time() - began)
+    return min(seconds)
+
+
+def counted(given: argparse.Namespace) -> None:
+    """Print the rate with currents and with free flights, of the plain scene's, in turn."""
+    settings: dict[str, dict[str, bool]] = {
+        "plain": {}, "currents": {"currents": True}, "free flights": {"flights": True},
+    }  # fmt: skip
+    sims = {name: carom.Simulation(scenes()["plain"][0], seed=1, **more) for name, more in settings.items()}
+    for sim in sims.values():
+        sim.run(collisions_per_particle=40)
+    rates = np.array([[rate(sim, 200_000) for sim in sims.values()] for _ in range(9)])
+    print("| | rate, of plain | bytes a particle |\n|---|---|---|")
+    for name, parts, sim in zip(sims, (rates / rates[:, :1]).T, sims.values(), strict=True):
+        spread = f"{parts.min():.2f} to {parts.max():.2f}"
+        print(f"| {name} | {np.median(parts):.2f} ({spread}) | {size_of(sim):.0f} |")
+
+
 def work(sim: carom.Simulation) -> None:
     """Run a simulation for some time."""
     sim.run(collisions=2_000_000)
@@ -421,9 +472,8 @@ def main() -> None:
     tables = {
         "size": size, "million": million, "thin": thin, "features": features, "start": start,
         "sampling": sampling, "threads": threads, "mixtures": mixtures, "tasks": tasks,
-        "precision": precision,
-        "wells": wells,
-        "ranges": ranges,
+        "precision": precision, "wells": wells, "ranges": ranges,
+        "observables": observables, "counted": counted,
         "sphere": sphere,
     }  # fmt: skip
     parser = argparse.ArgumentParser(

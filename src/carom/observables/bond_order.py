@@ -13,12 +13,10 @@ import functools
 import math
 import warnings
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from carom import checks
-from carom.densities import sphere_volume
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables.statistics import Estimate, blocking
@@ -26,9 +24,6 @@ from carom.scene.overlaps import Room
 
 NEAREST = {2: 6, 3: 12, 4: 24}
 """Neighbours where nothing else is said, by dimension: as many as touch one in the densest lattice."""
-
-SPREAD = 1.5
-"""Distance up to which so many are looked for first, over the radius of a ball that on average holds them."""
 
 
 @dataclass
@@ -196,29 +191,14 @@ def _refuse_images(room: Room, reach: float, name: str) -> None:
 
 def _nearest(room: Room, places: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return each component and each of its ``count`` nearest."""
-    n, d = places.shape
+    n = len(places)
     if n <= count:
         raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")
-    half = 0.5 * float(room.box[room.periodic].min(initial=math.inf))
-    reach = SPREAD * 0.5 * (count * math.prod(room.box) / n / sphere_volume(d)) ** (1.0 / d)
-    while True:
-        reach = min(reach, half)
-        pairs = room.near(places, reach)
-        ends = np.concatenate([pairs, pairs[:, ::-1]])
-        found = np.bincount(ends[:, 0], minlength=n)
-        if found.min() >= count:
-            break
-        if reach >= half:
-            raise InputError(
-                f"A component has {int(found.min())} others within half of the box, and {count} neighbours "
-                "are asked for: a larger box, or fewer."
-            )
-        reach *= 1.2
-    distances = np.tile(room.distances(places, pairs), 2)
-    order = np.lexsort((ends[:, 1], distances, ends[:, 0]))
-    begins = np.cumsum(found) - found
-    chosen = order[(begins[:, None] + np.arange(count)).ravel()]
-    return ends[chosen, 0], ends[chosen, 1]
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(places, boxsize=np.where(room.periodic, room.box, 0.0))
+    _, others = tree.query(places, k=count + 1)  # the nearest of all is the component itself
+    return np.repeat(np.arange(n), count), np.asarray(others[:, 1:], np.int64).ravel()
 
 
 def _voronoi(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -335,10 +315,11 @@ def _orders_of(term: tuple[int, ...]) -> float:
 def harmonics(degree: int, units: np.ndarray) -> np.ndarray:
     """Return harmonics (m, h) of unit vectors (m, d), whose products are the polynomial of their cosine."""
     exponents, weights = _basis(degree, units.shape[1])
-    powers = [units**0, units]
-    for _ in range(2, degree + 1):
-        powers.append(powers[-1] * units)
-    terms: Any = np.ones((len(units), len(exponents)))
-    for axis in range(units.shape[1]):
-        terms *= np.stack([powers[k][:, axis] for k in range(degree + 1)], axis=1)[:, exponents[:, axis]]
-    return np.asarray(terms @ weights)
+    powers = [[np.ones(len(units)), np.ascontiguousarray(x)] for x in units.T]
+    for each in powers:
+        for _ in range(2, degree + 1):
+            each.append(each[-1] * each[1])
+    terms = np.empty((len(exponents), len(units)))
+    for term, row in zip(terms, exponents, strict=True):
+        term[:] = functools.reduce(np.multiply, [each[k] for each, k in zip(powers, row, strict=True)])
+    return np.asarray((weights.T @ terms).T)

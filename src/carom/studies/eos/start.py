@@ -83,6 +83,8 @@ def _melting(asked: SceneSpec) -> tuple[lattices.Lattice, int, float] | None:
     given = (asked.species, asked.obstacles, asked.periodic, asked.restitution, asked.box, asked.density)
     if asked.initial != "random" or any(value not in (None, ()) for value in given) or d < 3:
         return None
+    if any(value is not None for value in (asked.interaction, asked.motion, asked.impact)):
+        return None
     assert asked.n is not None
     assert asked.packing_fraction is not None
     if d not in theory.FREEZING or asked.packing_fraction > placement.random_limit(d):
