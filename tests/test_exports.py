@@ -34,6 +34,9 @@ def test_a_lammps_dump_has_walls_types_radii_and_times(tmp_path, dimension):
     np.testing.assert_array_equal(table[:, 1], frames[0].species + 1)
     np.testing.assert_allclose(2 * table[:, names.index("radius")], frames[0].diameters, rtol=1e-8)
     np.testing.assert_allclose(table[:, names.index("mass")], frames[0].masses, rtol=1e-8)
+    assert frames[0].masses.min() < frames[0].masses.max()  # momenta would be something else
+    vx = names.index("vx")
+    np.testing.assert_allclose(table[:, vx : vx + dimension], frames[0].velocities, rtol=1e-8)
     assert float(lines[18 + 3]) == frames[1].time
 
 

@@ -206,6 +206,22 @@ def test_the_balance_of_a_contact_and_of_free_flight(periodic, obstacles, k, tou
         assert gain == pytest.approx(0.5 * 2.0 * np.sum(velocity[list(axes)] ** 2) / free, rel=1e-13)
 
 
+@pytest.mark.parametrize("d", [2, 3])
+def test_the_field_around_a_ball_has_a_constant_divergence(d):
+    """Then sound, which changes the density alone, is seen in the mean only: r^(d-1) u is linear in r^d."""
+    ball, r = Ball((4.0,) * d, 1.0), np.linspace(1.5, 4.0, 6)  # from contact to half of the edge
+    scene = carom.Scene([[1.0] * d], 8.0, obstacles=(ball,))
+    field = []
+    for distance in r:
+        place, velocity = np.full((1, d), 4.0), np.zeros((1, d))
+        place[0, 0], velocity[0, 0] = 4.0 + distance, -1.0
+        frame = Frame(0.0, 0, place, velocity, scene.box, scene.diameters, scene.masses)
+        field.append(weighted_momenta(frame, scene)[0])
+    flux = np.array(field) * r ** (d - 1)
+    expected = 1.5 ** (d - 1) * (4.0**d - r**d) / (4.0**d - 1.5**d)
+    np.testing.assert_allclose(flux, expected, rtol=1e-12, atol=1e-12)
+
+
 def test_the_force_of_one_component_has_no_noise():
     scene = carom.Scene([[3.7, 3.7]], 8.0, mass=2.0, velocities=[[0.7, 0.45]], periodic=(True, False))
     found = carom.Simulation(scene).measure(WallPressure("upper wall of axis 1"), time=300.0)
