@@ -36,8 +36,8 @@ from rates import rate, size_of
 
 import carom
 from carom.block import Block
-from carom.ranges import ENTERED, Kind, Ranges
 from carom.observables import BondOrder, DensityProfile, Dynamics
+from carom.ranges import ENTERED, Kind, Ranges
 from carom.simulation import loop
 from carom.simulation.machine import Machine
 from carom.studies.eos.simulate import simulate
