@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 CYCLES = 50_000
 """Cycles in one call of a worker: between two, it looks whether it is to stop."""
 
-FRONT = (2.5, 2.5)
+FRONT = (4.0, 3.0)
 """Diameters by which wrong decisions spread into a rim at once, and for every collision a particle."""
 
 SHARE = 0.02
 """Collisions for each particle below which a stretch is not worth a window."""
 
-WORTHWHILE = {2: 1_000_000, 3: 1_000_000}
-"""Components from which on several workers were measured to be faster than one, by dimension."""
+WORTHWHILE: dict[int, int] = {}
+"""Components from which on several workers were measured to be faster than one, by dimension: none so far."""
 
 AT_MOST = 4
 """Workers that are chosen without being asked for: rims of more have not been measured."""

@@ -1,0 +1,63 @@
+"""One worker against several, in turn in one run: wall time, and where the time of several goes.
+
+    python tests/benchmarks/workers.py                       # a million spheres at 0.30, two workers
+    python tests/benchmarks/workers.py 2 0.70 1000000 2 2.0  # dimension, packing fraction, n, workers, window
+
+Both runs must come out with the same bits.
+"""
+
+import statistics
+import sys
+import time
+
+import numpy as np
+
+import carom
+from carom.simulation.team import Settings, Team
+
+ROUNDS = 3
+PER_ROUND = 4.0
+"""Collisions for each particle."""
+
+
+def scene_of(dimension, packing_fraction, n):
+    """Return a lattice of about n spheres, or disks at random."""
+    if dimension == 3:
+        return carom.Scene.fcc(cells=round((n / 4) ** (1 / 3)), packing_fraction=packing_fraction)
+    return carom.Scene.random(n=n, dimension=dimension, packing_fraction=packing_fraction, seed=1)
+
+
+def wall(sim):
+    """Return the wall time of a round [s]."""
+    began = time.perf_counter()
+    sim.run(collisions_per_particle=PER_ROUND)
+    return time.perf_counter() - began
+
+
+def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=2.0):
+    scene = scene_of(int(dimension), float(packing_fraction), int(n))
+    one, several = (carom.Simulation(scene, seed=3) for _ in range(2))
+    team = Team(several.machine, int(workers), Settings(collisions=float(window)))
+    several.machine.team = team
+    for sim in (one, several):  # compile, touch the memory, and leave the lattice
+        sim.run(collisions_per_particle=6)
+    ratios = []
+    for _ in range(ROUNDS):
+        alone, together = wall(one), wall(several)
+        ratios.append(alone / together)
+        print(f"one {alone:.2f} s, {workers} {together:.2f} s, ratio {ratios[-1]:.2f}", flush=True)
+    frames = one.frame(), several.frame()
+    assert one.tally == several.tally
+    assert (frames[0].positions == frames[1].positions).all()
+    assert np.array_equal(frames[0].velocities, frames[1].velocities)
+    shares = team.shares
+    processed = shares.processed / max(shares.collisions, 1)
+    print(f"median {statistics.median(ratios):.2f}; processed {processed:.3f} a collision")
+    print(f"windows {shares.windows}, run again {shares.repeats}; of {shares.wall:.2f} s in windows:")
+    for name in ("load", "run", "compare", "store", "merge", "lost"):
+        print(f"  {name:8} {getattr(shares, name) / shares.wall:.3f}")
+    print(f"  waiting  {max(1.0 - shares.busy / (int(workers) * shares.run), 0.0):.3f} of run")
+
+
+if __name__ == "__main__":
+    main(*map(float, sys.argv[1:]))
