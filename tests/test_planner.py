@@ -291,10 +291,11 @@ def exact(quantity, eta, d, kinds):
 
 
 @pytest.mark.slow
-def test_forty_promises_hold():
+@pytest.mark.parametrize("ten", range(4))
+def test_forty_promises_hold(ten):
     assert len(FORTY) == 40
     errors, times, off = [], [], []
-    for k, (target, eta, d, kinds) in enumerate(FORTY):
+    for k, (target, eta, d, kinds) in list(enumerate(FORTY))[10 * ten : 10 * ten + 10]:
         plan = studies.plan(target, packing_fraction=eta, dimension=d, species=kinds, cores=1, seed=100 + k)
         done = plan.run()
         errors.append(done.error_ratio)
@@ -308,13 +309,11 @@ def test_forty_promises_hold():
             f"{plan.cpu_seconds:5.2f} s, pilot {plan.pilot_seconds:4.1f} s, off {away:+.1f}",
             flush=True,
         )
-    known = [x for x in off if math.isfinite(x)]
-    print(f"errors {_spread(errors)}; times {_spread(times)}; within 1, 2 errors of what is known: "
-          f"{sum(abs(x) < 1 for x in known)}, {sum(abs(x) < 2 for x in known)} of {len(known)}")  # fmt: skip
+    print(f"errors {_spread(errors)}; times {_spread(times)}")
     assert max(errors) <= 1.3
     assert max(times) <= 1.5
-    # The promise is no more than the error: twice it is passed by one in twenty, and by chance 6 of 34.
-    assert sum(abs(x) > 2.0 for x in known) <= 6
+    # One of twenty is off by more than two errors: by chance four or more of ten in one of a thousand runs.
+    assert sum(abs(x) > 2.0 for x in off if math.isfinite(x)) <= 3
 
 
 def _spread(ratios):

@@ -40,8 +40,9 @@ COLLISIONS = 3000
 PART = 16.0
 """Blocks of the pilot in the time of an equilibration: slow changes of small size hide in shorter ones."""
 
-TINY = 8
-"""Collisions of a block that measures what a call of the engine costs."""
+SMALL = 0.8
+"""Collisions per particle of the blocks that, beside long ones, tell what the call for a block costs: some as
+short as those of the shortest runs."""
 
 REPLICA = 10**6
 """Number of the replica that a pilot is: none of a study's, so that its collisions are not counted twice."""
@@ -129,19 +130,20 @@ def pilot(
             equilibration = equilibrate(sim, system, watch)
         else:
             sim.run(collisions_per_particle=equilibration, progress=watch.look)
-        per_block = _call(sim)
+        few, short = _calls(sim)
         blocks, spent = _measured(sim, watch, equilibration)
     values = blocks.result()
     found = estimates(values["by_virial"], values["by_rate"], system.dimension)
     collisions = values["collisions"]
-    moving = max(spent - per_block * len(blocks.durations), 0.5 * spent)
+    rate = (collisions / len(blocks.durations) - few) / (spent / len(blocks.durations) - short)
+    rate = rate if rate > 0.0 else collisions / spent
     return Pilot(
         n=sim.scene.n,
         counts=tuple(of_scene(sim.scene)["counts"]),
         z=found[0].z.mean,
         variances={one.estimator: one.z.error**2 * collisions for one in found},
-        collisions_per_second=collisions / moving,
-        block_seconds=per_block,
+        collisions_per_second=rate,
+        block_seconds=max(short - few / rate, 0.0),
         setup_seconds=setup,
         equilibration=equilibration,
         sure=found[0].z.degrees_of_freedom >= SURE,
@@ -174,15 +176,16 @@ def _compiled(task: dict[str, Any]) -> None:
     """Have everything compiled that a run of this size calls."""
     sim = simulation_of(task, refuse_unusual)
     sim.run(collisions=COLLISIONS)
-    Blocks(sim).go_on(sim.time_for(TINY), 1)
+    Blocks(sim).go_on(sim.time_for(SMALL), 1)
 
 
-def _call(sim: Simulation) -> float:
-    """Return the CPU time of a call for a block [s]."""
-    duration, blocks = sim.time_for(TINY), Blocks(sim)
+def _calls(sim: Simulation) -> tuple[float, float]:
+    """Return the collisions and the CPU time [s] of a short block."""
+    duration, blocks, count = sim.time_for(0.5 * SMALL * sim.scene.n), Blocks(sim), BLOCKS // 4
     began = clock.thread_time()
-    blocks.go_on(duration, BLOCKS // 8)
-    return (clock.thread_time() - began) / (BLOCKS // 8)
+    for _ in range(count):
+        blocks.go_on(duration, 1)
+    return blocks.result()["collisions"] / count, (clock.thread_time() - began) / count
 
 
 def _measured(sim: Simulation, watch: Watch, equilibration: float) -> tuple[Blocks, float]:
