@@ -43,7 +43,7 @@ def plan(
         ),
     ] = None,
     dimension: Annotated[
-        int | None, typer.Option("--dimension", "-d", help="Of space, 1 to 6; 3.", rich_help_panel=_SCENE)
+        int | None, typer.Option("--dimension", "-d", help="Of space, 2 to 6; 3.", rich_help_panel=_SCENE)
     ] = None,
     species: Annotated[
         list[str] | None,

@@ -31,8 +31,8 @@ APART = 4.0
 """Equilibration of a fluid ends when the mean square displacement of its slowest species is so many squares
 of the mean spacing: each has then left its cage and its neighbours several times."""
 
-SURE = 100.0
-"""Degrees of freedom of an error bar that a plan rests on: it is known to ``sqrt(1 / 200)``, 7 %."""
+SURE = 80.0
+"""Degrees of freedom of an error bar that a plan rests on: it is known to ``sqrt(1 / 160)``, 8 %."""
 
 COLLISIONS = 3000
 """Of a block of the pilot, at least."""

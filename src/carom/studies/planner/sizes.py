@@ -37,12 +37,7 @@ def sizes(system: System) -> list[int]:
 
 
 def residual(system: System, n: int) -> float:
-    """Return the bias of Z that the correction of order 1 / N leaves: one error of what is not known.
-
-    On a line there is none: the correction is exact.
-    """
-    if system.dimension == 1 and not system.crystal:
-        return 0.0
+    """Return the bias of Z that the correction of order 1 / N leaves: one error of what is not known."""
     shift = abs(system.shift(n))
     missed = OF_CRYSTAL if system.crystal else OF_MIXTURE if system.mixture else 0.0
     parts = [missed * shift, SECOND_ORDER / n * shift]

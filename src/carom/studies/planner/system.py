@@ -45,7 +45,7 @@ class System:
     ----------
     packing_fraction : float
     dimension : int
-        1 to 6.
+        2 to 6.
     scene : mapping
         Keys of ``[scene]``: diameter, mass, kT, or kT and species with fractions.
 
@@ -61,6 +61,11 @@ class System:
 
     def __post_init__(self) -> None:
         d = checks.integer(self.dimension, "dimension", low=1, high=LARGEST_DIMENSION)
+        if d == 1:
+            raise InputError(
+                "On a line nothing has to be planned: carom.theory.tonks is exact, and the error of a run, "
+                "whose motion is periodic, does not fall as the square root of its length."
+            )
         for name in REFUSED:
             if name in self.scene:
                 raise InputError(
