@@ -36,6 +36,7 @@ from rates import rate, size_of
 
 import carom
 from carom.block import Block
+from carom.models.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics
 from carom.ranges import ENTERED, Kind, Ranges
 from carom.simulation import loop
@@ -141,6 +142,9 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
             {"images": False},
         ),
         "a square well": (plain.with_(interaction=SquareWell(1.5, 1.0)), {"images": False}),
+        "a tenth pinned": (plain.with_(pinned=np.arange(0, n, 10)), {"images": False}),
+        "sectors instead of lists": (plain, {"images": False, "neighbors": "sectors"}),
+        "a field, by sectors": (plain.with_(motion=Gravity((0.0, 0.0, -1e-9))), {"images": False}),
         "growth": (plain.with_(diameter=0.99), {"images": False, "growth": 1e-9}),
         "event log": (plain, {"images": False, "event_log": True}),
         "currents": (plain, {"images": False, "currents": True}),

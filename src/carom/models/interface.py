@@ -611,6 +611,25 @@ def thrown(motion, approach):
 
 
 @optional
+def evened(motion, change, v, normal):
+    """Return a change of the normal velocity for a normal whose rounded length is not quite 1.
+
+    By default the change itself. A motion that has to keep energy over very many bounces answers: see
+    ``carom.models.gravity``.
+
+    Parameters
+    ----------
+    motion : model
+        The motion.
+    change : float
+        What the contact adds to the velocity along the normal.
+    v, normal : sequences of d floats
+        Velocity before the contact, and the normal.
+    """
+    return change
+
+
+@optional
 def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     """Set ``v``, (d,) float64, to the velocity of component i after the contact.
 
@@ -634,7 +653,7 @@ def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     approach = growth
     for axis in range(len(v)):
         approach -= normal[axis] * v[axis]
-    change = thrown(motion, approach)
+    change = evened(motion, thrown(motion, approach), v, normal)
     for axis in range(len(v)):
         v[axis] += change * normal[axis]
 

@@ -20,6 +20,7 @@ from carom.models.interface import (
     arrival,
     at_time,
     encounter,
+    evened,
     fall,
     outward,
     recoil,
@@ -250,6 +251,6 @@ def _(obstacle: Displaced, motion, i, mass, x, v, normal, growth, now):
     for axis in range(len(v)):
         approach -= normal[axis] * v[axis]
     approach = max(approach, 0.0)
-    change = approach + max(approach, rest_speed(motion), obstacle.rest)
+    change = evened(motion, approach + max(approach, rest_speed(motion), obstacle.rest), v, normal)
     for axis in range(len(v)):
         v[axis] += change * normal[axis]

@@ -20,6 +20,7 @@ from carom.models.interface import (
     arrival,
     at_time,
     encounter,
+    evened,
     fall,
     outward,
     pull,
@@ -264,7 +265,7 @@ def _(obstacle: Lossy, motion, i, mass, x, v, normal, growth, now):
     least = max(least, 0.25 * law.contact_time * pull(motion, normal), law.restitution * law.threshold)
     obstacle.spared[0] += np.int64(spared)
     obstacle.spared[1] += np.int64(left < least)
-    change = surface - speed + max(left, least)
+    change = evened(motion, surface - speed + max(left, least), v, normal)
     for axis in range(len(v)):
         v[axis] += change * normal[axis]
 

@@ -33,6 +33,7 @@ from carom.models.interface import (
     begin,
     carry,
     core_square,
+    evened,
     exchanged_part,
     jump,
     mass,
@@ -341,7 +342,7 @@ class Replay:
             speed = 0.0
             for a, b in zip(normal, before, strict=True):
                 speed += a * b
-            along = thrown(self._motion, 0.0 - speed)
+            along = evened(self._motion, thrown(self._motion, 0.0 - speed), before, normal)
             self._v[i] += along * np.array(normal)
         self._compare(weight * along, impulse, f"{i} and {self._fixed[k].name}")
 
