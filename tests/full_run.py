@@ -42,6 +42,43 @@ trajectory = ["h5md", "extxyz", "gsd"]
 """
 
 
+RUN = """
+[run]
+seed = 4
+equilibration = 200
+collisions_per_particle = {measured}
+frames = 64
+checkpoint_every = 0.02
+
+[output]
+event_log = true
+pictures = false
+trajectory = ["h5md", "extxyz"]
+"""
+
+OTHERS = {
+    "wells": (
+        """
+[scene]
+cells = 2
+density = 0.3
+kT = 2.0
+
+[scene.interaction]
+type = "square-well"
+""",
+        20000,
+    ),
+}
+"""Other physics: a scene, and its collisions per particle for about a second."""
+
+
+def other(name):
+    """Return the plan of one of them."""
+    scene, measured = OTHERS[name]
+    return Plan.from_toml(scene + RUN.format(measured=measured))
+
+
 def plan(*, equilibration=200, measured=1000, frames=16, without=()):
     """Return the plan, some formats left out."""
     text = PLAN.format(equilibration=equilibration, measured=measured, frames=frames)

@@ -72,6 +72,17 @@ def test_six_times_six_kills_change_no_bit_and_damage_no_file(reference, tmp_pat
     kill_again_and_again(reference, tmp_path / "run", kills=6, seed=seed)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", full_run.OTHERS)
+def test_kills_change_no_bit_of_other_physics(name, tmp_path):
+    """Of what remembers: pairs on steps."""
+    plan = full_run.other(name)
+    scene = tmp_path / "scene.toml"
+    scene.write_text(plan.to_toml())
+    whole = studies.run(plan, tmp_path / "whole").folder
+    kill_again_and_again((scene, whole), tmp_path / "run", kills=4, seed=1)
+
+
 @pytest.mark.parametrize("form", ["gsd", "extxyz", "h5md"])
 def test_a_run_with_one_trajectory_alone_goes_on_after_a_kill(reference, tmp_path, form):
     """Its frames cannot be made anew from another."""
