@@ -166,7 +166,7 @@ TOO_SLOW = {
         ("eos", option)
         for option in ("--dimension", "--relative-error", "--engine", "--workers", "--scheduler")
     ),
-    *(("code", option) for option in ("--seeds", "--first", "--rate", "--workers")),
+    *(("code", option) for option in ("--seeds", "--first", "--rate", "--hops", "--workers")),
     *(
         ("transport", option)
         for option in (
@@ -328,6 +328,7 @@ CASES = {
             ("9", "--seeds", "2"), ("--first", "7"), lambda done: list(done.asked["seeds"]), [7, 8]
         ),
         "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked["rate"], 0.1),
+        "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked["hops"], 2),
         "--digits": added(
             ("5", "--json"), ("--digits", "40"), lambda done: len(json.loads(done.printed)["angle"]), 41
         ),

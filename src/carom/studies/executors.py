@@ -138,7 +138,7 @@ class Processes(Engine):
     Workers are started afresh (spawn), on every system. They do not import the caller's main module, which
     holds no function of theirs, so that scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to
     the leading process and end when it ends, however it does. When they compile, they send word, and who
-    listens to :mod:`carom.compiling.news` in the leading process is told.
+    listens to ``carom.compiling.news`` in the leading process is told.
     """
 
     def __init__(self, workers: int):

@@ -190,7 +190,7 @@ class Transport(Outcome):
     spec : TransportSpec
         What was asked for.
     records, failures, folder, engine, seconds
-        As in :class:`carom.studies.outcome.Outcome`.
+        As in ``carom.studies.outcome.Outcome``.
     """
 
     spec: TransportSpec

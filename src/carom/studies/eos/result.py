@@ -33,7 +33,7 @@ class EquationOfState(Outcome):
     spec : StudySpec
         What was asked for.
     records, failures, folder, engine, seconds
-        As in :class:`carom.studies.outcome.Outcome`.
+        As in ``carom.studies.outcome.Outcome``.
     equation : callable or None
         Equation of state to compare with, instead of the usual one.
     """
