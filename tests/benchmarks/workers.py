@@ -13,10 +13,10 @@ import time
 import numpy as np
 
 import carom
-from carom.simulation.team import Settings, Team
+from carom.simulation.team import Settings, Shares, Team
 
 ROUNDS = 3
-PER_ROUND = 4.0
+PER_ROUND = 12.0
 """Collisions for each particle."""
 
 
@@ -41,11 +41,12 @@ def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=2.0)
     several.machine.team = team
     for sim in (one, several):  # compile, touch the memory, and leave the lattice
         sim.run(collisions_per_particle=6)
+    team.shares = Shares()
     ratios = []
     for _ in range(ROUNDS):
         alone, together = wall(one), wall(several)
         ratios.append(alone / together)
-        print(f"one {alone:.2f} s, {workers} {together:.2f} s, ratio {ratios[-1]:.2f}", flush=True)
+        print(f"one {alone:.2f} s, {workers:.0f} {together:.2f} s, ratio {ratios[-1]:.2f}", flush=True)
     frames = one.frame(), several.frame()
     assert one.tally == several.tally
     assert (frames[0].positions == frames[1].positions).all()
