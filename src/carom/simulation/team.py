@@ -121,7 +121,7 @@ class Team:
         self._fresh = False  # whether every part holds the true state of its own cells
         self._mark: tuple[Any, ...] = ()
         self._length = 0.0
-        self._plain_until = (-1, 0.0)
+        self._plain = (-1, 0.0, 0.0)  # epoch, and from when until when the plain cycle is to run
         self._caution = 1.0
         self._failed = 0
         self._known_rate = 0.0
@@ -149,10 +149,16 @@ class Team:
         last = math.nextafter(float(record.length), 0.0)
         if int(stop[0]) < epoch or machine.clock.epoch > epoch or start >= last:
             return False
-        if (epoch, start) < self._plain_until:
-            return False
         if int(stop[0]) == epoch:
             last = min(last, float(stop[1]))
+        if epoch == self._plain[0] and self._engine is not None:
+            _, first, until = self._plain
+            if self._engine.neighbors is not machine.engine.neighbors:  # what there was to do is done
+                self._plain = (-1, 0.0, 0.0)
+            elif start < first:
+                last = min(last, first)
+            elif start < until:
+                return False
         if self._length == 0.0:
             self._length = self.settings.collisions / self._rate()
         length = min(self._length, last - start)
@@ -208,7 +214,7 @@ class Team:
             raise
         count = self._own_collisions()
         if not alike or self.machine.collisions + count >= target:
-            self._again(codes, epoch, end, end - start, alike)
+            self._again(codes, epoch, end, end - start, alike, count)
             shares.lost += time.perf_counter() - began
             shares.wall += time.perf_counter() - began
             return True
@@ -321,22 +327,34 @@ class Team:
 
     # How long and how deep --------------------------------------------------------------------------------
 
-    def _again(self, codes: list[int], epoch: int, end: float, length: float, alike: bool) -> None:
+    def _again(
+        self, codes: list[int], epoch: int, end: float, length: float, alike: bool, count: int
+    ) -> None:
         """Prepare to run a window again, from where it began."""
         from carom.engine import constants
 
         self.shares.repeats += 1
         self._fresh = False
         if constants.NEEDS_NEIGHBORS in codes:  # what the plain run does about it, it does itself
-            self._plain_until = (epoch, end)
+            needed = min(
+                float(part.engine.state.clock.now[0])
+                for code, part in zip(codes, self._parts, strict=True)
+                if code == constants.NEEDS_NEIGHBORS
+            )
+            self._plain = (epoch, needed - 0.02 * length, end)
         elif constants.NEEDS_LOG in codes:
             self._engine = None  # with more room
             self._room *= 2
         else:
             self._length = 0.5 * length
             self._failed += not alike
+            held = 2.0 * count / self.machine.scene.n
             if self._failed > PATIENCE:
-                self._plain_until = (epoch, end)
+                self._plain = (epoch, end - length, end)
+            elif held > 1.25 * self.settings.collisions:
+                # More than the rims are made for: the rate was not the one expected, and is known now.
+                self._known_rate = held / length
+                self._length = min(self._length, self.settings.collisions / self._known_rate)
             elif not alike:
                 self._caution = min(self._caution * 1.25, 8.0)
 
