@@ -26,10 +26,11 @@ from carom.engine.neighbors.sectors import Sectors, make_sectors
 from carom.engine.obstacles import make_obstacles
 from carom.engine.pair_steps import SteppedImage, make_steps
 from carom.engine.requirements import Contents
-from carom.engine.search import FarSight, NearSight
+from carom.engine.search import FarSight, FarSteps, NearSight
 from carom.engine.state import State, make_state
 from carom.engine.tallies import TALLY, BySpecies
 from carom.models.contact import FAR
+from carom.models.interface import step_core_square
 from carom.models.units import Units
 
 SLACK = 1.0 - 2.0**-20
@@ -103,7 +104,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             impact,
             make_balance(particles.masses, velocities, contents.still) if changes else None,
             obstacles,
-            None if isinstance(pair, Units) else _sight(scheme, contents, neighbors),
+            _sight(scheme, contents, neighbors, pair),
             _currents(contents, particles, velocities, pair),
             make_flights(contents.n, _kinds(contents, particles)) if contents.flights else None,
             pair if isinstance(pair, Units) else None,
@@ -129,13 +130,28 @@ def _kinds(contents: Contents, particles):
     return None if contents.kinds is None else particles.with_ghost(contents.kinds, np.int64)
 
 
-def _sight(scheme: Scheme, contents: Contents, neighbors) -> FarSight | NearSight | AlongCurves | None:
+def _sight(
+    scheme: Scheme, contents: Contents, neighbors, pair
+) -> FarSight | FarSteps | NearSight | AlongCurves | None:
     """Return how the time of a contact is computed."""
     if scheme.kind == "all":
         return NearSight(neighbors.near)
     if scheme.kind == "pairs":
         return AlongCurves(scheme.span)
+    if contents.stepped:
+        core = _smallest_core(contents.interaction, pair, contents)
+        return FarSteps() if scheme.reach > FAR * core else None
     return FarSight() if _farthest(scheme, contents) > FAR else None
+
+
+def _smallest_core(interaction: Any, pair, contents: Contents) -> float:
+    """Return the diameter of the smallest hard core, which need not be a component's; infinity without one.
+
+    Circles of units are no cores.
+    """
+    count, _ = interaction.steps(contents.particles)
+    squares = [float(step_core_square(pair, step)) for step in range(count)]
+    return math.sqrt(min((square for square in squares if square > 0.0), default=math.inf))
 
 
 def _farthest(scheme: Scheme, contents: Contents) -> float:
