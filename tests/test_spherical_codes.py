@@ -18,6 +18,7 @@ from carom.studies.codes.compression import compress, random_points
 from carom.studies.codes.contacts import contact_graph
 from carom.studies.codes.hops import improve
 from carom.studies.codes.polish import polish, refine
+from carom.studies.codes.toml import arguments, parse
 
 with open(Path(__file__).parent / "data" / "spherical_codes.csv", encoding="utf-8") as file:
     TABLE = {
@@ -234,6 +235,46 @@ def test_the_command_prints_and_keeps_what_the_function_returns(tmp_path):
     refused = CliRunner().invoke(cli.app, ["code", "1"])
     assert refused.exit_code == 2
     assert "n must be" in refused.output
+
+
+def test_a_file_says_what_is_searched_for_and_options_override_it(tmp_path):
+    file = tmp_path / "search.toml"
+    file.write_text("[code]\nn = 8\ndimension = 4\nseeds = 3\ndigits = 20\n")
+    done = CliRunner().invoke(cli.app, ["code", str(file), "--digits", "25", "--json"])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    assert (told["n"], told["k"]) == (8, 4)
+    assert told["angle"] == "90." + 23 * "0"
+    words = parse("[code]\nn = 24\ndimension = 4\nseeds = 3\nfirst = 5\nrate = 0.1\nhops = 2\n")
+    assert arguments(words) == {"n": 24, "k": 4, "seeds": range(5, 8), "rate": 0.1, "hops": 2}
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("[code]\nn = 8\nseed = 3\n", "did you mean seeds"),
+        ("[code]\nn = 8\nseeds = 0\n", "seeds must be"),
+        ("[code]\nn = 8\nfirst = -1\n", "first must be"),
+        ("[code]\nn = 'many'\n", "n must be"),
+        ("[code]\nseeds = 3\n", "must have n"),
+        ("code = 3\n", "must be a section"),
+        ("[scene]\nn = 8\n", "no section"),
+        ("[code\n", "no valid TOML"),
+    ],
+)
+def test_a_file_that_says_no_search_is_refused_in_a_sentence(tmp_path, content, sentence):
+    file = tmp_path / "search.toml"
+    file.write_text(content)
+    refused = CliRunner().invoke(cli.app, ["code", str(file)])
+    assert refused.exit_code == 2
+    assert sentence in " ".join(refused.output.split())
+
+
+def test_what_is_neither_a_number_nor_a_file_is_refused():
+    for text, sentence in (("eight", "number of points"), ("nowhere.toml", "does not exist")):
+        refused = CliRunner().invoke(cli.app, ["code", text])
+        assert refused.exit_code == 2
+        assert sentence in " ".join(refused.output.split())
 
 
 def found_among_forty(n, k):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,12 +16,18 @@ if TYPE_CHECKING:
 
 @friendly
 def code(
-    n: Annotated[int, typer.Argument(help="Number of points.")],
-    k: Annotated[
-        int, typer.Option("--dimension", "-k", help="Of the space of the sphere; 3 is the usual one.")
-    ] = 3,
-    seeds: Annotated[int, typer.Option(help="How many random starts.")] = 40,
-    first: Annotated[int, typer.Option(help="The first of the seeds.")] = 0,
+    n: Annotated[
+        str,
+        typer.Argument(
+            help=r"Number of points, or a file (TOML) with \[code]: n, and options by their long names."
+        ),
+    ],
+    dimension: Annotated[
+        int | None,
+        typer.Option("--dimension", "-k", help="Of the space of the sphere. Without: 3, the usual one."),
+    ] = None,
+    seeds: Annotated[int | None, typer.Option(help="How many random starts. Without: 40.")] = None,
+    first: Annotated[int | None, typer.Option(help="The first of the seeds. Without: 0.")] = None,
     rate: Annotated[
         float | None,
         typer.Option(
@@ -29,9 +35,10 @@ def code(
         ),
     ] = None,
     hops: Annotated[
-        int, typer.Option(help="How often each seed moves a few points into holes, and climbs.")
-    ] = 20,
-    digits: Annotated[int, typer.Option(help="Decimal digits of the result.")] = 32,
+        int | None,
+        typer.Option(help="How often each seed moves a few points into holes, and climbs. Without: 20."),
+    ] = None,
+    digits: Annotated[int | None, typer.Option(help="Decimal digits of the result. Without: 32.")] = None,
     workers: Annotated[int | None, typer.Option(help="Processes; as many as cores.")] = None,
     out: Annotated[
         Path | None,
@@ -52,32 +59,42 @@ def code(
     carom code 24 -k 4 --seeds 200 --rate 0.1
     carom code 12 --out icosahedron.txt
     carom code 24 --out caps.png
+    carom code search.toml --seeds 100
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import watched
     from carom.errors import FileError
     from carom.io.paths import writable
     from carom.studies import CodeInterrupted, spherical_code
+    from carom.studies.codes.toml import arguments
 
+    words = _words(n)
+    options = {
+        "dimension": dimension, "seeds": seeds, "first": first, "rate": rate, "hops": hops, "digits": digits,
+    }  # fmt: skip
+    words |= {name: value for name, value in options.items() if value is not None}
     if out is not None and writable(out).exists() and not overwrite:
         raise FileError(f"{out} exists already and was left as it is; replace it with --overwrite.")
     try:
         with watched() as progress, compiling_told():
-            found = spherical_code(
-                n,
-                k,
-                seeds=range(first, first + max(seeds, 0)),
-                rate=rate,
-                hops=hops,
-                digits=digits,
-                workers=workers,
-                progress=progress,
-            )
+            found = spherical_code(**arguments(words), workers=workers, progress=progress)
     except CodeInterrupted as stopped:
         if stopped.code is not None:
             _show(stopped.code, out, as_json)
         raise
     _show(found, out, as_json)
+
+
+def _words(text: str) -> dict[str, Any]:
+    """Return what is searched for: a number of points, or what a file says."""
+    from carom.errors import InputError
+    from carom.studies.codes.toml import load
+
+    if text.isdecimal():
+        return {"n": int(text)}
+    if Path(text).suffix != ".toml":
+        raise InputError(f"N must be a number of points, or a file that ends with .toml, found {text!r}.")
+    return load(text)
 
 
 def _show(found: SphericalCode, out: Path | None, as_json: bool) -> None:

@@ -1,0 +1,67 @@
+"""A search for a spherical code as a TOML file: ``[code]`` with the words of ``carom code``."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import Any
+
+from carom import checks
+from carom.errors import InputError
+from carom.studies.codes.search import SEEDS
+from carom.studies.eos.toml import read, sections
+
+WORDS = ("n", "dimension", "seeds", "first", "rate", "hops", "digits")
+"""Keys of ``[code]``."""
+
+
+def load(path: str | Path) -> dict[str, Any]:
+    """Read the words of a search from a TOML file.
+
+    Raises
+    ------
+    FileError
+        If it is missing, unreadable, too large or not text in UTF-8.
+    InputError
+        If it is no TOML, a section or key is unknown, or n is missing.
+    """
+    content = read(path)
+    try:
+        return parse(content)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def parse(content: str) -> dict[str, Any]:
+    """Read the words of a search from TOML: see :func:`load`."""
+    tables = sections(content)
+    for name, table in tables.items():
+        if name != "code":
+            raise InputError(f"[{name}] is no section of a search for a code; that is [code].")
+        if not isinstance(table, dict):
+            raise InputError(f"[code] must be a section, found {checks.describe(table)}.")
+    words = dict(tables.get("code", {}))
+    for name in words:
+        if name not in WORDS:
+            near = difflib.get_close_matches(name, WORDS, n=1)
+            hint = f"; did you mean {near[0]}" if near else f" (known: {', '.join(WORDS)})"
+            raise InputError(f"[code] {name} is no known key{hint}.")
+    if "n" not in words:
+        raise InputError("[code] must have n, the number of points; found none.")
+    return words
+
+
+def arguments(words: dict[str, Any]) -> dict[str, Any]:
+    """Return the arguments of :func:`carom.studies.spherical_code` that words of a search stand for.
+
+    Raises
+    ------
+    InputError
+        If the number of seeds, or the first of them, is out of range.
+    """
+    found = dict(words)
+    seeds = checks.integer(found.pop("seeds", SEEDS), "seeds", low=1)
+    first = checks.integer(found.pop("first", 0), "first", low=0)
+    if "dimension" in found:
+        found["k"] = found.pop("dimension")
+    return {**found, "seeds": range(first, first + seeds)}
