@@ -26,6 +26,7 @@ from carom.studies.eos.order import OrderParameter, q_6
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.start import start as start_of
 from carom.studies.eos.study import load
+from carom.studies.session import Failure
 
 SMALL = {"n": 108, "collisions_per_particle": 100, "equilibration": 20, "blocks": 64, "executor": "serial"}
 
@@ -715,7 +716,7 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
             began=0.0, engine_seconds=1.0, host="<here>", process=1, python="3", numpy="2"
         )
     spec = StudySpec(packing_fractions=(0.1, 0.2, 0.3, 0.4), n=(108, 500, 1000), replicas=1)
-    failures = [studies.eos.result.Failure(spec.tasks()[0], "it <failed>")]
+    failures = [Failure(spec.tasks()[0], "it <failed>")]
     study = studies.EquationOfState(spec, records, failures)
     study.plot(tmp_path / "eos.png", equations={"CS": theory.carnahan_starling})
     study.with_theory(theory.carnahan_starling).plot(tmp_path / "own.svg")
