@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import carom
+from carom.compiling.reasons import reason
 from carom.errors import InputError
 from carom.io.events import read_events
 from carom.ranges import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
@@ -197,6 +199,55 @@ def test_what_is_compiled_is_told(run):
     sim, _ = run
     assert carom.explain(sim).models["rules"] == "Units"
     assert math.isnan(sim.statistics.energy_drift)
+
+
+TABLE = {"speed": 1.0}
+
+
+def looks_up(unit, event):
+    unit.velocity[0] = TABLE["speed"]
+
+
+def asks_another(unit, event):
+    if unit.kind == 0:
+        looks_up(unit, event)
+
+
+def mixes(unit, event):
+    things = {"a": 1}
+    things[3] = [unit.kind, "x"]
+
+
+def opens(unit, event):
+    with open(os.devnull) as file:
+        file.read()
+
+
+@pytest.mark.slow
+def test_a_rule_that_numba_cannot_compile_is_refused_in_a_sentence():
+    with pytest.raises(InputError) as caught:
+        carom.Simulation(scattered(n=12).with_(interaction=ranges(asks_another))).run(time=1.0)
+    assert re.fullmatch(
+        r"Numba cannot compile the rule asks_another: line \d+ of test_ranges.py, "
+        r"`unit.velocity\[0\] = TABLE\[\"speed\"\]`: Untyped global name 'TABLE': Cannot determine Numba "
+        r"type of <class 'dict'>\. Write it with numbers, arrays, tuples, and functions of math and NumPy\.",
+        str(caught.value),
+    )
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [(looks_up, "'TABLE'"), (mixes, r"things\[3\]"), (opens, "context manager"), (restless, None)],
+)
+def test_the_reason_why_a_rule_cannot_be_compiled_is_short(rule, words, run):
+    model = ranges(rule).model(run[0].machine.contents.particles)
+    why = reason(rule, model.units[0], model.told[0])
+    if words is None:
+        assert why is None
+    else:
+        assert re.search(words, why)
+        assert "\n" not in why
+        assert len(why) < 240
 
 
 def past_the_end(unit, event):

@@ -18,6 +18,7 @@ from carom.scene.temperature import peculiar
 from carom.simulation.mechanics import impulses, kT_time, sizes
 from carom.simulation.pace import CYCLES
 from carom.simulation.stalling import Reach
+from carom.simulation.units import refuse_rule
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
@@ -83,8 +84,12 @@ def _advance(
         if machine.team is not None and machine.team.window(stop, int(target)):
             code = constants.SPENT
         else:
-            with machine.pace:
-                code = cycle.run(*machine.engine, log, *stop, target, np.int64(cycles))
+            try:
+                with machine.pace:
+                    code = cycle.run(*machine.engine, log, *stop, target, np.int64(cycles))
+            except Exception as error:
+                refuse_rule(machine, error)
+                raise
         now = time.perf_counter()
         machine.seconds += now - began
         wrong = complaint(machine.engine.model.pair)

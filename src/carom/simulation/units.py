@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.compiling.reasons import comes_from_numba, reason
 from carom.errors import InputError
 
 if TYPE_CHECKING:
@@ -67,3 +68,17 @@ def present(machine: Machine) -> UnitsNow:
         targets=pair.targets[:-1].copy(),
         asked=dict(zip(causes, pair.asked[1:].tolist(), strict=True)),
     )
+
+
+def refuse_rule(machine: Machine, error: Exception) -> None:
+    """Raise InputError where an error of the compiler is one about a rule; else do nothing."""
+    pair = machine.engine.model.rules
+    if pair is None or not comes_from_numba(error):
+        return
+    rule = machine.scene.interaction.rule  # type: ignore[attr-defined]
+    why = reason(rule, pair.units[0], pair.told[0])
+    if why is not None:
+        raise InputError(
+            f"Numba cannot compile the rule {rule.__name__}: {why}. Write it with numbers, arrays, tuples, "
+            "and functions of math and NumPy."
+        ) from None
