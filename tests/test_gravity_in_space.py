@@ -23,7 +23,7 @@ def column(dimension, n, restitution, *, diameter=0.3, edge=6.0, height=60.0, kT
     grid = np.stack(np.meshgrid(*[np.arange(per_side)] * dimension, indexing="ij"), -1).reshape(-1, dimension)
     places = (grid[rng.permutation(len(grid))[:n]] + 0.5) * (edge / per_side)
     places[:, -1] = places[:, -1] / edge * 3.0 * kT + 0.5
-    loss = Loss(restitution, contact_time=1e-4)
+    loss = Loss(restitution, contact_time=1e-2)  # what lies on the floor hops 2 / t_c times a time
     return carom.Scene(
         places,
         (*[edge] * (dimension - 1), height),
