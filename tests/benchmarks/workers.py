@@ -1,9 +1,10 @@
 """One worker against several, in turn in one run: wall time, and where the time of several goes.
 
     python tests/benchmarks/workers.py                       # a million spheres at 0.30, two workers
-    python tests/benchmarks/workers.py 2 0.70 1000000 2 2.0  # dimension, packing fraction, n, workers, window
+    python tests/benchmarks/workers.py 2 0.70 600000 2        # dimension, packing fraction, n, workers
 
-Both runs must come out with the same bits.
+Both runs must come out with the same bits. The last lines are a model, not a measurement: what the shares of
+these workers mean for more of them, and what the same windows would send between hosts.
 """
 
 import statistics
@@ -13,6 +14,8 @@ import time
 import numpy as np
 
 import carom
+from carom.engine.windows.partition import layout_of, share_out
+from carom.engine.windows.shares import ABSENT, OWN, ZONE
 from carom.simulation.team import Settings, Shares, Team
 
 ROUNDS = 3
@@ -34,10 +37,47 @@ def wall(sim):
     return time.perf_counter() - began
 
 
-def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=2.0):
+def size(value):
+    """Return the bytes of all arrays in a value."""
+    if isinstance(value, tuple):
+        return sum(map(size, value))
+    return getattr(value, "nbytes", 0)
+
+
+def model(team, workers, ratio):
+    """Print what more workers would do, by volumes of rims and by the shares measured.
+
+    Running takes what it takes here for each cell that is held; everything else takes as long as here, with
+    any number of workers. Nothing is assumed to be lost to a memory that all share.
+    """
+    machine, shares = team.machine, team.shares
+    engine = machine.engine
+    layout = layout_of(engine.neighbors, machine.scene.box, machine.scene.periodic)
+    each = size((engine.state, engine.neighbors)) / machine.scene.n
+
+    def held(parts):
+        flags = share_out(layout, parts, team._depth()).flags
+        return flags, np.count_nonzero(flags != ABSENT) / flags.shape[1]
+
+    run, rest = shares.run, shares.wall - shares.run - shares.lost
+    alone = ratio * (run + rest)
+    for parts in (workers, 4, 16, 64):
+        flags, volume = held(parts)
+        wall = run * volume / held(workers)[1] * workers / parts + rest
+        rim, zone = (
+            np.count_nonzero(which, axis=1).max() / flags.shape[1] * machine.scene.n * each / 1e6
+            for which in ((flags != ABSENT) & (flags != OWN), flags == ZONE)
+        )
+        print(
+            f"model: {parts:3d} workers: volume with rims {volume:.2f}, ratio {alone / wall:.1f}; "
+            f"between hosts {rim:.1f} MB of rims and {zone:.1f} MB of zones for each and a window"
+        )
+
+
+def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=None):
     scene = scene_of(int(dimension), float(packing_fraction), int(n))
     one, several = (carom.Simulation(scene, seed=3) for _ in range(2))
-    team = Team(several.machine, int(workers), Settings(collisions=float(window)))
+    team = Team(several.machine, int(workers), Settings(collisions=window))
     several.machine.team = team
     for sim in (one, several):  # compile, touch the memory, and leave the lattice
         sim.run(collisions_per_particle=6)
@@ -58,6 +98,7 @@ def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=2.0)
     for name in ("load", "run", "compare", "store", "merge", "lost"):
         print(f"  {name:8} {getattr(shares, name) / shares.wall:.3f}")
     print(f"  waiting  {max(1.0 - shares.busy / (int(workers) * shares.run), 0.0):.3f} of run")
+    model(team, int(workers), statistics.median(ratios))
 
 
 if __name__ == "__main__":

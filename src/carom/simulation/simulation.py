@@ -79,7 +79,7 @@ class Simulation:
         Keep histograms of free flights and of normal speeds, for :meth:`free_flights`.
     workers : int or "auto"
         Threads that run this one system together. The bits are those of one worker (``docs/parallel``).
-        "auto" takes several only where this was measured to be faster: nowhere so far.
+        "auto" takes two where this was measured to be faster: large systems in the plane.
 
     Raises
     ------

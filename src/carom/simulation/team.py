@@ -24,14 +24,20 @@ CYCLES = 50_000
 FRONT = (4.0, 3.0)
 """Diameters by which wrong decisions spread into a rim at once, and for every collision a particle."""
 
+LENGTHS = {2: 4.0}
+"""Collisions a particle that a window holds in some dimensions: longer in the plane, where rims are thin."""
+
+LENGTH = 2.0
+"""Collisions a particle that a window holds elsewhere."""
+
 SHARE = 0.02
 """Collisions for each particle below which a stretch is not worth a window."""
 
-WORTHWHILE: dict[int, int] = {}
-"""Components from which on several workers were measured to be faster than one, by dimension: none so far."""
+WORTHWHILE: dict[int, int] = {2: 600_000}
+"""Components from which on two workers were measured to be 1.2 times as fast as one or more, by dimension."""
 
-AT_MOST = 4
-"""Workers that are chosen without being asked for: rims of more have not been measured."""
+AT_MOST = 2
+"""Workers that are chosen without being asked for: the speed of more has not been measured."""
 
 FEWEST = 32
 """Collisions below which it never is."""
@@ -81,15 +87,15 @@ class Settings:
 
     Attributes
     ----------
-    collisions : float
-        Collisions a particle that a window should hold.
+    collisions : float or None
+        Collisions a particle that a window should hold, or None for what was measured to be good.
     depth : float or None
         Depth of the rims beyond what a part touches [length], or None for as deep as needed.
     least : float
         Collisions a particle below which a stretch is left to the plain cycle.
     """
 
-    collisions: float = 2.0
+    collisions: float | None = None
     depth: float | None = None
     least: float = SHARE
 
@@ -116,6 +122,8 @@ class Team:
     shares: Shares = field(default_factory=Shares)
 
     def __post_init__(self) -> None:
+        wanted = self.settings.collisions
+        self._held = LENGTHS.get(self.machine.scene.dimension, LENGTH) if wanted is None else wanted
         self._engine: Any = None
         self._parts: list[Any] = []
         self._fresh = False  # whether every part holds the true state of its own cells
@@ -160,7 +168,7 @@ class Team:
             elif start < until:
                 return False
         if self._length == 0.0:
-            self._length = self.settings.collisions / self._rate()
+            self._length = self._held / self._rate()
         length = min(self._length, last - start)
         left = target - machine.collisions
         if left < 2**60:
@@ -351,10 +359,10 @@ class Team:
             held = 2.0 * count / self.machine.scene.n
             if self._failed > PATIENCE:
                 self._plain = (epoch, end - length, end)
-            elif held > 1.25 * self.settings.collisions:
+            elif held > 1.25 * self._held:
                 # More than the rims are made for: the rate was not the one expected, and is known now.
                 self._known_rate = held / length
-                self._length = min(self._length, self.settings.collisions / self._known_rate)
+                self._length = min(self._length, self._held / self._known_rate)
             elif not alike:
                 self._caution = min(self._caution * 1.25, 8.0)
 
@@ -363,7 +371,7 @@ class Team:
         self._failed = 0
         if count > 0:
             self._known_rate = 2.0 * count / (self.machine.scene.n * length)
-            wanted = self.settings.collisions / self._known_rate / self._caution
+            wanted = self._held / self._known_rate / self._caution
             self._length = min(wanted, 2.0 * self._length)
             self._caution = max(self._caution * 0.98, 1.0)
 
@@ -389,7 +397,7 @@ class Team:
             return
         n, workers = machine.scene.n, self.workers
         if self._engine is None and not self._parts:
-            self._room = int(n * self.settings.collisions) + 1024
+            self._room = int(n * self._held) + 1024
             self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
         depth = self.settings.depth
         if depth is None:
@@ -414,7 +422,7 @@ class Team:
         scene, (once, each) = self.machine.scene, FRONT
         speed = math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
         flight = speed / self._rate()
-        return once * scene.diameter + (each * scene.diameter + flight) * self.settings.collisions
+        return once * scene.diameter + (each * scene.diameter + flight) * self._held
 
     # Threads ----------------------------------------------------------------------------------------------
 
