@@ -327,8 +327,8 @@ CASES = {
         "--first": added(
             ("9", "--seeds", "2"), ("--first", "7"), lambda done: list(done.asked["seeds"]), [7, 8]
         ),
-        "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked["rate"], 0.1),
-        "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked["hops"], 2),
+        "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked.get("rate"), 0.1),
+        "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked.get("hops"), 2),
         "--digits": added(
             ("5", "--json"), ("--digits", "40"), lambda done: len(json.loads(done.printed)["angle"]), 41
         ),
@@ -509,8 +509,8 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update(spec=spec, **settings)
                 raise Asked
 
-            def code(n, k, **settings):
-                asked.update(n=n, k=k, **settings)
+            def code(n, **settings):
+                asked.update(n=n, **settings)
                 raise Asked
 
             def view(source, page, **settings):
