@@ -83,11 +83,12 @@ def test_an_edited_kernel_is_compiled_anew(tmp_path):
 
 
 def test_the_digest_covers_every_module_of_the_kernel(tmp_path, monkeypatch):
+    # Who only listens to the news of what is compiled is not compiled.
     package = Path(carom.__file__).parent
     compiled = [
         path
         for path in package.rglob("*.py")
-        if re.search(r"from carom\.compiling|\.register$|@\w+\.register", path.read_text())
+        if re.search(r"from carom\.compiling(?! import news|\.news)|\.register$|@\w+\.register", path.read_text())
     ]
     assert len(compiled) > 20
     before = dispatch.source_digest.__wrapped__()

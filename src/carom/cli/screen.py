@@ -207,7 +207,7 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     for name, text in rows:
         table.add_row(name, text)
     meant = ["Z is that of the last collisions, from pairs alone. A gap is a part of the contact distance."]
-    if summary["confined"]:
+    if summary.get("confined"):  # summaries of before do not have it
         meant = [_WHOLE_BOX, *meant, "Contacts with walls and obstacles count as contacts, not in Z."]
     table.caption, table.caption_justify = "\n".join(meant), "left"
     console = Console(highlight=False, soft_wrap=False)
