@@ -91,6 +91,7 @@ def check_final(out):
         assert file["particles/trajectory/position/value"].shape == (frames, 108, 3)
 
 
+@pytest.mark.slow
 def test_three_kills_change_no_bit(reference, tmp_path):
     scene, whole = reference
     out = tmp_path / "run"

@@ -76,6 +76,7 @@ def test_a_mixture_grows_in_proportion_or_in_common():
     assert np.ptp(equal.frame.diameters) < 1e-5
 
 
+@pytest.mark.slow
 def test_between_walls_the_network_has_contacts_with_them():
     # In the usual stages: grown at 0.02 to the end, one in four of so few disks comes loose again.
     packing = studies.pack(studies.points(40, 2, periodic=False, seed=4), seed=4)

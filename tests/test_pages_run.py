@@ -78,7 +78,7 @@ PAGES = sorted(
     if page.name not in ELSEWHERE and not {"_build", "gallery"} & set(page.parts) and python_blocks(page)
 )
 
-LONG = ("gravity.md", "packings.md", "spherical-codes.md", "transport.md")
+LONG = ("gravity.md", "packings.md", "range-rules.md", "spherical-codes.md", "transport.md")
 """Pages whose blocks take more than half a minute."""
 
 
