@@ -48,9 +48,11 @@ def carom(*arguments, cwd=None, **options):
 
 
 def complaints(done):
-    """Return what a command wrote to stderr, but for the lines that say that it compiles or goes on."""
+    """Return what a command wrote to stderr, but for the lines that say that it compiles or goes on, and that
+    GSD knows no walls: which is said whenever such a file is begun, in a resumed run as well.
+    """
     lines = done.stderr.splitlines(keepends=True)
-    told = re.compile(r"Compiling for this kind of scene|\d+ s: ")
+    told = re.compile(r"Compiling for this kind of scene|\d+ s: |Note: .*GSD knows no walls")
     return "".join(line for line in lines if not told.match(line))
 
 
