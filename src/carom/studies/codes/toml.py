@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from pathlib import Path
 from typing import Any
 
 from carom import checks
 from carom.errors import InputError
 from carom.studies.codes.search import SEEDS
-from carom.studies.eos.toml import read, sections
+from carom.studies.eos.toml import read, sections, words_of
 
 WORDS = ("n", "dimension", "seeds", "first", "rate", "hops", "digits")
 """Keys of ``[code]``."""
@@ -40,12 +39,7 @@ def parse(content: str) -> dict[str, Any]:
             raise InputError(f"[{name}] is no section of a search for a code; that is [code].")
         if not isinstance(table, dict):
             raise InputError(f"[code] must be a section, found {checks.describe(table)}.")
-    words = dict(tables.get("code", {}))
-    for name in words:
-        if name not in WORDS:
-            near = difflib.get_close_matches(name, WORDS, n=1)
-            hint = f"; did you mean {near[0]}" if near else f" (known: {', '.join(WORDS)})"
-            raise InputError(f"[code] {name} is no known key{hint}.")
+    words = words_of(tables, "code", WORDS)
     if "n" not in words:
         raise InputError("[code] must have n, the number of points; found none.")
     return words

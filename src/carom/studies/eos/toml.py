@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -85,14 +86,26 @@ def parse(content: str, kind: type[S] = StudySpec) -> S:  # type: ignore[assignm
             raise InputError(f"[{name}] is no section of a study; those are [study] and [scene].")
         if not isinstance(table, dict):
             raise InputError(f"[{name}] must be a section, found {checks.describe(table)}.")
-    words = dict(tables.get("study", {}))
     known = [f.name for f in dataclasses.fields(kind) if f.name != "scene"]
+    words = words_of(tables, "study", known)
+    return kind(**words, scene=tables.get("scene", {}))
+
+
+def words_of(tables: Mapping[str, Any], section: str, known: Sequence[str]) -> dict[str, Any]:
+    """Return what a section says.
+
+    Raises
+    ------
+    InputError
+        If one of its keys is none of the ``known`` ones.
+    """
+    words = dict(tables.get(section, {}))
     for name in words:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"; did you mean {near[0]}" if near else f" (known: {', '.join(known)})"
-            raise InputError(f"[study] {name} is no known key{hint}.")
-    return kind(**words, scene=tables.get("scene", {}))
+            raise InputError(f"[{section}] {name} is no known key{hint}.")
+    return words
 
 
 def text(spec: StudySpec) -> str:

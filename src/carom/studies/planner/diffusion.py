@@ -18,10 +18,8 @@ from carom.studies.coefficients.simulate import simulate
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.planner import pilot as trial
 from carom.studies.planner.choice import Costs, slowed
-from carom.studies.planner.measures import refuse_unusual
 from carom.studies.planner.system import System
 from carom.studies.tasks import Record, Task
-from carom.studies.worker import simulation_of
 
 SIZE = 64
 """Spheres of the first pilot."""
@@ -141,8 +139,7 @@ class DiffusionMethod:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)
             if equilibration is None:
-                task = {**self.system.spec(n, seed=seed).tasks()[0], "replica": trial.REPLICA}
-                sim = simulation_of(task, refuse_unusual)
+                sim = trial.begin(self.system, n, seed)
                 sim.run(collisions=trial.COLLISIONS)
                 equilibration = trial.equilibrate(sim, self.system, trial.Watch(seconds, look))
             (short,) = self.tasks(n, 1, 1.0, 16.0, seed)

@@ -7,7 +7,6 @@ import time as clock
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -119,12 +118,11 @@ def pilot(
     InputError
         If the system does not come to equilibrium within the pilot.
     """
-    task = {**system.spec(n, seed=seed).tasks()[0], "replica": REPLICA}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", CaromWarning)
-        _compiled(task)
+        _compiled(begin(system, n, seed))
         watch = Watch(seconds, look)
-        sim = simulation_of(task, refuse_unusual)
+        sim = begin(system, n, seed)
         setup = watch.passed
         if equilibration is None:
             equilibration = equilibrate(sim, system, watch)
@@ -172,9 +170,14 @@ class Watch:
         self._tell(min(self.passed / self.seconds, 1.0))
 
 
-def _compiled(task: dict[str, Any]) -> None:
+def begin(system: System, n: int, seed: int) -> Simulation:
+    """Return n particles in motion. No run of a plan has their start."""
+    task = {**system.spec(n, seed=seed).tasks()[0], "replica": REPLICA}
+    return simulation_of(task, refuse_unusual)
+
+
+def _compiled(sim: Simulation) -> None:
     """Have everything compiled that a run of this size calls."""
-    sim = simulation_of(task, refuse_unusual)
     sim.run(collisions=COLLISIONS)
     Blocks(sim).go_on(sim.time_for(SMALL), 1)
 
