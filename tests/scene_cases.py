@@ -13,7 +13,8 @@ import numpy as np
 from engine_cases import EPS, NUDGE, ROUNDINGS
 
 import carom
-from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer, to_json
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.tables import obstacle_to_table
 from carom.reference import NaiveSystem
 
 PER_PARTICLE = 10
@@ -51,7 +52,7 @@ def oracle_of(scene, growth=0.0, nudge=0.0, elastic_below=0.0):
         "contact": scene.contact,
         "growth": growth,
         "periodic": scene.periodic,
-        "obstacles": [to_json(obstacle) for obstacle in scene.obstacles],
+        "obstacles": [obstacle_to_table(obstacle) for obstacle in scene.obstacles],
         "restitution": scene.restitution,
         "elastic_below": elastic_below,
     }

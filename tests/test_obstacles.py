@@ -15,10 +15,9 @@ from carom.models.obstacles import (
     Obstacle,
     Plane,
     SphericalContainer,
-    from_json,
-    to_json,
     walls,
 )
+from carom.models.tables import obstacle_from_table, obstacle_to_table
 from carom.scene.scene import Scene
 
 EPS = np.finfo(float).eps
@@ -153,7 +152,7 @@ def test_a_container_without_room_is_refused():
     ],
 )
 def test_an_obstacle_becomes_json_and_comes_back(obstacle):
-    assert from_json(to_json(obstacle)) == obstacle
+    assert obstacle_from_table(obstacle_to_table(obstacle)) == obstacle
 
 
 @pytest.mark.parametrize(
@@ -168,7 +167,7 @@ def test_an_obstacle_becomes_json_and_comes_back(obstacle):
 )
 def test_json_that_is_no_obstacle_is_refused(values, says):
     with pytest.raises(InputError, match=says):
-        from_json(values)
+        obstacle_from_table(values)
 
 
 @dataclass(frozen=True)

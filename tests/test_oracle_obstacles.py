@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from carom.errors import InputError, OverlapError
-from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer, to_json
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.tables import obstacle_to_table
 from carom.reference import NaiveSystem
 from carom.reference.arithmetic import make_arithmetic
 from carom.reference.meeting import contact_time
@@ -30,7 +31,7 @@ def oracle_of(scene: Scene, **settings) -> NaiveSystem:
         species=None if scene.contact is None else scene.species,
         contact=scene.contact,
         periodic=scene.periodic,
-        obstacles=[to_json(o) for o in scene.obstacles],
+        obstacles=[obstacle_to_table(o) for o in scene.obstacles],
         restitution=scene.restitution,
         **settings,
     )

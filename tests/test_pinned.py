@@ -9,8 +9,9 @@ from marks import slow
 
 import carom
 from carom.errors import InputError, OverlapError
-from carom.models.obstacles import Ball, to_json
+from carom.models.obstacles import Ball
 from carom.models.pinned import Pinned
+from carom.models.tables import obstacle_to_table
 from carom.reference import NaiveSystem
 from carom.simulation.replay import Replay
 
@@ -48,7 +49,7 @@ def test_the_order_of_events_is_the_oracles_with_fixed_balls(dimension, neighbor
             scene.positions[free],
             scene.velocities[free],
             scene.box,
-            obstacles=[to_json(ball) for ball in balls],
+            obstacles=[obstacle_to_table(ball) for ball in balls],
             arithmetic="float",
         )
     )

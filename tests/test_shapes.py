@@ -8,7 +8,8 @@ import pytest
 import carom
 from carom.errors import InputError, OverlapError
 from carom.models.interface import NEVER, encounter, outward
-from carom.models.obstacles import Arc, Box, Segment, Triangle, from_json, polygon, to_json
+from carom.models.obstacles import Arc, Box, Segment, Triangle, polygon
+from carom.models.tables import obstacle_from_table, obstacle_to_table
 
 EPS = np.finfo(float).eps
 
@@ -120,7 +121,7 @@ def test_many_shapes_in_two_dimensions_let_nobody_through():
         assert (house.contains_points(frame.positions) == inside).all()
     assert sim.statistics.energy_drift < 1e-12
     assert all(impacts.hits > 5 for impacts in sim.obstacles if impacts.name != "axis")
-    again = [from_json(to_json(obstacle)) for obstacle in obstacles]
+    again = [obstacle_from_table(obstacle_to_table(obstacle)) for obstacle in obstacles]
     assert again == obstacles
 
 

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING
 
 from carom.frame import Frame
 from carom.io.ase import from_ase, to_ase
-from carom.io.trajectory import Reader, Writer, convert, open, read, rebuild
+from carom.io.conversion import convert, rebuild
+from carom.io.formats import Reader, Writer
+from carom.io.trajectory import open, read
 
 if TYPE_CHECKING:
     import MDAnalysis

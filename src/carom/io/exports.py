@@ -16,14 +16,7 @@ import numpy as np
 
 from carom.frame import Frame
 from carom.io.embedding import embed, names_of, one_word, require_at_most_three
-
-SUFFIXES = {
-    ".lammpstrj": "LAMMPS dump",
-    ".dump": "LAMMPS dump",
-    ".data": "LAMMPS data",
-    ".dcd": "DCD",
-    ".pdb": "PDB",
-}
+from carom.io.formats import EXPORTED
 
 Report = Callable[[int, int], object]
 
@@ -38,7 +31,7 @@ def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -
     path : Path
         Where.
     suffix : str
-        Of the format, one of ``SUFFIXES``.
+        Of the format, one of ``EXPORTED``.
     report : callable, optional
         Called as ``report(done, total)`` after each frame.
 
@@ -47,7 +40,7 @@ def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -
     InputError
         If the frames have more than three dimensions.
     """
-    name = SUFFIXES[suffix]
+    name = EXPORTED[suffix]
     require_at_most_three(frames[0].dimension, name)
     if name == "LAMMPS data":
         with path.open("w", encoding="ascii") as file:

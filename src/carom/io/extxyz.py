@@ -39,9 +39,9 @@ from carom.io.embedding import (
     require_at_most_three,
     symbols_of,
 )
+from carom.io.formats import Reader, Writer
 from carom.io.palette import colours_of
 from carom.io.paths import reading, writing
-from carom.io.trajectory import Reader, Writer
 from carom.io.validation import narrowed
 
 _KIND = "extended XYZ"

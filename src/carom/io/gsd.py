@@ -19,9 +19,9 @@ import numpy as np
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.io.embedding import edges, embed, names_of, plain, require_at_most_three
+from carom.io.formats import Reader, Writer
 from carom.io.palette import colours_of
 from carom.io.paths import reading, replacing, writing
-from carom.io.trajectory import Reader, Writer
 from carom.io.validation import narrowed
 
 if TYPE_CHECKING:

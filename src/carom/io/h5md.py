@@ -18,10 +18,10 @@ import carom
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.embedding import edges, embed, joined, parted, periodic
+from carom.io.formats import Reader, Writer
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
 from carom.io.paths import reading, reason, writing
-from carom.io.trajectory import Reader, Writer
 from carom.scene.lattices import MOST_DIMENSIONS
 
 if TYPE_CHECKING:

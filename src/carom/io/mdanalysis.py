@@ -42,8 +42,9 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.embedding import edges, embed, names_of, parted, require_at_most_three
 from carom.io.extxyz import Index, parse
+from carom.io.formats import Reader
 from carom.io.paths import existing, reading
-from carom.io.trajectory import Reader, open_reader
+from carom.io.trajectory import open_reader
 
 _NO_IMAGES = (
     "These frames hold no image counts, so that positions cannot be unwrapped; sample with "

@@ -29,10 +29,9 @@ from carom.models.interface import (
     surface_speed,
     take_over,
 )
-from carom.models.obstacles import to_json
 from carom.models.parabolas import HOP, Course, chase
 from carom.models.paths import Path, pace, place
-from carom.models.tables import to_table
+from carom.models.tables import obstacle_to_table, to_table
 from carom.units import TimeUnit
 
 
@@ -121,7 +120,7 @@ class Shaken:
         path = to_table(self.path, "path")
         return {
             "kind": "shaken",
-            "obstacle": to_json(self.obstacle),
+            "obstacle": obstacle_to_table(self.obstacle),
             "direction": list(self.direction),
             "path": path,
         }

@@ -31,7 +31,7 @@ from carom.models.interface import (
     take_over,
 )
 from carom.models.losses import Law, Loss, kept, never_touched
-from carom.models.obstacles import to_json
+from carom.models.tables import obstacle_to_table
 
 
 class _Covered:
@@ -106,7 +106,7 @@ class Surface(_Covered):
 
     def to_table(self) -> dict[str, Any]:
         """Return what files hold of it."""
-        return {"kind": "surface", "obstacle": to_json(self.obstacle), "loss": self.loss.to_table()}
+        return {"kind": "surface", "obstacle": obstacle_to_table(self.obstacle), "loss": self.loss.to_table()}
 
     def live(self, particles: Particles) -> Lossy:
         """Return what the engine compiles."""
@@ -152,7 +152,12 @@ class Thermal(_Covered):
 
     def to_table(self) -> dict[str, Any]:
         """Return what files hold of it."""
-        return {"kind": "thermal", "obstacle": to_json(self.obstacle), "kT": self.kT, "seed": self.seed}
+        return {
+            "kind": "thermal",
+            "obstacle": obstacle_to_table(self.obstacle),
+            "kT": self.kT,
+            "seed": self.seed,
+        }
 
     def live(self, particles: Particles) -> Thermostat:
         """Return what the engine compiles."""

@@ -6,11 +6,13 @@ A value that a file can hold has ``to_table()``. What stands here makes it again
 from __future__ import annotations
 
 import importlib
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, asdict, fields
 from typing import Any
 
 from carom import checks
 from carom.errors import InputError
+from carom.models import obstacles
+from carom.models.interface import Obstacle
 
 KINDS: dict[str, dict[str, tuple[str, str]]] = {
     "motion": {
@@ -39,11 +41,8 @@ def holds(value: Any) -> bool:
     if not hasattr(value, "to_table"):
         return False
     body = getattr(value, "obstacle", None)
-    if body is not None:
-        from carom.models.obstacles import to_json
-
-        if to_json(body)["kind"] == "own":
-            return False
+    if body is not None and obstacle_to_table(body)["kind"] == "own":
+        return False
     return not hasattr(value, "path") or hasattr(value.path, "to_table")
 
 
@@ -85,13 +84,8 @@ def from_table(values: Any, what: str, key: str = "type") -> Any:
         from carom.models import interactions
 
         return interactions.from_table(values)
-    kind, known = values.get(key), KINDS[what]
-    if kind not in known:
-        raise InputError(
-            f"{key} of a {what} must be one of {', '.join(known)}; found {checks.describe(kind)}."
-        )
-    module, name = known[kind]
-    cls = getattr(importlib.import_module(module), name)
+    kind = values.get(key)
+    cls = _class(kind, what, key)
     given = {name: value for name, value in values.items() if name != key}
     expected = {field.name: field for field in fields(cls)}
     for name in given:
@@ -103,9 +97,7 @@ def from_table(values: Any, what: str, key: str = "type") -> Any:
         if name in given and name in PARTS:
             given[name] = from_table(_typed(given[name], name), PARTS[name])
         elif name in given and name == "obstacle":
-            from carom.models.obstacles import from_json
-
-            given[name] = from_json(given[name])
+            given[name] = obstacle_from_table(given[name])
     return cls(**given)
 
 
@@ -114,3 +106,46 @@ def _typed(table: Any, name: str) -> Any:
     if name == "loss" and isinstance(table, dict):
         return {"type": "loss", **table}
     return table
+
+
+def _class(kind: Any, what: str, key: str) -> Any:
+    """Return the class of a kind."""
+    plain = obstacles.KINDS if what == "obstacle" else {}
+    if kind in plain:
+        return plain[kind]
+    if kind not in KINDS[what]:
+        one = "an" if what == "obstacle" else "a"
+        raise InputError(
+            f"{key} of {one} {what} must be one of {', '.join((*plain, *KINDS[what]))}; found "
+            f"{checks.describe(kind)}."
+        )
+    module, name = KINDS[what][kind]
+    return getattr(importlib.import_module(module), name)
+
+
+def obstacle_to_table(obstacle: Obstacle) -> dict[str, Any]:
+    """Return an obstacle as values that JSON and TOML hold; of a class of one's own only its name."""
+    for kind, known in obstacles.KINDS.items():
+        if type(obstacle) is known:
+            return {"kind": kind, **asdict(obstacle)}  # type: ignore[call-overload]
+    if hasattr(obstacle, "to_table") and holds(obstacle):
+        return to_table(obstacle, "obstacle")
+    return {"kind": "own", "class": type(obstacle).__name__, "name": obstacle.name}
+
+
+def obstacle_from_table(values: Any) -> Obstacle:
+    """Return the obstacle of :func:`obstacle_to_table`.
+
+    Raises
+    ------
+    InputError
+        If it is of a class of one's own, of an unknown kind, or a value is missing, unknown or wrong.
+    """
+    if not isinstance(values, dict):
+        raise InputError(f"An obstacle must be a table, found {checks.describe(values)}.")
+    if values.get("kind") == "own":
+        raise InputError(
+            f"The obstacle {values.get('name')} is of the class {values.get('class')}, which no file holds; "
+            "give all obstacles, obstacles=[...], where the file is loaded."
+        )
+    return from_table(values, "obstacle", "kind")

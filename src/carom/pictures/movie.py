@@ -13,8 +13,9 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
-from carom.io.trajectory import Reader, open_reader
+from carom.io.trajectory import open_reader
 from carom.models.interface import Obstacle
 from carom.notebook import by_count, watchable
 from carom.pictures.render import Camera, rendered

@@ -12,8 +12,9 @@ from typing import Any
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
-from carom.io.trajectory import Reader, open_reader
+from carom.io.trajectory import open_reader
 from carom.models.interface import Obstacle
 
 ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")

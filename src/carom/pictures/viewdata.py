@@ -12,8 +12,8 @@ import numpy as np
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.embedding import embed, names_of
+from carom.io.formats import Reader
 from carom.io.palette import FACES
-from carom.io.trajectory import Reader
 from carom.models.interface import Obstacle
 from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of

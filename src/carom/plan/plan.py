@@ -10,7 +10,7 @@ from typing import Any, Self
 
 from carom import checks
 from carom.errors import FileError, InputError
-from carom.models import obstacles
+from carom.models import tables
 from carom.models.obstacles import Obstacle
 from carom.plan.sections import OutputSpec, RunSpec, SceneSpec, SpeciesSpec
 from carom.scene.scene import Scene
@@ -127,7 +127,7 @@ def template() -> str:
 
 
 def _obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
-    table = obstacles.to_json(obstacle)
+    table = tables.obstacle_to_table(obstacle)
     if table["kind"] == "own":
         raise InputError(
             f"The obstacle {obstacle.name} is of a class of one's own, which a scene file cannot hold."

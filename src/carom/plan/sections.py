@@ -11,7 +11,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import obstacles
+from carom.models import tables
 from carom.models.obstacles import Obstacle
 from carom.plan.fields import Fields
 from carom.scene import lattices
@@ -429,7 +429,7 @@ def _obstacle(value: Any, key: str) -> Obstacle:
     """Return an obstacle from its table."""
     if isinstance(value, Mapping):
         try:
-            return obstacles.from_json(dict(value))
+            return tables.obstacle_from_table(dict(value))
         except InputError as problem:
             raise InputError(f"{key}: {problem}") from problem
     if isinstance(value, type) or not isinstance(value, Obstacle):

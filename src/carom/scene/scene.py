@@ -260,7 +260,7 @@ class Scene:
         attributes: dict[str, Any] = {
             "box": list(self.box),
             "periodic": list(self.periodic),
-            "obstacles": [_obstacles.to_json(o) for o in self.obstacles],
+            "obstacles": [tables.obstacle_to_table(o) for o in self.obstacles],
             "restitution": self.restitution,
             "elastic_below": self.elastic_below,
             "species_names": list(self.species_names),
@@ -313,7 +313,7 @@ class Scene:
         try:
             kept = attributes["obstacles"]
             if obstacles is None:
-                obstacles = tuple(_obstacles.from_json(each) for each in kept)
+                obstacles = tuple(tables.obstacle_from_table(each) for each in kept)
             elif len(obstacles) != len(kept):
                 raise InputError(f"The scene has {len(kept)} obstacles, found {len(obstacles)}.")
             return cls(

@@ -12,7 +12,7 @@ from typing import Any
 import carom
 from carom import checks, densities, theory
 from carom.errors import InputError
-from carom.models import obstacles
+from carom.models import obstacles, tables
 from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene import lattices
 from carom.studies.eos.start import NEAR_FREEZING
@@ -303,7 +303,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, SpeciesSpec):
         return {name: item for name, item in dataclasses.asdict(value).items() if item is not None}
     if isinstance(value, tuple(obstacles.KINDS.values())):
-        return _plain(obstacles.to_json(value))  # type: ignore[arg-type]
+        return _plain(tables.obstacle_to_table(value))  # type: ignore[arg-type]
     if hasattr(value, "to_table"):  # an interaction, as a file has it
         return _plain(dict(value.to_table()))
     if isinstance(value, float) and math.isinf(value):  # a hard core; JSON knows no such number

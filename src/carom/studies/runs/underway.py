@@ -12,7 +12,7 @@ from typing import Any
 
 from carom import io
 from carom.errors import CaromWarning
-from carom.io.trajectory import Writer
+from carom.io.formats import Writer
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan

@@ -1,0 +1,88 @@
+"""Trajectories from one format into another, one frame at a time."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from carom.errors import FileError, InputError
+from carom.io import exports
+from carom.io.formats import EXPORTED, Reader, format_of
+from carom.io.paths import replacing, writable, writing
+from carom.io.trajectory import open_reader, open_writer
+from carom.notebook import by_count, watchable
+
+
+@watchable("Converting", by_count)
+def convert(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    *,
+    overwrite: bool = False,
+    progress: Callable[[int, int], object] | None = None,
+) -> int:
+    """Copy a trajectory into another format, one frame at a time; return the number of frames.
+
+    Parameters
+    ----------
+    source, target : str or path
+        Files whose suffixes choose the formats. The target appears when it is complete, or not at all. It may
+        also be ``.lammpstrj`` or ``.dump``, ``.data`` (LAMMPS, the last frame), ``.dcd`` or ``.pdb``, which
+        are for other programs and cannot be read back.
+    overwrite : bool
+        Whether an existing target may be replaced.
+    progress : callable, optional
+        Called as ``progress(done, total)`` after each frame; True shows a bar.
+
+    Raises
+    ------
+    FileError
+        If the source cannot be read, or the target exists or cannot be written.
+    InputError
+        If the target's format cannot hold the frames.
+    """
+    suffix = Path(target).suffix.lower()
+    exported = suffix in EXPORTED
+    if not exported:
+        format_of(target)
+    destination = writable(target)
+    if not overwrite and (destination.exists() or destination.is_symlink()):
+        raise FileError(
+            f"{target} exists already and was left as it is; choose another name or allow overwriting."
+        )
+    with open_reader(source) as reader:
+        if not exported:
+            return _copy(reader, destination, len(reader), progress)
+        if len(reader) == 0:
+            raise InputError(f"{source} holds no frames; expected at least one.")
+        with replacing(destination) as temporary, writing(temporary):
+            exports.export(reader, temporary, suffix, progress)
+        return 1 if suffix == ".data" else len(reader)
+
+
+def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:
+    """Write `target` anew with the first `keep` frames of `source`, e.g. an .h5md that a kill destroyed.
+
+    The frames are bit for bit those of `source` (except in GSD, which is float32). A last frame of `source`
+    that was cut off does not matter. Returns `keep`.
+
+    Raises
+    ------
+    FileError
+        If `source` holds fewer than `keep` complete frames, or `target` cannot be written.
+    """
+    format_of(target)
+    with open_reader(source, torn=True) as reader:
+        if len(reader) < keep:
+            raise FileError(f"{source} holds {len(reader)} complete frames, and {keep} were to be kept.")
+        return _copy(reader, Path(target), keep, None)
+
+
+def _copy(reader: Reader, target: Path, count: int, progress: Callable[[int, int], object] | None) -> int:
+    with replacing(target) as temporary, open_writer(temporary) as writer:
+        for k in range(count):
+            writer.write(reader[k])
+            if progress is not None:
+                progress(k + 1, count)
+    return count

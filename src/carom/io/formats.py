@@ -1,0 +1,229 @@
+"""What readers and writers of trajectories share, and which format a file name asks for."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self, overload
+
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.io.paths import uninterrupted, writing
+from carom.io.validation import flaw, step_back
+
+if TYPE_CHECKING:
+    import xarray
+
+#: Suffix -> format.
+SUFFIXES = {".h5md": "h5md", ".h5": "h5md", ".extxyz": "extxyz", ".xyz": "extxyz", ".gsd": "gsd"}
+
+#: Suffix -> format of another program, which is written and not read.
+EXPORTED = {
+    ".lammpstrj": "LAMMPS dump",
+    ".dump": "LAMMPS dump",
+    ".data": "LAMMPS data",
+    ".dcd": "DCD",
+    ".pdb": "PDB",
+}
+
+
+class Reader(ABC):
+    """A file as a sequence of Frames; each is read when it is asked for.
+
+    ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for frame in reader`` work as for a list.
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+        self._instants: dict[int, tuple[float, int]] = {}
+
+    @abstractmethod
+    def __len__(self) -> int: ...
+
+    @abstractmethod
+    def _read(self, k: int) -> Frame:
+        """Return frame ``0 <= k < len(self)`` as it stands in the file."""
+
+    def _checked(self, k: int) -> Frame:
+        """Return frame ``0 <= k < len(self)``, which is none that Carom would not write."""
+        frame = self._read(k)
+        wrong = flaw(frame)
+        self._instants[k] = frame.time, frame.step
+        if wrong is None and k - 1 in self._instants:
+            wrong = step_back(frame, *self._instants[k - 1])
+        if wrong is not None:
+            raise FileError(f"{self.path} is damaged or was not written by Carom: in frame {k} the {wrong}.")
+        return frame
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Frame]: ...
+    def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
+        if isinstance(index, slice):
+            return [self._checked(k) for k in range(*index.indices(len(self)))]
+        k = index + len(self) if index < 0 else index
+        if not 0 <= k < len(self):
+            raise IndexError(f"{self.path} holds {len(self)} frames; there is no frame {index}.")
+        return self._checked(k)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (self._checked(k) for k in range(len(self)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # MDAnalysis sends readers to its workers: a worker opens the file itself.
+        return type(self), (self.path,)
+
+    def _repr_html_(self) -> str:
+        from carom.notebook import embedded, table
+
+        return embedded(self) or table(str(self.path), [("frames", str(len(self)))])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return all frames as an ``xarray.Dataset``, in memory.
+
+        Positions, velocities and, where there are image counts, ``unwrapped`` positions have the dimensions
+        time, component and axis; species' names are a coordinate of the components.
+
+        Raises
+        ------
+        InputError
+            If xarray is not installed.
+        """
+        from carom.io.bridges import to_xarray
+
+        return to_xarray(list(self))
+
+    def close(self) -> None:  # noqa: B027  (extxyz holds nothing open)
+        """Close the file."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+
+class Writer(ABC):
+    """A file that takes Frames, each complete on return from ``write``.
+
+    All frames of one file have the same number of components and dimensions, and all of them or none hold
+    images. ``len(writer)`` is the number of frames in the file.
+    """
+
+    def __init__(self, path: Path, scene: Any = None):
+        self.path = path
+        self._count = 0
+        self._shape: tuple[int, int] | None = None if scene is None else (scene.n, scene.dimension)
+        self._images: bool | None = None
+        self._last: tuple[float, int] | None = None
+
+    def __len__(self) -> int:
+        return self._count
+
+    def write(self, frame: Frame) -> None:
+        """Append `frame` and hand it to the system, so that it survives a kill of this process.
+
+        A Ctrl-C takes effect when the frame is complete.
+
+        Raises
+        ------
+        InputError
+            If the frame does not fit the file, is before the last one in time, or holds what no frame can:
+            NaN, infinite values, masses or edges that are not above 0, diameters below 0.
+        FileError
+            If it cannot be written, e.g. because the disk is full.
+        """
+        self._check(frame)
+        with uninterrupted():
+            with writing(self.path):
+                self._append(frame)
+            self._follow(frame)
+            self._count += 1
+
+    @abstractmethod
+    def _append(self, frame: Frame) -> None: ...
+
+    @abstractmethod
+    def _close(self) -> None: ...
+
+    def close(self) -> None:
+        """Close the file; a second time does nothing.
+
+        Raises
+        ------
+        FileError
+            If what was left to write cannot be written.
+        """
+        with uninterrupted(), writing(self.path):
+            self._close()
+
+    def _follow(self, frame: Frame) -> None:
+        """Expect more frames like this one."""
+        self._shape = (frame.n, frame.dimension)
+        self._images = frame.images is not None
+        self._last = frame.time, frame.step
+
+    def _retain(self, reader: Reader, keep: int | None) -> int:
+        """Go on after the first `keep` frames, by default all; each is read, so that none is damaged."""
+        count = len(reader)
+        keep = count if keep is None else keep
+        if keep > count:
+            raise FileError(f"{self.path} holds {count} complete frames, and {keep} were to be kept.")
+        for k in range(keep):
+            frame = reader[k]
+            self._check_alike(frame)
+            self._follow(frame)
+        self._count = keep
+        return keep
+
+    def _check(self, frame: Frame) -> None:
+        wrong = flaw(frame)
+        if wrong is None and self._last is not None:
+            wrong = step_back(frame, *self._last)
+        if wrong is not None:
+            raise InputError(f"The frame's {wrong}; nothing was written.")
+        self._check_alike(frame)
+
+    def _check_alike(self, frame: Frame) -> None:
+        n, dimension = frame.positions.shape
+        if self._shape is not None and self._shape != (n, dimension):
+            raise InputError(
+                f"{self.path} holds {self._shape[0]} components in {self._shape[1]} dimensions, and this "
+                f"frame has {n} in {dimension}; write it to another file."
+            )
+        if self._images is not None and self._images != (frame.images is not None):
+            has, lacks = ("hold", "this one does not") if self._images else ("hold no", "this one does")
+            raise InputError(
+                f"The frames of {self.path} {has} image counts and {lacks}; write it to another file."
+            )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        # After a failed write closing fails as well; the first error is the one to hear of.
+        with contextlib.nullcontext() if error is None else contextlib.suppress(FileError):
+            self.close()
+
+
+def format_of(path: str | os.PathLike[str]) -> str:
+    """Return the format that a file name asks for: ``"h5md"``, ``"extxyz"`` or ``"gsd"``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is none of the known ones.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(
+            f"{path} has the suffix '{suffix}', which chooses the format; "
+            f"expected one of {', '.join(SUFFIXES)}."
+            + (" It can be written by convert() alone." if suffix in EXPORTED else "")
+        )
+    return SUFFIXES[suffix]
