@@ -139,42 +139,51 @@ def _(neighbors: Lists, cell):
 
 
 @required
-def fill_cell(target, source, cell, count):
-    """Put the first ``count`` members of a cell of another copy into the same cell here."""
+def set_members_in(neighbors, cell, count):
+    """Set how many are in a cell."""
 
 
-@fill_cell.register
-def _(target: Sectors, source, cell, count):
-    for k in range(count):
-        target.members[cell, k] = source.members[cell, k]
-    target.members[cell, np.uint64(target.members.shape[1] - 1)] = count
+@set_members_in.register
+def _(neighbors: Sectors, cell, count):
+    neighbors.members[cell, np.uint64(neighbors.members.shape[1] - 1)] = count
 
 
-@fill_cell.register
-def _(target: Lists, source, cell, count):
-    for k in range(count):
-        target.cells[cell, k] = source.cells[cell, k]
-    target.members[cell] = count
+@set_members_in.register
+def _(neighbors: Lists, cell, count):
+    neighbors.members[cell] = count
 
 
 @required
+def members(neighbors):
+    """Return who is in each cell, a row for each."""
+
+
+@members.register
+def _(neighbors: Sectors):
+    return neighbors.members
+
+
+@members.register
+def _(neighbors: Lists):
+    return neighbors.cells
+
+
+@inner
+def fill_cell(target, source, cell, count):
+    """Put the first ``count`` members of a cell of another copy into the same cell here."""
+    mine, theirs = members(target), members(source)
+    for k in range(count):
+        mine[cell, k] = theirs[cell, k]
+    set_members_in(target, cell, count)
+
+
+@inner
 def same_members(mine, other, cell, count):
     """Tell whether the first ``count`` members of a cell are the same in two copies."""
-
-
-@same_members.register
-def _(mine: Sectors, other, cell, count):
+    here, there = members(mine), members(other)
     same = True
     for k in range(count):
-        same &= mine.members[cell, k] == other.members[cell, k]
-    return same
-
-
-@same_members.register
-def _(mine: Lists, other, cell, count):
-    same = True
-    for k in range(count):
-        same &= mine.cells[cell, k] == other.cells[cell, k]
+        same &= here[cell, k] == there[cell, k]
     return same
 
 
