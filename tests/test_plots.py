@@ -99,7 +99,7 @@ def test_rdf_draws_g_and_both_contact_values(tmp_path):
     np.testing.assert_array_equal(curve.get_ydata(), distribution.g)
     inset = axes.child_axes[0]
     labels = inset.get_legend_handles_labels()[1]
-    assert any("pressure $2.000" in label for label in labels)
+    assert any("pressure 2.000" in label for label in labels)
     assert any(distribution.contact_value.value_text[:4] in label for label in labels)
     assert is_png(tmp_path / "g.png")
 
