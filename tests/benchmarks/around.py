@@ -127,7 +127,9 @@ def compare(given, n):
     whole = sum(seconds.values())
     kind = "CPU s" if given.cpu else "s"
     length = DEFAULT if given.scaled else length
-    print(f"{4 * cells**3} spheres, {length:g} collisions each: {whole:.2f} {kind}; {frames} frames, {size:.0f} MB")
+    print(
+        f"{4 * cells**3} spheres, {length:g} collisions each: {whole:.2f} {kind}; {frames} frames, {size:.0f} MB"
+    )
     for name, part in sorted(seconds.items(), key=lambda item: -item[1]):
         print(f"    {100 * part / whole:5.1f} %  {part:8.2f} {kind}  {name}", flush=True)
 
