@@ -38,13 +38,13 @@ found = Pressure.estimate(blocks, n=50, dimension=3, volume=100.0, diameter=1.0,
 doubts_about(found)
 plots.pressure(found, path=sys.argv[1])
 from matplotlib.lines import Line2D
-print(sorted({{"scipy.stats", "matplotlib.pyplot"}} & {{*sys.modules}}), "linewidth" in (Line2D.set.__doc__ or ""))
+print({{"scipy.stats", "matplotlib.pyplot"}} & {{*sys.modules}}, "linewidth" in (Line2D.set.__doc__ or ""))
 """
 
 
 @pytest.mark.parametrize("command", [True, False])
 def test_error_bars_and_a_picture_import_no_more_than_they_need(command, tmp_path):
-    """A program keeps the help of matplotlib's classes; a command, where nobody reads it, does not make it."""
+    """A program keeps the help of matplotlib's classes; a command does not make it."""
     words = [sys.executable, "-c", DRAWN.format(command=command), str(tmp_path / "p.png")]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
-    assert done.stdout.split("\n")[0] == f"[] {not command}"
+    assert done.stdout.split("\n")[0] == f"set() {not command}"

@@ -2,11 +2,12 @@
 
 python tests/benchmarks/around.py                            # 10^2 to 10^5 spheres, 100 collisions each
 python tests/benchmarks/around.py --n 100 1000 --collisions-per-particle 10000 --cpu    # the default length
-python tests/benchmarks/around.py --n 100000 --scaled        # what 100 collisions each say of the default length
+python tests/benchmarks/around.py --n 100000 --scaled        # the default length, from 100 collisions each
 python tests/benchmarks/around.py --snapshot                 # CPU seconds of a picture
 
-Each size has a process of its own, as on the command line; the kernels are compiled before. The engine's time alone
-grows with the length of a run: frames and all else are as many whatever the length. So --scaled multiplies that.
+Each size has a process of its own, as on the command line; the kernels are compiled before. The engine's
+time alone grows with the length of a run: frames and all else are as many whatever the length. So --scaled
+multiplies that.
 """
 
 import argparse
@@ -127,9 +128,8 @@ def compare(given, n):
     whole = sum(seconds.values())
     kind = "CPU s" if given.cpu else "s"
     length = DEFAULT if given.scaled else length
-    print(
-        f"{4 * cells**3} spheres, {length:g} collisions each: {whole:.2f} {kind}; {frames} frames, {size:.0f} MB"
-    )
+    print(f"{4 * cells**3} spheres, {length:g} collisions each: {whole:.2f} {kind}")
+    print(f"    {frames} frames, {size:.0f} MB")
     for name, part in sorted(seconds.items(), key=lambda item: -item[1]):
         print(f"    {100 * part / whole:5.1f} %  {part:8.2f} {kind}  {name}", flush=True)
 

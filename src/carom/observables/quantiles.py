@@ -1,6 +1,6 @@
 """Quantiles and tails of the three distributions that error bars need.
 
-They are those of ``scipy.stats``, bit for bit. Its import takes longer than the simulation of 10^5 collisions.
+They are those of ``scipy.stats``, bit for bit. Its import takes as long as 10^5 collisions.
 """
 
 from __future__ import annotations
