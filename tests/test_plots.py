@@ -60,6 +60,21 @@ def test_pressure_draws_the_mean_and_theory_at_finite_n(dimension, tmp_path):
     assert is_png(tmp_path / "p.png")
 
 
+@pytest.mark.parametrize(("virial", "scatter"), [(300.0, 9.0), (3e7, 1e3), (1e-3, 1e-5), (0.0, 1e-9)])
+def test_all_numbers_and_labels_stand_inside_the_picture(virial, scatter):
+    """Room is made for the longest number without drawing it."""
+    rng = np.random.default_rng(1)
+    data = [Block(1.0, 200, float(rng.normal(virial, scatter))) for _ in range(64)]
+    result = Pressure.estimate(data, n=50, dimension=3, volume=100.0, diameter=1.0, kT=1.0)
+    figure = plots.pressure(result, equations={})
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    for part in (axes.xaxis, axes.yaxis, axes.title):
+        box = part.get_tightbbox(figure.canvas.get_renderer())
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
+
+
 def test_many_blocks_are_drawn_as_means_that_keep_the_mean():
     result = estimate(3, blocks=1000)
     points = plots.pressure(result, equations={}).axes[0].lines[0]
@@ -99,7 +114,7 @@ def test_rdf_draws_g_and_both_contact_values(tmp_path):
     np.testing.assert_array_equal(curve.get_ydata(), distribution.g)
     inset = axes.child_axes[0]
     labels = inset.get_legend_handles_labels()[1]
-    assert any("pressure $2.000" in label for label in labels)
+    assert any("pressure 2.000" in label for label in labels)
     assert any(distribution.contact_value.value_text[:4] in label for label in labels)
     assert is_png(tmp_path / "g.png")
 

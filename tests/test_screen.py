@@ -87,6 +87,30 @@ def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(m
     assert capsys.readouterr().err == ""  # it is over
 
 
+def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeypatch, capsys):
+    from carom.cli import eos
+    from carom.cli.trouble import friendly
+
+    monkeypatch.setattr(heartbeat, "EVERY", 0.05)
+
+    @friendly
+    def command():
+        time.sleep(0.2)
+        with eos._watched():
+            time.sleep(0.2)
+        time.sleep(0.2)
+
+    command()
+    said = re.sub(r"\d+ s: ", "", capsys.readouterr().err).splitlines()
+    assert [word for word, before in zip(said, [None, *said], strict=False) if word != before] == [
+        "Starting",
+        "Compiling, ten seconds or more the first time, and the first runs",
+        "Finishing",
+    ]
+    time.sleep(0.15)
+    assert capsys.readouterr().err == ""  # it is over
+
+
 # ------------------------------------------------------------------------------------------------ contacts
 
 

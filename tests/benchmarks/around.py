@@ -1,43 +1,100 @@
-"""What a run spends its time on: the share of each phase, and bytes written.
+"""What `carom run` spends its time on, from the start of its process to the end: the share of each part.
 
 python tests/benchmarks/around.py                            # 10^2 to 10^5 spheres, 100 collisions each
-python tests/benchmarks/around.py --n 108000 --collisions-per-particle 100
-python tests/benchmarks/around.py --snapshot                 # CPU seconds of a picture
 python tests/benchmarks/around.py --n 100 1000 --collisions-per-particle 10000 --cpu    # the default length
+python tests/benchmarks/around.py --n 100000 --scaled        # the default length, from 100 collisions each
+python tests/benchmarks/around.py --snapshot                 # CPU seconds of a picture
+
+Each size has a process of its own, as on the command line; the kernels are compiled before. The engine's
+time alone grows with the length of a run: frames and all else are as many whatever the length. So --scaled
+multiplies that.
 """
 
 import argparse
+import contextlib
+import io
+import json
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
 
-import carom
-from carom import studies
-from carom.plan.plan import Plan, RunSpec, SceneSpec
+DEFAULT = 10_000.0
+"""Collisions per particle of a run of default settings."""
 
-ENGINE = ("Equilibrating", "Measuring")
+ENGINE = "engine"
 
 
-def phases(n, packing_fraction, collisions, folder, clock):
-    """Run a plan of default settings; return the seconds of each stage by a clock."""
-    cells = max(round((n / 4) ** (1 / 3)), 1)
-    plan = Plan(
-        scene=SceneSpec(cells=cells, packing_fraction=packing_fraction),
-        run=RunSpec(equilibration=0.2 * collisions, collisions_per_particle=collisions),
-    )
-    seconds, now = {}, ["Preparing", clock()]
+class Parts:
+    """Seconds of each part; a part inside another one is not counted in that."""
 
-    def watch(stage, fraction):
-        then = clock()
-        seconds[now[0]] = seconds.get(now[0], 0.0) + then - now[1]
-        now[:] = [stage, then]
+    def __init__(self, clock):
+        self.clock, self.seconds, self.stack = clock, {}, ["imports"]
+        # The clock of the process began with it; the other one began now.
+        self.since = 0.0 if clock is time.process_time else clock()
 
-    result = studies.run(plan, folder, progress=watch)
-    return result.summary["n"], result.summary["frames"], seconds
+    def turn(self, name):
+        """Go on with another part."""
+        now = self.clock()
+        self.seconds[self.stack[-1]] = self.seconds.get(self.stack[-1], 0.0) + now - self.since
+        self.stack[-1], self.since = name, now
+
+    def wrap(self, owner, attribute, name):
+        """Count all calls of a function as a part of its own."""
+        function = getattr(owner, attribute)
+
+        def counted(*arguments, **options):
+            outer = self.stack[-1]
+            self.turn(name)
+            try:
+                return function(*arguments, **options)
+            finally:
+                self.turn(outer)
+
+        setattr(owner, attribute, counted)
+
+
+def one(arguments, cpu):
+    """Run the command in this process, and print what its parts took."""
+    parts = Parts(time.process_time if cpu else time.perf_counter)
+    from carom.cli import main
+    from carom.simulation.simulation import Simulation
+    from carom.studies.runs import report, underway
+
+    for owner, attribute, name in (
+        (underway.Run, "from_the_start", "scene, kernel, looks"),
+        (underway.Run, "_write", "frames"),
+        (underway.Run, "_save", "checkpoints"),
+        (report, "pressure_of", "error bars"),
+        (report, "_distributions", "g(r)"),
+        (report, "_draw", "pictures"),
+        (Simulation, "run", ENGINE),
+    ):
+        parts.wrap(owner, attribute, name)
+    # The first call of the engine runs for no time, and loads the kernel.
+    engine, first = Simulation.run, []
+
+    def run(sim, *given, **options):
+        if first:
+            return engine(sim, *given, **options)
+        first.append(sim)
+        value = engine(sim, *given, **options)
+        parts.seconds["scene, kernel, looks"] += parts.seconds.pop(ENGINE)
+        return value
+
+    Simulation.run = run
+    parts.turn("command line, tables")
+    sys.argv = ["carom", *arguments]
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+        main()
+    parts.turn("")
+    print(json.dumps(parts.seconds))
 
 
 def snapshots(n):
     """Print the CPU seconds of five pictures of n spheres, the first one with the import of matplotlib."""
+    import carom
     from carom.pictures import plots
 
     cells = max(round((n / 4) ** (1 / 3)), 1)
@@ -49,33 +106,49 @@ def snapshots(n):
             print(f"{frame.n}: {time.process_time() - began:.2f} CPU s", flush=True)
 
 
+def compare(given, n):
+    """Print the shares of a run of about n spheres."""
+    cells, length = max(round((n / 4) ** (1 / 3)), 1), given.collisions_per_particle
+    arguments = ["run", "--cells", cells, "--packing-fraction", given.packing_fraction]
+    arguments += ["--collisions-per-particle", length, "--equilibration", min(0.2 * length, 100.0)]
+    with tempfile.TemporaryDirectory() as folder:
+        where = Path(folder) / "run"
+        command = [sys.executable, __file__, "--one", *["--cpu"] * given.cpu, "--"]
+        command += [str(word) for word in (*arguments, "--out", where)]
+        began = time.perf_counter()
+        done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
+        whole = time.perf_counter() - began
+        size = sum(path.stat().st_size for path in where.iterdir()) / 1e6
+        frames = json.loads((where / "summary.json").read_text())["frames"]
+    seconds = json.loads(done.stdout)
+    if not given.cpu:  # the start of Python, which no clock in it sees, and its end
+        seconds["imports"] += whole - sum(seconds.values())
+    if given.scaled:
+        seconds[ENGINE] *= DEFAULT / length
+    whole = sum(seconds.values())
+    kind = "CPU s" if given.cpu else "s"
+    length = DEFAULT if given.scaled else length
+    print(f"{4 * cells**3} spheres, {length:g} collisions each: {whole:.2f} {kind}")
+    print(f"    {frames} frames, {size:.0f} MB")
+    for name, part in sorted(seconds.items(), key=lambda item: -item[1]):
+        print(f"    {100 * part / whole:5.1f} %  {part:8.2f} {kind}  {name}", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--n", type=int, nargs="+", default=[100, 1000, 10_000, 100_000])
     parser.add_argument("--packing-fraction", type=float, default=0.45)
     parser.add_argument("--collisions-per-particle", type=float, default=100.0)
+    parser.add_argument("--scaled", action="store_true", help="shares at the default length")
     parser.add_argument("--cpu", action="store_true", help="CPU time, for a machine that others use too")
     parser.add_argument("--snapshot", action="store_true", help="time pictures of 2048 and 10^5 alone")
     given = parser.parse_args()
-    if given.snapshot:
-        for n in (2048, 100_000):
-            snapshots(n)
-        return
-    clock = time.process_time if given.cpu else time.perf_counter
-    for n in given.n:
-        with tempfile.TemporaryDirectory() as folder:
-            where = Path(folder) / "run"
-            n, frames, seconds = phases(
-                n, given.packing_fraction, given.collisions_per_particle, where, clock
-            )
-            size = sum(path.stat().st_size for path in where.iterdir()) / 1e6
-        # Writing frames and checkpoints is in the stage that they interrupt.
-        whole = sum(seconds.values())
-        shares = ", ".join(f"{name} {100 * part / whole:.0f} %" for name, part in seconds.items())
-        around = whole - sum(seconds.get(name, 0.0) for name in ENGINE)
-        print(f"{n}: {whole:.1f} s, {around / whole:.2f} around the engine ({shares})")
-        print(f"    {frames} frames, {size:.0f} MB")
+    for n in (2048, 100_000) if given.snapshot else given.n:
+        snapshots(n) if given.snapshot else compare(given, n)
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == ["--one"]:
+        one(sys.argv[sys.argv.index("--") + 1 :], "--cpu" in sys.argv)
+    else:
+        main()

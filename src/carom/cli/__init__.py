@@ -14,6 +14,7 @@ import typer
 
 import carom
 from carom.cli import code, commands, eos, plan, trade, transport
+from carom.pictures.importing import nobody_reads_docstrings
 
 app = typer.Typer(
     name="carom",
@@ -63,4 +64,5 @@ def main() -> None:
         # A terminal that cannot show a character gets another one, rather than a traceback.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+    nobody_reads_docstrings()
     app()

@@ -12,6 +12,15 @@ EVERY = 10.0
 """Seconds between two lines."""
 
 
+_present: Heartbeat | None = None
+"""The one that prints, if any."""
+
+
+def starting() -> contextlib.AbstractContextManager[object]:
+    """Print from the start of a command to its end: imports and pictures take long on a busy machine, too."""
+    return contextlib.nullcontext() if sys.stderr.isatty() else Heartbeat("Starting").beating()
+
+
 class Heartbeat:
     """The state of some work in words, printed now and then by a thread of its own.
 
@@ -37,11 +46,19 @@ class Heartbeat:
 
     @contextlib.contextmanager
     def beating(self) -> Iterator[Heartbeat]:
-        """Print while the body runs."""
+        """Print while the body runs; where another one prints already, it says what this one would say."""
+        global _present
+        if _present is not None:
+            _present.state = self.state
+            yield _present
+            _present.state = "Finishing"
+            return
+        _present = self
         thread = threading.Thread(target=self._beat, name="carom-heartbeat", daemon=True)
         thread.start()
         try:
             yield self
         finally:
+            _present = None
             self._end.set()
             thread.join()

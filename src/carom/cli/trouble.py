@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
+from carom.cli.heartbeat import starting
 from carom.errors import CaromError, CaromWarning
 
 BAD_INPUT = 2
@@ -31,7 +32,8 @@ def friendly(command: Callable[..., None]) -> Callable[..., None]:
             with warnings.catch_warnings():
                 warnings.simplefilter("always", CaromWarning)
                 warnings.showwarning = _show_warning  # type: ignore[assignment]
-                command(*arguments, **options)
+                with starting():
+                    command(*arguments, **options)
         except CaromError as error:
             _say(f"Error: {error}")
             code = BAD_INPUT

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from carom.observables.quantiles import normal_above, student_tail
+
 PARTS = 16
 """Means that a series is reduced to: few enough to be nearly independent, enough to know their scatter."""
 
@@ -53,10 +55,8 @@ def drift(values: Sequence[float], parts: int = PARTS) -> float:
     if float(np.ptp(means)) <= 8.0 * np.finfo(np.float64).eps * float(np.abs(means).max()):
         return 0.0
     error = math.sqrt(float(rest @ rest) / (parts - 2) / float(centred @ centred))
-    from scipy.stats import norm, t
-
-    tail = t.sf(abs(slope) / error, parts - 2) if error > 0.0 else 0.0
-    return float(math.copysign(norm.isf(max(tail, 1e-300)), slope))
+    tail = student_tail(abs(slope) / error, parts - 2) if error > 0.0 else 0.0
+    return math.copysign(normal_above(max(tail, 1e-300)), slope)
 
 
 def together(drifts: Sequence[float]) -> float:
@@ -69,10 +69,8 @@ def drifts(values: Sequence[float]) -> bool:
 
     Either by the trend they share, or by the largest of their own; each with half of ``LEVEL``.
     """
-    from scipy.stats import norm
-
     if not values:
         return False
-    shared = float(norm.isf(LEVEL / 4.0))
-    single = float(norm.isf(LEVEL / 4.0 / len(values)))
+    shared = normal_above(LEVEL / 4.0)
+    single = normal_above(LEVEL / 4.0 / len(values))
     return abs(together(values)) > shared or max(abs(v) for v in values) > single

@@ -11,6 +11,7 @@ import numpy as np
 
 from carom.errors import CaromWarning
 from carom.observables.drift import LEVEL, PARTS, drift
+from carom.observables.quantiles import normal_above, student_above
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
 
 FEW = 8.0
@@ -95,8 +96,6 @@ def equipartition(
     ratios = np.asarray(series, dtype=np.float64)
     if ratios.ndim != 2 or ratios.shape[1] < 2 or not len(ratios):
         return []
-    from scipy.stats import norm, t
-
     total = math.fsum(freedoms)
     tail = 0.5 * LEVEL / ratios.shape[1]
     found = []
@@ -109,8 +108,8 @@ def equipartition(
         alone = math.sqrt(2.0 / freedom * max(1.0 - freedom / total, 0.0))
         # Both are bounds on how far the mean may be off by chance.
         bound = min(
-            float(t.isf(tail, mean.degrees_of_freedom)) * mean.error if mean.error > 0.0 else math.inf,
-            float(norm.isf(tail)) * alone * (1.0 + alone),
+            student_above(tail, mean.degrees_of_freedom) * mean.error if mean.error > 0.0 else math.inf,
+            normal_above(tail) * alone * (1.0 + alone),
         )
         if abs(mean.mean - 1.0) > bound:
             found.append(f"{name} at {mean.mean:.3g} kT")
@@ -136,6 +135,4 @@ def _parts(values: np.ndarray) -> int:
 
 def _beyond(level: float) -> float:
     """Return the bound that a standard normal number exceeds, on either side, with this probability."""
-    from scipy.stats import norm
-
-    return float(norm.isf(0.5 * level))
+    return normal_above(0.5 * level)

@@ -11,6 +11,7 @@ import numpy as np
 
 from carom.errors import CaromWarning, InputError
 from carom.notebook import table
+from carom.observables.quantiles import chi_squared_below, student_above
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -115,9 +116,9 @@ class Estimate:
         """
         if not 0.0 < level < 1.0:
             raise InputError(f"level is {level!r}; a confidence level lies between 0 and 1, e.g. 0.95.")
-        from scipy.stats import t
-
-        half = float(t.ppf(0.5 + 0.5 * level, self.degrees_of_freedom)) * self.error if self.error else 0.0
+        half = 0.0
+        if self.error:
+            half = student_above(0.5 - 0.5 * level, self.degrees_of_freedom) * self.error
         return self.mean - half, self.mean + half
 
     def scaled(self, factor: float, offset: float = 0.0) -> Estimate:
@@ -250,15 +251,13 @@ def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:
         correlations.append(_lag_one(y))
         pairs = y.size // 2
         y = 0.5 * (y[0 : 2 * pairs : 2] + y[1 : 2 * pairs : 2])
-    from scipy.stats import chi2
-
     # Only what makes errors too small is looked for: were a negative r by chance at the coarsest level taken
     # for correlation, no level would pass, and its factor (1 + r) / (1 - r) would make a third of the error.
     statistics = np.array(
         [level.size * max(r, 0.0) ** 2 for level, r in zip(levels, correlations, strict=True)]
     )
     tails = np.cumsum(statistics[::-1])[::-1]
-    uncorrelated = np.flatnonzero(tails < chi2.ppf(QUANTILE, np.arange(len(levels), 0, -1)))
+    uncorrelated = np.flatnonzero(tails < chi_squared_below(QUANTILE, np.arange(len(levels), 0, -1)))
     chosen = int(uncorrelated[0]) if uncorrelated.size else len(levels) - 1
     return levels[chosen], correlations[chosen]
 

@@ -37,6 +37,8 @@ WARM = "#c0392b"
 DPI = 160
 PIXELS = 100  # to an inch, of pictures in space, which are pixels themselves
 TITLE = 10.5
+DIGIT = 0.09  # inches, of a number at an axis
+TOP = 1.0  # of the axes, for a title: matplotlib need not look for what it could run into
 
 # Of zlib: half of the time of its default, and files a tenth longer or shorter.
 PNG_LEVEL = 3
@@ -92,7 +94,7 @@ def pressure(
     if math.isfinite(z.error):
         band = z.error * np.sqrt(time[-1] / time)
         axes.fill_between(time, running - band, running + band, color=INK, alpha=0.18, linewidth=0, zorder=2)
-    axes.plot(time, running, color=INK, linewidth=1.6, zorder=4, label=f"running mean, $Z = {_tex(z)}$")
+    axes.plot(time, running, color=INK, linewidth=1.6, zorder=4, label=f"running mean, Z = {_text(z)}")
     if equations is None:
         equations = theory.equations(estimate.dimension)
     styles = ("--", "-.", ":", (0, (6, 1, 1, 1)))
@@ -106,10 +108,11 @@ def pressure(
         )
     axes.set_xlim(0.0, time[-1])
     _frame_values(axes, shown, means)
-    axes.set_xlabel(r"time $t\,/\,\sigma\sqrt{m/kT}$")
-    axes.set_ylabel(r"compressibility factor $Z$")
-    axes.set_title(_state(estimate.n, estimate.dimension, eta), fontsize=TITLE)
+    axes.set_xlabel("time t / σ√(m/kT)")
+    axes.set_ylabel("compressibility factor Z")
+    axes.set_title(_state(estimate.n, estimate.dimension, eta), fontsize=TITLE, y=TOP)
     axes.legend(loc="best", fontsize=8.5, framealpha=0.92, edgecolor="none")
+    _lay_out(figure, axes)
     return saved(figure, path)
 
 
@@ -155,13 +158,14 @@ def rdf(
         far = (g + error)[edges[1:] > 0.5 * sum(axes.get_xlim())]
         top = max(top, float(np.max(far)) / 0.38)
     axes.set_ylim(0.0, top)
-    axes.set_xlabel(r"distance $r/\sigma$" if distribution.diameter else r"distance $r$")
-    axes.set_ylabel(r"radial distribution function $g(r)$")
+    axes.set_xlabel("distance r/σ" if distribution.diameter else "distance r")
+    axes.set_ylabel("radial distribution function g(r)")
     frames = f"{distribution.frames} frame{'s' if distribution.frames > 1 else ''}"
     state = _state(distribution.n, distribution.dimension, distribution.packing_fraction)
-    axes.set_title(f"{state}, {frames}", fontsize=TITLE)
+    axes.set_title(f"{state}, {frames}", fontsize=TITLE, y=TOP)
     if distribution.contact_value is not None:
         _contact_inset(axes, distribution, contact_value)
+    _lay_out(figure, axes)
     return saved(figure, path)
 
 
@@ -205,13 +209,14 @@ def partial_rdf(
         contact = found.edges[0] / unit
         axes.plot([contact, contact, *r], [0.0, g[0], *g], color=colour, linewidth=1.3, label=name, zorder=3)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel(r"distance $r\,/\,\sigma_\mathrm{max}$")
-    axes.set_ylabel(r"partial distribution function $g_{ij}(r)$")
+    axes.set_xlabel("distance r/σₘₐₓ")
+    axes.set_ylabel("partial distribution function gᵢⱼ(r)")
     some = next(iter(distributions.values()))
     axes.set_title(
         f"{_state(some.n, some.dimension, some.packing_fraction)}, {some.frames} frames", fontsize=TITLE
     )
     axes.legend(fontsize=8.5, framealpha=0.92, edgecolor="none")
+    _lay_out(figure, axes)
     return saved(figure, path)
 
 
@@ -260,7 +265,7 @@ def snapshot(
     title = _state(frame.n, frame.dimension, volume / math.prod(frame.box))
     if frame.dimension > 3:
         title += "\nfirst two coordinates"
-    axes.set_title(title, fontsize=TITLE)
+    axes.set_title(title, fontsize=TITLE, y=TOP)
     return saved(figure, path)
 
 
@@ -385,23 +390,32 @@ def compression(
 
 
 def _figure(width: float, height: float, dpi: float = DPI) -> tuple[Figure, Axes]:
-    from carom.pictures.figure import Picture
+    from carom.pictures.importing import picture
 
-    figure = Picture(width, height, dpi)
+    figure = picture()(width, height, dpi)
     axes = figure.add_subplot()
     axes.spines[["top", "right"]].set_visible(False)
     return figure, axes
 
 
+def _lay_out(figure: Figure, axes: Axes) -> None:
+    """Leave room for a title, the labels of both axes and the longest number at the left.
+
+    A layout engine finds the same room by drawing all text once more, which takes as long as the picture.
+    """
+    figure.set_layout_engine("none")
+    width, height = figure.get_size_inches()
+    numbers = axes.yaxis.get_major_formatter().format_ticks(axes.get_yticks())
+    left = 0.5 + max(map(len, numbers)) * DIGIT
+    axes.set_position((left / width, 0.55 / height, 1.0 - (left + 0.2) / width, 1.0 - 0.9 / height))
+
+
 def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
     """Save a figure, if a path is given, and return it; FileError if it cannot be written."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
     if path is not None:
         try:
             if Path(path).suffix.lower() == ".png":
-                # `savefig` draws everything twice.
-                FigureCanvasAgg(figure).print_png(Path(path), pil_kwargs={"compress_level": PNG_LEVEL})
+                _write_png(figure, Path(path))
             else:
                 figure.savefig(Path(path))
         except (OSError, ValueError) as error:
@@ -412,13 +426,25 @@ def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
     return figure
 
 
+def _write_png(figure: Figure, path: Path) -> None:
+    """Write a figure as it is drawn once, and without its opacity, which is that of paper: a quarter less."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    paper = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    resolution = (figure.dpi, figure.dpi)
+    Image.fromarray(paper).save(path, format="png", compress_level=PNG_LEVEL, dpi=resolution)
+
+
 def _state(n: int, dimension: int, packing_fraction: float) -> str:
     count = f"{n:,}".replace(",", "\u202f") if n >= 10_000 else str(n)
-    return f"{count} hard {particles(dimension, n)}, $\\eta = {packing_fraction:.4g}$"
+    return f"{count} hard {particles(dimension, n)}, η = {packing_fraction:.4g}"
 
 
-def _tex(estimate: Estimate) -> str:
-    return estimate.value_text.replace("+-", r"\pm").replace("inf", r"\infty")
+def _text(estimate: Estimate) -> str:
+    return estimate.value_text.replace("+-", "±").replace("inf", "∞")
 
 
 def _grouped(values: np.ndarray, durations: np.ndarray, group: int) -> tuple[np.ndarray, np.ndarray]:
@@ -460,9 +486,9 @@ def _contact_inset(axes: Axes, distribution: RadialDistribution, implied: Estima
         error = value.error if math.isfinite(value.error) else 0.0
         inset.errorbar(
             [1.0 + shift], [value.mean], [error], fmt=marker, color=colour, markersize=4.5,
-            markerfacecolor="white", capsize=2, label=f"{name} ${_tex(value)}$",
+            markerfacecolor="white", capsize=2, label=f"{name} {_text(value)}",
         )  # fmt: skip
     inset.set_xlim(0.97, 1.25)
-    inset.set_title(r"contact value $g(\sigma^+)$", fontsize=8.5)
+    inset.set_title("contact value g(σ⁺)", fontsize=8.5, y=TOP)
     inset.tick_params(labelsize=7.5)
     inset.legend(fontsize=7.5, frameon=False, loc="upper right", handletextpad=0.2)

@@ -11,6 +11,7 @@ import numpy as np
 from carom import checks, theory
 from carom.errors import InputError
 from carom.observables.drift import LEVEL
+from carom.observables.quantiles import chi_squared_tail
 from carom.studies.eos.table import Row
 
 TERMS = 10
@@ -164,8 +165,6 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
     The next order, ``1 / N^2``, shows in small and dense systems. While chi squared of the line is one that
     less than one of a thousand straight lines has, the smallest size is left out.
     """
-    from scipy.stats import chi2 as chi_squared
-
     groups: dict[tuple[float, str], list[Row]] = {}
     for row in rows:
         if row.equilibrated and 0.0 < row.error < math.inf:
@@ -176,7 +175,7 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
             continue
         group.sort(key=lambda row: row.n)
         c, covariance, chi2 = _line(group)
-        while len(group) > 2 and chi_squared.sf(chi2, len(group) - 2) < LEVEL:
+        while len(group) > 2 and chi_squared_tail(chi2, len(group) - 2) < LEVEL:
             group = group[1:]
             c, covariance, chi2 = _line(group)
         found.append(

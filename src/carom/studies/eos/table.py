@@ -10,6 +10,7 @@ from typing import Any
 from carom import theory
 from carom.errors import InputError
 from carom.observables import drift
+from carom.observables.quantiles import chi_squared_tail
 from carom.studies.tasks import Record
 from carom.theory import Equation
 
@@ -294,6 +295,4 @@ def _order(results: list[dict[str, Any]], n: int) -> tuple[float, float, float, 
 def _improbable(chi2: float, degrees: int) -> bool:
     if not math.isfinite(chi2) or degrees < 1:
         return False
-    from scipy.stats import chi2 as distribution
-
-    return bool(distribution.sf(chi2, degrees) < LEVEL)
+    return chi_squared_tail(chi2, degrees) < LEVEL
