@@ -5,15 +5,17 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from plain import plain_python
 
 import carom
 from carom.models.containers import InsideOfSphere
 from carom.models.gravity import Falling, Gravity
-from carom.models.interface import evened, outward, thrown
+from carom.models.interface import outward, push, thrown
 from carom.models.losses import Loss
-from carom.models.obstacles import SphericalContainer
+from carom.models.obstacles import Ball, SphericalContainer
 from carom.models.planes import Plane
 from carom.models.surfaces import Surface
+from carom.simulation.replay import Replay
 
 
 def column(dimension, n, restitution, *, diameter=0.3, edge=6.0, height=60.0, kT=2.0):
@@ -87,8 +89,12 @@ def test_bounces_on_a_circle_keep_their_energy_on_average():
         change = thrown(motion, -(normal[0] * v[0] + normal[1] * v[1]))
         if change <= 1.0:  # it flies off, or grazes
             continue
-        for gains, added in ((plain, change), (even, evened(motion, change, v, normal))):
-            after = [a + added * b for a, b in zip(v, normal, strict=True)]
+        pushed = list(v)
+        push(motion, change, pushed, normal)
+        for gains, after in (
+            (plain, [a + change * b for a, b in zip(v, normal, strict=True)]),
+            (even, pushed),
+        ):
             gain = sum(Fraction(a) ** 2 for a in after) - sum(Fraction(a) ** 2 for a in v)
             gains.append(float(gain) / (v[0] ** 2 + v[1] ** 2))
     assert len(even) > 500
@@ -113,3 +119,27 @@ def test_energy_does_not_grow_with_the_bounces_in_a_round_container():
         sim.run(time=20_000.0)
     # Rounding at random: sqrt(50000) 2^-53, and six standard deviations. Before: 4e-12.
     assert sim.statistics.energy_drift < 6.0 * math.sqrt(50_000) * 2.0**-52
+
+
+def replay_of_round_bounces(folder):
+    """Bounce a disk between a round container and a ball in a field, and replay its log."""
+    scene = carom.Scene(
+        [[6.0, 2.0]],
+        (10.0, 10.0),
+        velocities=[[3.0, 1.0]],
+        periodic=False,
+        motion=Gravity((0.1, -1.0)),
+        obstacles=[SphericalContainer((5.0, 5.0), 4.5), Ball((5.0, 5.0), 1.0)],
+    )
+    with carom.Simulation(scene, event_log=f"{folder}/log.h5") as sim:
+        sim.run(time=150.0)
+        frame = sim.frame()
+        assert min(sim.obstacles[4].hits, sim.obstacles[5].hits) > 10
+    run = Replay(f"{folder}/log.h5")
+    run.advance_to(150.0)
+    assert (run.frame().positions == frame.positions).all()
+    assert (run.frame().velocities == frame.velocities).all()
+
+
+def test_bounces_on_round_things_in_a_field_are_replayed_bit_for_bit(tmp_path):
+    plain_python("-c", f"import test_gravity_in_space as t; t.replay_of_round_bounces({str(tmp_path)!r})")

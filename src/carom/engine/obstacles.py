@@ -15,7 +15,6 @@ from carom.engine.images import in_box
 from carom.models.interface import (
     NEVER,
     anchor,
-    evened,
     growth,
     mass,
     meeting,
@@ -23,6 +22,7 @@ from carom.models.interface import (
     members,
     outward,
     position,
+    push,
     radius,
     repeated,
     thrown,
@@ -250,9 +250,7 @@ def _(live: None, model, state, i, number, now):
     for axis in range(len(model.boundary.edges)):
         speed += obstacles.image[axis] * row.v[axis]
     change = thrown(model.motion, growth(model.pair, i) - speed)
-    change = evened(model.motion, change, row.v, obstacles.image)
-    for axis in range(len(model.boundary.edges)):
-        row.v[axis] += change * obstacles.image[axis]
+    push(model.motion, change, row.v, obstacles.image)
     return mass(model.pair, i) * change
 
 

@@ -611,10 +611,10 @@ def thrown(motion, approach):
 
 
 @optional
-def evened(motion, change, v, normal):
-    """Return a change of the normal velocity for a normal whose rounded length is not quite 1.
+def push(motion, change, v, normal):
+    """Add ``change`` along a unit normal to the velocity ``v``, in place.
 
-    By default the change itself. A motion that has to keep energy over very many bounces answers: see
+    A motion that has to keep energy over very many bounces does it in more digits: see
     ``carom.models.gravity``.
 
     Parameters
@@ -626,7 +626,8 @@ def evened(motion, change, v, normal):
     v, normal : sequences of d floats
         Velocity before the contact, and the normal.
     """
-    return change
+    for axis in range(len(normal)):
+        v[axis] += change * normal[axis]
 
 
 @optional
@@ -653,9 +654,7 @@ def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     approach = growth
     for axis in range(len(v)):
         approach -= normal[axis] * v[axis]
-    change = evened(motion, thrown(motion, approach), v, normal)
-    for axis in range(len(v)):
-        v[axis] += change * normal[axis]
+    push(motion, thrown(motion, approach), v, normal)
 
 
 @optional

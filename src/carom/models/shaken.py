@@ -20,9 +20,9 @@ from carom.models.interface import (
     arrival,
     at_time,
     encounter,
-    evened,
     fall,
     outward,
+    push,
     recoil,
     repeated,
     rest_speed,
@@ -250,6 +250,4 @@ def _(obstacle: Displaced, motion, i, mass, x, v, normal, growth, now):
     for axis in range(len(v)):
         approach -= normal[axis] * v[axis]
     approach = max(approach, 0.0)
-    change = evened(motion, approach + max(approach, rest_speed(motion), obstacle.rest), v, normal)
-    for axis in range(len(v)):
-        v[axis] += change * normal[axis]
+    push(motion, approach + max(approach, rest_speed(motion), obstacle.rest), v, normal)

@@ -20,10 +20,10 @@ from carom.models.interface import (
     arrival,
     at_time,
     encounter,
-    evened,
     fall,
     outward,
     pull,
+    push,
     recoil,
     repeated,
     rest_speed,
@@ -270,9 +270,7 @@ def _(obstacle: Lossy, motion, i, mass, x, v, normal, growth, now):
     least = max(least, 0.25 * law.contact_time * pull(motion, normal), law.restitution * law.threshold)
     obstacle.spared[0] += np.int64(spared)
     obstacle.spared[1] += np.int64(left < least)
-    change = evened(motion, surface - speed + max(left, least), v, normal)
-    for axis in range(len(v)):
-        v[axis] += change * normal[axis]
+    push(motion, surface - speed + max(left, least), v, normal)
 
 
 @recoil.register

@@ -33,12 +33,12 @@ from carom.models.interface import (
     begin,
     carry,
     core_square,
-    evened,
     exchanged_part,
     jump,
     mass,
     outward,
     position,
+    push,
     recoil,
     repeated,
     step_jump,
@@ -342,8 +342,8 @@ class Replay:
             speed = 0.0
             for a, b in zip(normal, before, strict=True):
                 speed += a * b
-            along = evened(self._motion, thrown(self._motion, 0.0 - speed), before, normal)
-            self._v[i] += along * np.array(normal)
+            along = thrown(self._motion, 0.0 - speed)
+            push(self._motion, along, self._v[i], normal)
         self._compare(weight * along, impulse, f"{i} and {self._fixed[k].name}")
 
     def _compare(self, found: float, logged: float, who: str, what: str = "impulse") -> None:
