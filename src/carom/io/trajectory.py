@@ -25,7 +25,7 @@ SUFFIXES = {".h5md": "h5md", ".h5": "h5md", ".extxyz": "extxyz", ".xyz": "extxyz
 
 
 class Reader(ABC):
-    """A file as a sequence of Frames; each is read when it is asked for.
+    """A trajectory file as a sequence of Frames. A frame is read when it is accessed.
 
     ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for frame in reader`` work as for a list.
     """
@@ -102,10 +102,10 @@ class Reader(ABC):
 
 
 class Writer(ABC):
-    """A file that takes Frames, each complete on return from ``write``.
+    """A trajectory file open for writing. A frame is complete when ``write`` returns.
 
-    All frames of one file have the same number of components and dimensions, and all of them or none hold
-    images. ``len(writer)`` is the number of frames in the file.
+    All frames of a file have the same numbers of components and dimensions. Either all or none of them have
+    image counts. ``len(writer)`` is the number of frames in the file.
     """
 
     def __init__(self, path: Path, scene: Any = None):
@@ -119,15 +119,15 @@ class Writer(ABC):
         return self._count
 
     def write(self, frame: Frame) -> None:
-        """Append `frame` and hand it to the system, so that it survives a kill of this process.
+        """Append `frame` and pass it to the operating system, so that it survives if this process is killed.
 
         A Ctrl-C takes effect when the frame is complete.
 
         Raises
         ------
         InputError
-            If the frame does not fit the file, is before the last one in time, or holds what no frame can:
-            NaN, infinite values, masses or edges that are not above 0, diameters below 0.
+            If the frame does not fit the file, is earlier than the last one, or has invalid values: NaN,
+            infinite values, masses or edges that are not positive, negative diameters.
         FileError
             If it cannot be written, e.g. because the disk is full.
         """
@@ -150,7 +150,7 @@ class Writer(ABC):
         Raises
         ------
         FileError
-            If what was left to write cannot be written.
+            If buffered data cannot be written.
         """
         with uninterrupted(), writing(self.path):
             self._close()
@@ -278,9 +278,9 @@ def open(
     path : str or path
         ``.h5md`` or ``.h5`` (H5MD), ``.extxyz`` or ``.xyz`` (extended XYZ), ``.gsd`` (GSD, float32).
     mode : {"r", "w", "x", "a"}
-        Read; write, in place of what is there; write, and refuse if anything is there; append.
+        Read; write, replacing an existing file; write, but refuse to replace a file; append.
     scene : Scene, optional
-        What the frames belong to: each must have its number of components and dimensions.
+        Scene of the frames. Each frame must have its numbers of components and dimensions.
     keep : int, optional
         With mode ``"a"``: keep the first `keep` frames and drop those after them, as if they had never been
         written. By default all complete frames are kept, and one that a kill cut off is dropped.
@@ -361,7 +361,7 @@ def convert(
     Parameters
     ----------
     source, target : str or path
-        Files whose suffixes choose the formats. The target appears when it is complete, or not at all. It may
+        Files whose suffixes choose the formats. The target is written completely or not at all. It may
         also be ``.lammpstrj`` or ``.dump``, ``.data`` (LAMMPS, the last frame), ``.dcd`` or ``.pdb``, which
         are for other programs and cannot be read back.
     overwrite : bool
@@ -396,10 +396,10 @@ def convert(
 
 
 def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:
-    """Write `target` anew with the first `keep` frames of `source`, e.g. an .h5md that a kill destroyed.
+    """Write `target` anew from the first `keep` frames of `source`, e.g. after a kill destroyed an .h5md.
 
-    The frames are bit for bit those of `source` (except in GSD, which is float32). A last frame of `source`
-    that was cut off does not matter. Returns `keep`.
+    The frames equal those of `source` bit for bit (except in GSD, which stores float32). An incomplete last
+    frame of `source` is ignored. Returns `keep`.
 
     Raises
     ------

@@ -118,7 +118,7 @@ class GreatCircles:
         return float(np.sum(0.5 * betainc(0.5 * (len(box) - 1), 0.5, sine * sine)))
 
     def model(self, particles: Particles) -> Circles:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return Circles(tuple(0.5 * edge for edge in particles.box), self.radius)
 
 

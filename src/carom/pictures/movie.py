@@ -47,17 +47,17 @@ def movie(
     Parameters
     ----------
     source : path, Reader or sequence of Frames
-        Of one to three dimensions, in a box that stays.
+        Frames in one to three dimensions, with a constant box.
     path : path
         ``.mp4`` (H.264; needs the package imageio-ffmpeg) or ``.gif``.
     fps : int
         Frames in a second.
     size : int
-        Pixels of the longer edge.
+        Length of the longer edge [pixels].
     colour : {"species", "speed", "psi_6"}
-        What colours tell; psi_6, of the six nearest neighbours, in 2D.
+        What colours show; psi_6, of the six nearest neighbours, in 2D.
     obstacles : sequence of obstacles, optional
-        To draw; those of the ``scene.toml`` beside a path if left out.
+        Obstacles to draw; by default those of the ``scene.toml`` in the same folder.
     progress : callable or True, optional
         Called as ``progress(done, total)`` after each frame; True shows a bar.
 

@@ -20,8 +20,7 @@ class Step(NamedTuple):
     ----------
     time : float
         When [time].
-    i, j : int
-        Who.
+    i, j : int The two components.
     positions, velocities : (n, d) arrays
         Of all, positions not wrapped.
     """
