@@ -43,8 +43,9 @@ class PackingNetwork:
     ----------
     frame : Frame
         The packing.
-    gap : float Pairs are in contact if their gap is below this fraction of the contact distance. void :
-    (float, float)
+    gap : float
+        Pairs are in contact if their gap is below this fraction of the contact distance.
+    void : (float, float)
         The largest gap of a contact and the smallest one of no contact; the latter is at most ``REACH``.
     gaps : (p,) array
         Gap over contact distance of all near pairs, in increasing order; negative where they overlap.
@@ -56,7 +57,8 @@ class PackingNetwork:
     backbone : (n,) bool array
         Which components are not rattlers.
     sided : bool
-        Whether a component with contacts on one side only counts as a rattler. obstacles : tuple of obstacles
+        Whether a component with contacts on one side only counts as a rattler.
+    obstacles : tuple of obstacles
         Obstacles of the scene.
     """
 

@@ -259,9 +259,9 @@ class PressureEstimate:
         rows = [
             ("Z = PV / NkT", self.compressibility_factor),
             ("P σ^d / kT", self.reduced_pressure),
-            ("P", self.pressure),
+            ("P [energy / length^d]", self.pressure),
             ("g(σ+)", self.contact_value),
-            ("collision rate of one", self.collision_rate),
+            ("collisions of one [1 / time]", self.collision_rate),
         ]
         shown = [(name, e.value_text.replace("+-", "±")) for name, e in rows if math.isfinite(e.mean)]
         title = f"{self.n} particles at packing fraction {self.packing_fraction:.6g}"

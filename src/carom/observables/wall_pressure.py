@@ -122,9 +122,9 @@ class WallPressureEstimate:
     force : Estimate
         Momentum per time [energy / length].
     name : str
-        Of the wall or obstacle.
+        Name of the wall or obstacle.
     area : float
-        [length^(d-1)]
+        Area by which the force was divided [length^(d-1)].
     block_values : tuple of float
         Pressure in each block.
     """
@@ -136,12 +136,12 @@ class WallPressureEstimate:
     block_values: tuple[float, ...] = field(default=(), repr=False)
 
     def _repr_html_(self) -> str:
-        rows = [("pressure", self.pressure), ("force", self.force)]
+        rows = [("P [energy / length^d]", self.pressure), ("force [energy / length]", self.force)]
         shown = [(name, e.value_text.replace("+-", "±")) for name, e in rows]
-        return table(self.name, [*shown, ("area", f"{self.area:.6g}")])
+        return table(self.name, [*shown, ("area [length^(d-1)]", f"{self.area:.6g}")])
 
     def __str__(self) -> str:
-        return f"P on {self.name} = {self.pressure.value_text}"
+        return f"P on {self.name} = {self.pressure.value_text} energy / length^d"
 
     @property
     def quantity(self) -> str:

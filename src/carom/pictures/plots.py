@@ -183,7 +183,9 @@ def partial_rdf(
 
     Raises
     ------
-    InputError If there is no distribution. FileError
+    InputError
+        If there is no distribution.
+    FileError
         If the picture cannot be saved.
     """
     if not distributions:

@@ -20,7 +20,8 @@ class Step(NamedTuple):
     ----------
     time : float
         When [time].
-    i, j : int The two components.
+    i, j : int
+        The two components.
     positions, velocities : (n, d) arrays
         Of all, positions not wrapped.
     """

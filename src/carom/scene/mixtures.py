@@ -113,7 +113,9 @@ def mixture(
         Ratios of the numbers of each species; they need not sum to 1. Numbers are rounded to integers.
     diameters, masses : sequences of K floats
         Diameter and mass of each species [length], [mass]; masses are 1 by default.
-    names : sequence of K str, optional Names of the species. contact, periodic, obstacles
+    names : sequence of K str, optional
+        Names of the species.
+    contact, periodic, obstacles
         As in :class:`carom.Scene`.
     dimension : int, optional
         d; that of the box or the lattice, or 3.

@@ -199,7 +199,8 @@ class Simulation:
 
         Raises
         ------
-        InputError If pairs have no steps.
+        InputError
+            If pairs have no steps.
         """
         return pair_steps.potential_energy(self.machine)
 

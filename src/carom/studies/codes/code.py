@@ -26,7 +26,8 @@ class SphericalCode:
     ----------
     coordinates : (n, k) object array
         Coordinates of the points, as ``mpmath`` numbers.
-    cosine : mpf Cosine of the smallest angle.
+    cosine : mpf
+        Cosine of the smallest angle.
     residual : mpf
         The largest difference of a contact's ``x_i . x_j`` from the cosine, or of ``(x_i . x_i - 1) / 2``
         from 0.

@@ -76,7 +76,8 @@ class PackingInterrupted(Interrupted):
 
     Attributes
     ----------
-    packing : Packing The packing so far.
+    packing : Packing
+        The packing so far.
     """
 
     packing: Packing

@@ -66,7 +66,9 @@ class RunPlan:
         Variance of every estimator, in units of that of the chosen one.
     design : Design
         N, replicas, equilibration, length, the promised error and the promised CPU time.
-    cores : int hours : float or None Cores and wall time that are available.
+    cores : int
+    hours : float or None
+        Cores and wall time that are available.
     seed : int
     sizes : tuple of Size
         What other numbers of particles would cost.
@@ -262,8 +264,10 @@ def plan(
     target : str or Target
         ``"Z=1e-4"``: the quantity of the infinite system, and its relative error, the bias of the finite size
         included. Quantities are Z, P (or pressure), g(contact) and D; ``"Z=+-0.002"`` is an absolute error.
-    packing_fraction : float Packing fraction of hard spheres with diameter, mass and kT 1. Give this or
-    ``scene``. scene : path, Plan or System A scene. The plan may change its number of particles.
+    packing_fraction : float
+        Packing fraction of hard spheres with diameter, mass and kT 1. Give this or ``scene``.
+    scene : path, Plan or System
+        A scene. The plan may change its number of particles.
     dimension : int
     species : sequence of mappings, optional
         Of a mixture: ``{"fraction": 0.5, "diameter": 1.4, "mass": 2.0}`` each.
