@@ -77,7 +77,7 @@ class GreatCircles:
                 f"On great circles hard cores meet, found the interaction {type(scene.interaction).__name__}."
             )
         if not all(scene.periodic) or scene.obstacles:
-            raise InputError("On great circles nobody meets walls or obstacles: leave them out.")
+            raise InputError("On great circles components meet no walls or obstacles: leave them out.")
         if min(scene.box) <= 4.0 * self.radius:
             raise InputError(
                 f"A sphere of radius {self.radius:g} needs edges of more than {4.0 * self.radius:g}, so that "

@@ -50,7 +50,7 @@ def sees(observable: Any) -> str:
         names = []
     if len(names) != 1 or names[0] not in SEEN:
         raise InputError(
-            f"{type(observable).__name__}.update({', '.join(names)}) does not say what it wants to see; name "
+            f"{type(observable).__name__}.update({', '.join(names)}) does not say what it needs; name "
             "its one parameter frame or block."
         )
     return names[0]

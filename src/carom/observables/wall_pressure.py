@@ -167,4 +167,4 @@ def _area(scene: Scene, k: int) -> float:
     obstacle = scene.obstacles[k - 2 * len(axes)]
     if hasattr(obstacle, "area"):
         return float(obstacle.area(scene.box))
-    raise InputError(f"Nobody knows the area of {obstacle.name}; give WallPressure(area=...).")
+    raise InputError(f"The area of {obstacle.name} is not known; give WallPressure(area=...).")

@@ -49,7 +49,7 @@ def free_flights(
     machine = sim.machine
     flights = machine.engine.model.flights
     if flights is None:
-        raise InputError("free_flights() needs what this simulation has not: Simulation(flights=True).")
+        raise InputError("free_flights() needs a simulation made with flights=True.")
     if (collisions_per_particle is None) == (time is None):
         raise InputError("free_flights() needs either collisions_per_particle or time.")
     count = checks.integer(blocks, "blocks", low=2)

@@ -444,11 +444,11 @@ class Simulation:
         """
         collisions = checks.number(collisions, "collisions", low=0.0)
         if self.scene.n == 1 or self.machine.start.energy == 0.0:
-            raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
+            raise InputError("Nothing collides in this scene: give time= instead of a number of collisions.")
         if self.collisions < 1000:
             self.run(collisions=1000 - self.collisions)
         if self.collisions == 0:
-            raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
+            raise InputError("Nothing collides in this scene: give time= instead of a number of collisions.")
         return float(collisions) * self.time / self.collisions
 
     @looks
