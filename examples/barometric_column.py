@@ -1,4 +1,4 @@
-"""A column of hard disks in a field: density by height beside hydrostatics, dense at the floor, thin above.
+"""A column of hard disks in a field: density by height, compared with hydrostatics.
 
 python examples/barometric_column.py [--smoke] [--out DIR]
 """
@@ -61,7 +61,7 @@ print(
 )
 where = (dense > 0.02) & (middle > 4.0)
 off = np.abs(density[where] / dense[where] - 1.0)
-print(f"density beside hydrostatics of hard disks: off by {off.mean():.2%} on average above height 4")
+print(f"density compared with hydrostatics of hard disks: off by {off.mean():.2%} on average above height 4")
 
 # %% The picture.
 args.out.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The paper's 27 disks: points that grow while they move until they jam, and who rattles then.
+"""The paper's 27 disks: points that grow while they move until they jam, and the rattlers.
 
     python examples/disks_27.py [--smoke] [--out disks_27.png]
 

@@ -1,4 +1,4 @@
-"""A ball on a shaken floor: it doubles its period on the way to chaos; beside it the exact map.
+"""A ball on a shaken floor: its period doubles on the way to chaos, as in the exact map.
 
 python examples/shaken_ball.py [--smoke] [--out DIR]
 """

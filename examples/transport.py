@@ -1,4 +1,4 @@
-"""Transport of hard spheres: the coefficients against density beside Enskog's theory, and the long-time tail.
+"""Transport of hard spheres: the coefficients compared with Enskog's theory, and the long-time tail.
 
 python examples/transport.py [--smoke] [--out DIR]
 """

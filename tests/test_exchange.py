@@ -64,7 +64,7 @@ def test_a_scene_from_ase_keeps_the_species_that_carom_wrote(tmp_path):
     np.testing.assert_array_equal(scene.diameters, start.diameters)
 
 
-def test_gsd_says_that_it_knows_no_walls_and_holds_types_radii_and_colours(tmp_path):
+def test_gsd_says_that_it_knows_no_walls_and_holds_types_and_radii(tmp_path):
     hoomd = pytest.importorskip("gsd.hoomd")
     frames = frames_of(2)
     with pytest.warns(CaromWarning, match="GSD knows no walls") as told:
@@ -74,8 +74,7 @@ def test_gsd_says_that_it_knows_no_walls_and_holds_types_radii_and_colours(tmp_p
     assert stored.particles.types == ["small", "big"]
     assert stored.configuration.dimensions == 2
     np.testing.assert_array_equal(stored.particles.typeid, frames[0].species)
-    colours = np.array([rgb(FACES[kind]) for kind in frames[0].species], dtype=np.float32)
-    np.testing.assert_array_equal(stored.log["particles/Color"], colours)
+    np.testing.assert_array_equal(stored.particles.diameter, frames[0].diameters.astype(np.float32))
 
 
 def test_gsd_of_a_periodic_box_says_nothing(tmp_path):

@@ -86,6 +86,25 @@ def test_colours_of_speed_and_of_psi_6_differ_from_those_of_species(tmp_path):
     assert len(set(pages)) == 3
 
 
+def test_rattlers_have_a_colour_of_their_own(tmp_path):
+    frame = crystal(2, 6)
+    diameters = np.full(frame.n, frame.diameters[0])
+    diameters[14] *= 0.9  # held by nobody
+    loose = carom.Frame(**{**vars(frame), "diameters": diameters})
+    camera = Camera.on(loose, 400)
+    carom.movie([loose], tmp_path / "a.gif", size=400, colour="rattlers")
+    from PIL import Image
+
+    with Image.open(tmp_path / "a.gif") as film:
+        picture = np.asarray(film.convert("RGB"), float)
+    assert picture.shape[:2] == (camera.height, camera.width)
+    colours = picture / picture.sum(axis=2, keepdims=True)
+    wanted = np.array(rgb(FACES[1])) / sum(rgb(FACES[1]))
+    seen = (np.abs(colours - wanted).max(axis=2) < 0.03).sum()
+    area = np.pi * (0.5 * diameters[14] * camera.scale) ** 2
+    assert seen == pytest.approx(area, rel=0.2)  # one disk; its rim is mixed with what is behind
+
+
 def test_what_makes_no_movie_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"expected one of .mp4, .gif"):
         carom.movie(frames_of(2), tmp_path / "a.avi")
@@ -93,6 +112,9 @@ def test_what_makes_no_movie_is_refused(tmp_path):
         carom.movie(frames_of(2), tmp_path / "a.gif", colour="mood")
     with pytest.raises(InputError, match="psi_6"):
         carom.movie(frames_of(3), tmp_path / "a.gif", colour="psi_6")
+    apart = frame_of([[1.0, 1.0], [3.0, 3.0]], (4.0, 4.0), 0.5)
+    with pytest.raises(InputError, match="this is no packing"):
+        carom.movie([apart], tmp_path / "a.gif", colour="rattlers")
     with pytest.raises(InputError, match="no frames"):
         carom.movie([], tmp_path / "a.gif")
 

@@ -108,7 +108,7 @@ def test_a_measurement_has_one_length(sim):
 
 def test_a_lonely_sphere_has_nothing_to_measure():
     sim = carom.Simulation(carom.Scene([[0.5, 0.5]], 2.0), seed=1)
-    with pytest.raises(InputError, match="Nobody collides"):
+    with pytest.raises(InputError, match="Nothing collides"):
         sim.measure(PRESSURE, relative_error=1e-2)
 
 

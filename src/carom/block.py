@@ -35,17 +35,17 @@ class Block(NamedTuple):
     collisions : int
         Pair collisions in it.
     virial : float
-        Sum of ``r_ij . dp_ij`` over them [mass length^2 / time]; ``m sigma |u_n|`` for equal masses. Over a
-        time it is an energy.
+        Sum of ``r_ij . dp_ij`` over them [mass length^2 / time]. Between equal masses a collision adds ``m
+        sigma |u_n|``. Divided by a time it is an energy.
     impulses : tuple of float
         Momentum that each wall and obstacle took up [mass length / time], in the order of their numbers.
     momentum_changes : tuple of float
-        Change of the weighted momentum of the components that belongs to each of them [mass length / time]
-        (see ``carom.observables.momentum_balance``); empty where nobody looked.
+        Change of the weighted momentum of the components that belongs to each wall and obstacle [mass length
+        / time] (see ``carom.observables.momentum_balance``). Empty if it was not measured.
     kT_time : float or None
         Integral of kT over the stretch [energy time], where contacts change it (restitution, growth).
     sizes : Sizes or None
-        Averages, where diameters grow; of :attr:`carom.Simulation.tally` they are not known.
+        Averages over the stretch, if diameters grow. Not known for :attr:`carom.Simulation.tally`.
     """
 
     duration: float

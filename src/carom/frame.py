@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Frame:
-    """A global state: the paper's projection of every component to one time.
+    """All components at one time; in the paper's words, a global state.
 
     Parameters
     ----------
@@ -30,17 +30,17 @@ class Frame:
     velocities : (n, d) float64 array
         Velocities [length / time].
     box : (d,) float64 array
-        Edges of the box [length]; anything that makes such an array is taken.
+        Edges of the box [length]. Any sequence of d numbers is accepted.
     diameters, masses : (n,) float64 arrays
         Diameter [length] and mass of each component.
     images : (n, d) int32 array or None
-        How often each component has left the box through the upper face, less through the lower.
+        How many times each component left the box through an upper face, minus those through a lower one.
     species : (n,) int64 array or None
-        Which species each component is, from 0.
+        Species of each component, counted from 0.
     species_names : tuple of str
-        Their names, or ().
+        Names of the species, or ().
     periodic : tuple of d bools
-        Which axes are; the others have walls at 0 and at the edge. All are where left out.
+        Which axes are periodic; the others have walls at 0 and at the edge. By default all are periodic.
     """
 
     time: float
@@ -125,7 +125,7 @@ class Frame:
         return to_ase(self)
 
     def to_freud(self) -> tuple[freud.box.Box, np.ndarray]:
-        """Return freud's box and (n, 3) float32 positions, centred as freud has them: a ``system`` of its.
+        """Return a freud box and (n, 3) float32 positions centred on the origin: a ``system`` for freud.
 
         Raises
         ------

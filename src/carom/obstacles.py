@@ -1,4 +1,4 @@
-"""What stands in a scene, under the name that scripts import it by; it lives in ``carom.models``."""
+"""Obstacles of a scene, under their public name; they are defined in ``carom.models``."""
 
 from carom.models.obstacles import *  # noqa: F403
 from carom.models.obstacles import __all__ as __all__

@@ -1,4 +1,4 @@
-"""Range rules under the name that scripts import them by; they live in ``carom.models``."""
+"""Range rules, under their public name; they are defined in ``carom.models``."""
 
 from carom.models.ranges import Kind, Ranges
 from carom.models.units import CHANGED, ENTERED, LEFT, TIMER, draw

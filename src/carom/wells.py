@@ -1,4 +1,4 @@
-"""Wells, steps and bonds under the name that scripts import them by; they live in ``carom.models``."""
+"""Wells, steps and bonds, under their public name; they are defined in ``carom.models``."""
 
 from carom.models.bonds import Bonds, chains, rings
 from carom.models.steps import Steps

@@ -24,10 +24,10 @@ def code(
     ],
     dimension: Annotated[
         int | None,
-        typer.Option("--dimension", "-k", help="Of the space of the sphere. Without: 3, the usual one."),
+        typer.Option("--dimension", "-k", help="Dimension of the space of the sphere. Without: 3."),
     ] = None,
-    seeds: Annotated[int | None, typer.Option(help="How many random starts. Without: 40.")] = None,
-    first: Annotated[int | None, typer.Option(help="The first of the seeds. Without: 0.")] = None,
+    seeds: Annotated[int | None, typer.Option(help="Number of random starts. Without: 40.")] = None,
+    first: Annotated[int | None, typer.Option(help="First seed. Without: 0.")] = None,
     rate: Annotated[
         float | None,
         typer.Option(
@@ -36,15 +36,17 @@ def code(
     ] = None,
     hops: Annotated[
         int | None,
-        typer.Option(help="How often each seed moves a few points into holes, and climbs. Without: 20."),
+        typer.Option(
+            help="How many times each seed moves points into holes and optimises again. Without: 20."
+        ),
     ] = None,
     digits: Annotated[int | None, typer.Option(help="Decimal digits of the result. Without: 32.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes; as many as cores.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Number of processes; default one per core.")] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="File: .json for all, .png for a picture, else one point a line."),
+        typer.Option("--out", "-o", help="File: .json for all, .png for a picture, else one point per line."),
     ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a file that is there.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
 ) -> None:
     """Search for points on a sphere whose smallest angle is as large as possible.

@@ -352,10 +352,10 @@ def export(
 def view(
     source: Annotated[Path, typer.Argument(help="Trajectory, event log, or the folder of a run or packing.")],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Page to write; beside the source if left out.")
+        Path | None, typer.Option("--out", "-o", help="Page to write; next to the source by default.")
     ] = None,
     collisions: Annotated[
-        int | None, typer.Option(help="How many of an event log; 20 000 if left out.")
+        int | None, typer.Option(help="Collisions to show of an event log; 20 000 by default.")
     ] = None,
     show: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
     overwrite: Overwrite = False,
@@ -389,7 +389,9 @@ def movie(
     target: Annotated[Path, typer.Argument(help="What to write: .mp4 or .gif.")],
     fps: Annotated[int, typer.Option(help="Frames of the trajectory in a second.")] = 24,
     size: Annotated[int, typer.Option(help="Pixels of the longer edge.")] = 480,
-    colour: Annotated[str, typer.Option(help="species, speed or psi_6.")] = "species",
+    colour: Annotated[
+        str, typer.Option(help="species, speed, psi_6 or rattlers (of a packing).")
+    ] = "species",
     overwrite: Overwrite = False,
 ) -> None:
     """Make a movie of a trajectory: MP4 (which needs the package imageio-ffmpeg) or GIF.
@@ -398,6 +400,7 @@ def movie(
 
     carom movie carom-run/trajectory.h5md fluid.mp4
     carom movie disks/trajectory.h5md disks.gif --colour psi_6 --fps 12
+    carom movie carom-pack/packing.h5md packing.gif --colour rattlers
     """
     from carom.cli.screen import watched
     from carom.errors import FileError
@@ -423,7 +426,7 @@ def rdf(
         float | None, typer.Option(help="End of the last bin, a length; at most half the shortest edge.")
     ] = None,
     width: Annotated[
-        float | None, typer.Option(help="Width of a bin, a length; 0.02 diameters if left out.")
+        float | None, typer.Option(help="Width of a bin, a length; 0.02 diameters by default.")
     ] = None,
     pair: Annotated[
         str | None, typer.Option(help="Two species of a mixture, by name or number: small,large.")

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from carom.studies import RunPlan
     from carom.studies.planner.system import System
 
-_SCENE = "What is simulated, where no scene file says it"
-_BUDGET = "What there is to run it with"
+_SCENE = "The system, without a scene file"
+_BUDGET = "Available cores and time"
 _OUTPUT = "What to do with the plan"
 
 FOLDER = Path("carom-plan")
@@ -32,18 +32,22 @@ def plan(
         typer.Option(
             "--target",
             "-t",
-            help="Z=1e-4: quantity and relative error, bias of the finite size included. Z, P (pressure), "
+            help="Z=1e-4: quantity and relative error, including the bias of finite size. Z, P (pressure), "
             "g(contact) or D. Z=+-0.002 is an absolute error.",
         ),
     ] = "Z=1e-3",
     packing_fraction: Annotated[
         float | None,
         typer.Option(
-            "--packing-fraction", "--eta", help="Part of the volume filled.", rich_help_panel=_SCENE
+            "--packing-fraction",
+            "--eta",
+            help="Fraction of the volume filled by spheres.",
+            rich_help_panel=_SCENE,
         ),
     ] = None,
     dimension: Annotated[
-        int | None, typer.Option("--dimension", "-d", help="Of space, 2 to 6; 3.", rich_help_panel=_SCENE)
+        int | None,
+        typer.Option("--dimension", "-d", help="Dimension of space, 2 to 6; 3.", rich_help_panel=_SCENE),
     ] = None,
     species: Annotated[
         list[str] | None,
@@ -56,12 +60,13 @@ def plan(
         int | None,
         typer.Option("--n", help="Plan with this number of particles only.", rich_help_panel=_SCENE),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Source of all randomness.", rich_help_panel=_SCENE)] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.", rich_help_panel=_SCENE)] = 1,
     cores: Annotated[
-        int | None, typer.Option(help="Left out, all of this machine.", rich_help_panel=_BUDGET)
+        int | None,
+        typer.Option(help="Number of cores; by default all of this machine.", rich_help_panel=_BUDGET),
     ] = None,
     hours: Annotated[
-        float | None, typer.Option(help="Left out, there is no limit.", rich_help_panel=_BUDGET)
+        float | None, typer.Option(help="Hours of wall time; by default no limit.", rich_help_panel=_BUDGET)
     ] = None,
     pilot: Annotated[
         float | None,
@@ -69,14 +74,14 @@ def plan(
     ] = None,
     run: Annotated[
         bool,
-        typer.Option("--run", help="Run it; say what was promised and reached.", rich_help_panel=_OUTPUT),
+        typer.Option("--run", help="Run the plan, and compare the result with it.", rich_help_panel=_OUTPUT),
     ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
             "--out",
             "-o",
-            help="Folder for plan.json, and with --run for the study, which goes on there; carom-plan.",
+            help="Folder for plan.json, and with --run for the study, which continues there; carom-plan.",
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
@@ -91,8 +96,9 @@ def plan(
 ) -> None:
     """Plan a run for an accuracy: how many particles, how long, how many replicas, and what it costs here.
 
-    A pilot of seconds measures rate, variance and equilibration on this machine. The plan is the one of least
-    CPU. Where a target cannot be had, or not in the time given, a sentence says so, and what can.
+    A pilot of seconds measures rate, variance and equilibration on this machine. The plan needs the least CPU
+    time. If a target cannot be reached, or not in the given time, a sentence says so, and says what is
+    possible.
 
     [bold]Examples[/bold]
 

@@ -69,7 +69,9 @@ def transport(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option("--workers", "-j", help="Processes or threads; one a core.", rich_help_panel=_WHERE),
+        typer.Option(
+            "--workers", "-j", help="Processes or threads; default one per core.", rich_help_panel=_WHERE
+        ),
     ] = None,
     scheduler: Annotated[
         str | None,
@@ -93,10 +95,10 @@ def transport(
         ),
     ] = False,
 ) -> None:
-    """Measure self-diffusion, viscosities and thermal conductivity, beside Enskog's theory.
+    """Measure self-diffusion, viscosities and thermal conductivity, compared with Enskog's theory.
 
     The folder then holds study.toml, a result file for each run in tasks/, transport.csv and transport.png.
-    What is there already is not run again: the same command goes on with a study that was stopped.
+    Finished runs are not repeated: the same command continues a study that was stopped.
 
     [bold]Examples[/bold]
 

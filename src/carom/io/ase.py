@@ -31,19 +31,19 @@ if TYPE_CHECKING:
 
 
 def to_ase(frame: Frame) -> ase.Atoms:
-    """Return a frame as an ``ase.Atoms`` of the species X, or of its own where they are chemical symbols.
+    """Return a frame as an ``ase.Atoms``. Its symbols are X, or the species' names if these are elements.
 
     Parameters
     ----------
     frame : Frame
-        Of at most three dimensions; missing coordinates become 0, along an axis that is not periodic.
+        At most three dimensions. Missing coordinates become 0, and their axes are not periodic.
 
     Returns
     -------
     ase.Atoms
-        With masses, momenta and the arrays ``radius`` (n,), ``velo`` (n, 3), ``id`` (n,) and, where the frame
-        has image counts, ``images`` (n, 3), and of a mixture ``kind`` (n,), the numbers of the species, which
-        are its tags, too, and ``color`` (n, 3), for ``plot_atoms(atoms, colors=atoms.arrays["color"])``;
+        It has masses, momenta, and the arrays ``radius`` (n,), ``velo`` (n, 3) and ``id`` (n,); ``images``
+        (n, 3) if the frame has image counts. A mixture also has ``kind`` (n,), the numbers of the species
+        (also the tags), and ``color`` (n, 3), for ``plot_atoms(atoms, colors=atoms.arrays["color"])``.
         ``info`` holds ``time``, ``step``, ``dimension`` and ``species_names``.
 
     Raises
@@ -53,8 +53,8 @@ def to_ase(frame: Frame) -> ase.Atoms:
 
     Notes
     -----
-    ASE keeps momenta, so ``get_velocities()`` equals the velocities bit for bit if the masses are powers of
-    two (1, for one), and otherwise to one unit in the last place. ``arrays["velo"]`` always does.
+    ASE stores momenta. ``get_velocities()`` equals the velocities exactly if the masses are powers of two
+    (such as 1), and to one unit in the last place otherwise. ``arrays["velo"]`` is always exact.
     """
     require_at_most_three(frame.dimension, "ASE")
     import ase
@@ -89,9 +89,9 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     Parameters
     ----------
     atoms : ase.Atoms
-        In a rectangular cell. Where ``info`` holds no ``dimension``, axes that are not periodic must come
-        last and hold zeros only: they are left out, and the others are the dimensions. Positions outside the
-        cell are wrapped into it along periodic axes.
+        Atoms in a rectangular cell. If ``info`` has no ``dimension``, axes that are not periodic must be the
+        last ones, and all coordinates along them 0: they are dropped. Positions outside the cell are wrapped
+        into it along periodic axes.
     diameter : float, optional
         Diameter [length] of every particle. By default twice ``atoms.arrays["radius"]``.
 

@@ -27,7 +27,7 @@ def convert(
     Parameters
     ----------
     source, target : str or path
-        Files whose suffixes choose the formats. The target appears when it is complete, or not at all. It may
+        Files whose suffixes choose the formats. The target is written completely or not at all. It may
         also be ``.lammpstrj`` or ``.dump``, ``.data`` (LAMMPS, the last frame), ``.dcd`` or ``.pdb``, which
         are for other programs and cannot be read back.
     overwrite : bool
@@ -62,10 +62,10 @@ def convert(
 
 
 def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:
-    """Write `target` anew with the first `keep` frames of `source`, e.g. an .h5md that a kill destroyed.
+    """Write `target` anew from the first `keep` frames of `source`, e.g. after a kill destroyed an .h5md.
 
-    The frames are bit for bit those of `source` (except in GSD, which is float32). A last frame of `source`
-    that was cut off does not matter. Returns `keep`.
+    The frames equal those of `source` bit for bit (except in GSD, which stores float32). An incomplete last
+    frame of `source` is ignored. Returns `keep`.
 
     Raises
     ------

@@ -32,7 +32,7 @@ EXPORTED = {
 
 
 class Reader(ABC):
-    """A file as a sequence of Frames; each is read when it is asked for.
+    """A trajectory file as a sequence of Frames. A frame is read when it is accessed.
 
     ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for frame in reader`` work as for a list.
     """
@@ -109,10 +109,10 @@ class Reader(ABC):
 
 
 class Writer(ABC):
-    """A file that takes Frames, each complete on return from ``write``.
+    """A trajectory file open for writing. A frame is complete when ``write`` returns.
 
-    All frames of one file have the same number of components and dimensions, and all of them or none hold
-    images. ``len(writer)`` is the number of frames in the file.
+    All frames of a file have the same numbers of components and dimensions. Either all or none of them have
+    image counts. ``len(writer)`` is the number of frames in the file.
     """
 
     def __init__(self, path: Path, scene: Any = None):
@@ -126,15 +126,15 @@ class Writer(ABC):
         return self._count
 
     def write(self, frame: Frame) -> None:
-        """Append `frame` and hand it to the system, so that it survives a kill of this process.
+        """Append `frame` and pass it to the operating system, so that it survives if this process is killed.
 
         A Ctrl-C takes effect when the frame is complete.
 
         Raises
         ------
         InputError
-            If the frame does not fit the file, is before the last one in time, or holds what no frame can:
-            NaN, infinite values, masses or edges that are not above 0, diameters below 0.
+            If the frame does not fit the file, is earlier than the last one, or has invalid values: NaN,
+            infinite values, masses or edges that are not positive, negative diameters.
         FileError
             If it cannot be written, e.g. because the disk is full.
         """
@@ -157,7 +157,7 @@ class Writer(ABC):
         Raises
         ------
         FileError
-            If what was left to write cannot be written.
+            If buffered data cannot be written.
         """
         with uninterrupted(), writing(self.path):
             self._close()

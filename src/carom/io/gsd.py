@@ -20,7 +20,6 @@ from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.io.embedding import edges, embed, names_of, plain, require_at_most_three
 from carom.io.formats import Reader, Writer
-from carom.io.palette import colours_of
 from carom.io.paths import reading, replacing, writing
 from carom.io.validation import narrowed
 
@@ -64,9 +63,6 @@ def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
     result.log["carom/periodic"] = np.array(frame.periodic, dtype=np.uint8)
     if frame.species is not None:
         result.log["carom/species"] = np.array([bool(frame.species_names)], dtype=np.uint8)
-        # OVITO takes a property of this name for colours.
-        colours = np.array(colours_of(len(particles.types)), dtype=np.float32)
-        result.log["particles/Color"] = colours[frame.species]
     return result
 
 

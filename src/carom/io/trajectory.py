@@ -68,9 +68,9 @@ def open(
     path : str or path
         ``.h5md`` or ``.h5`` (H5MD), ``.extxyz`` or ``.xyz`` (extended XYZ), ``.gsd`` (GSD, float32).
     mode : {"r", "w", "x", "a"}
-        Read; write, in place of what is there; write, and refuse if anything is there; append.
+        Read; write, replacing an existing file; write, but refuse to replace a file; append.
     scene : Scene, optional
-        What the frames belong to: each must have its number of components and dimensions.
+        Scene of the frames. Each frame must have its numbers of components and dimensions.
     keep : int, optional
         With mode ``"a"``: keep the first `keep` frames and drop those after them, as if they had never been
         written. By default all complete frames are kept, and one that a kill cut off is dropped.

@@ -1,5 +1,5 @@
-"""One physics a file: a value that users write, and beside it what the engine compiles for it.
+"""One physics per file: a value that users write, and the type that the engine compiles for it.
 
-No model imports another's file, the engine or Numba; what several of them need is in ``interface``,
-``contact`` and ``steps``.
+No model imports another's file, the engine or Numba; shared code is in ``interface``, ``contact`` and
+``steps``.
 """

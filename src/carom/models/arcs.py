@@ -31,9 +31,9 @@ class Arc:
     radius : float
         [length].
     start, angle : float
-        Where it begins, from the first axis, and how far it goes from there, counterclockwise [degrees].
+        Where the arc begins, measured from the first axis, and its extent; both counterclockwise [degrees].
     name : str
-        What to call it.
+        Name, for messages and results.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class Arc:
         return math.radians(self.start + 0.5 * self.angle)
 
     def model(self) -> Bow:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         middle, half = self._middle(), math.radians(0.5 * self.angle)
         ends = tuple(
             self.center[k] + self.radius * turn(middle + sense * half)
@@ -83,7 +83,7 @@ class Arc:
         return Bow(self.center, self.radius, (math.cos(middle), math.sin(middle)), reach, ends)
 
     def gap(self, positions, radii, box, periodic):
-        """Return how far each component's surface is from the arc (n,) [length]."""
+        """Return the distance of each component's surface from the arc, (n,) [length]."""
         bow = self.model()
         r = positions - np.array(self.center)
         distance = np.linalg.norm(r, axis=1)
@@ -93,7 +93,7 @@ class Arc:
         return np.where(along, np.abs(distance - self.radius), to_ends) - radii
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return what to draw."""
+        """Return the shapes to draw."""
         return [Drawn(self.center, self.radius, math.radians(self.start), math.radians(self.angle))]
 
 

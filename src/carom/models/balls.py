@@ -18,7 +18,7 @@ from carom.models.outlines import Disk, SolidSphere
 
 @dataclass(frozen=True)
 class Ball:
-    """A fixed solid ball (a disk for d = 2), met under all its periodic images.
+    """A fixed solid ball (a disk for d = 2), with all its periodic images.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Ball:
     radius : float
         [length].
     name : str
-        What to call it.
+        Name, for messages and results.
     """
 
     center: tuple[float, ...]
@@ -38,7 +38,7 @@ class Ball:
         fields.check_center_and_radius(self)
 
     def gap(self, positions, radii, box, periodic):
-        """Return how far each component's surface is from the nearest image of the ball (n,) [length]."""
+        """Return the distance of each surface from the nearest image of the ball, (n,) [length]."""
         edges = np.where(periodic, box, np.inf)
         separation = positions - np.array(self.center)
         # A product with infinity would be no number along axes that are not periodic.
@@ -50,19 +50,19 @@ class Ball:
         fields.check_dimensions(self.center, box, f"center of {self.name}")
 
     def model(self) -> SolidBall:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return SolidBall(self.center, self.radius)
 
     def area(self, box: Sequence[float]) -> float:
-        """Return its surface [length^(d-1)]."""
+        """Return its surface area [length^(d-1)]."""
         return sphere_area(len(box), self.radius)
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Disk]:
-        """Return what to draw in two dimensions: all images that may reach into the box."""
+        """Return the shapes to draw in two dimensions: all images that may reach into the box."""
         return [Disk((x, y), radius) for (x, y, *_), radius in self.surface(box, periodic)]
 
     def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[SolidSphere]:
-        """Return what to draw in three dimensions, likewise."""
+        """Return the shapes to draw in three dimensions, in the same way."""
         turns = [(-1, 0, 1) if repeats else (0,) for repeats in periodic]
         places = [
             np.array(self.center) + np.array(turn) * np.array(box) for turn in itertools.product(*turns)

@@ -26,9 +26,9 @@ class Box(Body):
     low, high : d floats
         Two opposite corners [length].
     radius : float
-        By how much it is thickened all around [length].
+        Thickness added on all sides [length].
     name : str
-        What to call it.
+        Name, for messages and results.
 
     Raises
     ------
@@ -55,12 +55,12 @@ class Box(Body):
         return np.array(list(itertools.product(*zip(self.low, self.high, strict=True))))
 
     def model(self) -> Block:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         middle = tuple(0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
         return Block(middle, self.radius, self.low, self.high)
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return what to draw in two dimensions."""
+        """Return the shapes to draw in two dimensions."""
         (a, b), (c, d) = self.low[:2], self.high[:2]
         return [Polygon(((a, b), (c, b), (c, d), (a, d)))]
 

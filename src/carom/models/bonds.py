@@ -15,17 +15,17 @@ from carom.models.steps import StepInteraction, Steps
 
 @dataclass(frozen=True)
 class Bonds(StepInteraction):
-    """Bonded pairs, whose distance stays between two walls; all others may interact by steps as well.
+    """Bonded pairs, whose distance stays between two limits. Other pairs may interact by steps.
 
     Parameters
     ----------
     pairs : (m, 2) sequence of ints
-        Who is bonded to whom: :func:`chains`, :func:`rings`, or any other list.
+        Indices of the bonded pairs: from :func:`chains`, :func:`rings`, or any other list.
     inner, outer : float
-        Between which distances a bonded pair stays [length]; ``inner`` may be 0.
+        Smallest and largest distance of a bonded pair [length]; ``inner`` may be 0.
     others : interaction, optional
-        :class:`carom.models.wells.SquareWell` or ``StepTable``, of pairs that are not bonded. Left out,
-        they pass through each other: ideal chains.
+        Interaction of pairs that are not bonded: :class:`carom.models.wells.SquareWell` or ``StepTable``. By
+        default they pass through each other (ideal chains).
     bond : Steps, optional
         Instead of ``inner`` and ``outer``: the potential of a bonded pair, with ``outside=math.inf``.
 
@@ -100,12 +100,12 @@ class Bonds(StepInteraction):
 
 
 def chains(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
-    """Return the bonds of chains of so many components each, numbered one after the other.
+    """Return the bonds of ``count`` chains of ``length`` components each, numbered consecutively.
 
     Parameters
     ----------
     count, length : int
-        How many chains, and components in each.
+        Number of chains, and of components in each.
     first : int
         Number of the first component.
     """

@@ -28,7 +28,7 @@ class SphericalContainer:
     radius : float
         Of its inside [length].
     name : str
-        What to call it.
+        Name, for messages and results.
     """
 
     center: tuple[float, ...]
@@ -39,7 +39,7 @@ class SphericalContainer:
         fields.check_center_and_radius(self)
 
     def gap(self, positions, radii, box, periodic):
-        """Return how far each component's surface is from the container's (n,) [length]."""
+        """Return the distance of each component's surface from the container's, (n,) [length]."""
         return self.radius - np.linalg.norm(positions - np.array(self.center), axis=1) - radii
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
@@ -52,23 +52,23 @@ class SphericalContainer:
             )
 
     def model(self) -> InsideOfSphere:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return InsideOfSphere(self.center, self.radius)
 
     def inside(self, box: Sequence[float]) -> float:
-        """Return the width of the room in it [length]."""
+        """Return the inner width [length]."""
         return 2.0 * self.radius
 
     def area(self, box: Sequence[float]) -> float:
-        """Return the surface of its inside [length^(d-1)]."""
+        """Return the inner surface area [length^(d-1)]."""
         return sphere_area(len(box), self.radius)
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Circle]:
-        """Return what to draw in two dimensions."""
+        """Return the shapes to draw in two dimensions."""
         return [Circle((self.center[0], self.center[1]), self.radius)]
 
     def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HollowSphere]:
-        """Return what to draw in three dimensions."""
+        """Return the shapes to draw in three dimensions."""
         return [HollowSphere(tuple(self.center), self.radius)]
 
 
@@ -79,13 +79,13 @@ class CylindricalContainer:
     Parameters
     ----------
     axis : int
-        Along which it lies.
+        Direction of the cylinder: the number of an axis.
     center : d floats
-        Any point of its middle line [length].
+        Any point on the cylinder's axis [length].
     radius : float
         Of its inside [length].
     name : str
-        What to call it.
+        Name, for messages and results.
     """
 
     axis: int
@@ -101,12 +101,12 @@ class CylindricalContainer:
             raise InputError("A cylindrical container needs two dimensions or more, found one.")
 
     def gap(self, positions, radii, box, periodic):
-        """Return how far each component's surface is from the container's (n,) [length]."""
+        """Return the distance of each component's surface from the container's, (n,) [length]."""
         across = np.delete(positions - np.array(self.center), self.axis, axis=1)
         return self.radius - np.linalg.norm(across, axis=1) - radii
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
-        """Raise InputError if the center has another dimension, or an axis across is periodic."""
+        """Raise InputError if the center has another dimension, or another axis is periodic."""
         fields.check_dimensions(self.center, box, f"center of {self.name}")
         for axis, repeats in enumerate(periodic):
             if repeats and axis != self.axis:
@@ -116,28 +116,28 @@ class CylindricalContainer:
                 )
 
     def model(self) -> InsideOfCylinder:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return InsideOfCylinder(self.axis, self.center, self.radius)
 
     def inside(self, box: Sequence[float]) -> float:
-        """Return the width of the room in it [length]."""
+        """Return the inner width [length]."""
         return 2.0 * self.radius
 
     def glides(self, axis: int) -> bool:
-        """Tell whether it takes up no momentum along an axis."""
+        """Return whether it exchanges no momentum along an axis."""
         return axis == self.axis
 
     def area(self, box: Sequence[float]) -> float:
-        """Return the surface of its inside [length^(d-1)]."""
+        """Return the inner surface area [length^(d-1)]."""
         return sphere_area(len(box) - 1, self.radius) * box[self.axis]
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Line]:
-        """Return what to draw in two dimensions."""
+        """Return the shapes to draw in two dimensions."""
         middle = self.center[1 - self.axis]
         return [Line(self.axis, middle + side * self.radius) for side in (-1, 1)]
 
     def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HollowCylinder]:
-        """Return what to draw in three dimensions."""
+        """Return the shapes to draw in three dimensions."""
         return [HollowCylinder(self.axis, tuple(self.center), self.radius)]
 
 

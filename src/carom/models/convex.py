@@ -75,10 +75,10 @@ class Body(ABC):
 
     @abstractmethod
     def model(self) -> Any:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
 
     def gap(self, positions, radii, box, periodic):
-        """Return how far each component's surface is from the nearest image of the body (n,) [length]."""
+        """Return the distance of each surface from the nearest image of the body, (n,) [length]."""
         body = self.model()
         d = len(box)
         nearest = np.full(len(positions), np.inf)

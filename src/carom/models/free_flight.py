@@ -13,7 +13,7 @@ class FreeFlight:
     """Uniform motion along straight lines."""
 
     def model(self, particles: Particles) -> Inertial:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return Inertial()
 
 

@@ -96,7 +96,7 @@ class Gravity:
         return {"type": "gravity", "g": list(self.g)}
 
     def model(self, particles: Particles) -> Falling:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         g = tuple(float(particles.unit.to_kernel(each, -2)) for each in self.g)
         return Falling(g, math.sqrt(2.0 * HOP * max(particles.box) * math.hypot(*g)))
 

@@ -77,7 +77,7 @@ class GreatCircles:
                 f"On great circles hard cores meet, found the interaction {type(scene.interaction).__name__}."
             )
         if not all(scene.periodic) or scene.obstacles:
-            raise InputError("On great circles nobody meets walls or obstacles: leave them out.")
+            raise InputError("On great circles components meet no walls or obstacles: leave them out.")
         if min(scene.box) <= 4.0 * self.radius:
             raise InputError(
                 f"A sphere of radius {self.radius:g} needs edges of more than {4.0 * self.radius:g}, so that "
@@ -118,7 +118,7 @@ class GreatCircles:
         return float(np.sum(0.5 * betainc(0.5 * (len(box) - 1), 0.5, sine * sine)))
 
     def model(self, particles: Particles) -> Circles:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return Circles(tuple(0.5 * edge for edge in particles.box), self.radius)
 
 

@@ -35,7 +35,7 @@ class Growing:
         return float(scene.diameter)
 
     def model(self, particles: Particles) -> GrowingCores:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return GrowingCores(
             particles.with_ghost(particles.radii),
             particles.with_ghost(particles.rates),

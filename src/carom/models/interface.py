@@ -82,7 +82,7 @@ class Interaction(Protocol):
         """Return the largest distance at which two components act on each other [length]."""
 
     def model(self, particles: Particles) -> Any:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
 
 
 class Motion(Protocol):
@@ -94,7 +94,7 @@ class Motion(Protocol):
     """
 
     def model(self, particles: Particles) -> Any:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
 
 
 class Impact(Protocol):
@@ -443,7 +443,7 @@ def exchanged_part(impact, i, j, rr, rv, now):
 
 @runtime_checkable
 class Obstacle(Protocol):
-    """What an obstacle must have.
+    """The interface of an obstacle.
 
     It may also have ``glides(axis)``, whether it takes up no momentum along an axis; ``area(box)``, its
     surface [length^(d-1)]; ``inside(box)``, the width of the room in a container [length]; ``outline(box,
@@ -454,12 +454,13 @@ class Obstacle(Protocol):
 
     @property
     def name(self) -> str:
-        """What to call it in messages and results."""
+        """Name in messages and results."""
 
     def gap(
         self, positions: np.ndarray, radii: np.ndarray, box: Sequence[float], periodic: Sequence[bool]
     ) -> np.ndarray:
-        """Return how far each component's surface is from the obstacle's (n,), negative inside [length].
+        """Return each component's distance from the obstacle, surface to surface, (n,); negative inside
+        [length].
 
         Parameters
         ----------
@@ -474,7 +475,7 @@ class Obstacle(Protocol):
         """
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
-        """Raise InputError if the obstacle cannot stand in this box."""
+        """Raise InputError if the obstacle does not fit this box."""
 
     def model(self) -> Any:
         """Return what the engine compiles: a NamedTuple for whose type questions are answered."""

@@ -1,4 +1,4 @@
-"""The obstacles by the names that files give them, and what is done with any of them."""
+"""The obstacles, by their names in files, and functions for all of them."""
 
 from __future__ import annotations
 

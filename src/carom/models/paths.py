@@ -123,7 +123,7 @@ class Sine:
         return {"type": "sine", **asdict(self)}
 
     def model(self, unit: TimeUnit) -> Swing:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         period = float(unit.to_kernel(self.period, 1))
         return Swing(self.amplitude, 2.0 * math.pi / period, 2.0 * math.pi * self.phase)
 
@@ -242,7 +242,7 @@ class Parabolas:
         return {"type": "parabolas", "pieces": [list(each) for each in self.pieces], "speed": self.speed}
 
     def model(self, unit: TimeUnit) -> Arcs:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         times, places, speeds = self._knots()
         bends = [bend for _, bend in self.pieces]
         return Arcs(

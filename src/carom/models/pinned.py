@@ -83,7 +83,7 @@ class Pinned:
         return float(scene.diameter)
 
     def model(self, particles: Particles) -> PinnedCores:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         inverse = np.where(self.which, 0.0, 1.0 / particles.masses)
         return PinnedCores(
             particles.with_ghost(particles.radii),

@@ -27,7 +27,7 @@ class Plane:
     offset : float
         ``normal . x`` on the plane, in units of the normal's length.
     name : str
-        What to call it.
+        Name, for messages and results.
 
     Raises
     ------
@@ -52,7 +52,7 @@ class Plane:
         return tuple(x / length for x in self.normal), self.offset / length
 
     def gap(self, positions, radii, box, periodic):
-        """Return how far each component's surface is from the plane (n,) [length]."""
+        """Return the distance of each component's surface from the plane, (n,) [length]."""
         normal, distance = self._unit()
         return positions @ np.array(normal) - distance - radii
 
@@ -67,20 +67,20 @@ class Plane:
                 )
 
     def model(self) -> HalfSpace:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return HalfSpace(*self._unit())
 
     def glides(self, axis: int) -> bool:
-        """Tell whether it takes up no momentum along an axis."""
+        """Return whether it exchanges no momentum along an axis."""
         return self.normal[axis] == 0.0
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HalfPlane]:
-        """Return what to draw in two dimensions."""
+        """Return the shapes to draw in two dimensions."""
         ((point, normal),) = self.surface(box, periodic)
         return [HalfPlane((point[0], point[1]), (normal[0], normal[1]))]
 
     def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[SolidBehind]:
-        """Return what to draw in three dimensions."""
+        """Return the shapes to draw in three dimensions."""
         normal, distance = self._unit()
         centre = 0.5 * np.asarray(box)
         point = centre - (np.dot(normal, centre) - distance) * np.asarray(normal)

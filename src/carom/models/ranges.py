@@ -33,14 +33,14 @@ class Kind:
     Parameters
     ----------
     name : str
-        What to call it.
+        Name, for messages and results.
     circles : sequence of floats
-        Radii of its circles, rising [length]. May be empty: such a unit sees nobody, and is seen.
+        Radii of its circles, rising [length]. May be empty: such a unit sees nobody but can be seen.
     timer : float
-        When its rule is asked for the first time without a cause, from the start [time]; by default never.
-        With 0 every unit of the kind is asked at the start.
+        Time after the start at which the rule is first called without another cause [time]; by default never.
+        With 0 the rule is called for every unit of the kind at the start.
     memory : sequence of floats
-        Numbers of the rule's own at the start: ammunition, health, a home.
+        Initial values of numbers that the rule keeps for each unit: ammunition, health, a home.
 
     Examples
     --------
@@ -73,26 +73,26 @@ class Kind:
 
 @dataclass(frozen=True)
 class Ranges:
-    """Units that fly straight until a rule of the user's decides otherwise: an interaction for a scene.
+    """An interaction for a scene: units fly straight until a rule of the user changes that.
 
     Parameters
     ----------
     kinds : sequence of Kind
         One for each species of the scene, in their order.
     rule : callable
-        ``rule(unit, event)``, in plain Python that Numba compiles. It is asked when somebody crosses a circle
-        of the unit's, when its timer runs out, and when somebody in a circle is removed or becomes of another
-        kind. It reads ``event`` and ``unit``, and writes into ``unit`` what the unit does next.
+        ``rule(unit, event)``, in plain Python that Numba compiles. It is called when another unit crosses one
+        of the unit's circles, when the unit's timer runs out, and when a unit in a circle is removed or
+        changes its kind. It reads ``event`` and ``unit``, and writes into ``unit`` what the unit does next.
     seed : int
-        Of the random numbers that :func:`draw` gives to rules.
+        Seed of the random numbers that :func:`draw` returns.
 
     Notes
     -----
-    Of ``unit`` a rule may write ``velocity`` (d), ``kind``, ``timer`` (from now), ``target`` (the number of a
-    unit, or -1), ``memory`` and ``removed``; ``counts[circle, kind]``, ``position`` and ``number`` are to be
-    read. Of ``event`` there are ``cause`` (ENTERED, LEFT, TIMER, CHANGED), ``circle``, ``time``, and of the
-    other unit ``other`` (its number, -1 without), ``kind``, ``toward`` (d), ``distance`` and ``velocity``
-    (d). At a TIMER the other is the unit's target.
+    A rule may write these fields of ``unit``: ``velocity`` (d), ``kind``, ``timer`` (from now), ``target``
+    (the number of a unit, or -1), ``memory`` and ``removed``. It may read ``counts[circle, kind]``,
+    ``position`` and ``number``. ``event`` has ``cause`` (ENTERED, LEFT, TIMER, CHANGED), ``circle`` and
+    ``time``, and for the other unit ``other`` (its number, or -1), ``kind``, ``toward`` (d), ``distance`` and
+    ``velocity`` (d). If the cause is TIMER, the other unit is the target.
 
     Examples
     --------
@@ -141,7 +141,7 @@ class Ranges:
         return float(self.distances[0])
 
     def check(self, scene: Any) -> None:
-        """Raise InputError where the scene cannot have these units, or the rule fails on one of them."""
+        """Raise InputError if the scene cannot have these units, or if the rule fails on one of them."""
         count = 1 if scene.species is None else int(scene.species.max()) + 1
         if count > len(self.kinds):
             raise InputError(
@@ -187,18 +187,18 @@ class Ranges:
                             ) from error
 
     def steps(self, particles: Particles) -> tuple[int, np.ndarray]:
-        """Return how many steps there are, and the outermost: that of those who are in no circle."""
+        """Return the number of steps, and the outermost one: pairs outside all circles."""
         return len(self.distances) + 1, np.zeros((1, 1), np.int64)
 
     def steps_of(
         self, pairs: np.ndarray, distances: np.ndarray, species: np.ndarray | None, diameter: float
     ) -> np.ndarray:
-        """Return in how many circles' distances each pair at a distance (m,) is at the start, (m,)."""
+        """Return how many circle radii exceed the distance (m,) of each pair at the start, (m,)."""
         radii = self.distances[::-1]
         return len(radii) - np.searchsorted(radii, distances, side="right")
 
     def model(self, particles: Particles) -> units.Units:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         n, radii, unit = len(particles.radii), self.distances, particles.unit
         count = 1 << step_bits(len(radii) + 1)
         ladder = np.full(count, NEVER)

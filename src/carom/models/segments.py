@@ -26,9 +26,10 @@ class Segment(Body):
     start, end : d floats
         [length].
     radius : float
-        Distance of its surface from the line [length]; 0 is a thin wall, met from both sides.
+        Distance of its surface from the line [length]; 0 is a thin wall, which components hit from both
+        sides.
     name : str
-        What to call it.
+        Name, for messages and results.
 
     Raises
     ------
@@ -53,7 +54,7 @@ class Segment(Body):
         return np.array([self.start, self.end])
 
     def model(self) -> Stick:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         start, end = self.corners()
         along = end - start
         return Stick(
@@ -65,13 +66,13 @@ class Segment(Body):
         )
 
     def area(self, box: Sequence[float]) -> float:
-        """Return its surface, both sides of a thin one [length^(d-1)]."""
+        """Return its surface area, for a thin wall that of both sides [length^(d-1)]."""
         d, length = len(box), float(np.linalg.norm(np.subtract(self.end, self.start)))
         ball = d * unit_ball_volume(d) * self.radius ** (d - 1)
         return ball + length * (d - 1) * unit_ball_volume(d - 1) * self.radius ** (d - 2) if d > 1 else 2.0
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return what to draw in two dimensions."""
+        """Return the shapes to draw in two dimensions."""
         return [Stadium(self.start[:2], self.end[:2], self.radius)]
 
 

@@ -89,7 +89,7 @@ class Shaken:
         return float(self.path.acceleration * self.path.period / (2.0 * math.pi))
 
     def gap(self, positions, radii, box, periodic):
-        """Return how far each component's surface is from it at the start (n,) [length]."""
+        """Return the distance of each component's surface from it at the start, (n,) [length]."""
         away = place(self.path.model(TimeUnit()), 0.0) * np.array(self.direction)
         return self.obstacle.gap(np.asarray(positions) - away, radii, box, periodic)
 
@@ -112,7 +112,7 @@ class Shaken:
                 )
 
     def glides(self, axis: int) -> bool:
-        """Tell whether it takes up no momentum along an axis."""
+        """Return whether it exchanges no momentum along an axis."""
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def to_table(self) -> dict[str, Any]:
@@ -130,7 +130,7 @@ class Shaken:
         return self.obstacle.model()
 
     def live(self, particles: Particles) -> Displaced:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         path, unit = self.path, particles.unit
         d = len(self.direction)
         course = Course(
@@ -154,7 +154,7 @@ class Shaken:
         )
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return what to draw in two dimensions: where it is not displaced."""
+        """Return the shapes to draw in two dimensions: where it is not displaced."""
         return self.obstacle.outline(box, periodic)
 
 

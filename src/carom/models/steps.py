@@ -35,13 +35,13 @@ class Steps:
     distances : sequence of m floats
         Where the energy changes, rising [length].
     energies : sequence of m floats
-        Energy of a pair nearer than each distance, and not nearer than the one before; the first may be
-        ``math.inf``, a hard core [energy].
+        Energy of a pair between the previous distance and this one. The first may be ``math.inf``, a hard
+        core [energy].
     outside : float
         Energy beyond the last distance, ``math.inf`` for a bond [energy].
     leaving : sequence of m floats, optional
-        Hysteretic steps: energies that a pair feels on its way out. A pair that goes in and out again loses
-        what the two differ by. The same as ``energies`` if left out.
+        Energies on the way out, for hysteretic steps. A pair that enters and leaves again loses the
+        difference. By default equal to ``energies``.
 
     Examples
     --------
@@ -103,8 +103,8 @@ class Steps:
 
     @property
     def levels(self) -> list[tuple[float, float, float, float, float]]:
-        """The steps, from the outside inwards: inner end, outer end, the energies that crossing them takes,
-        and the energy of a pair on it.
+        """The steps from the outside inwards: inner end, outer end, the energy needed to cross each end, and
+        the energy of a pair on the step.
         """
         into = (*self.energies, self.outside)
         out = (*(self.energies if self.leaving is None else self.leaving), self.outside)
@@ -224,7 +224,7 @@ class StepInteraction(ABC):
         return found
 
     def model(self, particles: Particles) -> StepPairs:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         kinds, _, _, _ = self._layout(2.0 * float(particles.radii[0]))
         levels = np.array([level for steps in kinds for level in _levels(steps)])
         inner, outer, enter, leave, energy = (_padded(column) for column in levels.T)

@@ -50,7 +50,7 @@ class _Covered:
         return float(getattr(self.obstacle, "fastest", 0.0))
 
     def gap(self, positions, radii, box, periodic):
-        """Return how far each component's surface is from it at the start (n,) [length]."""
+        """Return the distance of each component's surface from it at the start, (n,) [length]."""
         return self.obstacle.gap(positions, radii, box, periodic)
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
@@ -62,7 +62,7 @@ class _Covered:
         return self.obstacle.model()
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return what to draw in two dimensions."""
+        """Return the shapes to draw in two dimensions."""
         return self.obstacle.outline(box, periodic)
 
     def _body(self, particles: Particles) -> Any:
@@ -101,7 +101,7 @@ class Surface(_Covered):
             raise InputError(f"The loss of a Surface must be a Loss, found {checks.describe(self.loss)}.")
 
     def glides(self, axis: int) -> bool:
-        """Tell whether it takes up no momentum along an axis."""
+        """Return whether it exchanges no momentum along an axis."""
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def to_table(self) -> dict[str, Any]:
@@ -109,7 +109,7 @@ class Surface(_Covered):
         return {"kind": "surface", "obstacle": obstacle_to_table(self.obstacle), "loss": self.loss.to_table()}
 
     def live(self, particles: Particles) -> Lossy:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return Lossy(
             self._body(particles), self.loss.law(particles), never_touched(particles), np.zeros(2, np.int64)
         )
@@ -160,7 +160,7 @@ class Thermal(_Covered):
         }
 
     def live(self, particles: Particles) -> Thermostat:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         return Thermostat(
             self._body(particles),
             float(particles.unit.to_kernel(self.kT, -2)),

@@ -26,9 +26,9 @@ class Triangle(Body):
     a, b, c : d floats
         Corners [length].
     radius : float
-        By how much it is thickened all around [length]; 0 is a thin wall in three dimensions.
+        Thickness added on all sides [length]; 0 is a thin wall in three dimensions.
     name : str
-        What to call it.
+        Name, for messages and results.
 
     Raises
     ------
@@ -57,7 +57,7 @@ class Triangle(Body):
         return np.array([self.a, self.b, self.c])
 
     def model(self) -> Facet:
-        """Return what the engine compiles."""
+        """Return the model that the engine compiles."""
         a, b, c = self.corners()
         u, v = b - a, c - a
         middle = tuple(((a + b + c) / 3.0).tolist())
@@ -65,7 +65,7 @@ class Triangle(Body):
         return Facet(middle, self.radius, self.a, *sides, float(u @ u), float(u @ v), float(v @ v))
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return what to draw in two dimensions."""
+        """Return the shapes to draw in two dimensions."""
         return [Polygon((self.a[:2], self.b[:2], self.c[:2]))]
 
 

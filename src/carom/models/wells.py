@@ -51,7 +51,7 @@ class SquareWell(StepInteraction):
         return ((Steps((diameter, self.width * diameter), (math.inf, -self.depth)),),)
 
     def check(self, scene: Any) -> None:
-        """Raise InputError where diameters differ."""
+        """Raise InputError if diameters differ."""
         super().check(scene)
         if np.ptp(scene.diameters) > 0.0:
             raise InputError(
@@ -117,16 +117,16 @@ def from_potential(
     spacing: str = "volume",
     dimension: int = 3,
 ) -> Steps:
-    """Return steps that stand for a continuous pair potential.
+    """Return steps that approximate a continuous pair potential.
 
     Parameters
     ----------
     u : callable
         The potential at a distance [energy].
     reach : float
-        Where it is cut off [length]; it is 0 from there on.
+        Cutoff [length]; the potential is 0 beyond it.
     core : float
-        Where the hard core begins that stands for its steep part [length].
+        Diameter of the hard core that replaces its steep part [length].
     count : int
         How many steps; with ``spacing="energy"``, how many there would be if u rose or fell all the way.
     spacing : {"volume", "energy"}

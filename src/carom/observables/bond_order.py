@@ -38,19 +38,20 @@ class BondOrder:
     l : int
         Degree: 6 for psi_6 and Q_6.
     nearest : int, optional
-        Neighbours are so many nearest components; 6, 12 and 24 in 2, 3 and 4 dimensions if nothing is given.
+        Number of nearest components that count as neighbours; by default 6, 12 and 24 in 2, 3 and 4
+        dimensions.
     reach : float, optional
-        Or: all that are nearer than this [length].
+        Alternatively, neighbours are all components nearer than this [length].
     voronoi : bool
-        Or: all that share a face of the Voronoi tessellation, by freud (2D and 3D).
+        Alternatively, neighbours share a face of the Voronoi tessellation (by freud, 2D and 3D).
     rmax : float, optional
-        Up to which distance the correlation of local orders is measured [length]; not measured if left out.
+        Largest distance at which the correlation of local orders is measured [length]; by default it is not.
     width : float
-        Of its bins [length].
+        Width of the bins of the correlation [length].
     species : int, optional
         Only components of this species, and bonds between them.
     blocks : int
-        Frames, where ``measure`` takes them.
+        Number of frames that ``measure`` takes.
 
     Raises
     ------
@@ -95,7 +96,7 @@ class BondOrder:
                 checks.number(getattr(self, name), name, low=0.0, open_low=True)
 
     def update(self, frame: Frame) -> None:
-        """Take in the next frame."""
+        """Add the next frame."""
         positions = frame.positions
         if self.species is not None:
             if frame.species is None or not (frame.species == self.species).any():
@@ -221,7 +222,7 @@ def _voronoi(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class BondOrderEstimate:
-    """Order of bonds.
+    """Bond-orientational order, with error bars.
 
     Attributes
     ----------
@@ -234,9 +235,9 @@ class BondOrderEstimate:
     global_square : Estimate
         Mean of its square, which does not vanish in a fluid of n components but falls as 1 / n.
     neighbors : Estimate
-        Bonds a component.
+        Number of neighbours of a component.
     edges : (b + 1,) array
-        Of the bins of the correlation [length].
+        Edges of the bins of the correlation [length].
     correlation : list of Estimate
         Mean of ``q_i . q_j`` over pairs in a bin: ``g_6(r) / g(r)`` in the plane; nan where no pair was seen.
     """

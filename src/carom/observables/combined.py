@@ -29,10 +29,10 @@ def combined(first: ArrayLike, second: ArrayLike) -> Estimate:
 
     Notes
     -----
-    ``x = a + w (b - a)``; the least variance has ``w = cov(a, a - b) / var(a - b)``, estimated from the
-    blocks and without bound: two that are strongly correlated may have a weight outside 0 to 1. That the
-    weight is uncertain makes the error ``sqrt((n - 1) / (n - 2))`` larger, which is included (control
-    variates: R. Y. Rubinstein and R. Marcus, Oper. Res. 33, 661 (1985)).
+    ``x = a + w (b - a)`` has the least variance for ``w = cov(a, a - b) / var(a - b)``. w is estimated from
+    the blocks and may lie outside 0 to 1 if the estimators are strongly correlated. The uncertainty of w
+    makes the error larger by the factor ``sqrt((n - 1) / (n - 2))``, which is included (control variates: R.
+    Y. Rubinstein and R. Marcus, Oper. Res. 33, 661 (1985)).
     """
     a, b = np.asarray(first, np.float64), np.asarray(second, np.float64)
     n = a.size

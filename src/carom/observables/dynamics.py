@@ -68,11 +68,11 @@ class Dynamics:
     Parameters
     ----------
     blocks : int
-        Frames, where ``measure`` takes them.
+        Number of frames that ``measure`` takes.
     species : int, optional
-        Of which species; of all components if left out.
+        Species to measure; by default all components.
     shells : int
-        Lengths of wave vector, from the shortest that the box allows, at which F(q, t) is measured.
+        Number of lengths of wave vectors at which F(q, t) is measured, from the shortest that the box allows.
 
     Raises
     ------
@@ -107,7 +107,7 @@ class Dynamics:
         checks.integer(self.shells, "shells", low=0)
 
     def update(self, frame: Frame) -> None:
-        """Take in the next frame."""
+        """Add the next frame."""
         if frame.images is None:
             raise InputError("Displacements need image counts, which this frame lacks: images=True.")
         if self._frames == 0:

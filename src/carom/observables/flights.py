@@ -44,9 +44,10 @@ class Distribution:
     Attributes
     ----------
     edges : (b + 1,) array
-        Of the bins.
+        Edges of the bins.
     density, error : (b,) arrays
-        Probability density and its standard error. What lies beyond the last edge is counted in the norm.
+        Probability density and its standard error. Values beyond the last edge are included in the
+        normalisation.
     mean : Estimate
     """
 
@@ -74,9 +75,9 @@ class FlightsEstimate:
     collision_rate : list of Estimate
         Collisions of one component per time, of each species.
     return_probability : list of Estimate
-        How often the next partner of a component is its last one again, of each species. Two hard spheres
-        that are alone never meet twice: a third one has sent one of them back, so that it vanishes in a
-        dilute gas and grows where spheres are caged.
+        Probability that the next partner of a component is its previous one, of each species. Two isolated
+        hard spheres never collide twice; a third one must send one of them back. The probability therefore
+        vanishes in a dilute gas and grows where spheres are caged.
     """
 
     free_time: list[Distribution]

@@ -17,8 +17,8 @@ PARTS = ("kinetic", "cross", "collisional")
 class HelfandMoments:
     """Time integrals of the currents of momentum and heat, at equal times.
 
-    In the rest frame of the centre of mass. What is kinetic is exact between collisions, what is collisional
-    changes at them alone.
+    They refer to the rest frame of the centre of mass. Kinetic parts are exact between collisions;
+    collisional parts change only at collisions.
 
     Attributes
     ----------

@@ -37,29 +37,29 @@ BALANCED = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class PackingNetwork:
-    """The contacts of a packing, and its backbone: what remains without the rattlers.
+    """The contacts of a packing, and its backbone: all components that are not rattlers.
 
     Attributes
     ----------
     frame : Frame
         The packing.
     gap : float
-        Pairs nearer than this part of their contact distance are in contact.
+        Pairs are in contact if their gap is below this fraction of the contact distance.
     void : (float, float)
         The largest gap of a contact and the smallest one of no contact; the latter is at most ``REACH``.
     gaps : (p,) array
-        Gaps over contact distances of all pairs looked at, in increasing order; negative where they overlap.
+        Gap over contact distance of all near pairs, in increasing order; negative where they overlap.
     bonds : (m, 2) int array
         Pairs in contact, i < j; or a component and, as n + k, wall k (lower, upper, axis after axis, where
         there are walls), or, after these, an obstacle.
     vectors : (m, d) array
         From i to the image of j that it touches, or to the wall or obstacle [length].
     backbone : (n,) bool array
-        Who is no rattler.
+        Which components are not rattlers.
     sided : bool
-        Whether contacts on one side alone make a rattler.
+        Whether a component with contacts on one side only counts as a rattler.
     obstacles : tuple of obstacles
-        What stood in the scene.
+        Obstacles of the scene.
     """
 
     frame: Frame
@@ -79,12 +79,12 @@ class PackingNetwork:
 
     @property
     def rattler_fraction(self) -> float:
-        """Part of the components that rattle."""
+        """Fraction of the components that are rattlers."""
         return 1.0 - float(self.backbone.mean())
 
     @property
     def held(self) -> np.ndarray:
-        """Which contacts join the backbone, (m,) bool: none of their ends is a rattler."""
+        """Which contacts belong to the backbone, (m,) bool: neither end is a rattler."""
         fixed = np.ones(2 * self.frame.dimension + len(self.obstacles), dtype=bool)
         solid = np.append(self.backbone, fixed)
         return solid[self.bonds].all(axis=1)
@@ -103,12 +103,12 @@ class PackingNetwork:
 
     @property
     def isostatic(self) -> int:
-        """Contacts that hold the backbone without one to spare.
+        """Number of contacts of an isostatic backbone.
 
-        As many as degrees of freedom, ``d N_b`` less one for each motion of all together, and one more for
-        the state of stress: ``d (N_b - 1) + 1`` on a torus (Donev, Torquato and Stillinger, Phys. Rev. E 71,
-        011105 (2005)). Along walls all can be shifted, and in a round container turned. None without a
-        backbone.
+        It is the number of degrees of freedom, ``d N_b`` minus one for each rigid motion of the whole, plus
+        one for the state of stress: ``d (N_b - 1) + 1`` on a torus (Donev, Torquato and Stillinger, Phys.
+        Rev. E 71, 011105 (2005)). Along walls the whole can be shifted, and in a round container rotated.
+        None without a backbone.
         """
         solid = int(self.backbone.sum())
         return self.frame.dimension * solid - self._together() + 1 if solid else 0
@@ -132,10 +132,10 @@ class PackingNetwork:
         Notes
         -----
         The void is at least a decade wide, and begins where forces end. At a reduced pressure p a contact of
-        force f has a gap of about 1 / (p f), f in terms of the mean. Forces are distributed as f^theta where
-        they are small, theta > 0 (Charbonneau et al., Phys. Rev. Lett. 114, 125504 (2015)), so that the
-        weakest of m is about 1 / m of the typical one, or more: no contact has a gap of more than m times the
-        median of all.
+        force f has a gap of about 1 / (p f), with f in units of the mean force. Forces are distributed as
+        f^theta where they are small, theta > 0 (Charbonneau et al., Phys. Rev. Lett. 114, 125504 (2015)), so
+        that the weakest of m is about 1 / m of the typical one, or more: no contact has a gap of more than m
+        times the median of all.
         """
         m = int(np.searchsorted(self.gaps, self.gap))
         if m == 0:
@@ -146,11 +146,11 @@ class PackingNetwork:
 
     @property
     def note(self) -> str:
-        """What a reader of the number of contacts has to know; empty where they are distinct."""
+        """Warning about the number of contacts; empty if contacts are distinct."""
         if self.distinct:
             return ""
         return (
-            f"Contacts cannot be told from near contacts yet: no void parts their gaps, and {self.contacts} "
+            f"Contacts cannot be told from near contacts yet: no void separates their gaps, and {self.contacts} "
             f"is the number of pairs in the backbone with a gap below {self.gap:.1e}. Compress more slowly "
             "and to a higher pressure, at a rate of 1e-3 to 1e10 at least; disks of one size, which "
             "crystallize, may need more."
@@ -158,7 +158,7 @@ class PackingNetwork:
 
     @property
     def packing_fraction(self) -> float:
-        """Part of the box that all spheres fill, rattlers included."""
+        """Fraction of the box that all spheres fill, rattlers included."""
         d = self.frame.dimension
         return ball_volume(d) * math.fsum(self.frame.diameters**d) / math.prod(self.frame.box)
 
@@ -187,15 +187,16 @@ def packing_network(
     frame : Frame
         The packing. Axes that are not periodic have walls, which hold it as well.
     gap : float, optional
-        Pairs nearer than this part of their contact distance are in contact. Left out, it is the middle, in
-        the logarithm, of the widest void in the distribution of gaps that has at least half as many pairs
-        below it as there are components.
+        Pairs are in contact if their gap is below this fraction of the contact distance. By default it is the
+        middle, in the logarithm, of the widest void in the distribution of gaps that has at least half as
+        many pairs below it as there are components.
     contact : (K, K) array_like, optional
         Contact distances between species [length], where they are not the means of the diameters.
     sided : bool
-        Whether contacts on one side alone make a rattler; else it is their number alone.
+        Whether a component with contacts on one side only counts as a rattler. If False, only the number of
+        contacts decides.
     obstacles : sequence of obstacles
-        What stands in the scene besides, and holds the packing.
+        Obstacles of the scene, which hold the packing as well.
 
     Raises
     ------
@@ -205,13 +206,13 @@ def packing_network(
     Notes
     -----
     A rattler has fewer than d + 1 contacts, or contacts on one side only: no combination of their directions
-    with positive coefficients is zero, so that it can be moved away from all of them. What only rattlers
-    hold is a rattler, too; so they are taken away until none is left.
+    with positive coefficients is zero, so that it can be moved away from all of them. A component held only
+    by rattlers is a rattler, too: rattlers are removed until none is left.
 
-    Spheres that were compressed too fast for their forces to come into balance have fewer contacts than that
-    takes, whatever their pressure, and unravel to the last one. Compress more slowly, from a reduced pressure
-    of some hundreds on; or, with ``sided=False``, count contacts alone. Grains of a crystal unravel as well:
-    a disk at a straight edge of one has its neighbours on one side.
+    If spheres were compressed too fast for their forces to balance, contacts are missing at any pressure.
+    Removing rattlers then removes all spheres. Compress more slowly, from a reduced pressure of some hundreds
+    on; or, with ``sided=False``, count contacts only. Grains of a crystal vanish in the same way: a disk at a
+    straight edge of one has its neighbours on one side.
     """
     pairs, vectors, gaps = _near(frame, contact, obstacles)
     if not len(gaps):

@@ -125,12 +125,12 @@ class Goal:
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a measurement expects after a look at its error bar.
+    """Expected length of a measurement, estimated when its error bar was computed.
 
     Attributes
     ----------
     relative_error : float
-        Reached so far.
+        Relative error reached so far.
     collisions : float
         Pair collisions still to come.
     seconds : float

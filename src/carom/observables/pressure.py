@@ -99,7 +99,7 @@ class Pressure:
         Parameters
         ----------
         blocks : sequence of Block
-            What the collisions of successive stretches of the run add up to.
+            Sums over the collisions of successive stretches of the run.
         n, dimension : int
         volume : float
             Of the box [length^d].
@@ -107,7 +107,7 @@ class Pressure:
             Of every particle; of a mixture the largest diameter, and any mass [length], [mass].
         kT : float
             Twice the kinetic energy about the motion of the centre of mass over the degrees of freedom,
-            d (n - 1) in a periodic box [energy]. Blocks that know their own kT are not asked for it.
+            d (n - 1) in a periodic box [energy]. Not used for blocks that hold their own kT.
         packing_fraction : float, optional
             Of a mixture; else it follows from the diameter.
         simple : bool
@@ -135,18 +135,17 @@ class Pressure:
         Notes
         -----
         ``Z = 1 + W / (d n kT t)`` with the virial W, the sum of ``r_ij . dp_ij`` over the collisions in the
-        time t. With this kT it is the canonical Z of n particles; take kT as ``2 K / (d n)`` and it is wrong
-        by 1 / n. One particle has Z = 1 exactly. Nothing in it depends on diameters or masses, so that it
+        time t. With this kT it is the canonical Z of n particles; with ``2 K / (d n)`` instead it would be
+        wrong by 1 / n. One particle has Z = 1 exactly. It does not depend on diameters or masses, and so
         holds for mixtures as well. Between the walls of a box it is the average over the axes of ``force on a
         wall times free length of the axis / (n kT)``; for the force itself see
         :class:`~carom.observables.WallPressure`.
 
-        Where contacts lose energy, or diameters grow, kT changes: its integral over each block takes the
-        place of ``kT t``. While a gas cools, blocks count by their collisions, and Z is that of inelastic
-        spheres at constant density. While diameters grow, Z is ``<P> V / (n <kT>)`` with averages over time,
-        the packing fraction is averaged likewise, and the contact value is the average of g(sigma+) with
-        weights kT times packing fraction (that of each block); the trend along the stretch, a cubic in time,
-        is no part of their errors.
+        Where contacts lose energy, or diameters grow, kT changes: its integral over each block replaces ``kT
+        t``. While a gas cools, blocks are weighted by their collisions, and Z is that of inelastic spheres at
+        constant density. While diameters grow, Z is ``<P> V / (n <kT>)`` with averages over time, the packing
+        fraction is averaged in the same way. The contact value is the average of g(sigma+) with the weight kT
+        times packing fraction of each block. Errors exclude the trend along the stretch, a cubic in time.
         """
         for name, value in (("volume", volume), ("diameter", diameter), ("kT", kT), ("mass", mass)):
             if not (math.isfinite(value) and value > 0.0):
@@ -233,11 +232,11 @@ class PressureEstimate:
     kT : float
         Temperature, its average over time where contacts change it [energy].
     pressure : Estimate
-        P, averaged over time likewise [energy / length^d].
+        P, averaged over time in the same way [energy / length^d].
     note : str
-        What is measured where kT or diameters change, a sentence; else empty.
+        A sentence on the meaning of Z and P where kT or diameters change; else empty.
     steady : bool
-        Whether it may be expected to stay as it is: not while diameters grow.
+        Whether a constant value is expected: not while diameters grow.
     """
 
     compressibility_factor: Estimate
@@ -260,9 +259,9 @@ class PressureEstimate:
         rows = [
             ("Z = PV / NkT", self.compressibility_factor),
             ("P σ^d / kT", self.reduced_pressure),
-            ("P", self.pressure),
+            ("P [energy / length^d]", self.pressure),
             ("g(σ+)", self.contact_value),
-            ("collision rate of one", self.collision_rate),
+            ("collisions of one [1 / time]", self.collision_rate),
         ]
         shown = [(name, e.value_text.replace("+-", "±")) for name, e in rows if math.isfinite(e.mean)]
         title = f"{self.n} particles at packing fraction {self.packing_fraction:.6g}"
@@ -273,12 +272,12 @@ class PressureEstimate:
 
     @property
     def primary(self) -> Estimate:
-        """What a ``relative_error`` is asked of: Z."""
+        """The quantity that a ``relative_error`` refers to: Z."""
         return self.compressibility_factor
 
     @property
     def quantity(self) -> str:
-        """What was measured, for sentences."""
+        """Name of the measured quantity, for messages."""
         return "the pressure"
 
     def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:

@@ -22,16 +22,14 @@ SEEN = ("frame", "block")
 
 @runtime_checkable
 class Observable(Protocol):
-    """What :meth:`carom.Simulation.measure` takes.
+    """Interface of what :meth:`carom.Simulation.measure` takes.
 
     It may have ``blocks``, the number of stretches of equal time that the run is cut into (256 without it),
     and ``result()``. An observable of frames sees one at the start, and one at the end of each stretch.
     """
 
     def update(self, seen: Any, /) -> Any:
-        """Take in the next :class:`carom.Frame`, or the next :class:`carom.Block`; return its value, or
-        nothing.
-        """
+        """Add the next :class:`carom.Frame` or :class:`carom.Block`; return its value, or nothing."""
 
 
 def sees(observable: Any) -> str:
@@ -52,7 +50,7 @@ def sees(observable: Any) -> str:
         names = []
     if len(names) != 1 or names[0] not in SEEN:
         raise InputError(
-            f"{type(observable).__name__}.update({', '.join(names)}) does not say what it wants to see; name "
+            f"{type(observable).__name__}.update({', '.join(names)}) does not say what it needs; name "
             "its one parameter frame or block."
         )
     return names[0]
@@ -64,7 +62,7 @@ def averages(values: Sequence[Any]) -> Any:
     Parameters
     ----------
     values : sequence of float or arrays of one shape
-        One of each stretch, in order.
+        One value for each stretch, in order.
 
     Returns
     -------

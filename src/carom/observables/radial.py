@@ -25,7 +25,7 @@ class RadialDistribution:
     Parameters
     ----------
     edges : (m + 1,) float64 array
-        Of the bins [length]; the first is the diameter exactly.
+        Edges of the bins [length]; the first is exactly the diameter.
     g, error : (m,) float64 arrays
         g(r) averaged over each shell, and its standard error: by blocking over the frames where there are 16
         or more, otherwise that of independent pairs. A bin that never saw a pair has the error of one pair.
@@ -33,9 +33,9 @@ class RadialDistribution:
         Pairs seen in all frames.
     n, dimension, frames : int
     diameter : float
-        At contact [length]: of two of different species, the distance at which they touch.
+        Distance at contact [length]; for two species the distance at which they touch.
     packing_fraction : float
-        Of everything.
+        Of all components together.
     contact_value : Estimate or None
         g(sigma+), extrapolated (see :func:`carom.observables.contact.contact_value`); None where bins are not
         aligned at contact.

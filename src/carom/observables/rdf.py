@@ -47,13 +47,14 @@ def rdf(
     width : float, optional
         Width of a bin [length]; 0.02 diameters where neither `bins` nor `width` is given.
     rmax : float, optional
-        End of the last bin [length]; without it what `bins` of `width` reach, or half of the shortest edge
-        but at most five diameters. Where `width` does not divide the range, the last bin ends before it.
+        End of the last bin [length]. By default it follows from `bins` and `width`, or it is half of the
+        shortest edge but at most five diameters. If `width` does not divide the range, the last bin ends
+        before it.
     pair : two ints or strs, optional
         Numbers or names of the species, equal or not, each of one diameter.
     contact : float, optional
-        Distance at which the two species touch [length], where it is not the mean of their diameters. With a
-        pair, diameters in what is said above stand for it.
+        Distance at which the two species touch [length], if it is not the mean of their diameters. For a
+        pair, "diameter" above means this distance.
 
     Returns
     -------
@@ -73,10 +74,10 @@ def rdf(
     an ideal gas of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n.
     The pairs of two species are ``n_i n_j``, of one with itself ``n_i (n_i - 1) / 2``.
 
-    Compiled code counts the pairs over sorted cells (``carom.observables.pairs``), in double precision, in
-    as many threads as Numba uses (``NUMBA_NUM_THREADS``); their number changes no bit. Pairs in contact, and
-    those that overlap by no more than the rounding of positions stored in single precision (1.2e-7 box
-    edges), belong to the first bin.
+    Compiled code counts the pairs over sorted cells (``carom.observables.pairs``), in double precision, in as
+    many threads as Numba uses (``NUMBA_NUM_THREADS``); their number does not change the result. Pairs in
+    contact, and those that overlap by no more than the rounding of positions stored in single precision
+    (1.2e-7 box edges), belong to the first bin.
     """
     return distributions(frames, {"": (pair, contact)}, bins=bins, width=width, rmax=rmax)[""]
 

@@ -90,10 +90,10 @@ class Estimate:
     def degrees_of_freedom(self) -> float:
         """Degrees of freedom of the error: ``(min(blocks, n_eff) - 1) / 3``, at least 1.
 
-        The variance of m blocks is known to ``2 / (m - 1)``, squared and relative, and the factor
-        ``(1 + r) / (1 - r)`` by which :func:`carom.observables.blocking` multiplies it to ``4 / m`` more, as
-        r is known to ``1 / m``: three times as much in all. Larger blocks know their variance from as many
-        numbers only, however many independent samples are inside.
+        The variance of m blocks is known to ``2 / (m - 1)``, squared and relative, and the factor ``(1 + r) /
+        (1 - r)`` by which :func:`carom.observables.blocking` multiplies it to ``4 / m`` more, as r is known
+        to ``1 / m``: three times as much in all. For larger blocks the variance is estimated from the number
+        of blocks only, however many independent samples they contain.
         """
         return max((min(float(self.blocks), self.n_eff) - 1.0) / 3.0, 1.0)
 

@@ -20,13 +20,13 @@ class DensityProfile:
     Parameters
     ----------
     axis : int
-        From 0.
+        Number of the axis, from 0.
     bins : int
         Slabs of equal width from 0 to the edge of the box.
     species : int, optional
-        Of which species; of all components if left out.
+        Species to measure; by default all components.
     blocks : int
-        Frames, where ``measure`` takes them.
+        Number of frames that ``measure`` takes.
 
     Raises
     ------
@@ -48,7 +48,7 @@ class DensityProfile:
         checks.integer(self.blocks, "blocks", low=2)
 
     def update(self, frame: Frame) -> None:
-        """Take in the next frame."""
+        """Add the next frame."""
         if self.axis >= frame.dimension:
             raise InputError(f"axis is {self.axis}, and a frame has axes 0 to {frame.dimension - 1}.")
         x = frame.positions[:, self.axis]
@@ -79,7 +79,7 @@ class ProfileEstimate:
     Attributes
     ----------
     edges : (b + 1,) array
-        Of the slabs [length].
+        Edges of the slabs [length].
     density : list of Estimate
         [1 / length^d]
     """

@@ -30,9 +30,9 @@ class WallPressure:
         Its number or name: the walls of each axis without periodicity, "lower wall of axis 0" before "upper
         wall of axis 0", then the scene's obstacles; as :attr:`carom.Simulation.obstacles` lists them.
     area : float, optional
-        By which the force is divided [length^(d-1)]. Left out, that of the wall, of the ball or container
-        (its surface, not where the centres of components turn around); 1 in one dimension. Planes and
-        obstacles of one's own need it.
+        Area by which the force is divided [length^(d-1)]. By default that of the wall, or of the surface of
+        the ball or container itself (not of the surface where centres turn around); 1 in one dimension.
+        Required for planes and for your own obstacles.
     blocks : int
         Stretches of equal length that the run is cut into; the error bar comes from their scatter.
 
@@ -57,10 +57,10 @@ class WallPressure:
         Parameters
         ----------
         blocks : sequence of Block
-            What the stretches of the run add up to.
+            Sums over the stretches of the run.
         scene : Scene
         kT : float
-            Temperature [energy]; the pressure is not reduced by it.
+            Temperature [energy]; the pressure is not divided by it.
 
         Raises
         ------
@@ -74,10 +74,10 @@ class WallPressure:
 
         Notes
         -----
-        The force on a wall or container is that of the momentum balance of the whole fluid
-        (``carom.observables.momentum_balance``), which sound does not carry from block to block. It
-        differs from the momentum taken up by a change of momentum that does not grow with the run. On balls,
-        planes and obstacles of one's own, and where blocks hold no momenta, it is the momentum taken up.
+        The force on a wall or container comes from the momentum balance of the whole fluid
+        (``carom.observables.momentum_balance``), so that sound waves do not correlate the blocks. It differs
+        from the momentum received per time by a term that does not grow with the run. On balls, planes and
+        your own obstacles, and where blocks hold no momenta, the momentum received is used.
         """
         names = obstacle_names(scene)
         k = self._number(names)
@@ -118,13 +118,13 @@ class WallPressureEstimate:
     Parameters
     ----------
     pressure : Estimate
-        Momentum along the normal, by time and area [energy / length^d].
+        Momentum along the normal per time and area [energy / length^d].
     force : Estimate
-        Momentum by time [energy / length].
+        Momentum per time [energy / length].
     name : str
-        Of the wall or obstacle.
+        Name of the wall or obstacle.
     area : float
-        [length^(d-1)]
+        Area by which the force was divided [length^(d-1)].
     block_values : tuple of float
         Pressure in each block.
     """
@@ -136,21 +136,21 @@ class WallPressureEstimate:
     block_values: tuple[float, ...] = field(default=(), repr=False)
 
     def _repr_html_(self) -> str:
-        rows = [("pressure", self.pressure), ("force", self.force)]
+        rows = [("P [energy / length^d]", self.pressure), ("force [energy / length]", self.force)]
         shown = [(name, e.value_text.replace("+-", "±")) for name, e in rows]
-        return table(self.name, [*shown, ("area", f"{self.area:.6g}")])
+        return table(self.name, [*shown, ("area [length^(d-1)]", f"{self.area:.6g}")])
 
     def __str__(self) -> str:
-        return f"P on {self.name} = {self.pressure.value_text}"
+        return f"P on {self.name} = {self.pressure.value_text} energy / length^d"
 
     @property
     def quantity(self) -> str:
-        """What was measured, for sentences."""
+        """Name of the measured quantity, for messages."""
         return f"the pressure on {self.name}"
 
     @property
     def primary(self) -> Estimate:
-        """What a ``relative_error`` is asked of: the pressure."""
+        """The quantity that a ``relative_error`` refers to: the pressure."""
         return self.pressure
 
 
@@ -167,4 +167,4 @@ def _area(scene: Scene, k: int) -> float:
     obstacle = scene.obstacles[k - 2 * len(axes)]
     if hasattr(obstacle, "area"):
         return float(obstacle.area(scene.box))
-    raise InputError(f"Nobody knows the area of {obstacle.name}; give WallPressure(area=...).")
+    raise InputError(f"The area of {obstacle.name} is not known; give WallPressure(area=...).")

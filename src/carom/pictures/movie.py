@@ -14,15 +14,17 @@ from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
+from carom.io.palette import FACES, rgb
 from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
 from carom.models.interface import Obstacle
 from carom.notebook import by_count, watchable
+from carom.observables.packing import packing_network
 from carom.pictures.render import Camera, rendered
 from carom.pictures.view import standing_beside
 from carom.pictures.viewdata import FAST, psi_6
 
-COLOURS = ("species", "speed", "psi_6")
+COLOURS = ("species", "speed", "psi_6", "rattlers")
 SUFFIXES = (".mp4", ".gif")
 
 RAMP = np.array([
@@ -48,24 +50,26 @@ def movie(
     Parameters
     ----------
     source : path, Reader or sequence of Frames
-        Of one to three dimensions, in a box that stays.
+        Frames in one to three dimensions, with a constant box.
     path : path
         ``.mp4`` (H.264; needs the package imageio-ffmpeg) or ``.gif``.
     fps : int
         Frames in a second.
     size : int
-        Pixels of the longer edge.
-    colour : {"species", "speed", "psi_6"}
-        What colours tell; psi_6, of the six nearest neighbours, in 2D.
+        Length of the longer edge [pixels].
+    colour : {"species", "speed", "psi_6", "rattlers"}
+        What colours show; psi_6, of the six nearest neighbours, in 2D. Rattlers are those of
+        :func:`carom.observables.packing_network` in each frame.
     obstacles : sequence of obstacles, optional
-        To draw; those of the ``scene.toml`` beside a path if left out.
+        Obstacles to draw; by default those of the ``scene.toml`` in the same folder.
     progress : callable or True, optional
         Called as ``progress(done, total)`` after each frame; True shows a bar.
 
     Raises
     ------
     InputError
-        If the suffix or the colour is unknown, there are no frames, or imageio-ffmpeg is not installed.
+        If the suffix or the colour is unknown, there are no frames, a frame is no packing and rattlers are
+        asked for, or imageio-ffmpeg is not installed.
     FileError
         If a file cannot be read or written.
     """
@@ -91,7 +95,8 @@ def movie(
     def pictures() -> Iterator[np.ndarray]:
         for k in range(len(source)):
             frame = source[k]
-            yield rendered(frame, camera, obstacles=obstacles or (), colours=_colours(frame, colour, top))
+            colours = _colours(frame, colour, top, obstacles or ())
+            yield rendered(frame, camera, obstacles=obstacles or (), colours=colours)
             if progress is not None:
                 progress(k + 1, len(source))
 
@@ -101,10 +106,13 @@ def movie(
     return len(source)
 
 
-def _colours(frame: Frame, colour: str, top: float) -> np.ndarray | None:
+def _colours(frame: Frame, colour: str, top: float, obstacles: Sequence[Obstacle]) -> np.ndarray | None:
     """Return the colours (n, 3) of a frame's spheres; None for those of the species."""
     if colour == "species":
         return None
+    if colour == "rattlers":
+        backbone = packing_network(frame, obstacles=obstacles).backbone
+        return np.where(backbone[:, None], rgb(FACES[0]), rgb(FACES[1]))  # as in the viewer
     if colour == "speed":
         at = np.clip(np.linalg.norm(frame.velocities, axis=1) / top, 0.0, 1.0)
         places = np.linspace(0.0, 1.0, len(RAMP))

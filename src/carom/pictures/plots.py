@@ -1,7 +1,7 @@
-"""Pictures: the pressure as it converges, g(r), and a snapshot, each as a Figure of the caller's own.
+"""Pictures: the convergence of the pressure, g(r), snapshots, packings. Each function returns a Figure.
 
-No figure touches matplotlib's global state (pyplot), so that plotting neither needs a display nor changes a
-notebook's.
+No function uses pyplot's global state. Plotting therefore needs no display, and does not change other figures
+of a notebook.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def pressure(
     equations: Mapping[str, theory.Equation] | None = None,
     path: str | os.PathLike[str] | None = None,
 ) -> Figure:
-    """Z as it converges: block values, the running mean with its error band, and theory.
+    """Convergence of Z: block values, the running mean with its error band, and theory.
 
     Parameters
     ----------
@@ -122,13 +122,13 @@ def rdf(
     contact_value: Estimate | None = None,
     path: str | os.PathLike[str] | None = None,
 ) -> Figure:
-    """g(r), with the region of contact enlarged and its extrapolation.
+    """g(r), with the region near contact enlarged, and the extrapolation to contact.
 
     Parameters
     ----------
     distribution : RadialDistribution
     contact_value : Estimate, optional
-        The contact value that the pressure implies, drawn beside the extrapolated one.
+        The contact value that the pressure implies, to compare with the extrapolated one.
     path : path, optional
         Where to save the picture.
 
@@ -188,7 +188,7 @@ def partial_rdf(
     Raises
     ------
     InputError
-        If there is none.
+        If there is no distribution.
     FileError
         If the picture cannot be saved.
     """

@@ -80,7 +80,7 @@ def view(
     collisions: int | None = None,
     title: str | None = None,
 ) -> View:
-    """Show spheres in a browser: light, depth, time to scrub, and collisions one by one.
+    """Show spheres in a browser, in 3D with light, as a movie or collision by collision.
 
     Parameters
     ----------
@@ -89,11 +89,11 @@ def view(
     path : path, optional
         Where to write the page.
     obstacles : sequence of obstacles, optional
-        To draw; those of the scene where the source knows it.
+        Obstacles to draw; by default those of the scene, if the source contains it.
     collisions : int, optional
-        How many of an event log; 20 000 if left out.
+        Number of collisions to show of an event log; by default 20 000.
     title : str, optional
-        Of the page.
+        Title of the page.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Scene files: the words of TOML, checked, and the scene, the run and the output that they describe.
+"""Scene files: reading and checking TOML, and the scene, run and output that a file describes.
 
 Nothing here runs anything.
 """

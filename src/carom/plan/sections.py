@@ -221,14 +221,14 @@ class SceneSpec:
             return
         if extra := self._given("diameter", "mass"):
             raise InputError(
-                f"[scene] {extra[0]} has no meaning beside [[scene.species]]; give each its own."
+                f"[scene] {extra[0]} has no meaning with [[scene.species]]; give each its own."
             )
         counts = [each.count is not None for each in self.species]
         fractions = [each.fraction is not None for each in self.species]
         if any(a == b for a, b in zip(counts, fractions, strict=True)) or len({*counts}) > 1:
             raise InputError("[[scene.species]] needs a count for each, or a fraction for each.")
         if counts[0] and self.n is not None:
-            raise InputError("[scene] n has no meaning beside the counts of [[scene.species]]; remove it.")
+            raise InputError("[scene] n has no meaning with the counts of [[scene.species]]; remove it.")
         if len({name for each in self.species if (name := each.name)}) < sum(
             each.name is not None for each in self.species
         ):

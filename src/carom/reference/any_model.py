@@ -21,7 +21,7 @@ class Step(NamedTuple):
     time : float
         When [time].
     i, j : int
-        Who.
+        The two components.
     positions, velocities : (n, d) arrays
         Of all, positions not wrapped.
     """

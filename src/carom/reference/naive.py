@@ -65,7 +65,7 @@ class NaiveSystem:
     masses : sequence of n numbers, optional
         All 1 if omitted.
     arithmetic : {"mpmath", "float", "fraction"}
-        In which everything is computed. ``"fraction"`` is exact: in one dimension and for head-on meetings
+        Arithmetic of all computations. ``"fraction"`` is exact: in one dimension and for head-on meetings
         the roots are rational; the first meeting that could be the next one and whose root is irrational
         raises InputError.
     digits : int
@@ -81,8 +81,8 @@ class NaiveSystem:
     obstacles : sequence of mappings
         See ``carom.reference.fixed``.
     restitution, elastic_below : number
-        Part of the normal relative velocity of two spheres that a collision leaves, and the normal speed
-        below which it leaves all. Walls and obstacles are elastic.
+        Fraction of the normal relative velocity that remains after a collision of two spheres, and the normal
+        speed below which collisions are elastic. Walls and obstacles are elastic.
 
     Attributes
     ----------
@@ -211,7 +211,7 @@ class NaiveSystem:
         Returns
         -------
         Collision or None
-            None, and an unchanged state, if there is no collision in time or never one.
+            None, with an unchanged state, if there is no collision up to `until`.
 
         Raises
         ------

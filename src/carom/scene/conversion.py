@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 def from_frame(
     cls: type[Scene], frame: Frame, *, contact: ArrayLike | None = None, obstacles: Sequence[Obstacle] = ()
 ) -> Scene:
-    """Take everything from a frame but its images and time.
+    """Make a scene from a frame, without its images and time.
 
     Parameters
     ----------
     frame : Frame
-        Its axes that are not periodic get walls.
+        Axes of the frame that are not periodic get walls.
     contact, obstacles
-        As in :class:`carom.Scene`; a frame does not hold them.
+        As in :class:`carom.Scene`; a frame does not store them.
 
     Raises
     ------
@@ -45,8 +45,8 @@ def from_frame(
     Warns
     -----
     CaromWarning
-        If spheres overlap by no more than single precision explains (a GSD file holds such numbers): they
-        are then moved apart by as little.
+        If spheres overlap by no more than single precision explains (a GSD file holds such numbers): they are
+        then moved apart by this small amount.
     """
     arguments = of_frame(frame) | {"contact": contact, "obstacles": obstacles}
     if frame.positions.size:
@@ -63,7 +63,7 @@ def from_ase(
     diameter: float | ArrayLike | Mapping[str, float] | None = None,
     walls: bool = False,
 ) -> Scene:
-    """Take positions, cell, masses, momenta, radii and kinds from an ``ase.Atoms``.
+    """Make a scene from positions, cell, masses, momenta, radii and kinds of an ``ase.Atoms``.
 
     Parameters
     ----------
@@ -72,17 +72,18 @@ def from_ase(
         F" and all z equal it is a scene of disks, d = 2. Different chemical symbols become species of
         these names; so do the numbers of an array ``kind``, as Carom writes it.
     diameter : float, (n,) array_like or mapping, optional
-        Of every sphere, of each, or of each chemical symbol, such as ``{"Ar": 3.4, "Ne": 2.75}``, in the
-        length of ``atoms``, which ASE calls angstrom. Where ``atoms`` has an array ``radius`` leave it out.
+        One diameter for all, one for each sphere, or one for each chemical symbol, such as ``{"Ar": 3.4,
+        "Ne": 2.75}``, in the unit of length of ``atoms`` (angstrom in ASE). Omit it if ``atoms`` has an array
+        ``radius``.
     walls : bool
         Whether axes that are not periodic, but along which coordinates differ, become axes with walls at
-        the faces of the cell; else they are refused.
+        the faces of the cell; otherwise they are refused.
 
     Raises
     ------
     InputError
-        If the cell is skew, no axis is periodic, coordinates differ along one that is not, the diameter
-        is given twice or not of every symbol, and as :class:`carom.Scene` does.
+        If the cell is skew, no axis is periodic, coordinates differ along an axis that is not periodic, the
+        diameter is given twice or is missing for a symbol, and as :class:`carom.Scene` does.
 
     Warns
     -----

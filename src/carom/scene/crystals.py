@@ -24,7 +24,7 @@ def cubic(
     diameter: float = 1.0,
     mass: float = 1.0,
 ) -> Scene:
-    """Place spheres on the simple cubic lattice, one a cell.
+    """Place spheres on the simple cubic lattice, one per cell.
 
     Parameters
     ----------
@@ -33,7 +33,8 @@ def cubic(
     dimension : int
         d.
     packing_fraction, density : float
-        Exactly one of the two: the part of the volume filled, or the number of spheres in diameter^d.
+        Exactly one of the two: the fraction of the volume that is filled, or the number of spheres per
+        diameter^d.
     diameter, mass : float
         As in :class:`carom.Scene`.
 
@@ -63,7 +64,7 @@ def fcc(
     diameter: float = 1.0,
     mass: float = 1.0,
 ) -> Scene:
-    """Place spheres on the face-centred cubic lattice (d = 3), four a cell; as :meth:`carom.Scene.cubic`."""
+    """Place spheres on the face-centred cubic lattice (d = 3), four per cell; see :meth:`cubic`."""
     return on(
         cls,
         lattices.dn(3),
@@ -84,9 +85,9 @@ def triangular(
     diameter: float = 1.0,
     mass: float = 1.0,
 ) -> Scene:
-    """Place disks on the triangular lattice (d = 2), two a cell of edges a and sqrt(3) a.
+    """Place disks on the triangular lattice (d = 2), two per cell of edges a and sqrt(3) a.
 
-    One number of cells counts those along x; along y as many are taken as make the box most nearly a
+    One number of cells counts those along x; along y their number is chosen so that the box is nearly a
     square. The other arguments are those of :meth:`carom.Scene.cubic`.
     """
     return on(
@@ -110,7 +111,7 @@ def dn(
     diameter: float = 1.0,
     mass: float = 1.0,
 ) -> Scene:
-    """Place spheres on the lattice D_n (d >= 3), 2^(d-1) a cell; arguments as :meth:`carom.Scene.cubic`."""
+    """Place spheres on the lattice D_n (d >= 3), 2^(d-1) per cell; arguments as :meth:`carom.Scene.cubic`."""
     lattice = lattices.dn(_box.dimensions(dimension, low=3))
     return on(
         cls,
@@ -161,7 +162,7 @@ def on(
     """Place spheres on any ``carom.scene.lattices.Lattice``.
 
     The arguments are those of :meth:`carom.Scene.cubic` and :class:`carom.Scene`. Along axes with walls the
-    lattice is compressed as far as the spheres at the walls need it.
+    lattice is compressed to make room for the spheres at the walls.
     """
     sigma = checks.positive(diameter, "diameter")
     # The densest packing of all first: beyond it no other lattice helps.

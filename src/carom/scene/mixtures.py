@@ -46,8 +46,9 @@ def random(
     dimension : int, optional
         d; that of the box, or 3.
     packing_fraction, density, box : optional
-        At most one of the three: the part of a cube's volume filled, the number of spheres in diameter^d,
-        or the edges. Without any, packing fraction 0.3 (from d = 4 on half of random close packing).
+        At most one of the three: the fraction of a cube's volume that is filled, the number of spheres per
+        diameter^d, or the edges. By default packing fraction 0.3 (from d = 4 on half of random close
+        packing).
     diameter, mass, periodic, obstacles
         As in :class:`carom.Scene`.
     seed : int or numpy.random.Generator
@@ -56,12 +57,12 @@ def random(
     Raises
     ------
     InputError
-        If the box is too full for it (see ``carom.scene.placement``), or an argument is out of range.
+        If the box is too full (see ``carom.scene.placement``), or an argument is out of range.
 
     Notes
     -----
-    The exact equilibrium for d = 1; for d >= 2 a start that must still be equilibrated. Beyond 0.85 of
-    random close packing they are placed smaller and then grow while they move
+    For d = 1 the result is an exact equilibrium configuration; for d >= 2 it must still be equilibrated.
+    Above 0.85 of random close packing smaller spheres are placed, which then grow while they move
     (``carom.scene.growth``).
     """
     n = checks.integer(n, "n", low=1, high=lattices.MOST)
@@ -105,15 +106,15 @@ def mixture(
     Parameters
     ----------
     counts : sequence of K ints, optional
-        How many of each species; or ``n`` and ``fractions``.
+        Number of each species; alternatively ``n`` and ``fractions``.
     n : int, optional
-        How many in all; on a lattice with ``cells`` it may be left out.
+        Total number; may be omitted on a lattice with ``cells``.
     fractions : sequence of K floats, optional
-        Ratios of the numbers of each species, of any sum. They are rounded to whole numbers.
+        Ratios of the numbers of each species; they need not sum to 1. Numbers are rounded to integers.
     diameters, masses : sequences of K floats
-        Of each species [length], [mass]; masses are 1 where left out.
+        Diameter and mass of each species [length], [mass]; masses are 1 by default.
     names : sequence of K str, optional
-        Of the species.
+        Names of the species.
     contact, periodic, obstacles
         As in :class:`carom.Scene`.
     dimension : int, optional
@@ -123,9 +124,9 @@ def mixture(
         volume of the *largest* diameter to the power d.
     lattice : str or Lattice, optional
         "cubic", "fcc", "triangular" or "dn"; needs a packing fraction or a density at which the largest
-        fit side by side.
+        spheres fit side by side.
     cells : int or d ints, optional
-        Cells of the lattice along each axis; left out, those that hold all spheres.
+        Cells of the lattice along each axis; by default enough for all spheres.
     seed : int or numpy.random.Generator
         Source of randomness.
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Scene:
-    """Hard spheres of any dimension in a box, with walls and obstacles: the one place where input is checked.
+    """Hard spheres of any dimension in a box, with walls and obstacles. All input is checked here.
 
     Parameters
     ----------
@@ -41,46 +41,47 @@ class Scene:
         Edges of the box [length]; one number makes a cube. Each must be *greater* than the largest diameter:
         with edge = diameter a sphere would always touch its own image, or both walls.
     diameter : float or (n,) array_like
-        sigma, of all or of each [length].
+        Diameter sigma, one for all or one for each [length].
     mass : float or (n,) array_like
-        m, of all or of each [mass].
+        Mass m, one for all or one for each [mass].
     velocities : (n, d) array_like, optional
-        Velocities [length / time]; left out, the simulation draws them (Maxwell).
+        Velocities [length / time]; by default the simulation draws them (Maxwell).
     species : (n,) array_like of int, optional
-        Which species each component is, from 0.
+        Species of each component, counted from 0.
     contact : (K, K) array_like, optional
-        Distances at which components of two species touch [length]: symmetric, the species' diameters on its
-        diagonal. Left out, contacts are additive: the mean of the two diameters.
+        Distances at which components of two species touch [length]: symmetric, with the species' diameters on
+        the diagonal. By default contacts are additive: the mean of the two diameters.
     periodic : bool or d bools
         False gives an axis two hard walls, at 0 and at the edge, that the *surfaces* cannot pass: centres
         stay in [radius, edge - radius].
     obstacles : sequence of obstacles
-        Planes, balls, containers (:mod:`carom.models.obstacles`), or one's own.
+        Planes, balls, containers (:mod:`carom.models.obstacles`), or your own.
     restitution : float
-        Part of the normal relative velocity that is left after a collision, in (0, 1]; 1 is elastic.
+        Fraction of the normal relative velocity that remains after a collision, in (0, 1]; 1 is elastic.
     elastic_below : float, optional
         Normal relative speed below which a collision is elastic [length / time]. It keeps inelastic spheres
-        from colliding infinitely often in a finite time, so it must be positive where restitution < 1. Left
-        out, the simulation takes 1e-3 of the thermal speed sqrt(kT / m).
+        from colliding infinitely often in a finite time, so it must be positive where restitution < 1. The
+        default is 1e-3 of the thermal speed sqrt(kT / m).
     species_names : sequence of str, optional
         Names of the species, for files and tables.
     pinned : (n,) array_like of bool, or of indices, optional
         Components that stay where they are, as if their mass were infinite (:mod:`carom.models.pinned`).
-        Their velocities are zero, and two of them may overlap. They are no part of the temperature.
+        Their velocities are zero, and two of them may overlap. They do not count for the temperature.
     interaction : value, optional
-        How two components act on each other; hard cores of these diameters and ``contact`` if left out.
+        How two components act on each other; by default hard cores with these diameters and ``contact``.
     motion : value, optional
-        How components move between events; free flight if left out.
+        How components move between events; by default free flight.
     impact : value, optional
-        What a contact of two components loses; what ``restitution`` says if left out. For these three see
-        docs/models.
+        What a contact of two components loses; by default it follows from ``restitution``. docs/models
+        explains these three.
 
     Raises
     ------
     OverlapError
-        If spheres overlap, or one an obstacle, by more than rounding explains: 1e-12 of the contact distance,
-        and what coordinates as large as the box lose (``carom.scene.overlaps.tolerance``).
-        The message names the pair, or the component and the obstacle. Contact is legal.
+        If two spheres, or a sphere and an obstacle, overlap by more than rounding explains: 1e-12 of the
+        contact distance plus the rounding of coordinates as large as the box
+        (``carom.scene.overlaps.tolerance``). The message names the pair, or the component and the obstacle.
+        Contact is allowed.
     InputError
         If anything else cannot be simulated: a wrong type or shape, NaN, no particle, an edge too small.
 
@@ -103,7 +104,7 @@ class Scene:
     restitution : float
     pinned : (n,) bool array or None
     elastic_below : float or None
-        None where the simulation is to choose it; 0 where collisions are elastic.
+        None if the simulation chooses it; 0 if collisions are elastic.
     interaction, motion, impact : values
 
     Examples
@@ -299,16 +300,16 @@ class Scene:
         Parameters
         ----------
         arrays, attributes : mappings
-            What it returned; other names among the arrays are left alone.
+            What :meth:`to_arrays` returned; other arrays are ignored.
         obstacles : sequence of obstacles, optional
-            Needed where some are of a class of one's own, which no file holds: all of them, in order.
+            All obstacles, in order; needed if one is of your own class, because a file holds no code.
         interaction, motion, impact : values, optional
-            Needed where one is of a class of one's own.
+            Needed if one is of your own class.
 
         Raises
         ------
         InputError
-            If something is missing or damaged, or an obstacle of one's own is not given.
+            If something is missing or damaged, or an obstacle of your own class is not given.
         """
         try:
             kept = attributes["obstacles"]
@@ -354,12 +355,12 @@ class Scene:
 
     @property
     def number_density(self) -> float:
-        """Components a volume [length^-d]."""
+        """Number of components per volume [length^-d]."""
         return self.n / self.volume
 
     @property
     def packing_fraction(self) -> float:
-        """Volume of the spheres over that of the box, eta; what obstacles take is not subtracted."""
+        """Volume of the spheres over that of the box, eta; the volume of obstacles is not subtracted."""
         part = getattr(self.motion, "packing_fraction", _box.packing_fraction)
         return float(part(self.diameters, self.box))
 
@@ -370,12 +371,12 @@ class Scene:
 
     @property
     def simple(self) -> bool:
-        """Whether all are equal and elastic, and alone in a periodic box: what theory knows most about."""
+        """Whether all are equal and elastic, in a periodic box without obstacles."""
         usual = all(self.usual(kind) for kind in choice.USUAL)
         return usual and self.equal and not self.walls and not self.obstacles and self.restitution == 1.0
 
     def usual(self, kind: str) -> bool:
-        """Tell whether an interaction, motion or impact is what the other keywords say, not one's own."""
+        """Return whether an interaction, motion or impact follows from the other keywords."""
         value = getattr(self, kind)
         return type(value) is choice.USUAL[kind] or isinstance(value, Pinned)
 

@@ -106,21 +106,21 @@ class Conditions:
 def check(
     value: Any, *, dimensions: tuple[int, ...] = (1, 2, 3, 4), pairs: int = 200, seed: int = 0
 ) -> Conditions:
-    """Try the paper's conditions I to V (Lubachevsky 1991, sec. 7) on a model, and what else it must keep.
+    """Test the paper's conditions I to V (Lubachevsky 1991, sec. 7) on a model, and further requirements.
 
     Nothing is compiled: the functions run as plain Python.
 
     Parameters
     ----------
     value : interaction, motion or impact
-        As :class:`carom.Scene` takes it. It is given eight components of two species, with diameters from
-        0.6 to 1.4 and masses from 0.3 to 3.
+        As :class:`carom.Scene` takes it. It is tested with eight components of two species, with diameters
+        from 0.6 to 1.4 and masses from 0.3 to 3.
     dimensions : tuple of int
-        Where to try; a motion with a value for each axis is tried in no more dimensions than it has axes.
+        Dimensions to test. A motion with a value for each axis is tested up to its number of axes.
     pairs : int
-        How many in each.
+        Number of pairs in each dimension.
     seed : int
-        Of the random pairs.
+        Seed of the random pairs.
 
     Returns
     -------

@@ -107,7 +107,7 @@ def explain(
     Parameters
     ----------
     scene : Scene or Simulation
-        A simulation is told about as it is now; it takes no other argument.
+        A simulation is described in its present state, and takes no other argument.
     neighbors, shell, images, growth, precision
         As in :class:`carom.Simulation`.
     event_log : bool
@@ -122,7 +122,7 @@ def explain(
     Raises
     ------
     InputError
-        If such a simulation cannot be had.
+        If such a simulation is not possible.
 
     Examples
     --------

@@ -25,20 +25,21 @@ def free_flights(
     time: float | None = None,
     blocks: int = 64,
 ) -> FlightsEstimate:
-    """Run on and return free times, free paths, collision rates and normal speeds; changes no bit of the run.
+    """Continue the run and return free times, free paths, collision rates and normal speeds; does not affect
+    the trajectory.
 
     Parameters
     ----------
     collisions_per_particle, time : float
-        How long; one of them.
+        Length of the stretch; give one of the two.
     blocks : int
-        Stretches of equal time, from whose scatter error bars come.
+        Number of stretches of equal time; their scatter gives the error bars.
 
     Returns
     -------
     FlightsEstimate
-        By species; see :mod:`carom.observables.flights`. Flights that began before are left out; those that
-        end later, too: the stretch should be long beside a free time.
+        By species; see :mod:`carom.observables.flights`. Flights that begin before the stretch or end after
+        it are left out: the stretch should be long compared with a free time.
 
     Raises
     ------
@@ -48,7 +49,7 @@ def free_flights(
     machine = sim.machine
     flights = machine.engine.model.flights
     if flights is None:
-        raise InputError("free_flights() needs what this simulation has not: Simulation(flights=True).")
+        raise InputError("free_flights() needs a simulation made with flights=True.")
     if (collisions_per_particle is None) == (time is None):
         raise InputError("free_flights() needs either collisions_per_particle or time.")
     count = checks.integer(blocks, "blocks", low=2)

@@ -45,14 +45,14 @@ def helfand(
     look: Callable[[Frame], object] | None = None,
     look_every: int = 1,
 ) -> HelfandMoments:
-    """Run on and return Helfand's moments at equal times; changes no bit of the run.
+    """Continue the run and return Helfand's moments at equal times; does not affect the trajectory.
 
     Parameters
     ----------
     every : float
         Time between two samples [time]; the first one is the present.
     count : int
-        How many samples; the run ends with the last.
+        Number of samples; the run ends at the last one.
     look : callable, optional
         Called with a frame at the first sample, and at every ``look_every``-th after it.
     look_every : int

@@ -184,7 +184,7 @@ class Machine:
         return walls + [first + k for k in numbering(self.contents.obstacle_models)]
 
     def frame(self) -> Frame:
-        """Return all components at the present time; changes no bit of the run."""
+        """Return all components at the present time; does not affect the trajectory."""
         from carom.engine.projection import project
 
         scene, state = self.scene, self.engine.state

@@ -36,49 +36,49 @@ def measure(
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ):
-    """Run on and measure :class:`~carom.observables.Pressure`, or an observable of one's own with ``update``.
+    """Continue the run and measure :class:`~carom.observables.Pressure`, or your own observable with
+    ``update``.
 
-    The stretch is cut into ``observable.blocks`` blocks of equal *time*, whatever the limit is given in:
-    blocks that end with a collision would bias the mean. A number of collisions is turned into a time by
-    the rate seen so far, or in a short pilot. Where contacts lose energy, so that the time between collisions
-    grows, a block is as long as so many collisions take at the temperature of its beginning, unless ``time``
-    is given. What is measured where kT or diameters change, ``PressureEstimate.note``
-    says in a sentence.
+    The stretch is cut into ``observable.blocks`` blocks of equal *time*, for every kind of limit: blocks that
+    end with a collision would bias the mean. A number of collisions is converted to a time by the rate seen
+    so far, or by a short pilot. Where contacts lose energy, the time between collisions grows. A block then
+    lasts as long as its collisions take at the temperature at its beginning, unless ``time`` is given.
+    ``PressureEstimate.note`` says what is measured where kT or diameters change.
 
     Parameters
     ----------
     observable : Pressure, WallPressure, or a class of one's own
-        What is measured. One's own has ``update(frame)`` or ``update(block)``, and ``result()`` unless
+        What is measured. Your own class has ``update(frame)`` or ``update(block)``, and ``result()`` unless
         ``update`` returns numbers (:class:`carom.observables.Observable`).
     collisions, collisions_per_particle, time : float, optional
         How long, as in :meth:`carom.Simulation.run`.
     relative_error : float, optional
-        Instead of these: until one standard error is at most this part of the mean (of Z, for the
-        pressure), and at least 64 independent blocks say so.
+        Alternatively, run until one standard error is at most this fraction of the mean (of Z, for the
+        pressure), confirmed by at least 64 independent blocks.
     max_walltime : float, optional
-        Seconds after which that is given up.
+        Wall time after which the run ends even if the error is not reached [s].
     progress : callable or True, optional
-        Called with the fraction done; True shows a bar; with ``relative_error``, of what is expected so far.
+        Called with the fraction done (with ``relative_error``, of the expected length); True shows a bar.
     predicted : callable, optional
         Called with a :class:`carom.observables.Prediction` after a pilot of 64 collisions per particle
-        and again whenever the error bar was looked at.
+        and again whenever the error bar is computed.
 
     Returns
     -------
-    The observable's estimate, with its error bar; of one's own what its ``result()`` returns, or means with
-    error bars of what its ``update`` returned.
+    The observable's estimate, with its error bar. For your own class: what its ``result()`` returns, or the
+    means of what its ``update`` returned, with error bars.
 
     Raises
     ------
     InputError
-        If not exactly one length is given, or nobody collides.
+        If not exactly one length is given, or nothing collides.
 
     Warns
     -----
     CaromWarning
-        If ``max_walltime`` came first; if what is measured drifts, or changes so slowly that there are less
-        than 8 independent samples; if species of different masses have different temperatures. One of a
-        thousand runs in equilibrium is called drifting all the same (``carom.observables.equilibrium``).
+        If ``max_walltime`` came first; if the measured quantity drifts, or changes so slowly that there are
+        fewer than 8 independent samples; if species of different masses have different temperatures. One of a
+        thousand runs in equilibrium is flagged as drifting, too (``carom.observables.equilibrium``).
     """
     _check_observable(observable)
     given = {

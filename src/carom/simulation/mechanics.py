@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Statistics:
-    """What a run did, and how well.
+    """Counters of a run, and its numerical errors.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Statistics:
     transits : int
         Sector crossings, or renewals of a neighbour list.
     advancements : int
-        Events left without a partner by a preemption.
+        Events that lost their partner to a third party.
     advancement_fraction : float
         Advancements over all processed events, a collision counting as two, as in the paper's section 6.
     third_party_first : int
@@ -43,10 +43,10 @@ class Statistics:
     collisions_per_second : float
         Pair collisions per second of wall time spent in the engine.
     worst_overlap : float
-        Largest depth of two cores seen at a collision, in diameters.
+        Deepest overlap of two cores seen at a collision, in diameters.
     energy_drift, momentum_drift : float
-        Change since the start: of the energy, kinetic and potential, relative to the kinetic one (also what
-        inelastic contacts took and growth brought); of the momentum, relative to ``sum(m |v|)`` (NaN where
+        Change since the start: of the energy, kinetic and potential, relative to the kinetic one (including
+        what inelastic contacts lost and growth added); of the momentum, relative to ``sum(m |v|)`` (NaN where
         walls or obstacles take it up).
     """
 

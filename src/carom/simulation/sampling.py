@@ -25,17 +25,17 @@ def sample(
     times: Iterable[float] | None = None,
     progress: Callable[[float], object] | bool | None = None,
 ) -> Iterator[Frame]:
-    """Run on and yield Frames exactly at the given times; changes no bit of the run.
+    """Continue the run and yield Frames at exactly the given times; does not affect the trajectory.
 
     Parameters
     ----------
     every : float
         Time between two frames; the first one is ``every`` after the present.
     count : int, optional
-        How many frames; without end if left out.
+        Number of frames; by default endless.
     times : iterable of float
-        Times since the start of the run instead, not decreasing, none of them past. An iterator, which may
-        have no end, is asked for one at a time.
+        Alternatively, times since the start of the run, in increasing order and none in the past. An iterator
+        may be endless; it is advanced one item at a time.
     progress : callable or True, optional
         Called with the fraction of the frames done; True shows a bar.
 

@@ -54,7 +54,7 @@ class Simulation:
     scene : Scene
         What is simulated.
     kT : float, optional
-        Temperature of the Maxwell velocities drawn for a scene that has none; 1 if left out.
+        Temperature of the Maxwell velocities that are drawn for a scene without velocities; by default 1.
     seed : int
         Seed of those velocities. The same scene, seed and version give the same bits.
     neighbors : {"auto", "lists", "sectors", "all"}
@@ -64,8 +64,8 @@ class Simulation:
     images : bool
         Count the boxes that each component crosses, for unwrapped positions.
     precision : {"double", "single"}
-        What positions, velocities and times are kept in; what is computed with them is in double precision
-        either way. Single precision saves a fifth of the memory, no time, and leaves overlaps of 1e-7 of the
+        Precision in which positions, velocities and times are stored. All computations are in double
+        precision. Single precision saves a fifth of the memory, no time, and leaves overlaps of 1e-7 of the
         box. It is refused for boxes of more than 8192 diameters, very near close packing, and for fast
         drifts.
     growth : float or (n,) array_like, optional
@@ -85,7 +85,7 @@ class Simulation:
     ------
     InputError
         If the scene has velocities and ``kT`` is given too, or a parameter is out of range; or if several
-        workers are asked for where there can be one only.
+        workers are requested for a scene that allows only one.
 
     Examples
     --------
@@ -173,7 +173,7 @@ class Simulation:
     @property
     @looks
     def tally(self) -> Block:
-        """Duration, collisions and virial since the start; and kT by time, where contacts change it."""
+        """Duration, collisions and virial since the start; also the time integral of kT, where it changes."""
         record = self.machine.engine.tallies[0]
         virial = self.machine.unit.to_scene(float(record.virial), -1)
         return Block(self.time, int(record.collisions), virial, kT_time=mechanics.kT_time(self.machine))
@@ -195,12 +195,12 @@ class Simulation:
     @property
     @looks
     def potential_energy(self) -> float:
-        """Potential energy of all pairs, where they have steps [energy].
+        """Potential energy of all pairs, if pairs have steps [energy].
 
         Raises
         ------
         InputError
-            If they have none.
+            If pairs have no steps.
         """
         return pair_steps.potential_energy(self.machine)
 
@@ -219,7 +219,7 @@ class Simulation:
     @property
     @looks
     def units(self) -> UnitsNow:
-        """Units that decide by rules, now: their kinds, counters, memory and timers (``docs/range-rules``).
+        """Present kinds, counters, memory and timers of units that decide by rules (``docs/range-rules``).
 
         Raises
         ------
@@ -230,8 +230,8 @@ class Simulation:
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Coordinates of velocity that are free: d n, less one for every axis along which the momentum is
-        conserved, so d (n - 1) in a periodic box. Walls and obstacles take up momentum; a single component is
+        """Degrees of freedom of the velocities: d n, minus one for every axis along which momentum is
+        conserved; so d (n - 1) in a periodic box. Walls and obstacles take up momentum; a single component is
         free along all axes.
         """
         return degrees_of_freedom(self.scene)
@@ -245,7 +245,7 @@ class Simulation:
     @property
     @looks
     def packing_fraction(self) -> float:
-        """Part of the box that the components fill at the present time."""
+        """Fraction of the box that the components fill at the present time."""
         dimension, motion = self.scene.dimension, self.scene.motion
         if hasattr(motion, "packing_fraction"):
             return float(motion.packing_fraction(self.diameters, self.scene.box))
@@ -255,8 +255,8 @@ class Simulation:
     @property
     @looks
     def pinned_impulse(self) -> np.ndarray:
-        """Momentum that each pinned component took up so far along the normals of its contacts, (n,); zero
-        for those that move [mass length / time].
+        """Momentum that each pinned component received so far along the normals of its contacts, (n,); zero
+        for moving components [mass length / time].
 
         Raises
         ------
@@ -293,8 +293,8 @@ class Simulation:
     @property
     @looks
     def obstacles(self) -> tuple[Impacts, ...]:
-        """What walls and obstacles took up since the start, in the order of their numbers: the walls of each
-        axis without periodicity, lower before upper, then the scene's obstacles.
+        """Hits and momentum of walls and obstacles since the start, in the order of their numbers: the walls
+        of each axis without periodicity, lower before upper, then the scene's obstacles.
         """
         return mechanics.impacts(self.machine)
 
@@ -308,7 +308,7 @@ class Simulation:
     @property
     @looks
     def statistics(self) -> Statistics:
-        """What the run did so far, and how well."""
+        """Counters of the run so far, and its numerical errors."""
         return mechanics.statistics(self.machine)
 
     @watchable("Running")
@@ -321,7 +321,7 @@ class Simulation:
         walltime: float | None = None,
         progress: Callable[[float], object] | None = None,
     ) -> Block:
-        """Run on, until the first of the given limits.
+        """Run until the first of the given limits is reached.
 
         Parameters
         ----------
@@ -334,7 +334,7 @@ class Simulation:
         walltime : float, optional
             Seconds.
         progress : callable or True, optional
-            Called now and then with the fraction done; changes no bit of the run. True shows a bar.
+            Called from time to time with the fraction done; does not affect the trajectory. True shows a bar.
 
         Returns
         -------
@@ -344,16 +344,17 @@ class Simulation:
         Raises
         ------
         InputError
-            If no limit is given or one is not a number at least zero; or if a time is out of reach, because
-            components that grow jam before it, or have no room at all. The state is then that of the moment.
+            If no limit is given, or one is not a number of at least zero; or if a time cannot be reached,
+            because growing components jam before it or have no room at all. The state is then that at which
+            the run stopped.
         BusyError
-            If another thread uses this simulation, or it runs already and this is called by its callback.
+            If another thread uses this simulation, or if this is called by a callback of a run.
 
         Warns
         -----
         CaromWarning
-            If the collisions asked for cannot be had: nothing moves, there is one component alone, or nobody
-            is met in a thousand mean free times.
+            If the requested collisions cannot happen: nothing moves, there is only one component, or there
+            was no collision in a thousand mean free times.
         """
         limits = {
             "collisions": collisions,
@@ -375,23 +376,23 @@ class Simulation:
         )
 
     def rescale(self, kT: float = 1.0, *, growth: float | ArrayLike | None = None) -> None:
-        """Scale all velocities, so that the temperature is ``kT``; momentum that is conserved is made zero.
+        """Scale all velocities to the temperature ``kT``; momentum that is conserved is set to zero.
 
-        Meant for diameters that grow: every contact adds energy, but what counts is the rate of growth over
-        the thermal speed. All components are scheduled anew.
+        Meant for growing diameters: every contact adds energy, but only the ratio of growth rate and thermal
+        speed matters. The events of all components are predicted again.
 
         Parameters
         ----------
         kT : float
             The new temperature [energy].
         growth : float or (n,) array_like, optional
-            Rate at which the diameters grow from now on, where they grew before [length / time].
+            New growth rate of the diameters, if they grew before [length / time].
 
         Raises
         ------
         InputError
-            If nothing moves, or a growth that is not positive takes the place of another, or of none; or if
-            there is an event log, which holds collisions only.
+            If nothing moves, if ``growth`` is not positive or the diameters did not grow before, or if there
+            is an event log, which holds collisions only.
         """
         kT = checks.number(kT, "kT", low=0.0, open_low=True)
         with self.machine.alone.changing():
@@ -411,7 +412,7 @@ class Simulation:
 
     @looks
     def frame(self) -> Frame:
-        """Return all components at the present time; changes no bit of the run."""
+        """Return all components at the present time; does not affect the trajectory."""
         return self.machine.frame()
 
     # Long enough for modules of their own.
@@ -427,7 +428,7 @@ class Simulation:
         return observable.of_scene(blocks, self.scene, kT=self.kT)
 
     def blocks(self, duration: float, count: int) -> Iterator[Block]:
-        """Run on for ``count`` blocks of equal time and yield each."""
+        """Continue the run for ``count`` blocks of equal time and yield each."""
         start, step = self.machine.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
         before = mechanics.momenta_at_walls(self.machine)
         for k in range(1, checks.integer(count, "count", low=0) + 1):
@@ -437,17 +438,17 @@ class Simulation:
             before = after
 
     def time_for(self, collisions: float) -> float:
-        """Return the time in which about so many pair collisions happen, from the rate so far.
+        """Return the time that this number of pair collisions takes, from the rate so far.
 
-        A run with fewer than 1000 collisions behind it first runs a pilot of as many.
+        A run with fewer than 1000 collisions so far first runs a pilot of 1000.
         """
         collisions = checks.number(collisions, "collisions", low=0.0)
         if self.scene.n == 1 or self.machine.start.energy == 0.0:
-            raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
+            raise InputError("Nothing collides in this scene: give time= instead of a number of collisions.")
         if self.collisions < 1000:
             self.run(collisions=1000 - self.collisions)
         if self.collisions == 0:
-            raise InputError("Nobody collides in this scene: give time= instead of a number of collisions.")
+            raise InputError("Nothing collides in this scene: give time= instead of a number of collisions.")
         return float(collisions) * self.time / self.collisions
 
     @looks
@@ -459,7 +460,7 @@ class Simulation:
         path : path
             An HDF5 file, replaced atomically.
         **extra
-            Small JSON-able values kept with it (what the caller was doing).
+            Small values that JSON can hold, stored with it (e.g. what the caller was doing).
         """
         checkpoint.save(path, self.machine, extra)
 
@@ -482,19 +483,19 @@ class Simulation:
         path : path
             A file that :meth:`save` wrote.
         event_log : path, optional
-            Where the event log is now, if it was moved; what it holds beyond the checkpoint is dropped.
+            Where the event log is now, if it was moved; events after the checkpoint are dropped.
         obstacles : sequence of obstacles, optional
-            All of the scene's, where some are of a class of one's own, which no file holds.
+            All obstacles of the scene, if one is of your own class, because a file holds no code.
         interaction, motion, impact : values, optional
-            The scene's, where one is of a class of one's own.
+            Those of the scene, if one is of your own class.
         workers : int or "auto"
-            Threads, as for a new simulation; as many as before, or any other number.
+            Threads, as for a new simulation; their number may differ from before.
 
         Raises
         ------
         FileError
-            If the file is missing, truncated, foreign, or of another version of Carom, or an obstacle of
-            one's own is not given.
+            If the file is missing, truncated, foreign, or of another version of Carom, or if an obstacle of
+            your own class is not given.
         """
         sim = cls.__new__(cls)
         own = {"interaction": interaction, "motion": motion, "impact": impact}

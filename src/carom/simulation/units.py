@@ -56,7 +56,7 @@ def present(machine: Machine) -> UnitsNow:
     pair = machine.engine.model.rules
     if pair is None:
         raise InputError(
-            "Nobody in this scene decides by rules: give it interaction=carom.ranges.Ranges(...)."
+            "No unit in this scene decides by rules: give it interaction=carom.ranges.Ranges(...)."
         )
     causes = ("entered", "left", "timer", "changed")
     return UnitsNow(

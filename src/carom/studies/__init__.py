@@ -1,4 +1,4 @@
-"""Whole studies: from a plan to a folder of results, from points to a jammed packing, equations of state."""
+"""Whole studies: runs with a folder of results, packings, equations of state, transport, spherical codes."""
 
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.search import CodeInterrupted, spherical_code

@@ -20,7 +20,7 @@ MELTING = {2: 0.72, 3: 0.5433, 4: 0.337, 5: 0.206, 6: 0.138}
 
 
 def best(dimension: int) -> Equation:
-    """Best equation of state known here for the fluid in `dimension` dimensions.
+    """Best equation of state in Carom for the fluid in `dimension` dimensions.
 
     Returns
     -------
@@ -41,13 +41,13 @@ def best(dimension: int) -> Equation:
 
 
 def solid(dimension: int) -> Equation:
-    """Best equation of state known here for the crystal in `dimension` dimensions.
+    """Best equation of state in Carom for the crystal in `dimension` dimensions.
 
     Returns
     -------
     callable
-        :func:`almarza` in 3D, otherwise :func:`free_volume` of that dimension, which is right at close
-        packing only (and exact in 1D).
+        :func:`almarza` in 3D, otherwise :func:`free_volume` of that dimension, which is right only at close
+        packing (and exact in 1D).
 
     Raises
     ------
@@ -71,7 +71,7 @@ def _in_dimension(equation: Callable[[Any, int], Any], dimension: int) -> Equati
 
 
 def equations(dimension: int) -> dict[str, Equation]:
-    """Equations of state of the fluid that a result is shown beside, by name, the best one last.
+    """Equations of state of the fluid to compare a result with, by name, the best one last.
 
     Parameters
     ----------

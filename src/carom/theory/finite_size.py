@@ -24,7 +24,7 @@ def finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
     Notes
     -----
     ``-(1 / 2N) d ln[d(eta Z)/d eta] / d ln eta``: the canonical ensemble forbids the fluctuations of density.
-    Exact in 1D; good to 3e-4 at N = 108 for a density of 0.5 in 3D, and too small a system there for 0.8.
+    Exact in 1D. In 3D it is good to 3e-4 for N = 108 at a density of 0.5; at 0.8 it needs more particles.
     Lebowitz and Percus, Phys. Rev. 124, 1673 (1961). Derivatives are five-point differences with the relative
     step eps^(1/6), good to about eps^(2/3).
     """
@@ -63,9 +63,9 @@ def crystal_finite_size_shift(packing_fraction: Any, n: int, equation: Equation)
 
     Notes
     -----
-    ``-(Z - 1) / N``: of N particles N - 1 vibrate, and each mode adds as much to the pressure as the others.
+    ``-(Z - 1) / N``: of N particles N - 1 vibrate, and all modes contribute equally to the pressure.
     Exact in 1D, and to leading order near close packing, where the configurations scale as ``(V - V_0)^(d (N
-    - 1))``. Long waves feel the volume more than others, so that the true shift is somewhat larger: for
+    - 1))``. Long waves depend more on the volume than others, so that the true shift is somewhat larger: for
     fcc by 2.3 / N at eta = 0.56 (of 13.4 / N), and by 1.1 / N at 0.65 (of 24.3 / N), as extrapolation shows
     (``carom eos --eta 0.56,0.65 --n 108,256,500,1372 --relative-error 2e-4``).
     """

@@ -98,7 +98,7 @@ def enskog(
 
 
 def erpenbeck_wood(packing_fraction: Any) -> Any:
-    """Return D over Enskog's, of infinitely many spheres (d = 3) up to freezing.
+    """Return D over Enskog's value for infinitely many spheres (d = 3), up to freezing.
 
     Notes
     -----
@@ -119,7 +119,7 @@ def diffusion_shift(
     mass: float = 1.0,
     kT: float = 1.0,
 ) -> float:
-    """Return by how much n spheres in a periodic cube (d = 3) diffuse too slowly [length^2 / time].
+    """Return the deficit of D of n spheres in a periodic cube (d = 3) [length^2 / time].
 
     Parameters
     ----------
@@ -165,8 +165,7 @@ def velocity_tail(
 
 
 def normal_speed(speed: Any, *, reduced_mass: float = 0.5, kT: float = 1.0) -> Any:
-    """Return the probability density of the relative normal speed u of two that collide: exact at every
-    density.
+    """Return the probability density of the relative normal speed u at a collision: exact at every density.
 
     Notes
     -----

@@ -65,7 +65,7 @@ def virial_coefficients(dimension: int) -> np.ndarray:
 
     Notes
     -----
-    Sources stand beside the numbers in the module. For d >= 5 the series alternates and diverges within the
+    The module gives the source of each number. For d >= 5 the series alternates and diverges within the
     fluid: use :func:`virial_pade`.
     """
     if dimension == 1:

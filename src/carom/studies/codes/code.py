@@ -20,35 +20,35 @@ FORMAT = "carom spherical code"
 
 @dataclass(frozen=True, eq=False)
 class SphericalCode:
-    """Points on the unit sphere of R^k, the smallest angle between two of them as large as could be found.
+    """Points on the unit sphere of R^k, with the largest minimal angle that was found.
 
     Attributes
     ----------
     coordinates : (n, k) object array
-        Of the points, numbers of ``mpmath``.
+        Coordinates of the points, as ``mpmath`` numbers.
     cosine : mpf
-        Of the smallest angle.
+        Cosine of the smallest angle.
     residual : mpf
         The largest difference of a contact's ``x_i . x_j`` from the cosine, or of ``(x_i . x_i - 1) / 2``
         from 0.
     digits : int
-        Decimal digits to which coordinates and cosine are known.
+        Number of known decimal digits of coordinates and cosine.
     contacts : (m, 2) array
         Pairs at the smallest angle that bear a force.
     forces : (m,) array
         Along the contacts, all positive; they add up to 1.
     rattlers : (r,) array
-        Points that no contact holds, by number.
+        Numbers of the points that no contact holds.
     rigid : bool
-        Whether the code is a strict local optimum, but for its rattlers and rotations.
+        Whether the code is a strict local optimum, apart from rattlers and rotations.
     seed : int or None
-        The first seed that led to it; None where it was not searched for.
+        The first seed that led to it; None if it was not searched for.
     angles : dict of int to float
-        What every seed led to [degrees]; NaN where its caps did not jam.
+        Smallest angle found from each seed [degrees]; NaN if its caps did not jam.
     reached : int
-        How many seeds led to this angle.
+        Number of seeds that led to this angle.
     note : str
-        Where it comes from.
+        Origin of the code.
     """
 
     coordinates: np.ndarray
@@ -93,7 +93,7 @@ class SphericalCode:
         return float(self.precise_angle)
 
     def summary(self) -> dict[str, Any]:
-        """Return what a table shows: numbers and strings."""
+        """Return the contents of a table: numbers and strings."""
         import mpmath
 
         return {

@@ -47,7 +47,7 @@ class CodeInterrupted(Interrupted):
     Attributes
     ----------
     code : SphericalCode or None
-        The best so far.
+        The best code so far.
     """
 
     code: SphericalCode | None = None
@@ -78,13 +78,13 @@ def spherical_code(
     k : int
         Dimensions of the space of the sphere, at least 2: 3 for the usual sphere.
     seeds : int or sequence of int
-        How many, from 0; or which.
+        Number of seeds, counted from 0; or the seeds themselves.
     rate : float, optional
-        Growth of the diameters over the thermal speed. Left out, even seeds grow slowly, at 0.01, and odd
-        ones fast, at 0.2: slow growth orders, and fast growth ends in more different codes.
+        Growth rate of the diameters over the thermal speed. By default even seeds grow slowly, at 0.01, and
+        odd ones fast, at 0.2: slow growth orders, and fast growth ends in more different codes.
     hops : int
-        How often each seed moves one to three of its points into holes and climbs again, and keeps what is
-        not worse. 0 for growth alone.
+        How many times each seed moves one to three of its points into holes and optimises again. A result
+        that is not worse is kept. 0 for growth alone.
     digits : int
         Decimal digits of the result.
     executor, workers : optional
@@ -95,7 +95,7 @@ def spherical_code(
     Returns
     -------
     SphericalCode
-        Where the optimum is known for all sizes (k = 2, and n <= 2 k), that one, without a search.
+        For k = 2 and for n <= 2 k, where the optimum is known, that optimum without a search.
 
     Raises
     ------

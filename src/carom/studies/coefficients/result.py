@@ -208,10 +208,10 @@ class Transport(Outcome):
         ]
 
     def extrapolate(self) -> list[Extrapolation]:
-        """Return self-diffusion of infinitely many, where a density has two sizes or more, by a line in 1 /
-        L.
+        """Return self-diffusion of the infinite system by a line in 1 / L, for densities with several sizes.
 
-        Nothing is assumed of its slope, which :func:`carom.theory.diffusion_shift` predicts. Only in d = 3.
+        Nothing is assumed about its slope, which :func:`carom.theory.diffusion_shift` predicts. Only in d =
+        3.
         """
         groups: dict[float, list[Row]] = {}
         for each in self.table:
@@ -258,7 +258,7 @@ class Transport(Outcome):
         return "\n".join([*lines, *remarks])
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write one line a coefficient; unknown numbers are empty.
+        """Write one line per coefficient; unknown numbers are empty.
 
         Raises
         ------
@@ -294,13 +294,13 @@ class Transport(Outcome):
         return found
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
-        """Draw the coefficients over Enskog's, and how each settles with time."""
+        """Draw the coefficients divided by Enskog's, and their convergence with time."""
         from carom.studies.coefficients import pictures
 
         return pictures.study(self, path)
 
     def report(self, path: str | os.PathLike[str]) -> None:
-        """Write a self-contained page (HTML) of the table, the pictures and what they rest on."""
+        """Write a self-contained page (HTML) with the table, the pictures and their origin."""
         from carom.studies.coefficients.pictures import write_report
 
         write_report(self, Path(path))

@@ -38,22 +38,22 @@ class TransportSpec(StudySpec):
     Parameters
     ----------
     packing_fractions, n, replicas, dimension, seed, initial, neighbors, scene
-        As there; 500 particles and 4 replicas if left out.
+        As in :class:`carom.studies.StudySpec`; by default 500 particles and 4 replicas.
     relative_error : float
-        Of shear viscosity and thermal conductivity at each point, its replicas together; 0.01 if neither
-        length is given. The length follows from it before the run.
+        Relative error of shear viscosity and thermal conductivity at each point, all replicas together; 0.01
+        if neither length is given. It sets the length before the run.
     collisions_per_particle : float
-        Or: length of each run.
+        Alternatively, the length of each run.
     equilibration : float
         Collisions per particle before that.
     blocks : int
-        Blocks of a run, from which error bars come.
+        Blocks per run, which give the error bars.
 
     Raises
     ------
     InputError
-        If a value is out of range, keys contradict each other, or the scene is no bulk fluid of hard cores or
-        steps.
+        If a value is out of range, keys contradict each other, or the scene is not a bulk fluid of hard cores
+        or steps.
 
     Notes
     -----
@@ -123,7 +123,7 @@ class TransportSpec(StudySpec):
         return float(f"{max(free_times, fewest):.4g}")
 
     def settings(self) -> dict[str, Any]:
-        """Return what all tasks share: it decides whether two studies may stand in one folder."""
+        """Return the settings that all tasks share; studies in one folder must agree in them."""
         return {**super().settings(), "study": "transport"}
 
 

@@ -44,9 +44,9 @@ def transport(
     dimension : int
         3 if left out. In two dimensions no coefficient exists; see ``Row.exists``.
     relative_error : float
-        Of shear viscosity and thermal conductivity at each point; 0.01 if no length is given.
+        Relative error of shear viscosity and thermal conductivity at each point; 0.01 if no length is given.
     collisions_per_particle : float
-        Or: length of each run.
+        Alternatively, the length of each run.
     equilibration : float
         Collisions per particle before the measurement; 300 if left out.
     seed : int
@@ -61,8 +61,7 @@ def transport(
     workers : int, optional
         Processes or threads; as many as cores if left out.
     out : path, optional
-        Folder with a result file for each task. If the same study left some there, only what is missing is
-        run.
+        Folder with a result file for each task. If the same study left results there, only missing tasks run.
     progress : callable, optional
         Called with a :class:`Progress` at the start and after every task.
 
@@ -76,7 +75,7 @@ def transport(
         If the study cannot be run as it is; FileError if `out` holds another study, is in use, or cannot be
         written to at the start.
     Interrupted
-        After Ctrl-C or SIGTERM; with `out`, what is done is kept.
+        After Ctrl-C or SIGTERM; with `out`, finished tasks are kept.
 
     Warns
     -----
@@ -85,8 +84,8 @@ def transport(
 
     Notes
     -----
-    Helfand's moments are exact between collisions, so that no number depends on a time step. Where slopes are
-    taken is a rule: ``carom.studies.coefficients.windows``.
+    Helfand's moments are exact between collisions, so that no number depends on a time step.
+    ``carom.studies.coefficients.windows`` has the rule for where slopes are taken.
     """
     given = {
         "packing_fractions": packing_fractions,

@@ -26,7 +26,7 @@ COLUMNS = tuple(f.name for f in dataclasses.fields(Row))
 
 @dataclass(frozen=True, repr=False)
 class EquationOfState(Outcome):
-    """Z at every point of a study, with what follows from it.
+    """Z at every point of a study, and derived results.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class EquationOfState(Outcome):
         return table(self.records, self.equation)
 
     def with_theory(self, equation: Equation) -> EquationOfState:
-        """Return the study beside another equation of state, e.g. ``carom.theory.carnahan_starling``."""
+        """Return the study compared with another equation of state, e.g. ``theory.henderson``."""
         return dataclasses.replace(self, equation=equation)
 
     def __repr__(self) -> str:
@@ -92,7 +92,7 @@ class EquationOfState(Outcome):
         return fits.extrapolate(self.table)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the table, one line a point; unknown numbers are empty.
+        """Write the table, one line per point; unknown numbers are empty.
 
         Raises
         ------
@@ -131,7 +131,7 @@ class EquationOfState(Outcome):
         path : path, optional
             Where to save the picture; the suffix is the format.
         equations : mapping of str to callable, optional
-            Equations of state to draw, the first of them the one to compare with; the usual ones without it.
+            Equations of state to draw; the first is compared with the data. By default the usual ones.
         """
         from carom.studies.eos import pictures
 

@@ -68,24 +68,24 @@ class StudySpec:
     dimension : int
         1 to 12.
     relative_error : float
-        Of Z at each point, its replicas together; 7e-5 if neither length is given.
+        Relative error of Z at each point, all replicas together; 7e-5 if neither length is given.
     collisions_per_particle : float
-        Or: length of each run.
+        Alternatively, the length of each run.
     equilibration : float
         Collisions per particle before that.
     seed : int
     initial : str
-        "random", "fcc", "triangular", "cubic", "dn", or "auto": random in the fluid, up to the middle of the
-        coexistence, and the densest lattice beyond.
+        "random", "fcc", "triangular", "cubic", "dn", or "auto": random up to the middle of the coexistence
+        region, and the densest lattice above.
     blocks : int
-        Blocks of a run, from which error bars and drift come.
+        Blocks per run, which give error bars and drift.
     frames : int
-        Frames of a run from which the order parameter comes; by default 8 from just below freezing on, to see
-        whether it drifts, and none elsewhere.
+        Frames per run for the order parameter; by default 8 from just below freezing on, to detect a drift,
+        and none elsewhere.
     neighbors : str
-        As of a simulation.
+        As in :class:`carom.Simulation`.
     scene : mapping
-        More keys of ``[scene]``, e.g. diameter, mass or kT.
+        Further keys of ``[scene]``, e.g. diameter, mass or kT.
 
     Raises
     ------
@@ -247,7 +247,7 @@ class StudySpec:
         )
 
     def settings(self) -> dict[str, Any]:
-        """Return what all tasks share: it decides whether two studies may stand in one folder."""
+        """Return the settings that all tasks share; studies in one folder must agree in them."""
         shared = {name: value for name, value in self.words().items() if name not in GRID}
         if self.relative_error is not None:
             # The length of a run then depends on how many share the work.

@@ -56,14 +56,14 @@ def equation_of_state(
     dimension : int
         3 if left out.
     relative_error : float
-        Of Z at each point; 7e-5 if no length is given.
+        Relative error of Z at each point; 7e-5 if no length is given.
     collisions_per_particle : float
-        Or: length of each run.
+        Alternatively, the length of each run.
     equilibration : float
         Collisions per particle before the measurement; 1000 if left out.
     seed : int
-        1 if left out. Each task has a stream of its own, which neither the rest of the study nor the engine
-        changes.
+        1 if left out. Each task has its own random stream, independent of the other tasks and of the
+        executor.
     initial : str
         "auto", "random", or the name of a lattice; see :class:`StudySpec`.
     scene : mapping
@@ -74,10 +74,10 @@ def equation_of_state(
     workers : int, optional
         Processes or threads; as many as cores if left out.
     out : path, optional
-        Folder with a result file for each task. If the same study left some there, only what is missing is
-        run. The grid may have grown or shrunk, all else must be the same.
+        Folder with a result file for each task. If the same study left results there, only missing tasks run.
+        The grid may differ; all other settings must be the same.
     equation : callable, optional
-        Equation of state to compare with, and to correct for the finite size by.
+        Equation of state for the comparison and for the finite-size correction.
     progress : callable, optional
         Called with a :class:`Progress` at the start and after every task; True shows a bar.
     **settings
@@ -93,12 +93,13 @@ def equation_of_state(
         If the study cannot be run as it is; FileError if `out` holds another study, is in use, or cannot be
         written to at the start.
     Interrupted
-        After Ctrl-C or SIGTERM; with `out`, what is done is kept.
+        After Ctrl-C or SIGTERM; with `out`, finished tasks are kept.
 
     Warns
     -----
     CaromWarning
-        If tasks failed, or results could not be written. The rest went on; run again to do what is missing.
+        If tasks failed, or results could not be written. The other tasks were run; run again to complete the
+        missing ones.
 
     Examples
     --------

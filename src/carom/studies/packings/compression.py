@@ -77,7 +77,7 @@ class PackingInterrupted(Interrupted):
     Attributes
     ----------
     packing : Packing
-        What there is.
+        The packing so far.
     """
 
     packing: Packing
@@ -117,14 +117,14 @@ def points(
     periodic: bool | Sequence[bool] = True,
     seed: int | np.random.Generator = 0,
 ) -> Scene:
-    """Return random points that are to grow into spheres: the start of the paper's sec. 8.
+    """Return random points that will grow into spheres: the start of the paper's sec. 8.
 
     Parameters
     ----------
     n, dimension : int
-        How many, and in how many dimensions.
+        Number of points, and of dimensions.
     counts, diameters : sequences
-        How many of each species instead of n, and their diameters at the end, about.
+        Number of each species instead of n, and their approximate final diameters.
     periodic : bool or d bools
         False gives an axis two hard walls.
     seed : int or numpy.random.Generator
@@ -133,8 +133,8 @@ def points(
     Returns
     -------
     Scene
-        Diameters are ``POINT`` of those given. In its cubic box those given would fill 0.64 / 2^(d - 3), so
-        that they come out close to that.
+        Its diameters are ``POINT`` times those given. The given diameters would fill 0.64 / 2^(d - 3) of the
+        cubic box, so that the final diameters are close to them.
     """
     if counts is None:
         counts = [checks.integer(n, "n", low=2)]
@@ -175,15 +175,15 @@ def pack(
     scene : Scene
         The start: :func:`points`, or spheres of any density, in a box of any kind.
     rate : float, optional
-        Growth of the mean diameter a time over the thermal speed: gamma. Left out, 0.02 up to a reduced
+        Growth rate of the mean diameter over the thermal speed: gamma. By default 0.02 up to a reduced
         pressure of 1e3, then 1e-3.
     until_pressure : float, optional
-        Reduced pressure PV / NkT to reach; 1e10 where neither it nor a number of collisions is given. Beyond
-        1e13 gaps are rounding.
+        Reduced pressure PV / NkT to reach; 1e10 if neither it nor a number of collisions is given. Beyond
+        1e13 gaps are lost in rounding.
     collisions : int, optional
-        End after so many pair collisions, whatever the pressure.
+        End after this number of pair collisions, at any pressure.
     stages : sequence of (rate, until_pressure), optional
-        Instead of one rate and pressure: fast, then slow, say. The last pressure may be None.
+        Stages instead of one rate and pressure, e.g. fast, then slow. The last pressure may be None.
     common : bool
         Whether all diameters grow at one rate, instead of in proportion to themselves.
     seed : int
@@ -191,7 +191,7 @@ def pack(
     neighbors : {"auto", "lists", "sectors"}
         As in :class:`carom.Simulation`.
     out : path, optional
-        Folder for results and checkpoints, from which :func:`resume_packing` goes on.
+        Folder for results and checkpoints; :func:`resume_packing` continues from there.
     overwrite : bool
         Whether a packing that the folder holds may be replaced.
     pictures : bool
@@ -206,9 +206,9 @@ def pack(
     Raises
     ------
     InputError
-        If an argument is out of range, nobody moves, or the spheres become as wide as the box.
+        If an argument is out of range, nothing moves, or the spheres become as wide as the box.
     PackingInterrupted
-        After Ctrl-C; its ``packing`` is what there is.
+        After Ctrl-C; its ``packing`` is the packing so far.
 
     Notes
     -----
@@ -246,12 +246,12 @@ def pack(
 
 @watchable("Packing", by_stage)
 def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
-    """Go on with the compression in a folder; its result is that of the uninterrupted one, bit for bit.
+    """Continue the compression in a folder; the result is bit-identical to an uninterrupted one.
 
     Raises
     ------
     FileError
-        If the folder holds none, or its checkpoint is damaged or of another version of Carom.
+        If the folder holds no compression, or its checkpoint is damaged or of another version of Carom.
     PackingInterrupted
         As in :func:`pack`.
     """
@@ -269,7 +269,7 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
 
 
 def holds_packing(out: str | PathLike[str]) -> bool:
-    """Tell whether a folder holds a compression that can go on."""
+    """Return whether a folder holds a compression that can be continued."""
     return PackingFolder(Path(out)).checkpoint.is_file()
 
 

@@ -53,17 +53,17 @@ class Packing:
     Attributes
     ----------
     frame : Frame
-        At the end, the diameters less than ``shrunk`` smaller than they had grown, so that nobody overlaps.
+        The final state. Diameters are reduced by the fraction ``shrunk``, so that nothing overlaps.
     history : structured array
-        ``collisions`` so far, ``packing_fraction``, reduced ``pressure`` PV / NkT and growth ``rate`` (mean
-        diameter a time over the thermal speed) of every stretch between two rescalings.
+        ``collisions`` so far, ``packing_fraction``, reduced ``pressure`` PV / NkT and growth ``rate`` (of the
+        mean diameter, over the thermal speed) of every stretch between two rescalings.
     note : str
-        Why it ended.
+        Why the compression ended.
     seed : int
     shrunk : float
-        Part of the diameters taken back: the deepest overlap that rounding left.
+        Fraction by which diameters were reduced: the deepest overlap left by rounding.
     obstacles : tuple of obstacles
-        Those of the scene.
+        Obstacles of the scene.
     """
 
     frame: Frame
@@ -85,7 +85,7 @@ class Packing:
 
     @property
     def packing_fraction(self) -> float:
-        """Part of the box that is filled."""
+        """Fraction of the box that is filled."""
         volume = sphere_volume(self.dimension) * float(np.sum(self.frame.diameters**self.dimension))
         return volume / math.prod(self.frame.box)
 
@@ -113,18 +113,18 @@ class Packing:
 
     @property
     def rattlers(self) -> np.ndarray:
-        """Components that rattle, by number."""
+        """Numbers of the rattlers."""
         return self.network.rattlers
 
     @property
     def jamming_fraction(self) -> float:
-        """Packing fraction at which the pressure will diverge; NaN where it is too low to tell.
+        """Packing fraction at which the pressure will diverge; NaN if the pressure is too low to tell.
 
         Notes
         -----
         From the free-volume law ``Z = d (N_b - 1) / N / (1 - eta / eta_J)`` of a jammed backbone of N_b
         components (Salsburg and Wood 1962; Donev, Torquato and Stillinger 2005). Below Z = 1e3, all
-        components are taken for the backbone.
+        components count as backbone.
         """
         backbone = self.n
         if self.pressure >= BACKBONE_FROM:
@@ -137,7 +137,7 @@ class Packing:
         return float(fractions.mean()) / (1.0 - leading / self.pressure)
 
     def scene(self) -> Scene:
-        """Return the packing as a scene; that it can be made shows that nobody overlaps."""
+        """Return the packing as a scene, which verifies that nothing overlaps."""
         return Scene.from_frame(self.frame, obstacles=self.obstacles)
 
     def to_h5md(self, path: str | PathLike[str]) -> None:

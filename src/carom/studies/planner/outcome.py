@@ -34,13 +34,13 @@ class Outcome:
     value : Estimate
         The quantity of the infinite system, with the statistical error.
     bias : float
-        What the correction to infinite size may have left.
+        Possible remaining bias after the correction to infinite size.
     cpu_seconds : float
-        Of all runs.
+        CPU time of all runs.
     records : list of dict
         The runs.
     remarks : tuple of str
-        What speaks against the result.
+        Doubts about the result.
     """
 
     plan: RunPlan

@@ -231,8 +231,8 @@ def equilibrate(sim: Simulation, system: System, watch: Watch) -> float:
             name = "its slowest species" if system.mixture else "its particles"
             raise InputError(
                 f"The {system} does not come to equilibrium in a pilot of {watch.seconds:g} s. After "
-                f"{done:.3g} collisions per particle {name} moved {math.sqrt(moved):.2g} mean spacings, of "
-                f"{math.sqrt(APART):g} that it takes to forget the start. At best it would take "
+                f"{done:.3g} collisions per particle {name} moved {math.sqrt(moved):.2g} mean spacings; "
+                f"{math.sqrt(APART):g} are needed to forget the start. At best it would take "
                 f"{done * APART / max(moved, 1e-300):.2g}. Choose a lower density, or a longer --pilot."
             )
         sim.run(collisions_per_particle=0.25 * done, progress=watch.look)

@@ -59,7 +59,7 @@ class RunPlan:
     target : Target
     system : System
     value : float
-        What the quantity should be, to the accuracy of the pilot.
+        Expected value of the quantity, as accurate as the pilot.
     estimator : str
         The one with the smallest variance; :attr:`route` says it in words.
     ratios : dict
@@ -68,7 +68,7 @@ class RunPlan:
         N, replicas, equilibration, length, the promised error and the promised CPU time.
     cores : int
     hours : float or None
-        What there is to run it with.
+        Cores and wall time that are available.
     seed : int
     sizes : tuple of Size
         What other numbers of particles would cost.
@@ -100,7 +100,7 @@ class RunPlan:
 
     @property
     def seconds(self) -> float:
-        """The time on the cores that there are [s]."""
+        """Expected wall time on these cores [s]."""
         return self.design.seconds(self.cores)
 
     @property
@@ -126,12 +126,12 @@ class RunPlan:
         Parameters
         ----------
         out : path, optional
-            Folder with a file for each run; a plan that was stopped goes on there.
+            Folder with a file for each run; an interrupted plan continues there.
         executor, workers : optional
             As for :func:`carom.studies.equation_of_state`; in this process if left out for one run, and in as
             many processes as the plan has cores for several.
         progress : callable, optional
-            Called with the part that is done, and a sentence.
+            Called with the finished fraction, and a sentence.
         """
         if executor is None:
             executor = "serial" if self.design.replicas == 1 else "processes"
@@ -257,7 +257,7 @@ def plan(
     pilot_seconds: float = PILOT_SECONDS,
     progress: Callable[[float, str], object] | None = None,
 ) -> RunPlan:
-    """Return which run reaches a target for the least CPU, and what it will cost here.
+    """Return the run that reaches a target for the least CPU time, and its cost on this machine.
 
     Parameters
     ----------
@@ -265,24 +265,24 @@ def plan(
         ``"Z=1e-4"``: the quantity of the infinite system, and its relative error, the bias of the finite size
         included. Quantities are Z, P (or pressure), g(contact) and D; ``"Z=+-0.002"`` is an absolute error.
     packing_fraction : float
-        Of hard spheres of diameter, mass and kT 1; or
+        Packing fraction of hard spheres with diameter, mass and kT 1. Give this or ``scene``.
     scene : path, Plan or System
-        a scene, whose number of particles the plan may change.
+        A scene. The plan may change its number of particles.
     dimension : int
     species : sequence of mappings, optional
         Of a mixture: ``{"fraction": 0.5, "diameter": 1.4, "mass": 2.0}`` each.
     n : int, optional
         Plan with this number of particles only.
     cores : int, optional
-        That there are; all of this machine if left out.
+        Number of cores; by default all of this machine.
     hours : float, optional
-        That there are; no limit if left out.
+        Wall time that is available [h]; by default no limit.
     seed : int
-        Of the runs, and of the pilots.
+        Seed of the runs and of the pilots.
     pilot_seconds : float
         CPU time that each of two pilots may take.
     progress : callable, optional
-        Called with the part of the pilot that is over, and a sentence.
+        Called with the finished fraction of the pilot, and a sentence.
 
     Returns
     -------
@@ -292,7 +292,7 @@ def plan(
     ------
     InputError
         If the target cannot be planned for: phases that coexist, no equilibrium within pilot or hours,
-        no size whose bias is small enough, more CPU than there is. The text says what can be had.
+        no size whose bias is small enough, more CPU time than available. The message says what is possible.
 
     Examples
     --------

@@ -37,7 +37,7 @@ class Target:
     error : float
         One standard error, the bias of the finite size included.
     relative : bool
-        Whether the error is a part of the quantity, or has its unit.
+        Whether the error is relative, or in the unit of the quantity.
 
     Raises
     ------

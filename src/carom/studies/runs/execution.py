@@ -31,7 +31,7 @@ class RunResult:
     summary : dict
         What ``summary.json`` holds.
     new : bool
-        Whether anything was left to do.
+        Whether the run was not finished before.
     """
 
     folder: Path
@@ -72,11 +72,11 @@ def run(
     overwrite : bool
         Whether a run that the folder holds may be replaced.
     progress : callable, optional
-        Called as ``progress(stage, fraction)``; changes no bit of the run. True shows a bar.
+        Called as ``progress(stage, fraction)``; does not affect the results. True shows a bar.
     predicted : callable, optional
         Called with a :class:`carom.observables.Prediction` when the plan asks for a relative error.
     workers : int or "auto"
-        Threads, as in :class:`carom.Simulation`; they change no bit of the run.
+        Threads, as in :class:`carom.Simulation`; they do not affect the results.
 
     Returns
     -------
@@ -85,11 +85,11 @@ def run(
     Raises
     ------
     InputError
-        If the plan cannot be carried out; nothing was touched then.
+        If the plan cannot be carried out; no file was changed then.
     FileError
         If the folder holds a run, or cannot be written; after a full disk, :func:`resume` goes on.
     Interrupted
-        After Ctrl-C or SIGTERM, with everything kept that :func:`resume` needs. A KeyboardInterrupt.
+        After Ctrl-C or SIGTERM, after saving everything that :func:`resume` needs. It is a KeyboardInterrupt.
 
     Notes
     -----
@@ -112,7 +112,7 @@ def resume(
     predicted: Predicted | None = None,
     workers: int | str = 1,
 ) -> RunResult:
-    """Go on with the run in a folder; its results are those of the uninterrupted run, bit for bit.
+    """Continue the run in a folder; the results are bit-identical to an uninterrupted run.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def resume(
     progress, predicted : callable, optional
         As in :func:`run`.
     workers : int or "auto"
-        Threads; as many as the run had before, or any other number.
+        Threads; their number may differ from before.
 
     Returns
     -------
@@ -144,8 +144,8 @@ def resume(
 
     Notes
     -----
-    Before a byte is changed, everything is verified: the checkpoint, and by the checksums that it keeps the
-    frames and events that had been written when it was.
+    Everything is verified before any file is changed: the checkpoint, and, by the checksums in it, the frames
+    and events that were written before it.
     """
     folder = existing_run(Path(out))
     if folder.summary.is_file():

@@ -63,7 +63,7 @@ class RunFolder:
                 raise FileError(f"{self.path} cannot be a folder, because {there} is a file; choose another.")
             if there is not None and not os.access(there, os.W_OK | os.X_OK):
                 raise FileError(
-                    f"{self.path} cannot be written: {there} allows it not; choose another folder."
+                    f"{self.path} cannot be written: {there} is not writable; choose another folder."
                 )
             found = [path.name for path in self._files() if os.path.lexists(path)]
         if found and not overwrite:
