@@ -277,7 +277,7 @@ def test_error_bars_of_200_short_runs_cover():
     settings = {"n": 32, "collisions_per_particle": 3000, "equilibration": 100}
     many = studies.transport(0.2, replicas=200, **settings)
     records = many.records
-    from carom.studies.coefficients.result import row
+    from carom.studies.coefficients.measured import row
 
     def numbers(r):
         return [r.shear_viscosity, r.thermal_conductivity, r.bulk_viscosity, r.self_diffusion[0]]

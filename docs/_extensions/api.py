@@ -66,6 +66,8 @@ def expanded(request: re.Match[str]) -> str:
         lines += ["", f".. auto{kind}:: {name}"]
         if kind == "class":
             lines += ["   :members:"]
+            if any(base.__module__.startswith("carom.") for base in thing.__bases__):
+                lines += ["   :inherited-members: object, tuple, ABC"]
         elif kind == "exception":
             lines += ["   :show-inheritance:"]
     return "\n".join([*lines, "```"])

@@ -17,6 +17,7 @@ from carom import theory
 from carom.errors import InputError
 from carom.io.paths import replacing, writing
 from carom.pictures import plots
+from carom.studies.coefficients.measured import Measured, Row
 from carom.studies.eos.html import STYLE
 from carom.studies.eos.toml import text
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from carom.studies.coefficients.result import Row, Transport
 
 NAMES = {
     "self_diffusion": "self-diffusion",
@@ -37,12 +37,12 @@ WIDEST = 0.15
 """Relative error beyond which a point of the running coefficient is not drawn."""
 
 
-def study(result: Transport, path: str | os.PathLike[str] | None = None) -> Figure:
+def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figure:
     """Draw the coefficients over Enskog's against packing fraction, and how each settles with time.
 
     Parameters
     ----------
-    result : Transport
+    result : Measured
     path : path, optional
         Where to save the picture.
 
@@ -122,7 +122,7 @@ def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
 UNITS = "Units are those of the scene, with k = 1; without a scene file σ = m = kT = 1."
 
 
-def write_report(result: Transport, path: Path) -> None:
+def write_report(result: Measured, path: Path) -> None:
     """Write a self-contained page: no script, no network, pictures inside.
 
     Raises

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 import carom
 from carom.io.paths import replacing, writing
 from carom.studies.eos import fits, pictures
+from carom.studies.eos.measured import Measured
 from carom.studies.eos.table import Row
 from carom.studies.eos.toml import text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from carom.studies.eos.result import EquationOfState
 
 MOST_NAMED = 6
 """Sizes of a mixture that its title names."""
@@ -49,7 +49,7 @@ pre { background: #f4f4f4; padding: 0.8rem; overflow-x: auto; font-size: 0.85rem
 """
 
 
-def write(study: EquationOfState, path: Path) -> None:
+def write(study: Measured, path: Path) -> None:
     """Write the report of a study.
 
     Raises
@@ -62,7 +62,7 @@ def write(study: EquationOfState, path: Path) -> None:
         temporary.write_text(page, encoding="utf-8")
 
 
-def document(study: EquationOfState) -> str:
+def document(study: Measured) -> str:
     """Return the report as one page of HTML."""
     rows = study.table
     species = study.records[0]["result"]["species"] if study.records else []
@@ -103,7 +103,7 @@ def _composition(species: Sequence[Sequence[float]]) -> str:
     return ": " + ", ".join(sizes) + more
 
 
-def _summary(study: EquationOfState, rows: Sequence[Row], flagged: Sequence[Row]) -> str:
+def _summary(study: Measured, rows: Sequence[Row], flagged: Sequence[Row]) -> str:
     done, total = len(study.records), len(study.spec.tasks())
     said = [f"{len(rows)} points from {done} of {total} runs."]
     chi2 = study.chi2_per_point
@@ -158,7 +158,7 @@ def _results(rows: Sequence[Row]) -> str:
     )
 
 
-def _extrapolations(study: EquationOfState) -> str:
+def _extrapolations(study: Measured) -> str:
     header = ("η", "Z at 1/N = 0", "error", "slope", "error", "slope by theory", "χ²")
     body = []
     for fit in study.extrapolate():
@@ -176,7 +176,7 @@ def _extrapolations(study: EquationOfState) -> str:
     return _table(header, body)
 
 
-def _virials(study: EquationOfState) -> list[str]:
+def _virials(study: Measured) -> list[str]:
     from carom.errors import InputError
 
     try:
@@ -203,7 +203,7 @@ def _virials(study: EquationOfState) -> list[str]:
     ]
 
 
-def _failures(study: EquationOfState) -> str:
+def _failures(study: Measured) -> str:
     body = [
         (
             (
@@ -219,7 +219,7 @@ def _failures(study: EquationOfState) -> str:
     return _table(("η", "N", "replica", "what happened"), body)
 
 
-def _provenance(study: EquationOfState) -> str:
+def _provenance(study: Measured) -> str:
     notes = [record["provenance"] for record in study.records]
     began = [note["began"] for note in notes]
 
@@ -250,7 +250,7 @@ def _provenance(study: EquationOfState) -> str:
     return _table(("", ""), [(item, False) for item in items], text=True)
 
 
-def _repeat(study: EquationOfState) -> str:
+def _repeat(study: Measured) -> str:
     command = "carom eos study.toml --out eos --report"
     return (
         f"<p>Save this as <code>study.toml</code> and run <code>{command}</code>. The same version of Carom "

@@ -13,6 +13,7 @@ from carom import theory
 from carom.errors import InputError
 from carom.pictures import plots
 from carom.scene.description import particles
+from carom.studies.eos.measured import Measured
 from carom.studies.eos.table import Row, compared, finite_size_shift, usual_equation
 from carom.theory import Equation
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from carom.studies.eos.result import EquationOfState
 
 STYLES = ("-", "--", ":", "-.")
 SIZES = (plots.INK, "#b8651b", "#2e7d4f", "#8e3b6f", "#5b5fb0", "#6b6b6b")
@@ -30,7 +30,7 @@ CURVE = 200
 
 
 def study(
-    result: EquationOfState,
+    result: Measured,
     *,
     equations: Mapping[str, Equation] | None = None,
     path: str | os.PathLike[str] | None = None,
@@ -39,7 +39,7 @@ def study(
 
     Parameters
     ----------
-    result : EquationOfState
+    result : Measured
     equations : mapping of str to callable, optional
         Equations of state to draw, by label; the first is compared with.
     path : path, optional
@@ -86,7 +86,7 @@ def kind(dimension: int, *, mixture: bool) -> str:
     return f"mixture of {name}" if mixture else name
 
 
-def order(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
+def order(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
     """Draw order parameter and susceptibility against packing fraction; None where none was measured."""
     rows = [row for row in result.table if math.isfinite(row.order)]
     if not rows:
@@ -120,7 +120,7 @@ def order(result: EquationOfState, *, path: str | os.PathLike[str] | None = None
     return plots.saved(figure, path)
 
 
-def sizes(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
+def sizes(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
     """Draw Z against 1 / N with the fitted line and theory's, a panel a density; None for one size."""
     fits = result.extrapolate()
     if not fits:
@@ -172,7 +172,7 @@ def _figure(width: float, height: float) -> Figure:
     return Picture(width, height, plots.DPI)
 
 
-def _equations(result: EquationOfState, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
+def _equations(result: Measured, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
     """Return what is drawn, by name, with the one that is compared with first."""
     own, first = result.equation, result.records[0]
     if given is not None:

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from carom import notebook, theory
+from carom import notebook
 from carom.errors import InputError
-from carom.studies.eos import fits
-from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.table import Row, table
-from carom.studies.outcome import Outcome, write_csv
+from carom.studies.eos.measured import Measured
+from carom.studies.eos.table import Row
+from carom.studies.outcome import write_csv
 from carom.theory import Equation
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ COLUMNS = tuple(f.name for f in dataclasses.fields(Row))
 
 
 @dataclass(frozen=True, repr=False)
-class EquationOfState(Outcome):
+class EquationOfState(Measured):
     """Z at every point of a study, and derived results.
 
     Attributes
@@ -37,14 +36,6 @@ class EquationOfState(Outcome):
     equation : callable or None
         Equation of state to compare with, instead of the usual one.
     """
-
-    spec: StudySpec
-    equation: Equation | None = None
-
-    @property
-    def table(self) -> list[Row]:
-        """One :class:`Row` for each point, in the order of packing fraction and n."""
-        return table(self.records, self.equation)
 
     def with_theory(self, equation: Equation) -> EquationOfState:
         """Return the study compared with another equation of state, e.g. ``theory.henderson``."""
@@ -66,30 +57,6 @@ class EquationOfState(Outcome):
     def _repr_html_(self) -> str:
         head, *lines = str(self).splitlines()
         return notebook.table(repr(self).strip("<>"), [line.split(None, 6) for line in lines], head.split())
-
-    @property
-    def chi2_per_point(self) -> float:
-        """Mean square of the deviations from theory, over the fluid's points in equilibrium; nan if none."""
-        squares = [
-            row.deviation**2
-            for row in self.table
-            if row.equilibrated and row.phase == "fluid" and math.isfinite(row.deviation)
-        ]
-        return math.fsum(squares) / len(squares) if squares else math.nan
-
-    def virials(self, *, up_to: float | None = None, order: int = 4) -> fits.Virials:
-        """Fit virial coefficients; see :func:`carom.studies.eos.fits.virials`."""
-        known = None
-        species = self.records[0]["result"]["species"] if self.records else []
-        if len(species) > 1:
-            diameters, total = [s for s, _ in species], sum(c for _, c in species)
-            fractions = [c / total for _, c in species]
-            known = [theory.mixture_second_virial(fractions, diameters, self.spec.dimension)]
-        return fits.virials(self.table, up_to=up_to, order=order, known=known)
-
-    def extrapolate(self) -> list[fits.Extrapolation]:
-        """Extrapolate to infinite size; see :func:`carom.studies.eos.fits.extrapolate`."""
-        return fits.extrapolate(self.table)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the table, one line per point; unknown numbers are empty.

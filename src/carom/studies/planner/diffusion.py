@@ -13,7 +13,7 @@ from carom.errors import CaromWarning, InputError
 from carom.observables.statistics import Estimate
 from carom.studies.coefficients import windows
 from carom.studies.coefficients.analysis import Point
-from carom.studies.coefficients.result import infinite_diffusion
+from carom.studies.coefficients.measured import infinite_diffusion
 from carom.studies.coefficients.simulate import simulate
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.planner import pilot as trial

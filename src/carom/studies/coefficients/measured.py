@@ -1,0 +1,249 @@
+"""The coefficients of every point of a transport study, as its picture and its page read them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from carom import theory
+from carom.observables.statistics import Estimate
+from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Extrapolation, Point, line
+from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.outcome import Outcome
+from carom.studies.tasks import Record
+
+PLANE = (
+    "in two dimensions the coefficients grow with the logarithm of time and size without end: what is shown "
+    "is the value of this window and this n, and no property of the fluid"
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """The coefficients of one point.
+
+    Attributes
+    ----------
+    packing_fraction : float
+    n, dimension, replicas, blocks : int
+    edge : float
+        Longest edge of the box [length].
+    mean_free_time : float
+        [time]
+    compressibility_factor, by_virial, by_rate : Estimate
+        Z of this n: with the smallest error, and by either route.
+    self_diffusion : dict of Coefficient
+        From the slope of the mean square displacement, of each species by its number.
+    self_diffusion_by_velocity : dict of Coefficient
+        From the velocity autocorrelation.
+    self_diffusion_infinite : Estimate
+        Of infinitely many spheres, by :func:`carom.theory.diffusion_shift` with the viscosity measured; nan
+        but for equal spheres in d = 3.
+    shear_viscosity, bulk_viscosity, thermal_conductivity : Coefficient
+    mutual_diffusion, thermal_diffusion : Coefficient or None
+        Of a binary mixture.
+    enskog : theory.Enskog or None
+        Of equal spheres, by the best equation of state.
+    remarks : tuple of str
+        What to know before the numbers are used.
+    """
+
+    packing_fraction: float
+    n: int
+    dimension: int
+    replicas: int
+    blocks: int
+    edge: float
+    mean_free_time: float
+    compressibility_factor: Estimate
+    by_virial: Estimate
+    by_rate: Estimate
+    self_diffusion: dict[int, Coefficient]
+    self_diffusion_by_velocity: dict[int, Coefficient]
+    self_diffusion_infinite: Estimate
+    shear_viscosity: Coefficient
+    bulk_viscosity: Coefficient
+    thermal_conductivity: Coefficient
+    mutual_diffusion: Coefficient | None
+    thermal_diffusion: Coefficient | None
+    enskog: theory.Enskog | None
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def exists(self) -> bool:
+        """Whether the coefficients are properties of the fluid: not in two dimensions."""
+        return self.dimension > 2
+
+    def quantities(self) -> dict[str, tuple[Coefficient, float]]:
+        """Return all coefficients by name, each with Enskog's value or nan."""
+        e = self.enskog
+        several = len(self.self_diffusion) > 1
+        found = {
+            f"self_diffusion_{k}" if several else "self_diffusion": (c, e.self_diffusion if e else math.nan)
+            for k, c in self.self_diffusion.items()
+        }
+        found["shear_viscosity"] = self.shear_viscosity, e.shear_viscosity if e else math.nan
+        found["bulk_viscosity"] = self.bulk_viscosity, e.bulk_viscosity if e else math.nan
+        found["thermal_conductivity"] = self.thermal_conductivity, e.thermal_conductivity if e else math.nan
+        if self.mutual_diffusion is not None:
+            found["mutual_diffusion"] = self.mutual_diffusion, math.nan
+        if self.thermal_diffusion is not None:
+            found["thermal_diffusion"] = self.thermal_diffusion, math.nan
+        return found
+
+
+def row(records: list[Record]) -> Row:
+    """Return the coefficients of one point from the records of its replicas."""
+    point = Point(records)
+    first = point.first
+    eta = float(records[0]["task"]["scene"]["packing_fraction"])
+    d, n = point.dimension, point.n
+    diffusion, by_velocity = {}, {}
+    for k, count in enumerate(first["counts"]):
+        if count:
+            diffusion[k], by_velocity[k] = point.self_diffusion(k)
+    both, by_virial, by_rate = _pressures(point)
+    enskog, infinite = None, UNKNOWN
+    viscosity = point.shear_viscosity()
+    if first["simple"]:
+        z = float(theory.best(d)(eta)) if d in theory.FREEZING else both.mean
+        enskog = theory.enskog(
+            z, eta, d, diameter=first["diameters"][0], mass=first["masses"][0], kT=point.kT
+        )
+        if d == 3 and math.isfinite(viscosity.value.mean):
+            infinite = infinite_diffusion(diffusion[0].value, viscosity.value, point)
+    conductivity, bulk = point.thermal_conductivity(), point.bulk_viscosity()
+    remarks = [PLANE] if d == 2 else []
+    remarks += [
+        f"{name} had not settled: blocks are too short for the rule, or the fluid is slow"
+        for name, c in (
+            ("self-diffusion", diffusion[min(diffusion)]),
+            ("shear viscosity", viscosity),
+            ("bulk viscosity", bulk),
+            ("thermal conductivity", conductivity),
+        )
+        if not c.settled and d > 2
+    ]
+    collisions = sum(block["collisions"] for block in point.blocks)
+    duration = sum(block["duration"] for block in point.blocks)
+    return Row(
+        packing_fraction=eta,
+        n=n,
+        dimension=d,
+        replicas=len(records),
+        blocks=len(point.blocks),
+        edge=max(first["box"]),
+        mean_free_time=0.5 * n * duration / collisions,
+        compressibility_factor=both,
+        by_virial=by_virial,
+        by_rate=by_rate,
+        self_diffusion=diffusion,
+        self_diffusion_by_velocity=by_velocity,
+        self_diffusion_infinite=infinite,
+        shear_viscosity=viscosity,
+        bulk_viscosity=bulk,
+        thermal_conductivity=conductivity,
+        mutual_diffusion=point.mutual_diffusion(),
+        thermal_diffusion=point.thermal_diffusion(),
+        enskog=enskog,
+        remarks=tuple(remarks),
+    )
+
+
+def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point) -> Estimate:
+    """Return self-diffusion of infinitely many spheres."""
+    shift = 0.0
+    for _ in range(20):  # the shift has the result in its denominator, and is a tenth of it
+        shift = theory.diffusion_shift(
+            point.n,
+            point.n / point.volume,
+            viscosity.mean,
+            self_diffusion=diffusion.mean + shift,
+            mass=point.first["masses"][0],
+            kT=point.kT,
+        )
+    error = math.hypot(diffusion.error, shift * viscosity.relative_error)
+    return Estimate(diffusion.mean + shift, error, diffusion.n_eff, diffusion.tau, diffusion.blocks)
+
+
+def _pressures(point: Point) -> tuple[Estimate, Estimate, Estimate]:
+    by_virial, by_rate, both = point.compressibility_factors()
+    return both, by_virial, by_rate
+
+
+@dataclass(frozen=True, repr=False)
+class Measured(Outcome):
+    """Transport coefficients at every point of a study.
+
+    Attributes
+    ----------
+    spec : TransportSpec
+        What was asked for.
+    """
+
+    spec: TransportSpec
+
+    @property
+    def table(self) -> list[Row]:
+        """One :class:`Row` for each point, in the order of packing fraction and n."""
+        points: dict[tuple[float, int], list[Record]] = {}
+        for record in self.records:
+            scene = record["task"]["scene"]
+            points.setdefault((scene["packing_fraction"], scene["n"]), []).append(record)
+        return [
+            row(sorted(points[point], key=lambda record: record["task"]["replica"]))
+            for point in sorted(points)
+        ]
+
+    def extrapolate(self) -> list[Extrapolation]:
+        """Return self-diffusion of the infinite system by a line in 1 / L, for densities with several sizes.
+
+        Nothing is assumed about its slope, which :func:`carom.theory.diffusion_shift` predicts. Only in d =
+        3.
+        """
+        groups: dict[float, list[Row]] = {}
+        for each in self.table:
+            if each.dimension == 3 and math.isfinite(
+                each.self_diffusion[min(each.self_diffusion)].value.mean
+            ):
+                groups.setdefault(each.packing_fraction, []).append(each)
+        found = []
+        for eta, rows in groups.items():
+            if len(rows) > 1:
+                values = [r.self_diffusion[min(r.self_diffusion)].value for r in rows]
+                value, slope, chi2 = line(
+                    np.array([1.0 / r.edge for r in rows]),
+                    np.array([v.mean for v in values]),
+                    np.array([v.error for v in values]),
+                )
+                found.append(Extrapolation(eta, value, slope, tuple(r.n for r in rows), chi2))
+        return found
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a table for each coefficient, with the keys of the CSV file; unknown numbers are ""."""
+        found = []
+        for each in self.table:
+            quantities = each.quantities()
+            if math.isfinite(each.self_diffusion_infinite.mean):
+                at = each.self_diffusion[0].window
+                enskog = each.enskog.self_diffusion if each.enskog else math.nan
+                quantities["self_diffusion_infinite"] = Coefficient(each.self_diffusion_infinite, at), enskog
+            for name, (c, enskog) in quantities.items():
+                value = c.value if each.exists else UNKNOWN
+                numbers = {
+                    "value": value.mean,
+                    "error": value.error,
+                    "enskog": enskog,
+                    "ratio": value.mean / enskog,
+                    "from": c.window[0],
+                    "to": c.window[1],
+                }
+                found.append(
+                    {"packing_fraction": each.packing_fraction, "n": each.n, "quantity": name}
+                    | {k: x if math.isfinite(x) else "" for k, x in numbers.items()}
+                    | {"remark": "; ".join(each.remarks)}
+                )
+        return found
