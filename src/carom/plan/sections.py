@@ -220,9 +220,7 @@ class SceneSpec:
                 raise InputError("[scene] contact needs [[scene.species]], found none.")
             return
         if extra := self._given("diameter", "mass"):
-            raise InputError(
-                f"[scene] {extra[0]} has no meaning with [[scene.species]]; give each its own."
-            )
+            raise InputError(f"[scene] {extra[0]} has no meaning with [[scene.species]]; give each its own.")
         counts = [each.count is not None for each in self.species]
         fractions = [each.fraction is not None for each in self.species]
         if any(a == b for a, b in zip(counts, fractions, strict=True)) or len({*counts}) > 1:
