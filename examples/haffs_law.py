@@ -47,7 +47,8 @@ law = (1.0 + times / tau) ** -2
 off = np.abs(np.array(measured) / law - 1.0)
 print(f"{fluid.n} spheres, restitution {restitution}: kT fell to {measured[-1]:.2e} of what it was")
 print(
-    f"compared with Haff's law: off by {off[law > 5e-4].max():.1%} at most down to 5e-4, by {off[-1]:.1%} at the end"
+    f"compared with Haff's law: off by {off[law > 5e-4].max():.1%} at most down to 5e-4, "
+    f"by {off[-1]:.1%} at the end"
 )
 
 # %% The picture.

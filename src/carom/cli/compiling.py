@@ -6,7 +6,7 @@ import contextlib
 import sys
 from collections.abc import Iterator
 
-TEXT = "Compiling for this kind of scene: ten seconds or more, the first time only; Ctrl-C takes effect afterwards."
+TEXT = "Compiling for this kind of scene: ten seconds or more, the first time only; Ctrl-C acts afterwards."
 
 
 @contextlib.contextmanager

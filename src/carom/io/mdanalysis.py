@@ -1,13 +1,13 @@
 """Frames and extended XYZ for MDAnalysis.
 
-Importing this module teaches MDAnalysis two formats. ``MDAnalysis.Universe("run.extxyz")`` then works, with
-time, box, velocities, radii and masses, for the files of Carom and for other extended XYZ (whose optional
-columns may be missing). ``MDAnalysis.Universe("run.h5md")`` then knows types, radii, masses and the spacing
-of frames. :func:`universe` makes a Universe of any file or list of Frames.
+Importing this module registers two formats with MDAnalysis. ``MDAnalysis.Universe("run.extxyz")`` then works,
+with time, box, velocities, radii and masses, for the files of Carom and for other extended XYZ (whose
+optional columns may be missing). ``MDAnalysis.Universe("run.h5md")`` then knows types, radii, masses and the
+spacing of frames. :func:`universe` makes a Universe of any file or list of Frames.
 
-MDAnalysis keeps float32. The doubles are in ``ts.data["positions"]`` and ``ts.data["velocities"]``, (n, d)
+MDAnalysis stores float32. The doubles are in ``ts.data["positions"]`` and ``ts.data["velocities"]``, (n, d)
 arrays. With ``unwrapped=True`` positions do not jump at the faces of the box, as ``EinsteinMSD`` needs them.
-MDAnalysis takes every axis for periodic; which axes are is in ``ts.data["periodic"]``.
+MDAnalysis treats every axis as periodic; ``ts.data["periodic"]`` says which axes are.
 """
 
 from __future__ import annotations

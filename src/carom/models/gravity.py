@@ -30,7 +30,7 @@ from carom.models.parabolas import HOP, landing_on_wall
 
 @dataclass(frozen=True)
 class Gravity:
-    """A uniform field: the same acceleration for all.
+    """A uniform field: the same acceleration for all components.
 
     Parameters
     ----------
@@ -44,9 +44,9 @@ class Gravity:
 
     Notes
     -----
-    Two components fall alike, so that they meet as without the field. Walls and obstacles are met on
-    parabolas. A component that rests on a surface is thrown to 2^-48 of the longest edge whenever it
-    touches: a contact that lasts has no next event.
+    All components have the same acceleration, so that they meet each other as without the field. They meet
+    walls and obstacles on parabolas. A component that rests on a surface rises to 2^-48 of the longest edge
+    at every contact, because an event-driven run has no lasting contacts.
 
     Examples
     --------
@@ -66,7 +66,7 @@ class Gravity:
         return math.hypot(*self.g)
 
     def check(self, scene: Any) -> None:
-        """Raise InputError where the field has another dimension than the scene."""
+        """Raise InputError if the field and the scene differ in dimension."""
         fields.check_dimensions(self.g, scene.box, "g of Gravity")
         if self.strength * scene.diameter > 1e300 or 0.0 < self.strength * scene.diameter < 1e-300:
             raise InputError(
@@ -75,7 +75,7 @@ class Gravity:
             )
 
     def conserves(self, axis: int) -> bool:
-        """Tell whether it leaves the total momentum along an axis as it is."""
+        """Return whether it conserves the total momentum along an axis."""
         return self.g[axis] == 0.0
 
     def pace(self, diameter: float) -> float:
@@ -92,7 +92,7 @@ class Gravity:
         return math.fsum((masses[:, None] * np.abs(g) * heights).ravel())
 
     def to_table(self) -> dict[str, Any]:
-        """Return what files hold of it."""
+        """Return the arguments, for a file."""
         return {"type": "gravity", "g": list(self.g)}
 
     def model(self, particles: Particles) -> Falling:

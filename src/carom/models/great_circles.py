@@ -4,8 +4,8 @@ The sphere has its centre in the middle of the box. A component keeps its positi
 the velocity tangent to the sphere; relative to each other two components do not fly straight. The distance of
 a pair is that of R^d, along the chord. Two caps of angular diameter ``theta`` on the unit sphere touch where
 the chord of their centres is ``2 sin(theta / 2)``: hard spheres of this diameter whose centres ride on the
-sphere. So hard and growing cores, their masses and contact laws serve as they are; what is new is how a
-component moves, when a pair meets, and along which direction it is pushed.
+sphere. Hard and growing cores, masses and contact laws are therefore used unchanged. The motion, the time of
+a meeting and the direction of the impulse are new.
 
 The paper names this billiard in section 10: Smith's search for optimal spherical codes.
 """
@@ -39,8 +39,8 @@ class GreatCircles:
     Parameters
     ----------
     radius : float
-        Of the sphere [length]. Every edge of the box must be more than four times as long, so that no image
-        is near.
+        Radius of the sphere [length]. Every edge of the box must be more than four times as long, so that no
+        image is near.
 
     Examples
     --------
@@ -65,11 +65,11 @@ class GreatCircles:
         return {"type": "great-circles", "radius": self.radius}
 
     def conserves(self, axis: int) -> bool:
-        """Return False: what holds components on the sphere takes up momentum."""
+        """Return False: the forces that hold components on the sphere exchange momentum."""
         return False
 
     def check(self, scene: Any) -> None:
-        """Raise InputError where a scene does not fit on the sphere."""
+        """Raise InputError if a scene does not fit on the sphere."""
         if scene.dimension < 2:
             raise InputError("Great circles need a sphere in two dimensions or more, found one.")
         if not isinstance(scene.interaction, HardCores):
@@ -102,7 +102,7 @@ class GreatCircles:
                 )
 
     def degrees_of_freedom(self, n: int, dimension: int) -> int:
-        """Return how many coordinates of velocity are free."""
+        """Return the number of degrees of freedom of the velocities."""
         return n * (dimension - 1)
 
     def tangent(self, positions: np.ndarray, velocities: np.ndarray, box: Sequence[float]) -> np.ndarray:
@@ -111,7 +111,7 @@ class GreatCircles:
         return velocities - np.einsum("ij,ij->i", arms, velocities)[:, None] * arms
 
     def packing_fraction(self, diameters: np.ndarray, box: Sequence[float]) -> float:
-        """Return the part of the sphere that the caps cover."""
+        """Return the fraction of the sphere that the caps cover."""
         from scipy.special import betainc
 
         sine = np.minimum(0.5 * np.asarray(diameters) / self.radius, 1.0)

@@ -1,4 +1,4 @@
-"""Hard cores: two components touch at a distance of their own, and exchange momentum along it."""
+"""Hard cores: two components touch at a contact distance, and exchange momentum along the line of centres."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class HardCores:
         return float(self.contact[np.ix_(occur, occur)].max())
 
     def model(self, particles: Particles) -> EqualCores | UnequalCores | SpeciesCores:
-        """Return what the engine compiles: the smallest model that says it all."""
+        """Return the model that the engine compiles: the simplest sufficient one."""
         if self.contact is not None:
             return SpeciesCores(
                 particles.with_ghost(particles.species, np.int64),

@@ -1,8 +1,9 @@
-"""Losses of contacts: a restitution, constant or by speed, and what keeps contacts from piling up.
+"""Losses at contacts: a restitution, constant or by speed, and remedies against inelastic collapse.
 
-Inelastic components collide infinitely often in a finite time (inelastic collapse). Two cures: contacts below
-a speed are elastic; or a contact is elastic where one of the two had its last less than t_c ago, as long as
-a contact of real grains lasts (Luding and McNamara, Granular Matter 1 (1998) 113: the TC model).
+Inelastic components collide infinitely often in a finite time (inelastic collapse). There are two remedies.
+Contacts below a speed are elastic; or a contact is elastic if one of the two had its last contact less than
+t_c ago, the duration of a contact of real grains (Luding and McNamara, Granular Matter 1 (1998) 113: the TC
+model).
 """
 
 from __future__ import annotations
@@ -20,26 +21,26 @@ from carom.models.interface import Particles, age, exchanged_part, take_over, tr
 
 @dataclass(frozen=True)
 class Loss:
-    """What contacts lose: the impact of a scene, or of a :class:`carom.models.surfaces.Surface`.
+    """Energy loss at contacts: the impact of a scene, or of a :class:`carom.models.surfaces.Surface`.
 
     Parameters
     ----------
     restitution : float
-        Part of the normal relative speed that is left, in (0, 1].
+        Fraction of the normal relative speed that remains, in (0, 1].
     contact_time : float, optional
         t_c of the TC model [time].
     elastic_below : float, optional
         Normal relative speed below which a contact is elastic [length / time].
     at_speed : float, optional
-        Where the restitution depends on the speed u: that at which it is ``restitution``. It is then
-        ``1 - (1 - restitution) (u / at_speed)^power``, and not negative.
+        If given, the restitution depends on the speed u: ``1 - (1 - restitution) (u / at_speed)^power``, and
+        not negative. At ``at_speed`` it is ``restitution``.
     power : float
-        The exponent: 1/5 of viscoelastic spheres, if left out.
+        The exponent; by default 1/5, that of viscoelastic spheres.
 
     Raises
     ------
     InputError
-        If a value is out of range, or nothing keeps contacts from piling up.
+        If a value is out of range, or no remedy against inelastic collapse is given.
 
     Examples
     --------

@@ -23,9 +23,9 @@ from carom.units import TimeUnit
 class Path(Protocol):
     """A path as users write it.
 
-    Its bounds are what proves that no contact is missed, so they must hold: displacements stay between
-    ``lowest`` and ``highest``, accelerations within ``acceleration``, and all repeats itself after ``period``
-    (longer than the run, for what does not).
+    The bounds must hold, because they ensure that no contact is missed: displacements stay between ``lowest``
+    and ``highest``, accelerations within ``acceleration``, and the path repeats after ``period`` (longer than
+    the run, if it does not repeat).
     """
 
     @property
@@ -85,7 +85,7 @@ class Sine:
     period : float
         [time].
     phase : float
-        At the start, in periods.
+        Phase at the start, in periods.
 
     Examples
     --------
@@ -119,7 +119,7 @@ class Sine:
         return self.amplitude * (2.0 * math.pi / self.period) ** 2
 
     def to_table(self) -> dict[str, Any]:
-        """Return what files hold of it."""
+        """Return the arguments, for a file."""
         return {"type": "sine", **asdict(self)}
 
     def model(self, unit: TimeUnit) -> Swing:
@@ -148,20 +148,20 @@ def _(path: Swing, t):
 
 @dataclass(frozen=True)
 class Parabolas:
-    """Stretches of constant acceleration, one after the other, and from the start again.
+    """Periodic sequence of stretches of constant acceleration.
 
     Parameters
     ----------
     pieces : sequence of (duration, acceleration)
         [time], [length / time^2].
     speed : float
-        At the start, from a displacement of zero [length / time].
+        Speed at the start, where the displacement is zero [length / time].
 
     Raises
     ------
     InputError
-        If place or speed do not come back after the last piece: a jump of the speed would be an infinite
-        acceleration.
+        If displacement or speed do not return to their start after the last piece: a jump of the speed would
+        be an infinite acceleration.
 
     Examples
     --------
@@ -238,7 +238,7 @@ class Parabolas:
         return math.fsum(duration for duration, _ in self.pieces)
 
     def to_table(self) -> dict[str, Any]:
-        """Return what files hold of it."""
+        """Return the arguments, for a file."""
         return {"type": "parabolas", "pieces": [list(each) for each in self.pieces], "speed": self.speed}
 
     def model(self, unit: TimeUnit) -> Arcs:

@@ -1,8 +1,8 @@
 """Pinned components: hard cores that stay where they are, as if their mass were infinite.
 
 A porous medium, a Lorentz gas of many scatterers, a glass with some particles frozen. They are found through
-sectors and lists like anyone else, so that a thousand of them cost no more than a thousand that move. Two
-pinned ones may overlap each other.
+sectors and lists like all components, so that a thousand of them cost no more than a thousand moving ones.
+Two pinned components may overlap.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def mask(given: Any, n: int) -> np.ndarray | None:
     Raises
     ------
     InputError
-        If it is neither, or everybody is pinned.
+        If it is neither, or all components are pinned.
     """
     if given is None:
         return None

@@ -18,16 +18,16 @@ CAUTIOUS = 1e-3
 
 @dataclass(frozen=True)
 class Restitution:
-    """Contacts that leave a part of the normal relative velocity.
+    """Contacts after which a fraction of the normal relative velocity remains.
 
     Parameters
     ----------
     restitution : float
-        That part, in (0, 1]; 1 is elastic.
+        This fraction, in (0, 1]; 1 is elastic.
     elastic_below : float, optional
         Normal relative speed below which a contact is elastic [length / time]. It keeps inelastic components
-        from colliding infinitely often in a finite time, so it must be positive where restitution < 1. Left
-        out, the simulation takes 1e-3 of the thermal speed.
+        from colliding infinitely often in a finite time, so it must be positive where restitution < 1. The
+        default is 1e-3 of the thermal speed.
 
     Raises
     ------

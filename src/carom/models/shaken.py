@@ -37,16 +37,16 @@ from carom.units import TimeUnit
 
 @dataclass(frozen=True)
 class Shaken:
-    """An obstacle that moves to and fro as a whole.
+    """An obstacle that oscillates as a whole.
 
     Parameters
     ----------
     obstacle : obstacle
-        Where it is when it is not displaced: a plane, a ball or a container.
+        A plane, a ball or a container, at displacement zero.
     direction : d floats
-        Along which it moves; of any length.
+        Direction of the motion; of any length.
     path : Path
-        Its displacement: :class:`carom.models.paths.Sine`, ``Parabolas`` or one's own.
+        Displacement as a function of time: :class:`carom.models.paths.Sine`, ``Parabolas`` or your own.
 
     Examples
     --------
@@ -80,7 +80,7 @@ class Shaken:
 
     @property
     def name(self) -> str:
-        """What to call it."""
+        """Name, for messages and results."""
         return str(self.obstacle.name)
 
     @property
@@ -94,7 +94,7 @@ class Shaken:
         return self.obstacle.gap(np.asarray(positions) - away, radii, box, periodic)
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
-        """Raise InputError if the obstacle cannot stand, or move, in this box."""
+        """Raise InputError if the obstacle or its motion does not fit this box."""
         self.obstacle.check(box, periodic)
         fields.check_dimensions(self.direction, box, "direction of Shaken")
         model = self.obstacle.model()
@@ -116,7 +116,7 @@ class Shaken:
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def to_table(self) -> dict[str, Any]:
-        """Return what files hold of it."""
+        """Return the arguments, for a file."""
         path = to_table(self.path, "path")
         return {
             "kind": "shaken",

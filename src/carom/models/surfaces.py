@@ -1,4 +1,4 @@
-"""Surfaces of obstacles: what they lose, or the temperature at which they throw back."""
+"""Surfaces of obstacles: their energy loss, or their temperature."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class _Covered:
 
     @property
     def name(self) -> str:
-        """What to call it."""
+        """Name, for messages and results."""
         return str(self.obstacle.name)
 
     @property
@@ -83,8 +83,8 @@ class Surface(_Covered):
 
     Notes
     -----
-    A component is thrown back at least as fast as lets it fly for half of ``contact_time``, or at
-    ``restitution * elastic_below``: that is how one rests on it.
+    A component leaves the surface at least so fast that it flies for half of ``contact_time``, or at
+    ``restitution * elastic_below``. A resting component makes such small hops.
 
     Examples
     --------
@@ -105,7 +105,7 @@ class Surface(_Covered):
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def to_table(self) -> dict[str, Any]:
-        """Return what files hold of it."""
+        """Return the arguments, for a file."""
         return {"kind": "surface", "obstacle": obstacle_to_table(self.obstacle), "loss": self.loss.to_table()}
 
     def live(self, particles: Particles) -> Lossy:
@@ -117,21 +117,21 @@ class Surface(_Covered):
 
 @dataclass(frozen=True)
 class Thermal(_Covered):
-    """An obstacle that throws components back as if they came from a gas behind it.
+    """An obstacle that reflects components as if they came from a gas behind it.
 
     Parameters
     ----------
     obstacle : obstacle
-        As of :class:`Surface`.
+        As for :class:`Surface`.
     kT : float
         Temperature of that gas [energy].
     seed : int
-        Of its random numbers: every component has a stream of its own.
+        Seed of its random numbers; every component has its own stream.
 
     Notes
     -----
-    The normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of those that pass a hole in a wall; along the
-    surface it is Maxwell's. Both are in the frame of the surface.
+    The normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of effusion; speeds along the surface are
+    Maxwell's. Both are in the frame of the surface.
 
     Examples
     --------
@@ -151,7 +151,7 @@ class Thermal(_Covered):
         object.__setattr__(self, "seed", seed)
 
     def to_table(self) -> dict[str, Any]:
-        """Return what files hold of it."""
+        """Return the arguments, for a file."""
         return {
             "kind": "thermal",
             "obstacle": obstacle_to_table(self.obstacle),

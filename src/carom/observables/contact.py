@@ -32,9 +32,9 @@ def contact_value(
     counts : (frames, m) int array
         Pairs in each bin of each frame, in order of time.
     ideal : (m,) float array
-        What an ideal gas would have there.
+        Expected counts of an ideal gas.
     edges : (m + 1,) float array
-        Of the bins [length]; the first is the diameter.
+        Edges of the bins [length]; the first is the diameter.
     dimension : int
 
     Returns

@@ -46,7 +46,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
     Parameters
     ----------
     scene : Scene
-        Of the frames; says which species there are and at which distances they touch.
+        Scene of the frames, with its species and contact distances.
     frames : callable
         Returns the frames; called once.
 

@@ -1,4 +1,4 @@
-"""A scene and its run as a TOML file: the same words as the Python face, and nothing that can run code."""
+"""A scene and its run as a TOML file, with the names of the Python interface, and no code."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ class Plan:
 
 
 def template() -> str:
-    """Return the default plan as commented TOML, the start of one's own."""
+    """Return the default plan as commented TOML, a start for your own."""
     from importlib.resources import files
 
     return files("carom").joinpath("scene.toml").read_text(encoding="utf-8")

@@ -157,8 +157,8 @@ def in_single(precision: str, scene: Scene, velocities: np.ndarray) -> bool:
     drift, fastest = float(np.abs(velocities - rest).max()), float(np.abs(rest).max())
     if scene.n > 1 and SINGLE * drift > COARSEST * fastest:
         raise InputError(
-            f"All components drift at {drift:.3g}, and at most at {fastest:.3g} relative to that, which single "
-            f"precision loses: take the drift out of the velocities, or {otherwise}"
+            f"All components drift at {drift:.3g}, and at most at {fastest:.3g} relative to that, which "
+            f"single precision loses: take the drift out of the velocities, or {otherwise}"
         )
     return True
 

@@ -66,13 +66,13 @@ class Replay:
     path : path
         An event log that :class:`carom.Simulation` wrote.
     obstacles, interaction, motion, impact : optional
-        Those of the scene that are of a class of one's own, which no file holds.
+        Those of the scene that are of your own class, because a file holds no code.
 
     Raises
     ------
     FileError
-        If the file is missing, truncated, foreign, lacks a part of the initial state, or needs what is of a
-        class of one's own and is not given.
+        If the file is missing, truncated, foreign, lacks a part of the initial state, or needs a value of
+        your own class that is not given.
 
     Examples
     --------
@@ -205,8 +205,8 @@ class Replay:
         A collision's own time need not be a double (it is an epoch and an offset): to stop at one, use
         :meth:`step`.
 
-        Past the last collision of the log all components fly on: whether the run went on so far, or the log
-        ends early, is not known here.
+        After the last collision of the log all components fly on: the log does not say how long the run
+        lasted.
 
         Raises
         ------

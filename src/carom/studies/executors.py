@@ -1,6 +1,6 @@
 """Where the tasks of a study run: in turn, in threads, in processes, or on any Executor.
 
-All engines take plain functions and plain values and give futures, so that a study does not know where it
+All engines take plain functions and plain values and return futures. A study does not depend on where it
 runs, and the same tasks give the same bits everywhere.
 """
 
@@ -61,7 +61,7 @@ class Engine:
     Attributes
     ----------
     name : str
-        For the provenance.
+        Name, for the provenance.
     capacity : int or None
         Tasks that it takes at a time; None without limit.
     local : bool
@@ -77,11 +77,11 @@ class Engine:
         raise NotImplementedError
 
     def recovered(self, future: Future[Any]) -> bool:
-        """Return whether the engine works on after what happened to a future's worker."""
+        """Return whether the engine can continue after the failure of a worker."""
         return False
 
     def listen(self) -> None:
-        """Pass on what workers have said; asked now and then."""
+        """Pass on messages of workers; called from time to time."""
 
     def close(self, now: bool) -> None:
         """End the workers; `now` does not wait for the tasks under way."""
@@ -137,8 +137,8 @@ class Processes(Engine):
     -----
     Workers are started afresh (spawn), on every system. They do not import the caller's main module, which
     holds no function of theirs, so that scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to
-    the leading process and end when it ends, however it does. When they compile, they send word, and who
-    listens to ``carom.compiling.news`` in the leading process is told.
+    the leading process and end when it ends, however it does. When they compile, they send a message to the
+    leading process (``carom.compiling.news``).
     """
 
     def __init__(self, workers: int):
@@ -242,7 +242,7 @@ def engine(choice: Any = None, workers: int | None = None) -> Iterator[Engine]:
     choice : optional
         "processes", "threads", "serial" or "mpi" (inside ``mpiexec ... python -m mpi4py.futures``); the
         address of a Dask scheduler, e.g. "tcp://host:8786"; an Executor; a Dask Client; or a number of
-        processes. Left out: MPI where that is running, otherwise one process a core.
+        processes. By default MPI if it is running, otherwise one process per core.
     workers : int, optional
         Processes or threads; as many as cores if left out.
 
@@ -377,12 +377,12 @@ def run(
     done, failed : callable
         Called in this thread with the task's index and its result, or what it raised.
     stop : callable
-        Asked now and then; if true, no task is waited for any longer.
+        Called from time to time; if it returns true, tasks are no longer waited for.
 
     Returns
     -------
     bool
-        Whether all tasks came to an end.
+        Whether all tasks were completed.
     """
     waiting = deque((index, 1) for index in range(len(values)))
     running: dict[Future[R], tuple[int, int]] = {}

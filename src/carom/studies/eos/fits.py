@@ -1,4 +1,4 @@
-"""What a whole study says: virial coefficients from its dilute points, and 1/N extrapolation."""
+"""Results of a whole study: virial coefficients from its dilute points, and 1/N extrapolation."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Virials:
     points : int
         Points fitted.
     chi2 : float
-        Of these points; somewhat less than their number where all is well.
+        Chi squared of these points; somewhat less than their number if the fit is good.
     """
 
     values: tuple[float, ...]
@@ -69,7 +69,7 @@ def virials(
     order : int
         Highest coefficient, B_2 to B_7.
     known : sequence of float, optional
-        Published coefficients to show beside, from B_2 on; those of equal particles without it.
+        Published coefficients to compare with, from B_2 on; by default those of equal particles.
 
     Raises
     ------
@@ -80,11 +80,11 @@ def virials(
     -----
     Weighted least squares for ``Z - 1 = sum_j c_j y^j`` in ``y = eta / (1 - eta)``, where the coefficients
     stay of the order of ``B_2 = 2^(d-1)`` instead of growing; ``beta_k = sum_j c_j C(k - 2, j - 1)``. A
-    polynomial that is cut off where the data no longer need more gives errors too small by a factor of up to
-    ten: what is cut off weighs on the coefficients that are kept. So ten terms are fitted, and those beyond
-    the third are only told that they are ``0 +- 2^(d-1)``. On data made from the known equations of state,
-    with relative errors of 6e-5 and 5e-4, in 2 to 4 dimensions, the deviations of B_2 to B_4 from the known
-    ones are then 0.4 to 1.0 of their errors (root mean square).
+    polynomial that is truncated where the data need no further term gives errors too small by a factor of up
+    to ten, because the missing terms bias the others. Ten terms are therefore fitted, and those beyond the
+    third have the prior ``0 +- 2^(d-1)``. On data made from the known equations of state, with relative
+    errors of 6e-5 and 5e-4, in 2 to 4 dimensions, the deviations of B_2 to B_4 from the known ones are then
+    0.4 to 1.0 of their errors (root mean square).
     """
     order = checks.integer(order, "order", low=2, high=7)
     used = [
@@ -134,13 +134,13 @@ class Extrapolation:
     ----------
     packing_fraction : float
     sizes : tuple of int
-        Those that the line is fitted to.
+        Sizes that the line is fitted to.
     compressibility_factor, error : float
         At 1 / N = 0.
     slope, slope_error : float
         Of Z against 1 / N.
     theory_slope : float
-        What the correction of order 1 / N by theory has for it; nan where there is none.
+        The slope by the theory of order 1 / N; nan if there is none.
     chi2 : float
         Of the line, with ``len(sizes) - 2`` degrees of freedom.
     """
@@ -162,8 +162,8 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
 
     Notes
     -----
-    The next order, ``1 / N^2``, shows in small and dense systems. While chi squared of the line is one that
-    less than one of a thousand straight lines has, the smallest size is left out.
+    The next order, ``1 / N^2``, shows in small and dense systems. The smallest size is left out as long as
+    chi squared of the line is larger than in one of a thousand cases.
     """
     groups: dict[tuple[float, str], list[Row]] = {}
     for row in rows:

@@ -53,12 +53,12 @@ class Row:
     moved : float
         Median displacement of the particles before the measurement [mean spacing], the least of the replicas.
     equilibrated : bool
-        Whether nothing was found against it; other points are left out of fits.
+        Whether all tests of equilibrium passed; other points are left out of fits.
     remarks : tuple of str
-        What was found.
+        What the tests found.
     collisions : int
     seconds : float
-        Of all replicas, on their workers.
+        Wall time of all replicas, on their workers [s].
     """
 
     packing_fraction: float
