@@ -155,3 +155,15 @@ def test_what_cannot_be_is_refused(settings, says):
         measured(gas(200, 2, 1), **settings)
     with pytest.raises(InputError, match="No frame"):
         BondOrder().result()
+
+
+def test_the_error_of_a_correlation_is_that_of_a_ratio_of_sums():
+    """Of products over pairs, both of which scatter: the delta method, as for all ratios."""
+    from carom.observables.bond_order import _ratio
+    from carom.observables.statistics import ratio
+
+    rng = np.random.default_rng(5)
+    counts = rng.integers(20, 60, 256).astype(float)
+    sums = 0.3 * counts + rng.normal(0.0, 2.0, 256)
+    mine, its = _ratio(sums, counts), ratio(sums, counts)
+    assert (mine.mean, mine.error) == pytest.approx((its.mean, its.error), rel=1e-12)

@@ -40,18 +40,20 @@ def test_a_lammps_dump_has_walls_types_radii_and_times(tmp_path, dimension):
     assert float(lines[18 + 3]) == frames[1].time
 
 
-def test_a_lammps_data_file_holds_the_last_frame_with_its_masses(tmp_path):
-    frames = frames_of(3)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_lammps_data_file_holds_the_last_frame_with_its_masses(tmp_path, dimension):
+    """A disk has the density of the sphere around it: LAMMPS knows no other in two dimensions."""
+    frames = frames_of(dimension)
     path, count = exported(tmp_path, "a.data", frames)
     assert count == 1
     text = path.read_text()
     assert "7 atoms" in text
     assert "2 atom types" in text
     rows = np.array([line.split() for line in text.split("Atoms # sphere\n\n")[1].splitlines()[:7]], float)
-    np.testing.assert_allclose(rows[:, 4:], frames[-1].positions, rtol=1e-8)
+    np.testing.assert_allclose(rows[:, 4 : 4 + dimension], frames[-1].positions, rtol=1e-8)
     np.testing.assert_allclose(rows[:, 3] * np.pi / 6 * rows[:, 2] ** 3, frames[-1].masses, rtol=1e-8)
     moving = np.array([line.split() for line in text.split("Velocities\n\n")[1].splitlines()], float)
-    np.testing.assert_allclose(moving[:, 1:4], frames[-1].velocities, rtol=1e-8)
+    np.testing.assert_allclose(moving[:, 1 : 1 + dimension], frames[-1].velocities, rtol=1e-8)
 
 
 def test_dcd_and_pdb_hold_unwrapped_positions(tmp_path):

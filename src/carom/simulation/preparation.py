@@ -33,6 +33,9 @@ SINGLE = 2.0**-23
 COARSEST = 2.0**-6
 """Part of a diameter, or of the speeds, that single precision may round off."""
 
+SLOWEST_GROWTH = 2.0**-512
+"""Growth of diameters over speeds, about, below which nothing grows by a digit, and quotients overflow."""
+
 SAME = TimeUnit()
 """The engine's unit of time is the scene's."""
 
@@ -60,7 +63,7 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> T
     Raises
     ------
     InputError
-        If the energy is out of range.
+        If the energy is out of range, or the growth is below ``SLOWEST_GROWTH``.
     """
     fastest = float(np.abs(velocities).max())
     others = 0.0 if rates is None else 2.0 * float(rates.max())
@@ -72,6 +75,11 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> T
             f"Velocities of up to {fastest:g} make a kinetic energy of {0.5 * twice:g}; expected between "
             f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all "
             "digits: choose another unit of time or of mass."
+        )
+    if 0.0 < others and not unit.to_kernel(others, -1) >= SLOWEST_GROWTH:
+        raise InputError(
+            f"Diameters that grow at {others:g} do not grow beside speeds of {max(fastest, pace_of(scene)):g}; "
+            "leave out growth, or let them grow faster."
         )
     return unit
 

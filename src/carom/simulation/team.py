@@ -39,6 +39,9 @@ WORTHWHILE: dict[int, int] = {2: 600_000}
 AT_MOST = 2
 """Workers that are chosen without being asked for: the speed of more has not been measured."""
 
+MOST = 1024
+"""Workers that may be asked for: beyond any machine that shares its memory."""
+
 FEWEST = 32
 """Collisions below which it never is."""
 
@@ -463,7 +466,7 @@ def team_of(machine: Machine, workers: int | str) -> Team | None:
     automatic = workers == "auto"
     if isinstance(workers, str) and not automatic:
         raise InputError(f"workers is {workers!r}; expected a number or 'auto'.")
-    count = _cores() if automatic else checks.integer(workers, "workers", low=1)
+    count = _cores() if automatic else checks.integer(workers, "workers", low=1, high=MOST)
     if automatic and machine.scene.n < WORTHWHILE.get(machine.scene.dimension, math.inf):
         return None
     if count == 1:

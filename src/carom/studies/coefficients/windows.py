@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 
-from carom import theory
+from carom import checks, theory
 from carom.scene.scene import Scene
 
 PER_FREE_TIME = 2
@@ -57,6 +57,7 @@ def relative_variance(components: int, free_times: float) -> float:
 def free_time(packing_fraction: float, diameters: list[float], masses: list[float], fractions: list[float],
               dimension: int, kT: float) -> float:  # fmt: skip
     """Return the mean time between two collisions of a component, averaged over the mixture [time]."""
+    checks.number(packing_fraction, "packing_fraction", low=1.0 / checks.MAGNITUDE)
     d = dimension
     if len(diameters) == 1:
         z = _compressibility_factor(packing_fraction, d)

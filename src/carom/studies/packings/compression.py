@@ -22,6 +22,7 @@ from carom.errors import FileError, InputError
 from carom.io import checkpoint
 from carom.io.paths import writing
 from carom.notebook import by_stage, watchable
+from carom.scene import lattices
 from carom.scene.overlaps import rounding
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
@@ -139,7 +140,7 @@ def points(
     if counts is None:
         counts = [checks.integer(n, "n", low=2)]
     sizes = [checks.positive(s, "diameters") for s in diameters]
-    d = checks.integer(dimension, "dimension", low=1)
+    d = checks.integer(dimension, "dimension", low=1, high=lattices.MOST_DIMENSIONS)
     fraction = min(0.64 / 2.0 ** (d - 3), 0.9)
     return Scene.mixture(
         counts,
@@ -287,7 +288,7 @@ def _stages(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage,
     for each in stages:
         if not isinstance(each, Sequence) or len(each) != 2:
             raise InputError(f"A stage is (rate, until_pressure), found {checks.describe(each)}.")
-        speed = checks.number(each[0], "rate", low=0.0, high=10.0, open_low=True)
+        speed = checks.number(each[0], "rate", low=1.0 / checks.MAGNITUDE, high=10.0)
         last = None if each[1] is None else checks.number(each[1], "until_pressure", low=1.0)
         result.append(Stage(speed, last))
     if not result:

@@ -1,0 +1,37 @@
+"""Arguments that nobody means: a sentence and exit code 2, neither a traceback nor a hang."""
+
+import pytest
+from typer.testing import CliRunner
+
+import carom
+from carom.cli import app
+from carom.errors import InputError
+from carom.simulation.preparation import unit_of
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["transport", "--eta", "1e-320", "--n", "100"],
+        ["pack", "--rate", "1e-320"],
+        ["pack", "--stage", "1e-320:1e3"],
+        ["pack", "--dimension", "99999999999999999999"],
+        ["run", "--n", "32", "--workers", "99999999999999999999"],
+    ],
+    ids=lambda words: " ".join(words[:2]),
+)
+def test_a_number_far_too_small_or_large_is_refused_in_a_sentence(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, words)
+    assert (done.exit_code, type(done.exception)) == (2, SystemExit)
+    assert "expected" in done.output or "must be" in done.output
+    assert not list(tmp_path.iterdir()), "nothing is begun"
+
+
+def test_growth_that_no_diameter_would_notice_is_refused():
+    scene = carom.Scene.fcc(1, packing_fraction=0.1)
+    velocities = scene.positions - scene.positions.mean(axis=0)
+    with pytest.raises(InputError, match="do not grow"):
+        unit_of(scene, velocities, 1e-320 + 0.0 * scene.diameters)
+    for rates in (0.0, 1e-12):
+        unit_of(scene, velocities, rates + 0.0 * scene.diameters)
