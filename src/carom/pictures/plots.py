@@ -405,7 +405,7 @@ def _lay_out(figure: Figure, axes: Axes) -> None:
     """
     figure.set_layout_engine("none")
     width, height = figure.get_size_inches()
-    numbers = axes.yaxis.get_major_formatter().format_ticks(list(axes.get_yticks()))
+    numbers = axes.yaxis.get_major_formatter().format_ticks(axes.get_yticks().tolist())
     left = 0.5 + max(map(len, numbers)) * DIGIT
     axes.set_position((left / width, 0.55 / height, 1.0 - (left + 0.2) / width, 1.0 - 0.9 / height))
 

@@ -76,9 +76,9 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> T
             f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all "
             "digits: choose another unit of time or of mass."
         )
-    if 0.0 < others and not unit.to_kernel(others, -1) >= SLOWEST_GROWTH:
+    if others > 0.0 and not unit.to_kernel(others, -1) >= SLOWEST_GROWTH:
         raise InputError(
-            f"Diameters that grow at {others:g} do not grow beside speeds of {max(fastest, pace_of(scene)):g}; "
+            f"Diameters that grow at {others:g} do not grow beside speeds of {fastest:g} or more; "
             "leave out growth, or let them grow faster."
         )
     return unit

@@ -167,9 +167,9 @@ def sizes(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Fi
 
 
 def _figure(width: float, height: float) -> Figure:
-    from carom.pictures.figure import Picture
+    from carom.pictures.importing import picture
 
-    return Picture(width, height, plots.DPI)
+    return picture()(width, height, plots.DPI)
 
 
 def _equations(result: Measured, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
