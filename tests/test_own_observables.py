@@ -73,6 +73,15 @@ def test_measure_and_sample_show_an_observable_the_same_frames(sim):
     assert (seen.result() == measured).all()
 
 
+def test_error_bars_of_a_loop_are_those_of_measure(sim):
+    measured = sim.measure(Energies(), time=2.0)
+    again = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    energies = Energies()
+    values = [energies.update(again.frame())]
+    values += [energies.update(frame) for frame in again.sample(every=0.25, count=8)]
+    assert carom.observables.averages(values) == measured
+
+
 def test_a_number_of_collisions_is_as_good_as_a_time(sim):
     assert len(sim.measure(Displacements(), collisions_per_particle=20)) == 5
 
@@ -92,6 +101,11 @@ class Words:
         return "much"
 
 
+class Phases:
+    def update(self, frame):
+        return np.exp(1j * frame.positions[:, 0]).mean()
+
+
 @pytest.mark.parametrize(
     ("observable", "says"),
     [
@@ -100,6 +114,7 @@ class Words:
         (Nothing(), r"no result\(\)"),
         (Nameless(), "name its one parameter frame or block"),
         (Words(), "expected a number"),
+        (Phases(), "real and imaginary part"),
     ],
 )
 def test_what_is_no_observable_is_told_what_is_missing(sim, observable, says):

@@ -64,13 +64,17 @@ def block_of(squares, lags=windows.LAGS):
     }  # fmt: skip
 
 
-def point_of(blocks, every=0.5, samples=10**9):
-    """Return the analysis of blocks; V, kT and the mean free time are 1."""
-    result = {
+def result_of(blocks, every=0.5, samples=10**9):
+    """Return the result of a run of blocks; V, kT and the mean free time are 1."""
+    return {
         "every": every, "dimension": 3, "n": 100, "kT": 1.0, "box": [1.0, 1.0, 1.0], "samples": samples,
         "counts": [100], "simple": True, "blocks": blocks,
     }  # fmt: skip
-    return Point([{"result": result}])
+
+
+def point_of(blocks, every=0.5, samples=10**9):
+    """Return the analysis of the blocks of one run."""
+    return Point([{"result": result_of(blocks, every, samples)}])
 
 
 @pytest.mark.parametrize("decay", [1.25, 1.9])
@@ -133,6 +137,25 @@ def test_the_mean_taken_out_of_the_pressure_is_made_good():
         values.append(point_of(blocks, every, count).bulk_viscosity().value.mean)
     error = np.std(values) / math.sqrt(len(values))
     assert np.mean(values) == pytest.approx(1.0, abs=FIVE * error)
+
+
+def test_replicas_of_unequal_pressure_have_the_bulk_viscosity_of_each():
+    # With steps each replica has its own energy: here pressures differ by far more than they fluctuate.
+    rng = np.random.default_rng(5)
+    records = []
+    for pressure in (0.0, 50.0):
+        blocks = []
+        for _ in range(8):
+            x = np.cumsum(rng.standard_normal(1280)) + pressure * 0.5 * np.arange(1280)
+            changes = [x[lag:] - x[:-lag] for lag in windows.LAGS]
+            block = block_of(windows.LAGS)
+            block["bulk"] = [[float(c.mean()) for c in changes], [float(np.mean(c * c)) for c in changes]]
+            block["change"] = float(x[-1] - x[0])
+            blocks.append(block)
+        records.append({"result": result_of(blocks, samples=1280)})
+    found = Point(records).bulk_viscosity().value
+    assert found.mean == pytest.approx(1.0, abs=FIVE * found.error)
+    assert found.error < 0.3
 
 
 def test_two_estimators_combine_to_less_than_either():
@@ -270,6 +293,45 @@ def test_published_values_are_met():
     assert at_1372 == pytest.approx(0.247, abs=math.hypot(3 * 0.002, 3 * row.self_diffusion_infinite.error))
     wood = float(theory.erpenbeck_wood(0.5 * math.pi / 6.0)) * row.enskog.self_diffusion
     assert row.self_diffusion_infinite.mean == pytest.approx(wood, rel=0.02)
+
+
+@pytest.mark.slow
+def test_thin_and_dense_fluids_diffuse_as_erpenbeck_and_wood_found():
+    # Phys. Rev. A 43, 4254 (1991): infinite N, their formula for D over Enskog's.
+    etas = [rho * math.pi / 6.0 for rho in (0.1, 0.7, 0.8)]
+    thin, _, dense = rows = studies.transport(etas, replicas=2, relative_error=0.02).table
+    for r in rows:
+        found, wood = r.self_diffusion_infinite, theory.erpenbeck_wood(r.packing_fraction)
+        print(r.packing_fraction, found.value_text, float(wood) * r.enskog.self_diffusion)
+        assert found.mean == pytest.approx(
+            float(wood) * r.enskog.self_diffusion, rel=0.02, abs=FIVE * found.error
+        )
+    # Enskog's theory is good to a percent in a gas, and too small near freezing.
+    for name in ("shear_viscosity", "thermal_conductivity"):
+        c, enskog = getattr(thin, name).value, getattr(thin.enskog, name)
+        assert c.mean == pytest.approx(enskog, rel=0.01, abs=FIVE * c.error)
+    assert dense.shear_viscosity.value.mean > 1.1 * dense.enskog.shear_viscosity
+    # The slope a window later is the same: nothing of the slow decay is cut off.
+    for r in rows:
+        c = r.shear_viscosity
+        late = next(x for t, x in zip(c.times, c.running, strict=True) if t > c.window[1])
+        assert late.mean == pytest.approx(c.value.mean, abs=FIVE * late.error)
+
+
+@pytest.mark.slow
+def test_the_viscosity_of_an_isotopic_mixture_is_that_of_erpenbecks_enskog_theory():
+    # J. J. Erpenbeck, Phys. Rev. A 39, 4718 (1989): V = 3 V_0, masses 1 and 0.1, tenth Enskog approximation.
+    species = [
+        {"name": "heavy", "fraction": 0.5, "mass": 1.0},
+        {"name": "light", "fraction": 0.5, "mass": 0.1},
+    ]
+    eta = math.sqrt(2.0) / 3.0 * math.pi / 6.0
+    (r,) = studies.transport(eta, n=256, replicas=2, relative_error=0.02, scene={"species": species}).table
+    print(r.shear_viscosity.value)
+    # At this density what is beyond Enskog takes some percent of a pure fluid's viscosity.
+    assert r.shear_viscosity.value.mean == pytest.approx(
+        0.2937862, abs=4.0 * r.shear_viscosity.value.error + 0.03 * 0.2937862
+    )
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ from carom.observables.statistics import blocking
 
 STATES: dict[str, dict[str, Any]] = {
     "0.75": {
-        "d": 3, "density": 0.75, "n": 4000, "melt": 500, "length": 10_000, "runs": 18, "claimed": 6.6566,
+        "d": 3, "density": 0.75, "n": 4000, "melt": 500, "length": 10_000, "runs": 44, "claimed": 6.6566,
     },
     "0.60": {
         "d": 3, "density": 0.60, "n": 4000, "melt": 500, "length": 10_000, "runs": 8, "claimed": 4.2952,

@@ -6,6 +6,7 @@ from carom.observables.dynamics import Dynamics, DynamicsEstimate
 from carom.observables.flights import Distribution, FlightsEstimate
 from carom.observables.moments import HelfandMoments
 from carom.observables.packing import PackingNetwork, packing_network
+from carom.observables.pair_distribution import PairDistribution
 from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureEstimate
 from carom.observables.protocol import Observable, averages
@@ -26,6 +27,7 @@ __all__ = [
     "HelfandMoments",
     "Observable",
     "PackingNetwork",
+    "PairDistribution",
     "Prediction",
     "Pressure",
     "PressureEstimate",

@@ -72,8 +72,13 @@ def averages(values: Sequence[Any]) -> Any:
     Raises
     ------
     InputError
-        If they are not numbers, or differ in shape.
+        If they are not real numbers, or differ in shape.
     """
+    if any(np.iscomplexobj(value) for value in values):
+        raise InputError(
+            "update() returned a complex number, which has no error bar of its own; return its real and "
+            "imaginary part, or its square, as an array."
+        )
     try:
         series = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):

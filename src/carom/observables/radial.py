@@ -41,6 +41,8 @@ class RadialDistribution:
         aligned at contact.
     pair : (int, int) or None
         The species of the two particles; None where all particles are counted.
+    running : two (m,) arrays or None
+        What :meth:`coordination` returns.
     """
 
     edges: np.ndarray
@@ -54,6 +56,7 @@ class RadialDistribution:
     packing_fraction: float
     contact_value: Estimate | None = field(default=None)
     pair: tuple[int, int] | None = None
+    running: tuple[np.ndarray, np.ndarray] | None = field(default=None, repr=False)
 
     @property
     def r(self) -> np.ndarray:
@@ -63,18 +66,17 @@ class RadialDistribution:
     def coordination(self) -> tuple[np.ndarray, np.ndarray]:
         """Return how many neighbours are nearer than the upper edge of each bin, with errors, (m,) each.
 
-        Errors of the bins count as independent.
+        Of two species: how many of the second one each component of the first has. Errors are by blocking
+        over the frames where there are 16 or more, otherwise those of independent pairs.
 
         Raises
         ------
         InputError
-            If the distribution is of a pair of species, or does not begin at contact.
+            If the distribution was made by MDAnalysis, which does not count frame by frame.
         """
-        if self.pair is not None or self.contact_value is None:
-            raise InputError("Running coordination numbers need g(r) of all components, from contact on.")
-        added = 2.0 * self.counts / (self.n * self.frames)
-        errors = np.divide(added * self.error, self.g, out=np.zeros_like(self.g), where=self.g > 0.0)
-        return np.cumsum(added), np.sqrt(np.cumsum(errors**2))
+        if self.running is None:
+            raise InputError("Running coordination numbers need the counts of each frame: carom.rdf(frames).")
+        return self.running
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a file: ``.csv`` (see :meth:`to_csv`) or ``.npz`` (numpy arrays, no pickle), by its suffix.

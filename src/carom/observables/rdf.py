@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import warnings
 from collections.abc import Iterable, Mapping
@@ -104,32 +103,65 @@ def distributions(
     InputError
         As :func:`carom.rdf` does.
     """
-    source = iter(frames)
-    first = next(source, None)
-    if first is None:
-        raise InputError("No frame was given; sample some with Simulation.sample(every=0.5, count=100).")
-    if not all(first.periodic):
-        raise InputError(
-            f"Axis {first.periodic.index(False)} of the box has walls; g(r) is that of a fluid which is the "
-            "same everywhere, in a box with periodic axes only."
-        )
-    asked = {}
-    for name, (pair, contact) in wanted.items():
-        chosen = None if pair is None else _species(first, pair)
-        if contact is not None and chosen is None:
-            raise InputError("contact is the distance of two species, and no pair is given.")
-        diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
-        asked[name] = (chosen, _bin_edges(diameter, min(first.box), bins, width, rmax))
-    histograms: dict[str, list[np.ndarray]] = {name: [] for name in asked}
-    for index, frame in enumerate(itertools.chain([first], source)):
-        if index:
-            _check_same(first, frame, index)
-        for name, counts in _histograms(frame, asked).items():
-            histograms[name].append(counts)
-    return {
-        name: _distribution(first, np.array(histograms[name]), edges, chosen)
-        for name, (chosen, edges) in asked.items()
-    }
+    found = Histograms(wanted, bins=bins, width=width, rmax=rmax)
+    for frame in frames:
+        found.update(frame)
+    return found.result()
+
+
+class Histograms:
+    """Histograms of distances, frame by frame: what every g(r) is made of.
+
+    Parameters
+    ----------
+    wanted, bins, width, rmax
+        As for :func:`distributions`.
+    """
+
+    def __init__(
+        self,
+        wanted: Mapping[str, tuple[tuple[int | str, int | str] | None, float | None]],
+        *,
+        bins: int | None = None,
+        width: float | None = None,
+        rmax: float | None = None,
+    ):
+        self._wanted, self._binning = wanted, (bins, width, rmax)
+        self._first: Frame | None = None
+        self._asked: dict[str, tuple[tuple[int, int] | None, np.ndarray]] = {}
+        self._counts: dict[str, list[np.ndarray]] = {name: [] for name in wanted}
+
+    def update(self, frame: Frame) -> None:
+        """Take in the next frame."""
+        if self._first is None:
+            self._begin(frame)
+            self._first = frame
+        else:
+            _check_same(self._first, frame, len(next(iter(self._counts.values()))))
+        for name, counts in _histograms(frame, self._asked).items():
+            self._counts[name].append(counts)
+
+    def _begin(self, first: Frame) -> None:
+        if not all(first.periodic):
+            raise InputError(
+                f"Axis {first.periodic.index(False)} of the box has walls; g(r) is that of a fluid which is "
+                "the same everywhere, in a box with periodic axes only."
+            )
+        for name, (pair, contact) in self._wanted.items():
+            chosen = None if pair is None else _species(first, pair)
+            if contact is not None and chosen is None:
+                raise InputError("contact is the distance of two species, and no pair is given.")
+            diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
+            self._asked[name] = (chosen, _bin_edges(diameter, min(first.box), *self._binning))
+
+    def result(self) -> dict[str, RadialDistribution]:
+        """Return g(r) of all frames so far, by name."""
+        if self._first is None:
+            raise InputError("No frame was given; sample some with Simulation.sample(every=0.5, count=100).")
+        return {
+            name: _distribution(self._first, np.array(self._counts[name]), edges, chosen)
+            for name, (chosen, edges) in self._asked.items()
+        }
 
 
 def _distribution(
@@ -149,7 +181,27 @@ def _distribution(
         packing_fraction=_packing_fraction(first),
         contact_value=contact_value(counts, expected, edges, first.dimension),
         pair=pair,
+        running=_running(first, counts, pair),
     )
+
+
+def _running(
+    first: Frame, counts: np.ndarray, pair: tuple[int, int] | None
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the neighbours that are nearer than the upper edge of each bin, and their errors, (m,) each.
+
+    Sums over bins are blocked as they are: bins of one frame do not count as independent, because who leaves
+    one goes into the next.
+    """
+    centers = first.n if pair is None else int(np.count_nonzero(first.species == pair[0]))
+    per_pair = 1.0 if pair is not None and pair[0] != pair[1] else 2.0
+    numbers = np.cumsum(counts, axis=1) * (per_pair / centers)
+    if len(counts) < MIN_BLOCKS:
+        independent = np.sqrt(np.cumsum(counts.sum(axis=0))) * (per_pair / centers / len(counts))
+        return numbers.mean(axis=0), independent
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)  # as for g: the contact value's task
+        return numbers.mean(axis=0), np.array([blocking(column).error for column in numbers.T])
 
 
 def _common_diameter(frame: Frame) -> float:

@@ -117,8 +117,7 @@ class Point:
         results = [record["result"] for record in records]
         self.first = results[0]
         self.blocks = [block for result in results for block in result["blocks"]]
-        # Replicas differ in length, because each has its own rate of collisions.
-        self.steps = sum((result["samples"] - 1) * len(result["blocks"]) for result in results)
+        self._replicas = [(result["blocks"], result["samples"] - 1) for result in results]
         self.every = float(self.first["every"])
         self.dimension = int(self.first["dimension"])
         self.n = int(self.first["n"])
@@ -187,20 +186,21 @@ class Point:
         return Coefficient(value, (float(self.times[low]), float(self.times[high])))
 
     def bulk_viscosity(self) -> Coefficient:
-        """Return the bulk viscosity, with the mean of all replicas taken out of the pressure.
+        """Return the bulk viscosity, with the mean of each replica taken out of the pressure.
 
         Notes
         -----
-        Over a stretch t of a run T from which the mean is taken, the mean square is too small by ``1 - t /
-        T``, for which it is corrected.
+        With steps each replica has its own energy, and so its own mean pressure. Over a stretch t of a run T
+        from which the mean is taken, the mean square is too small by ``1 - t / T``, and is corrected for it.
         """
-        bulk = self.array("bulk")
-        total = self.every * self.steps
-        mean = sum(block["change"] for block in self.blocks) / total
         squares = []
-        for block, (first, second) in zip(self.blocks, bulk, strict=True):
-            off = (mean - block["rate"]) * self.times
-            squares.append([(second - 2.0 * off * first + off**2) / (1.0 - self.times / total)])
+        for blocks, steps in self._replicas:
+            total = self.every * steps * len(blocks)
+            mean = sum(block["change"] for block in blocks) / total
+            for block in blocks:
+                first, second = np.asarray(block["bulk"])[:, : self.count]
+                off = (mean - block["rate"]) * self.times
+                squares.append([(second - 2.0 * off * first + off**2) / (1.0 - self.times / total)])
         return self.coefficient(np.array(squares), 1.0 / (self.volume * self.kT))
 
     def self_diffusion(self, species: int = 0) -> tuple[Coefficient, Coefficient]:

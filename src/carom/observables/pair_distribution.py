@@ -1,0 +1,61 @@
+"""g(r) on the way: an observable of frames, beside others in one pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from carom import checks
+from carom.frame import Frame
+from carom.observables.radial import RadialDistribution
+from carom.observables.rdf import Histograms
+
+
+@dataclass
+class PairDistribution:
+    """The radial distribution function and running coordination numbers: an observable of frames.
+
+    Give it to :meth:`carom.Simulation.measure`, or call :meth:`update` with frames of a simulation or of a
+    trajectory file, and :meth:`result` whenever wanted. :func:`carom.rdf` does the same with all frames of an
+    iterable.
+
+    Parameters
+    ----------
+    bins, width, rmax, pair, contact
+        As for :func:`carom.rdf`.
+    blocks : int
+        Frames, where ``measure`` takes them.
+
+    Raises
+    ------
+    InputError
+        From :meth:`update`, as :func:`carom.rdf` does; from :meth:`result`, before any frame.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    >>> found = sim.measure(carom.observables.PairDistribution(rmax=2.0), time=16.0)
+    >>> found.frames
+    65
+    """
+
+    bins: int | None = None
+    width: float | None = None
+    rmax: float | None = None
+    pair: tuple[int | str, int | str] | None = None
+    contact: float | None = None
+    blocks: int = 64
+    _counted: Histograms = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        checks.integer(self.blocks, "blocks", low=2)
+        wanted = {"": (self.pair, self.contact)}
+        self._counted = Histograms(wanted, bins=self.bins, width=self.width, rmax=self.rmax)
+
+    def update(self, frame: Frame) -> None:
+        """Take in the next frame."""
+        self._counted.update(frame)
+
+    def result(self) -> RadialDistribution:
+        """Return g(r) so far."""
+        return self._counted.result()[""]
