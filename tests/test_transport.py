@@ -10,8 +10,8 @@ from carom import studies, theory
 from carom.errors import InputError
 from carom.observables import combined
 from carom.studies.coefficients import windows
-from carom.studies.coefficients.pictures import title_of
 from carom.studies.coefficients.analysis import Point, jackknife, line
+from carom.studies.coefficients.pictures import title_of
 
 FIVE = 5.0  # errors: by chance in one of two million
 
