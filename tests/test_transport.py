@@ -1,6 +1,7 @@
 """Transport coefficients: the rule for slopes, error bars, Enskog's theory, published values."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from carom.errors import InputError
 from carom.observables import combined
 from carom.studies.coefficients import windows
 from carom.studies.coefficients.analysis import Point, jackknife, line
+from carom.studies.coefficients.pictures import title_of
 
 FIVE = 5.0  # errors: by chance in one of two million
 
@@ -39,6 +41,20 @@ def test_enskog_is_that_of_the_literature():
     assert plane.thermal_conductivity == pytest.approx(
         2.0 * 1.0297 / math.sqrt(math.pi) * (1.0 / g + 1.5 * bn + 0.8718 * bn**2 * g), rel=3e-4
     )
+
+
+@pytest.mark.parametrize(
+    ("diameters", "counts", "dimension", "scene", "title"),
+    [
+        ([1.0], [108], 3, {}, "hard spheres"),
+        ([1.0, 0.5], [50, 150], 2, {}, "a mixture of hard disks: 0.25 of diameter 1, 0.75 of diameter 0.5"),
+        ([1.0], [108], 3, {"interaction": {}}, "spheres with a step potential"),
+    ],
+)
+def test_a_report_says_in_its_title_what_was_simulated(diameters, counts, dimension, scene, title):
+    result = {"diameters": diameters, "counts": counts, "dimension": dimension}
+    study = SimpleNamespace(records=[{"result": result}], spec=SimpleNamespace(scene=scene))
+    assert title_of(study) == f"Transport coefficients of {title}"
 
 
 def test_enskog_has_no_coefficient_on_a_line():

@@ -30,7 +30,7 @@ def transport(
         typer.Argument(help=r"Scene file, or study file with \[study] (TOML). Without: six densities."),
     ] = None,
     out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder for the results; the same study goes on there.")
+        Path, typer.Option("--out", "-o", help="Folder for the results; the same study continues there.")
     ] = Path("carom-transport"),
     packing_fractions: Annotated[
         str | None,

@@ -18,7 +18,8 @@ from carom.errors import InputError
 from carom.io.paths import replacing, writing
 from carom.pictures import plots
 from carom.studies.coefficients.measured import Measured, Row
-from carom.studies.eos.html import STYLE
+from carom.studies.eos.html import STYLE, composition
+from carom.studies.eos.pictures import kind
 from carom.studies.eos.toml import text
 
 if TYPE_CHECKING:
@@ -97,6 +98,7 @@ def _against_density(axes: Axes, rows: list[Row]) -> None:
 
 
 def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
+    several = len({row.n for row in rows}) > 1
     for k, row in enumerate(rows):
         for key, (c, enskog) in row.quantities().items():
             if key != name or not math.isfinite(enskog):
@@ -108,7 +110,7 @@ def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
             ]
             if points:
                 x, y, e = np.transpose(points)
-                label = rf"$\eta$ = {row.packing_fraction:.3g}"
+                label = rf"$\eta$ = {row.packing_fraction:.3g}" + (f", $N$ = {row.n}" if several else "")
                 axes.errorbar(x, y, e, fmt=".-", ms=4.0, lw=0.9, color=f"C{k % 10}", label=label)
                 if row.exists:
                     at = [t / row.mean_free_time for t in c.window]
@@ -122,6 +124,19 @@ def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
 UNITS = "Units are those of the scene, with k = 1; without a scene file σ = m = kT = 1."
 
 
+def title_of(result: Measured) -> str:
+    """Return a title that says what was simulated."""
+    if not result.records:
+        return "Transport coefficients"
+    found = result.records[0]["result"]
+    species = list(zip(found["diameters"], found["counts"], strict=True))
+    name = kind(found["dimension"], mixture=len(species) > 1)
+    if "interaction" in result.spec.scene:
+        name = f"{name.replace('hard ', '')} with a step potential"
+    article = "a " if len(species) > 1 else ""
+    return f"Transport coefficients of {article}{name}{composition(species)}"
+
+
 def write_report(result: Measured, path: Path) -> None:
     """Write a self-contained page: no script, no network, pictures inside.
 
@@ -131,8 +146,9 @@ def write_report(result: Measured, path: Path) -> None:
         If the file cannot be written.
     """
     rows = result.rows()
+    title = html.escape(title_of(result))
     parts = [
-        "<h1>Transport coefficients</h1>",
+        f"<h1>{title}</h1>",
         f"<p>{len(result.records)} of {len(result.spec.tasks())} runs done, by Carom {carom.__version__}. "
         f"{UNITS} One standard error; slopes between the times given, by the rule in "
         "<code>carom.studies.coefficients.windows</code>.</p>",
@@ -156,7 +172,8 @@ def write_report(result: Measured, path: Path) -> None:
         f"<pre>{html.escape(text(result.spec))}</pre>",
     ]
     page = (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>Transport coefficients</title>'
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        f"<title>{title}</title>"
         f"<style>{STYLE}</style></head>\n<body>\n" + "\n".join(parts) + "\n</body></html>\n"
     )
     with replacing(path) as temporary, writing(path):

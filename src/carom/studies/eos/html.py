@@ -67,7 +67,7 @@ def document(study: Measured) -> str:
     rows = study.table
     species = study.records[0]["result"]["species"] if study.records else []
     name = pictures.kind(study.spec.dimension, mixture=len(species) > 1)
-    title = f"Equation of state of {'a ' if len(species) > 1 else ''}{name}{_composition(species)}"
+    title = f"Equation of state of {'a ' if len(species) > 1 else ''}{name}{composition(species)}"
     flagged = [row for row in rows if not row.equilibrated]
     parts = [
         f"<h1>{html.escape(title)}</h1>",
@@ -93,7 +93,7 @@ def document(study: Measured) -> str:
     )
 
 
-def _composition(species: Sequence[Sequence[float]]) -> str:
+def composition(species: Sequence[Sequence[float]]) -> str:
     """Return the diameters of a mixture and their parts, "" of one size: at most six of them."""
     if len(species) < 2:
         return ""
