@@ -93,7 +93,7 @@ def test_a_budget_that_is_too_small_is_told_what_it_reaches():
         afford([one], one, 1e-5, 2, 60.0, "Z=1e-5", lambda error: f"{error:.3g}")
     error = float(str(refused.value).split("in this time ")[1].split()[0])
     found = on_cores(one, error, 2, 60.0)
-    assert 0.9 * 60.0 < found.seconds(2) <= 60.0 * 1.01
+    assert 0.85 * 60.0 < found.seconds(2) <= 0.95 * 60.0
     slow = costs(500, equilibration=1e9)
     with pytest.raises(InputError, match="Equilibration alone"):
         afford([slow], slow, 1e-2, 2, 60.0, "Z=1e-2", str)

@@ -19,6 +19,9 @@ LEAST = 1.0
 """CPU seconds of a plan at least. A start of Python takes as long. The CPU time of much shorter runs
 depends on what else the machine does: runs of 0.1 s took up to 1.8 times their median on a busy one."""
 
+ROOM = 0.9
+"""Part of the time for which an error is named that can be reached: the next pilot finds another rate."""
+
 PART = 0.02
 """Part of a run that is equilibration at least: long waves, which a pilot is too short for, cost no more."""
 
@@ -196,7 +199,7 @@ def afford(
             f"Equilibration alone takes {duration(each)} ({chosen.n} particles, {chosen.equilibration:g} "
             f"collisions per particle), and there are {duration(limit)}. Give more hours, or a lower density."
         )
-    best = min((within(one, cores, limit) for one in candidates), default=math.inf)
+    best = min((within(one, cores, ROOM * limit) for one in candidates), default=math.inf)
     reach = f"; in this time {shown(best)} can be reached" if math.isfinite(best) else ""
     raise InputError(
         f"{what} takes {duration(found.seconds(cores))} on {cores} {'core' if cores == 1 else 'cores'}, and "
