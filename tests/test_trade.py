@@ -16,6 +16,7 @@ from carom.reference import NaiveSystem
 from carom.reference.stepping import SteppedSystem
 from carom.studies.accuracy import measures as trade_measures
 from carom.studies.accuracy import statistics as trade_statistics
+from carom.studies.accuracy.diffusion import EinsteinSlope, looks
 from carom.studies.accuracy.methods import engine, naive, oracle, stepping
 from carom.studies.accuracy.picture import pareto
 from carom.studies.accuracy.trade import LYAPUNOV, median, melted, methods, simple_scene, small_scene, trade
@@ -178,6 +179,29 @@ def test_every_method_is_one_line():
     assert names[10:13] == ["Mie 50-49, step 0.0005", "Mie 50-49, step 0.001", "Mie 50-49, step 0.002"]
 
 
+# Diffusion.
+
+
+def test_the_slope_of_a_random_walk_through_the_box_is_its_d():
+    rng, box, duration = np.random.default_rng(1), [3.0, 4.0], 0.5
+    at = rng.uniform(size=(500, 2)) * box
+    slope = EinsteinSlope(at, box, duration)
+    for _ in range(200):
+        for _ in range(3):
+            at = np.mod(at + rng.normal(scale=0.2, size=at.shape), box)
+            slope.look(at)
+        slope.mark()
+    found = slope.estimate()
+    right = 3 * 0.2**2 / (2.0 * duration)
+    assert found.error < 0.02 * right
+    assert abs(found.mean - right) < 5.0 * found.error
+
+
+def test_positions_are_looked_at_before_anybody_crosses_half_of_the_box():
+    assert looks([10.0, 20.0], 1.0, 0.8) == 1
+    assert looks([10.0, 20.0], 1.0, 8.0) == 10  # six thermal velocities, five lengths
+
+
 # The whole.
 
 
@@ -224,6 +248,12 @@ def test_the_comparison_shows_what_the_paper_says(finished):
     assert event_driven.error_1 < rows["float32"].error_1 < step.error_1
     assert rows["float32"].bytes_per_particle < event_driven.bytes_per_particle
     assert rows["50 digits"].energy_drift < 1e-40
+    # The same observables of all.
+    for row in rows.values():
+        assert math.isfinite(row.contact_bias)
+        assert abs(row.diffusion_bias) < max(6.0 * row.diffusion_error, 0.2)
+        assert row.diffusion_cost > 0.0 < row.z_cost
+    assert event_driven.diffusion_bias == 0.0
 
 
 def test_a_comparison_is_not_replaced_unasked(finished):

@@ -64,7 +64,7 @@ def _print(result: TradeResult) -> None:
             ["", "collisions / s", "bytes / particle", "overlap [σ]", "energy", "momentum"],
             [
                 [
-                    row.method, f"{row.collisions_per_second:.3g}", f"{row.bytes_per_particle:.0f}",
+                    row.method, f"{row.collisions_per_second:.3g}", _whole(row.bytes_per_particle),
                     _small(row.worst_overlap), _small(row.energy_drift), _small(row.momentum_drift),
                 ]
                 for row in rows
@@ -95,23 +95,29 @@ def _print(result: TradeResult) -> None:
     console.print(
         _table(
             "Bias, relative",
-            ["", "Z", "±", "± in 1 CPU s", "g(σ+)", "±", "MSD", "±"],
+            ["", "Z", "±", "g(σ+)", "±", "D", "±"],
             [
                 [
-                    row.method, _signed(row.z_bias), _small(row.z_error), _small(row.z_cost),
-                    _signed(row.contact_bias), _small(row.contact_error), _signed(row.msd_bias),
-                    _small(row.msd_error),
+                    row.method, _signed(row.z_bias), _small(row.z_error), _signed(row.contact_bias),
+                    _small(row.contact_error), _signed(row.diffusion_bias), _small(row.diffusion_error),
                 ]
                 for row in rows
             ],
         )
     )  # fmt: skip
     console.print(
-        Text(
-            "± in 1 CPU s is that of the small scene. Calls from Python take most of the time of the fast "
-            "methods there: for large systems go by the speeds above."
+        _table(
+            "Relative error after one CPU second",
+            ["", "N", "Z", "D", "D (length² / time)"],
+            [
+                [
+                    row.method, str(row.n_speed), _small(row.z_cost), _small(row.diffusion_cost),
+                    f"{row.diffusion:.5f}",
+                ]
+                for row in rows
+            ],
         )
-    )
+    )  # fmt: skip
     console.print(
         _table(
             "Z: how many particles",
@@ -157,6 +163,10 @@ def _table(title: str, head: list[str], rows: list[list[str]]) -> Any:
 
 def _small(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.1e}"
+
+
+def _whole(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.0f}"
 
 
 def _signed(value: float) -> str:

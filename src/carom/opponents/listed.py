@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time as clock
 from abc import ABC, abstractmethod
@@ -13,6 +14,10 @@ from carom.opponents.pairs import PairList, order_in_cells
 
 SKINS = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8)
 """Reaches of the list beyond contact that are tried [diameters]."""
+
+CHUNKS = (0, 8, 64)
+"""Pairs whose smallest distance is looked at, all at once, before any one of them is; 0: every pair at once
+for itself, which is faster where many touch."""
 
 
 class ListedSpheres(ABC):
@@ -64,6 +69,7 @@ class ListedSpheres(ABC):
         self._slack = -1.0  # how far two may come nearer until the list is renewed; now
         self.steps = 0
         self._tally = tally
+        self._chunk = CHUNKS[-1]
 
     @property
     def time(self) -> float:
@@ -118,23 +124,27 @@ class ListedSpheres(ABC):
             self._slack = float(np.finfo(self.real).max)  # all pairs are listed
 
     def _tuned(self, skin: float | None) -> float:
-        """Return the skin that is given, or the one with which steps from here take least time."""
+        """Return the skin that is given, or the one with which steps from here take least time; choose the
+        chunks that go with it.
+        """
         if skin is not None:
             return float(skin)
         start = self._x.copy(), self._v.copy(), self._images.copy(), self._tally.copy()
-        costs = []
-        for tried in SKINS:
-            self.skin, self._slack, self.steps = tried, -1.0, 0
+        costs = {}
+        for tried in itertools.product(SKINS, CHUNKS):
+            self.skin, self._chunk = tried
+            self._slack, self.steps = -1.0, 0
             self.run(1)
             began, made = clock.process_time(), 0
             while (spent := clock.process_time() - began) < 0.02:
                 self.run(25)
                 made += 25
-            costs.append(spent / made)
+            costs[tried] = spent / made
             for array, before in zip((self._x, self._v, self._images, self._tally), start, strict=True):
                 array[:] = before
         self._slack, self.steps = -1.0, 0
-        return SKINS[int(np.argmin(costs))]
+        best, self._chunk = min(costs, key=costs.__getitem__)
+        return best
 
     def _back(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (d, n) as (n, d), in the order in which the spheres were given."""

@@ -22,9 +22,6 @@ REDUCED_TEMPERATURE = 1.5
 CUT = 50.0 / 49.0
 """Distance beyond which the force is zero [diameters]."""
 
-CHUNK = 8
-"""Pairs whose smallest distance is looked at before any one of them is."""
-
 
 class PseudoHardSpheres(ListedSpheres):
     """Pseudo hard spheres in a periodic box, by velocity Verlet.
@@ -128,7 +125,7 @@ class PseudoHardSpheres(ListedSpheres):
             made = verlet(
                 self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
                 1.0 / self.box, self.step, left, self._slack, self.diameter**2, self.epsilon, self.mass,
-                self._tally,
+                self._tally, self._chunk,
             )  # fmt: skip
             self.steps += made
             left -= made
@@ -157,6 +154,7 @@ class PseudoHardSpheres(ListedSpheres):
         _verlet(len(self.box))(
             self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
             1.0 / self.box, 0.0, 0, self._slack, self.diameter**2, self.epsilon, self.mass, self._tally,
+            self._chunk,
         )  # fmt: skip
 
 
@@ -166,11 +164,12 @@ def _verlet(dimension: int) -> Any:
     strength = 50.0 * CUT**49.0
 
     def verlet(
-        x, v, f, listed, first, second, box, inverse, step, steps, slack, square, epsilon, mass, tally
+        x, v, f, listed, first, second, box, inverse, step, steps, slack, square, epsilon, mass, tally, chunk
     ):
         """Make steps until the list is used up; return how many. No steps: the forces alone."""
         n = x.shape[1]
         pairs = len(first)
+        size = chunk if chunk > 0 else max(pairs, 1)
         cut = CUT * CUT * square
         kick = 0.5 * step / mass
         for made in range(max(steps, 1)):
@@ -196,11 +195,11 @@ def _verlet(dimension: int) -> Any:
                     f[a, i] = 0.0
             virial = 0.0
             potential = 0.0
-            for begin in range(0, pairs, CHUNK):
-                end = min(begin + CHUNK, pairs)
+            for begin in range(0, pairs, size):
+                end = min(begin + size, pairs)
                 least = cut
                 # Nothing is stored in this loop, so that it is vectorised.
-                for k in range(begin, end):
+                for k in range(begin, end if chunk > 0 else begin):
                     p = np.uint64(first[k])
                     q = np.uint64(second[k])
                     rr = 0.0
@@ -209,9 +208,8 @@ def _verlet(dimension: int) -> Any:
                         r -= box[a] * np.rint(r * inverse[a])
                         rr += r * r
                     least = min(least, rr)
-                if least >= cut:
+                if chunk > 0 and least >= cut:
                     continue
-                tally[2] = min(tally[2], least)
                 for k in range(begin, end):
                     p = np.uint64(first[k])
                     q = np.uint64(second[k])
@@ -221,6 +219,7 @@ def _verlet(dimension: int) -> Any:
                         r -= box[a] * np.rint(r * inverse[a])
                         rr += r * r
                     if rr < cut:
+                        tally[2] = min(tally[2], rr)
                         s = square / rr
                         s8 = s * s
                         s8 *= s8

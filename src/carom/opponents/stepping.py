@@ -16,9 +16,6 @@ import numpy as np
 from carom.opponents.listed import ListedSpheres
 from carom.opponents.pairs import compile_kept
 
-CHUNK = 64
-"""Pairs whose smallest distance is looked at before any one of them is."""
-
 
 class Stepper(ListedSpheres):
     """Equal hard spheres in a periodic box, advanced by a fixed time step in compiled code.
@@ -105,7 +102,7 @@ class Stepper(ListedSpheres):
             made, logged = move(
                 self._x, self._v, self._listed, self._pairs.first, self._pairs.second, box, 1 / box,
                 real(self.step), left, real(self.diameter**2), real(self._slack), self._tally,
-                self._log_pairs, self._log_times,
+                self._log_pairs, self._log_times, self._chunk,
             )  # fmt: skip
             for k in range(logged):
                 i, j = (int(self._order[one]) for one in self._log_pairs[k])
@@ -122,11 +119,26 @@ def _move(dimension: int) -> Any:
     D = dimension
 
     def move(
-        x, v, listed, first, second, box, inverse, step, steps, square, slack, tally, log_pairs, log_times
+        x,
+        v,
+        listed,
+        first,
+        second,
+        box,
+        inverse,
+        step,
+        steps,
+        square,
+        slack,
+        tally,
+        log_pairs,
+        log_times,
+        chunk,
     ):
         """Make steps until the list is used up or the log is full; return how many, and what was logged."""
         n = x.shape[1]
         pairs = len(first)
+        size = chunk if chunk > 0 else max(pairs, 1)
         logging = len(log_times) > 0
         logged = 0
         hits = np.empty(16, np.int64)
@@ -157,11 +169,11 @@ def _move(dimension: int) -> Any:
                 for i in range(n):
                     x[a, i] += v[a, i] * step
             found = 0
-            for begin in range(0, pairs, CHUNK):
-                end = min(begin + CHUNK, pairs)
+            for begin in range(0, pairs, size):
+                end = min(begin + size, pairs)
                 least = square
                 # Nothing is stored in this loop, so that it is vectorised.
-                for k in range(begin, end):
+                for k in range(begin, end if chunk > 0 else begin):
                     p = np.uint64(first[k])
                     q = np.uint64(second[k])
                     rr = box[0] * 0
@@ -170,7 +182,7 @@ def _move(dimension: int) -> Any:
                         r -= box[a] * np.rint(r * inverse[a])
                         rr += r * r
                     least = min(least, rr)
-                if least >= square:
+                if chunk > 0 and least >= square:
                     continue
                 for k in range(begin, end):
                     p = np.uint64(first[k])

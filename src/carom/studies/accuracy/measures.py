@@ -14,9 +14,11 @@ from carom import theory
 from carom.block import Block
 from carom.errors import CaromError, CaromWarning
 from carom.observables import Pressure, PressureEstimate
-from carom.observables.statistics import Estimate, blocking
+from carom.observables.statistics import Estimate
 from carom.reference import NaiveSystem
 from carom.scene.scene import Scene
+from carom.scene.temperature import temperature
+from carom.studies.accuracy.diffusion import BLOCK, EinsteinSlope, looks
 from carom.studies.accuracy.methods import Method, Motion
 
 NUDGE = 1e-30
@@ -27,6 +29,9 @@ APART = 1e-3
 
 SAMPLES = 4
 """Looks at a trajectory in a mean free time."""
+
+FEWEST = 16
+"""Values of D at least, however slow a method is."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ def true_track(
     """Follow the oracle, and its twin for the first half of the way."""
     interval = mean_free_time / SAMPLES
     count = max(round(collisions_per_particle * SAMPLES), 8 * SAMPLES)
-    motion, twin = method.start(scene), _twin(scene)
+    motion, twin = method.start(scene, True), _twin(scene)
     origin = twin.time
     positions, collisions, apart = [], [], []
     for k in range(1, count + 1):
@@ -126,7 +131,7 @@ class Faithfulness:
 
 def faithfulness(scene: Scene, method: Method, track: Track) -> Faithfulness:
     """Follow the true trajectory with a method until it is lost."""
-    motion = method.start(scene)
+    motion = method.start(scene, True)
     box, n = np.asarray(scene.box), scene.n
     one = int(np.searchsorted(2.0 * track.collisions / n, 1.0))
     lost, error, step = math.inf, math.nan, float(track.times[0])
@@ -151,7 +156,7 @@ def faithfulness(scene: Scene, method: Method, track: Track) -> Faithfulness:
 
 def reversal(scene: Scene, method: Method, duration: float) -> float:
     """Return the largest distance from the start after running forward and back [diameters]."""
-    motion = method.start(scene)
+    motion = method.start(scene, True)
     motion.run(duration)
     back = motion.reversed()
     motion.order()
@@ -163,8 +168,8 @@ def reversal(scene: Scene, method: Method, duration: float) -> float:
 
 
 def speed(scene: Scene, method: Method, interval: float, seconds: float) -> tuple[float, Motion]:
-    """Return collisions per CPU second, and the motion that showed them."""
-    motion = method.start(scene)
+    """Return collisions per CPU second, and the motion that showed them, in calls for ``interval``."""
+    motion = method.start(scene, False)
     motion.run(interval)
     before, began = motion.tally()[1], clock.process_time()
     while (spent := clock.process_time() - began) < seconds:
@@ -179,37 +184,39 @@ class Measured:
     Attributes
     ----------
     pressure : PressureEstimate
-    displacement : Estimate
-        Mean squared displacement in one interval [length^2].
+    diffusion : Estimate
+        D by the rule of :class:`EinsteinSlope` [length^2 / time].
     seconds : float
-        CPU seconds of the stretch that was measured.
+        CPU seconds of the motion, without those of looking at it.
     motion : Motion
     """
 
     pressure: PressureEstimate
-    displacement: Estimate
+    diffusion: Estimate
     seconds: float
     motion: Motion
 
 
-def measured(scene: Scene, method: Method, interval: float, seconds: float) -> Measured:
-    """Return pressure and mean squared displacement from a run of so many CPU seconds, in blocks of
-    ``interval``.
-    """
-    motion = method.start(scene)
-    motion.settle(8.0 * interval)
+def measured(scene: Scene, method: Method, mean_free_time: float, seconds: float) -> Measured:
+    """Return Z and D from a run of so many CPU seconds."""
+    motion = method.start(scene, False)
+    motion.settle(8.0 * mean_free_time)
+    duration = BLOCK * mean_free_time
+    thermal = math.sqrt(temperature(scene, np.asarray(scene.velocities)) / scene.mass)
+    parts = looks(scene.box, thermal, duration)
     blocks: list[Block] = []
-    squares: list[float] = []
-    box = np.asarray(scene.box)
-    last, at, began = motion.tally(), motion.positions(), clock.process_time()
-    while (spent := clock.process_time() - began) < seconds or len(blocks) < 16:
-        motion.run(interval)
-        now, there = motion.tally(), motion.positions()
+    slope = EinsteinSlope(motion.positions(), scene.box, duration)
+    last, spent = motion.tally(), 0.0
+    while spent < seconds or len(slope.values) < FEWEST:
+        for _ in range(parts):
+            began = clock.process_time()
+            motion.run(duration / parts)
+            spent += clock.process_time() - began
+            slope.look(motion.positions())
+        slope.mark()
+        now = motion.tally()
         blocks.append(Block(*(b - a for a, b in zip(last, now, strict=True))))  # type: ignore[arg-type]
-        way = there - at
-        way -= box * np.rint(way / box)
-        squares.append(float((way * way).sum() / scene.n))
-        last, at = now, there
+        last = now
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", CaromWarning)  # the table shows the error bar
         found = Pressure.estimate(
@@ -221,8 +228,7 @@ def measured(scene: Scene, method: Method, interval: float, seconds: float) -> M
             kT=motion.kT(),
             mass=scene.mass,
         )
-        displacement = blocking(squares)
-    return Measured(found, displacement, spent, motion)
+    return Measured(found, slope.estimate(), spent, motion)
 
 
 def expected_pressure(scene: Scene) -> float | None:

@@ -22,6 +22,9 @@ from carom.scene.scene import Scene
 from carom.scene.temperature import temperature
 from carom.simulation.simulation import Simulation
 
+UNTUNED = 0.3
+"""Skin of lists where the time does not count [diameters]."""
+
 
 class Motion(Protocol):
     """A scene in motion, whatever moves it."""
@@ -37,7 +40,7 @@ class Motion(Protocol):
 
     def order(self) -> list[tuple[int, int]] | None:
         """Return the pairs that collided so far, in order, the smaller index first, or None where nothing is
-        a collision; ends the motion.
+        a collision; ends a motion that is logged.
         """
 
     def positions(self) -> np.ndarray:
@@ -69,7 +72,8 @@ class Method:
     kind : {"event-driven", "naive", "time-driven", "pseudo-hard"}
         Which algorithm.
     start : callable
-        ``start(scene)`` returns a :class:`Motion`; the scene has velocities.
+        ``start(scene, logged)`` returns a :class:`Motion`, which knows its order of collisions only if it is
+        ``logged``. That takes time: nobody times such a motion, or tunes it. The scene has velocities.
     fast : bool
         Whether its speed is measured on the scene itself; else on the small one.
     many_digits : bool
@@ -78,14 +82,14 @@ class Method:
 
     name: str
     kind: str
-    start: Callable[[Scene], Motion]
+    start: Callable[[Scene, bool], Motion]
     fast: bool = True
     many_digits: bool = False
 
 
 def engine(name: str = "float64", **settings: Any) -> Method:
     """Return the engine; ``settings`` are those of :class:`carom.Simulation`."""
-    return Method(name, "event-driven", lambda scene: _Engine(scene, settings))
+    return Method(name, "event-driven", lambda scene, logged: _Engine(scene, settings, logged))
 
 
 def oracle(digits: int = 50) -> Method:
@@ -93,7 +97,7 @@ def oracle(digits: int = 50) -> Method:
     return Method(
         f"{digits} digits",
         "naive",
-        lambda scene: _Naive(_system(scene, scene.velocities, arithmetic="mpmath", digits=digits)),
+        lambda scene, _: _Naive(_system(scene, scene.velocities, arithmetic="mpmath", digits=digits)),
         fast=False,
         many_digits=True,
     )
@@ -104,7 +108,7 @@ def naive() -> Method:
     return Method(
         "float64 naive",
         "naive",
-        lambda scene: _Naive(_system(scene, scene.velocities, arithmetic="float")),
+        lambda scene, _: _Naive(_system(scene, scene.velocities, arithmetic="float")),
         fast=False,
     )
 
@@ -114,7 +118,7 @@ def stepping(fraction: float, mean_free_time: float, *, single: bool = False) ->
     return Method(
         f"step {fraction:g}" + (", float32" if single else ""),
         "time-driven",
-        lambda scene: _Stepping(
+        lambda scene, logged: _Stepping(
             Stepper(
                 scene.positions,
                 scene.velocities,
@@ -123,7 +127,9 @@ def stepping(fraction: float, mean_free_time: float, *, single: bool = False) ->
                 diameter=scene.diameter,
                 mass=scene.mass,
                 single=single,
-            )
+                skin=UNTUNED if logged else None,
+            ),
+            logged,
         ),
     )
 
@@ -135,7 +141,7 @@ def pseudo_hard(step: float, mean_free_time: float, *, lammps: bool = False) -> 
     that hard spheres make in the same time.
     """
 
-    def start(scene: Scene) -> Motion:
+    def start(scene: Scene, logged: bool) -> Motion:
         make: Any = PseudoHardSpheres
         if lammps:
             from carom.opponents.lammps import LammpsSpheres as make
@@ -147,6 +153,7 @@ def pseudo_hard(step: float, mean_free_time: float, *, lammps: bool = False) -> 
             kT=temperature(scene, np.asarray(scene.velocities)),
             diameter=scene.diameter,
             mass=scene.mass,
+            **({"skin": UNTUNED} if logged else {}),
         )
         return _PseudoHard(system, 0.5 * scene.n / mean_free_time)
 
@@ -277,6 +284,7 @@ class _Stepping:
     """Time-driven stepping."""
 
     system: Stepper
+    logged: bool = True
     pairs: list[tuple[int, int]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -286,7 +294,8 @@ class _Stepping:
     def run(self, time: float) -> None:
         self._asked += time
         steps = round(self._asked / self.system.step) - self.system.steps
-        self.pairs += [(min(i, j), max(i, j)) for _, i, j in self.system.run(steps, log=True)]
+        found = self.system.run(steps, log=self.logged)
+        self.pairs += [(min(i, j), max(i, j)) for _, i, j in found]
 
     def settle(self, time: float) -> None:
         self.run(time)
@@ -314,7 +323,7 @@ class _Stepping:
             single=system.real is np.float32,
             skin=system.skin,
         )
-        return _Stepping(back)
+        return _Stepping(back, self.logged)
 
     def tally(self) -> tuple[float, int, float]:
         return self.system.time, self.system.collisions, self.system.virial
@@ -379,7 +388,8 @@ class _PseudoHard:
     def faults(self) -> tuple[float, float, float]:
         kinetic = self.system.mass * float((self._speeds**2).sum()) / 2.0
         energy = abs(self.system.energy - self._energy) / kinetic
-        return math.nan, energy, _changes(self._speeds, self.system.velocities)[1]
+        overlap = 1.0 - getattr(self.system, "closest", math.nan)
+        return overlap, energy, _changes(self._speeds, self.system.velocities)[1]
 
     def bytes_per_particle(self) -> float:
         return getattr(self.system, "bytes", math.nan) / len(self._speeds)

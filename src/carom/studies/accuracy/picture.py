@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,13 @@ LOOKS = {
 }
 """Marker and colour of each algorithm."""
 
+
+SIDES = {
+    "float64": ("right", (-6, -3)),
+    "LAMMPS": ("right", (-6, -3)),
+    "Mie 50-49": ("center", (0, 8)),
+}
+"""Where the name of a method stands, if not to the right of its slowest point."""
 
 FLOOR = 2.0**-53
 """Where an error of zero is drawn: half a rounding."""
@@ -77,12 +85,28 @@ def _panel(
         axes.plot(rates[k], errors[k], marker, color=colour)
         if bars is not None:
             axes.plot([rates[k]] * 2, [errors[k], errors[k] + bars[k]], color=colour, lw=1)
-        axes.annotate(row.method, (rates[k], errors[k]), (4, 4), textcoords="offset points", fontsize=7)
+    for name, members in families(result).items():
+        members.sort(key=lambda k: rates[k])
+        x, y = ([values[k] for k in members] for values in (rates, errors))
+        axes.plot(x, y, "-", color=LOOKS[result.rows[members[0]].algorithm][1], lw=0.7)
+        side, shift = SIDES.get(name, ("left", (6, 3)))
+        end = -1 if side == "center" else 0
+        axes.annotate(name, (x[end], y[end]), shift, textcoords="offset points", fontsize=7, ha=side)
     front = pareto(rates, errors)
     axes.plot([rates[k] for k in front], [errors[k] for k in front], "-", color=plots.PALE, lw=2, zorder=0)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.margins(x=0.2, y=0.1)
+
+
+def families(result: TradeResult) -> dict[str, list[int]]:
+    """Return the rows of each method, whatever its time step."""
+    found: dict[str, list[int]] = {}
+    for k, row in enumerate(result.rows):
+        name = re.sub(r"(^|, )step [\d.e-]+", "", row.method)
+        name = f"stepping{name}" if row.algorithm == "time-driven" else name
+        found.setdefault(name, []).append(k)
+    return found
 
 
 def pareto(speeds: list[float], errors: list[float]) -> list[int]:

@@ -73,7 +73,7 @@ class Row:
     ----------
     method, algorithm : str
     n_speed : int
-        Particles of the scene on which the speed was measured.
+        Particles of the scene on which speed, Z and D were measured.
     collisions_per_second : float
         Per CPU second, on one core.
     bytes_per_particle : float
@@ -92,11 +92,13 @@ class Row:
     z_bias, z_error : float
         Z over what it should be less one, and its standard error.
     contact_bias, contact_error : float
-        The same of g(sigma+), from the number of collisions; nan where nothing is a collision.
-    msd_bias, msd_error : float
-        The same of the mean squared displacement in a mean free time, compared with the engine's.
-    z_cost : float
-        Error of Z after one CPU second, relative: the statistical one. What a bias leaves is ``z_bias``.
+        The same of g(sigma+), from the number of collisions; from the virial where nothing is a collision.
+    diffusion, diffusion_bias, diffusion_error : float
+        D of these spheres [length^2 / time], compared with the engine's D of as many, by the rule of
+        :class:`carom.studies.accuracy.diffusion.EinsteinSlope`.
+    z_cost, diffusion_cost : float
+        Error of Z and D after one CPU second, relative: the statistical one. What a bias leaves is beside
+        it.
     """
 
     method: str
@@ -117,9 +119,11 @@ class Row:
     z_error: float
     contact_bias: float
     contact_error: float
-    msd_bias: float
-    msd_error: float
+    diffusion: float
+    diffusion_bias: float
+    diffusion_error: float
     z_cost: float
+    diffusion_cost: float
 
 
 @dataclass(frozen=True)
@@ -253,15 +257,18 @@ def trade(
         )
         followings.append((start, track))
     rows: list[Row] = []
-    true_z = expected_pressure(small)  # without a theory, the engine's own Z
-    true_msd: Estimate | None = None
+    rights: dict[int, tuple[float, Estimate]] = {}
     for k, method in enumerate(followed):
         report(method.name, k / len(followed))
         where = scene if method.fast else small
-        row, found = _row(method, where, followings, mean_free_time, seconds, true_z, true_msd)
-        true_z = found.pressure.compressibility_factor.mean if true_z is None else true_z
-        true_msd = found.displacement if true_msd is None else true_msd
-        rows.append(row)
+        found = measured(where, method, mean_free_time, seconds)
+        if where.n not in rights:
+            # The engine is the first; slow methods have its D of their own size.
+            right = found if method.fast else measured(small, followed[0], mean_free_time, seconds)
+            z = expected_pressure(where)  # without a theory, the engine's own Z
+            own = right.pressure.compressibility_factor.mean
+            rights[where.n] = (own if z is None else z), right.diffusion
+        rows.append(_row(method, where, found, followings, mean_free_time, seconds, *rights[where.n]))
     by_size = sizes(
         scene.dimension, scene.packing_fraction, plan.run.seed, 0.5 * seconds, lambda f: report("Sizes", f)
     )
@@ -284,17 +291,16 @@ def _reach(seconds: float) -> float:
 def _row(
     method: Method,
     where: Scene,
+    found: Measured,
     followings: list[tuple[Scene, Track]],
     mean_free_time: float,
     seconds: float,
-    true_z: float | None,
-    true_msd: Estimate | None,
-) -> tuple[Row, Measured]:
+    z: float,
+    diffusion: Estimate,
+) -> Row:
+    """Return the figures of a method; ``z`` and ``diffusion`` are what it should have found."""
     small, track = followings[0]
-    interval = float(track.times[0])
-    rate, moving = speed(where, method, interval, 0.25 * seconds)
-    size = moving.bytes_per_particle()
-    moving.order()
+    rate, moving = speed(where, method, SAMPLES * mean_free_time, 0.25 * seconds)
     # The oracle would only be compared with itself.
     follows = Faithfulness()
     if not method.many_digits:
@@ -303,22 +309,18 @@ def _row(
     back = [
         reversal(small, method, count * mean_free_time) if count <= longest else math.nan for count in BACK
     ]
-    found = measured(small, method, SAMPLES * interval, seconds)
     overlap, energy, momentum = found.motion.faults()
     collisions = found.motion.tally()[1]
-    collides = found.motion.order() is not None
-    z, count = found.pressure.compressibility_factor, found.pressure.compressibility_factor_from_rate
-    true = z.mean if true_z is None else true_z
+    mine, own = found.pressure.compressibility_factor, found.diffusion
     # g(sigma+) is proportional to Z - 1.
-    from_rate = count.scaled(1.0 / (true - 1.0), offset=-1.0 / (true - 1.0))
-    msd = found.displacement
-    right = msd if true_msd is None else true_msd
-    row = Row(
+    count = mine if method.kind == "pseudo-hard" else found.pressure.compressibility_factor_from_rate
+    contact = count.scaled(1.0 / (z - 1.0), offset=-1.0 / (z - 1.0))
+    return Row(
         method=method.name,
         algorithm=method.kind,
         n_speed=where.n,
         collisions_per_second=rate,
-        bytes_per_particle=size,
+        bytes_per_particle=moving.bytes_per_particle(),
         worst_overlap=overlap,
         energy_drift=energy * 1e6 / collisions,
         momentum_drift=momentum * 1e6 / collisions,
@@ -328,15 +330,16 @@ def _row(
         back_5=back[0],
         back_10=back[1],
         back_20=back[2],
-        z_bias=z.mean / true - 1.0,
-        z_error=z.error / true,
-        contact_bias=from_rate.mean - 1.0 if collides else math.nan,
-        contact_error=from_rate.error if collides else math.nan,
-        msd_bias=msd.mean / right.mean - 1.0,
-        msd_error=math.hypot(msd.relative_error, 0.0 if true_msd is None else right.relative_error),
-        z_cost=z.relative_error * math.sqrt(found.seconds),
+        z_bias=mine.mean / z - 1.0,
+        z_error=mine.error / z,
+        contact_bias=contact.mean - 1.0,
+        contact_error=contact.error,
+        diffusion=own.mean,
+        diffusion_bias=own.mean / diffusion.mean - 1.0,
+        diffusion_error=math.hypot(own.relative_error, 0.0 if own is diffusion else diffusion.relative_error),
+        z_cost=mine.relative_error * math.sqrt(found.seconds),
+        diffusion_cost=own.relative_error * math.sqrt(found.seconds),
     )
-    return row, found
 
 
 def melted(scene: Scene, seed: int) -> tuple[Scene, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,13 @@ WORTH = 0.1
 
 SHORT = 20.0
 """CPU seconds below which one run on one core is planned: starting workers would take as long."""
+
+LEAST = 1.0
+"""CPU seconds of a plan at least. A start of Python takes as long. The CPU time of much shorter runs
+depends on what else the machine does: runs of 0.1 s took up to 1.8 times their median on a busy one."""
+
+ROOM = 0.9
+"""Part of the time for which an error is named that can be reached: the next pilot finds another rate."""
 
 PART = 0.02
 """Part of a run that is equilibration at least: long waves, which a pilot is too short for, cost no more."""
@@ -129,6 +137,19 @@ def on_cores(costs: Costs, error: float, cores: int, limit: float) -> Design:
     return best
 
 
+def filled(costs: Costs, limit: float) -> Costs:
+    """Return costs with which no run is planned that takes less than :data:`LEAST`, if the limit allows it.
+
+    A run of a tenth of that is made longer. Its error is then smaller than what was asked for.
+    """
+    if limit < 2.0 * LEAST:
+        return costs
+    constant = costs.setup_seconds + costs.overhead_seconds
+    constant += 0.5 * costs.n * costs.equilibration / costs.collisions_per_second
+    per_particle = 2.0 * (LEAST - constant) * costs.collisions_per_second / costs.n
+    return dataclasses.replace(costs, shortest=max(costs.shortest, per_particle))
+
+
 def within(costs: Costs, cores: int, limit: float) -> float:
     """Return the smallest error that a size reaches in a time on all cores; infinite if there is none."""
     each = limit - costs.setup_seconds - costs.overhead_seconds
@@ -178,7 +199,7 @@ def afford(
             f"Equilibration alone takes {duration(each)} ({chosen.n} particles, {chosen.equilibration:g} "
             f"collisions per particle), and there are {duration(limit)}. Give more hours, or a lower density."
         )
-    best = min((within(one, cores, limit) for one in candidates), default=math.inf)
+    best = min((within(one, cores, ROOM * limit) for one in candidates), default=math.inf)
     reach = f"; in this time {shown(best)} can be reached" if math.isfinite(best) else ""
     raise InputError(
         f"{what} takes {duration(found.seconds(cores))} on {cores} {'core' if cores == 1 else 'cores'}, and "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time as clock
 import warnings
@@ -18,6 +19,7 @@ from carom.studies.coefficients.simulate import simulate
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.planner import pilot as trial
 from carom.studies.planner.choice import Costs, slowed
+from carom.studies.planner.measures import REPLICA, once
 from carom.studies.planner.system import System
 from carom.studies.tasks import Record, Task
 
@@ -29,6 +31,9 @@ OF_PILOT = 64
 
 BLOCKS = 128
 """Blocks of all replicas together: their error bar is known to 6 %."""
+
+FEWEST, SHORT = 16, 16.0
+"""Blocks of a run at least, and collisions per particle of one that only loads what is compiled."""
 
 OF_SHIFT, SMALL = 0.03, 10.0
 """Part of the shift with N that mode coupling may miss: 500 to 4000 spheres agree to the first at eta = 0.26.
@@ -44,10 +49,19 @@ ESTIMATORS = {
 
 def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     """Run a task of a transport study, and note its CPU time."""
+    load(task)
     began = clock.thread_time()
     record = simulate(task, stop)
     record["provenance"]["cpu_seconds"] = {"all": clock.thread_time() - began}
     return record
+
+
+def load(task: Task) -> None:
+    """Compile what a task calls, or load it: once in a process, before any time is taken."""
+    brief = {
+        **task, "equilibration": 1.0, "collisions_per_particle": SHORT, "blocks": FEWEST, "replica": REPLICA,
+    }  # fmt: skip
+    once("D " + json.dumps(task["scene"], sort_keys=True), lambda: simulate(brief))
 
 
 def missed(n: int) -> float:
@@ -56,40 +70,22 @@ def missed(n: int) -> float:
 
 
 @dataclass(frozen=True)
-class DiffusionPilot:
-    """What a pilot found.
+class DiffusionPilot(trial.Found):
+    """What a pilot for D found.
 
     Attributes
     ----------
-    n : int
     value : float
         D of infinitely many [length^2 / time].
-    variances : dict
-        By estimator: the squared error of D of this n times pair collisions.
     viscosity : float
         Shear viscosity [mass / (length time)].
     of_viscosity : float
         Its squared relative error times pair collisions.
-    collisions_per_second, setup_seconds, equilibration, seconds : float
-        As of :class:`carom.studies.planner.pilot.Pilot`.
-    sure : bool
     """
 
-    n: int
     value: float
-    variances: dict[str, float]
     viscosity: float
     of_viscosity: float
-    collisions_per_second: float
-    setup_seconds: float
-    equilibration: float
-    sure: bool
-    seconds: float
-
-    @property
-    def estimator(self) -> str:
-        """The estimator with the smallest variance."""
-        return min(self.variances, key=self.variances.__getitem__)
 
 
 class DiffusionMethod:
@@ -142,8 +138,6 @@ class DiffusionMethod:
                 sim = trial.begin(self.system, n, seed)
                 sim.run(collisions=trial.COLLISIONS)
                 equilibration = trial.equilibrate(sim, self.system, trial.Watch(seconds, look))
-            (short,) = self.tasks(n, 1, 1.0, 16.0, seed)
-            simulate({**short, "replica": trial.REPLICA})
             length = self.block(n) * OF_PILOT
             (task,) = self.tasks(n, 1, equilibration, length, seed)
             watch = trial.Watch(seconds, look)
@@ -152,7 +146,7 @@ class DiffusionMethod:
                 watch.look()
                 return False
 
-            record = measure({**task, "replica": trial.REPLICA}, stop)
+            record = measure({**task, "replica": REPLICA}, stop)
         point = Point([record])
         collisions = sum(block["collisions"] for block in record["result"]["blocks"])
         seconds = record["provenance"]["cpu_seconds"]["all"]
@@ -224,7 +218,7 @@ class DiffusionMethod:
 
     def tasks(self, n: int, replicas: int, equilibration: float, length: float, seed: int) -> list[Task]:
         """Return the runs of a plan."""
-        blocks = max(16, min(-(-BLOCKS // replicas), int(length / self.block(n))))
+        blocks = max(FEWEST, min(-(-BLOCKS // replicas), int(length / self.block(n))))
         spec = TransportSpec(
             (self.system.packing_fraction,), n=(n,), replicas=replicas, equilibration=equilibration,
             collisions_per_particle=length, seed=seed, blocks=blocks, scene=dict(self.system.scene),

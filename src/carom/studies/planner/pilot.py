@@ -13,7 +13,7 @@ import numpy as np
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.simulation.simulation import Simulation
-from carom.studies.planner.measures import BLOCKS, Blocks, estimates, of_scene, refuse_unusual
+from carom.studies.planner.measures import BLOCKS, REPLICA, Blocks, estimates, load, of_scene, refuse_unusual
 from carom.studies.planner.system import System
 from carom.studies.worker import simulation_of
 
@@ -43,27 +43,18 @@ SMALL = 0.8
 """Collisions per particle of the blocks that, beside long ones, tell what the call for a block costs: some as
 short as those of the shortest runs."""
 
-REPLICA = 10**6
-"""Number of the replica that a pilot is: none of a study's, so that its collisions are not counted twice."""
-
 
 @dataclass(frozen=True)
-class Pilot:
-    """What a pilot found.
+class Found:
+    """What every pilot found, whatever it measured.
 
     Attributes
     ----------
     n : int
-    counts : tuple of int
-        Of each species.
-    z : float
-        Of this n, to the accuracy of a pilot.
     variances : dict
-        By estimator: the squared error of Z times the collisions that it took.
+        By estimator: the squared error of what was measured times the pair collisions that it took.
     collisions_per_second : float
-        In a second of CPU, while measuring, the calls for blocks left out.
-    block_seconds : float
-        CPU time of such a call.
+        In a second of CPU, while measuring.
     setup_seconds : float
         CPU time to make the scene.
     equilibration : float
@@ -75,11 +66,8 @@ class Pilot:
     """
 
     n: int
-    counts: tuple[int, ...]
-    z: float
     variances: dict[str, float]
     collisions_per_second: float
-    block_seconds: float
     setup_seconds: float
     equilibration: float
     sure: bool
@@ -89,6 +77,25 @@ class Pilot:
     def estimator(self) -> str:
         """The estimator with the smallest variance."""
         return min(self.variances, key=self.variances.__getitem__)
+
+
+@dataclass(frozen=True)
+class Pilot(Found):
+    """What a pilot for Z found; the calls for blocks are left out of its rate.
+
+    Attributes
+    ----------
+    counts : tuple of int
+        Of each species.
+    z : float
+        Of this n, to the accuracy of a pilot.
+    block_seconds : float
+        CPU time of a call for a block.
+    """
+
+    counts: tuple[int, ...]
+    z: float
+    block_seconds: float
 
 
 def pilot(
@@ -120,7 +127,7 @@ def pilot(
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", CaromWarning)
-        _compiled(begin(system, n, seed))
+        load(system.spec(n, seed=seed).tasks()[0])
         watch = Watch(seconds, look)
         sim = begin(system, n, seed)
         setup = watch.passed
@@ -174,12 +181,6 @@ def begin(system: System, n: int, seed: int) -> Simulation:
     """Return n particles in motion. No run of a plan has their start."""
     task = {**system.spec(n, seed=seed).tasks()[0], "replica": REPLICA}
     return simulation_of(task, refuse_unusual)
-
-
-def _compiled(sim: Simulation) -> None:
-    """Have everything compiled that a run of this size calls."""
-    sim.run(collisions=COLLISIONS)
-    Blocks(sim).go_on(sim.time_for(SMALL), 1)
 
 
 def _calls(sim: Simulation) -> tuple[float, float]:

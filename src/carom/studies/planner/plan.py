@@ -17,7 +17,7 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.io.paths import reason, replacing, writing
 from carom.studies.executors import cores as all_cores
-from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration
+from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod
 from carom.studies.planner.outcome import Outcome, carry_out
 from carom.studies.planner.pressure import PressureMethod
@@ -346,6 +346,7 @@ def plan(
             costs = how.costs(found, chosen.n)
         else:
             costs = _timed(costs, how.costs(again, chosen.n))
+    costs = filled(costs, limit)
     last = afford([costs], costs, error, cores, limit, str(goal), _asking(goal, value))
     best = min(found.variances.values())
     return RunPlan(
