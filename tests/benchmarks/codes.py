@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from carom.studies.codes.compression import compress
+from carom.studies.codes.repulsion import starts_for
 from carom.studies.codes.search import HOPS, RATES, search
 
 TABLE = Path(__file__).parents[1] / "data" / "spherical_codes.csv"
@@ -38,6 +39,7 @@ def main():
     parser.add_argument("-k", type=int, default=3)
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--hops", type=int, default=HOPS)
+    parser.add_argument("--starts", type=int, help="as carom code has them, if left out")
     chosen = parser.parse_args()
     table = best_known()
     compress({"n": 9, "k": chosen.k, "seed": 0, "rate": 0.2})
@@ -45,10 +47,9 @@ def main():
     print("|---|---|---|---|---|")
     for n in chosen.n:
         begin = time.process_time()
-        tasks = [
-            {"n": n, "k": chosen.k, "seed": seed, "rate": RATES[seed % 2], "hops": chosen.hops}
-            for seed in range(chosen.seeds)
-        ]
+        starts = starts_for(n) if chosen.starts is None else chosen.starts
+        common = {"n": n, "k": chosen.k, "hops": chosen.hops, "starts": starts}
+        tasks = [{**common, "seed": seed, "rate": RATES[seed % 2]} for seed in range(chosen.seeds)]
         cosines = np.array([search(task)["cosine"] for task in tasks])
         spent = (time.process_time() - begin) / chosen.seeds
         best = math.degrees(math.acos(cosines.min()))

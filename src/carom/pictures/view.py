@@ -14,7 +14,7 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.paths import replacing, writing
 from carom.io.trajectory import Reader, open_reader
-from carom.models.interface import Obstacle
+from carom.models.interface import Interaction, Obstacle
 
 ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
 """What is shown of a folder: the first of these that there is."""
@@ -37,7 +37,7 @@ class View:
     def html(self) -> str:
         """The page."""
         folder = resources.files("carom.pictures") / "viewer"
-        names = ("template.html", "viewer.css", "hexatic.js", "viewer.js")
+        names = ("template.html", "viewer.css", "hexatic.js", "rings.js", "viewer.js")
         template, style, *scripts = ((folder / name).read_text(encoding="utf-8") for name in names)
         # In a script element only "</" could end it.
         data = json.dumps(self.data, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
@@ -78,6 +78,7 @@ def view(
     obstacles: Sequence[Obstacle] | None = None,
     collisions: int | None = None,
     title: str | None = None,
+    interaction: Interaction | None = None,
 ) -> View:
     """Show spheres in a browser: light, depth, time to scrub, and collisions one by one.
 
@@ -93,6 +94,8 @@ def view(
         How many of an event log; 20 000 if left out.
     title : str, optional
         Of the page.
+    interaction : value, optional
+        That of an event log, where no file holds it: range rules, which are asked again.
 
     Returns
     -------
@@ -112,7 +115,7 @@ def view(
     >>> carom.view(carom.Scene.fcc(3, packing_fraction=0.4)).title
     '108 spheres'
     """
-    data, name = _data(source, obstacles, collisions)
+    data, name = _data(source, obstacles, collisions, interaction)
     shown = View(data, title or name)
     if path is not None:
         shown.save(path)
@@ -120,7 +123,10 @@ def view(
 
 
 def _data(
-    source: Any, obstacles: Sequence[Obstacle] | None, collisions: int | None
+    source: Any,
+    obstacles: Sequence[Obstacle] | None,
+    collisions: int | None,
+    interaction: Interaction | None,
 ) -> tuple[dict[str, Any], str]:
     """Return the data of a page and its title."""
     from carom.observables.packing import PackingNetwork
@@ -129,7 +135,7 @@ def _data(
     from carom.scene.scene import Scene
 
     if isinstance(source, str | os.PathLike):
-        return _of_path(Path(source), obstacles, collisions)
+        return _of_path(Path(source), obstacles, collisions, interaction)
     network = source if isinstance(source, PackingNetwork) else getattr(source, "network", None)
     if isinstance(network, PackingNetwork):
         return viewdata.of_network(network), f"Packing at {network.packing_fraction:.5g}"
@@ -160,7 +166,10 @@ def _of_scene(scene: Any) -> Frame:
 
 
 def _of_path(
-    path: Path, obstacles: Sequence[Obstacle] | None, collisions: int | None
+    path: Path,
+    obstacles: Sequence[Obstacle] | None,
+    collisions: int | None,
+    interaction: Interaction | None,
 ) -> tuple[dict[str, Any], str]:
     """Return the data of a file, or of what a folder holds."""
     from carom.pictures import viewdata
@@ -184,7 +193,7 @@ def _of_path(
         from carom.simulation.replay import Replay
 
         limit = viewdata.MOST_COLLISIONS if collisions is None else collisions
-        return viewdata.of_replay(Replay(path), limit), title
+        return viewdata.of_replay(Replay(path, interaction=interaction), limit), title
     with open_reader(path) as reader:
         standing = standing_beside(path) if obstacles is None else obstacles
         return viewdata.of_frames(reader, standing), title
@@ -201,6 +210,16 @@ def is_log(path: Path) -> bool:
             return file.attrs.get("format") in ("carom-events", b"carom-events")
     except OSError:
         return False
+
+
+def rules_beside(source: Path) -> Interaction | None:
+    """Return the range rules that the scene file of a folder, or beside a log, names; runs their code."""
+    folder = source if source.is_dir() else source.parent
+    if not (folder / "scene.toml").exists():
+        return None
+    from carom.plan.plan import Plan
+
+    return Plan.load(folder / "scene.toml").trusted().scene.own().get("interaction")
 
 
 def standing_beside(trajectory: Path) -> Sequence[Obstacle]:

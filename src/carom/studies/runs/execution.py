@@ -111,6 +111,7 @@ def resume(
     progress: Progress | None = None,
     predicted: Predicted | None = None,
     workers: int | str = 1,
+    trust_code: bool = False,
 ) -> RunResult:
     """Go on with the run in a folder; its results are those of the uninterrupted run, bit for bit.
 
@@ -122,6 +123,8 @@ def resume(
         As in :func:`run`.
     workers : int or "auto"
         Threads; as many as the run had before, or any other number.
+    trust_code : bool
+        Whether the Python file of a range rule may run: see :meth:`carom.plan.Plan.trusted`.
 
     Returns
     -------
@@ -130,6 +133,8 @@ def resume(
 
     Raises
     ------
+    InputError
+        If the scene has a range rule of a file whose code may not run, or which was edited.
     FileError
         If the folder holds no run, another process is running in it, or its checkpoint is damaged or of
         another version of Carom; if its scene file was edited; if a file that the run wrote is damaged and
@@ -154,9 +159,11 @@ def resume(
     with stoppable() as stop:
         if not folder.checkpoint.is_file():
             plan = Plan.load(folder.scene)
+            plan = plan.trusted() if trust_code else plan
             summary = Run(plan, folder, stop, progress, predicted, workers).from_the_start()
         else:
             plan, notes = _noted(folder.checkpoint)
+            plan = plan.trusted() if trust_code else plan
             summary = Run(plan, folder, stop, progress, predicted, workers).from_checkpoint(notes)
     return RunResult(folder.path, summary, new=True)
 
