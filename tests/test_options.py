@@ -149,7 +149,9 @@ MOVIE = ("two.extxyz", "two.gif")
 TOO_SLOW = {
     *(
         ("view", option)
-        for option in ("source", "--out", "--collisions", "--open", "--no-open", "--trust-code", "--overwrite")
+        for option in (
+            "source", "--out", "--collisions", "--open", "--no-open", "--trust-code", "--overwrite",
+        )
     ),
     *(
         ("movie", option)

@@ -107,7 +107,7 @@ class Ranges:
     """
 
     kinds: Sequence[Kind]
-    rule: Callable[[Any, Any], None]
+    rule: Callable[[Any, Any], Any]
     seed: int = 0
 
     penetrable = True
@@ -184,12 +184,17 @@ class Ranges:
                         event[0].toward[:], event[0].distance = 1.0, math.sqrt(dimension)
                         try:
                             with np.errstate(all="ignore"):
-                                self.rule(unit[0], event[0])
+                                answer = self.rule(unit[0], event[0])
                         except Exception as error:
                             raise InputError(
                                 f"The rule {self.rule.__name__} fails for a unit of kind {each.name!r}: "
                                 f"{type(error).__name__}: {error}"
                             ) from error
+                        if answer is not None:
+                            raise InputError(
+                                f"The rule {self.rule.__name__} returns {checks.describe(answer)}; it must "
+                                "return nothing: what it decides it writes into unit."
+                            )
 
     def steps(self, particles: Particles) -> tuple[int, np.ndarray]:
         """Return how many steps there are, and the outermost: that of those who are in no circle."""
