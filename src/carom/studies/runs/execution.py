@@ -124,7 +124,7 @@ def resume(
     workers : int or "auto"
         Threads; as many as the run had before, or any other number.
     trust_code : bool
-        Whether the Python file of a range rule may run: see :meth:`carom.plan.Plan.trusted`.
+        Whether the Python file of a range rule may run: as ``Plan.trusted()`` lets it.
 
     Returns
     -------
