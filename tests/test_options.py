@@ -3,6 +3,7 @@
 import contextlib
 import json
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -148,7 +149,9 @@ MOVIE = ("two.extxyz", "two.gif")
 TOO_SLOW = {
     *(
         ("view", option)
-        for option in ("source", "--out", "--collisions", "--open", "--no-open", "--overwrite")
+        for option in (
+            "source", "--out", "--collisions", "--open", "--no-open", "--trust-code", "--overwrite",
+        )
     ),
     *(
         ("movie", option)
@@ -166,7 +169,7 @@ TOO_SLOW = {
         ("eos", option)
         for option in ("--dimension", "--relative-error", "--engine", "--workers", "--scheduler")
     ),
-    *(("code", option) for option in ("--seeds", "--first", "--rate", "--hops", "--workers")),
+    *(("code", option) for option in ("--seeds", "--first", "--rate", "--hops", "--starts", "--workers")),
     *(
         ("transport", option)
         for option in (
@@ -228,9 +231,11 @@ CASES = {
         "--explain": added((*RUN, *OUT), ("--explain",), made("out"), False),
         # Several change no bit; that the number is read is seen by one that is refused.
         "--workers": added((*RUN, *OUT), ("--workers", "0"), lambda done: done.code, 2),
+        "--trust-code": added(("hunt/scene.toml", "--explain"), ("--trust-code",), made("hunt/ran"), True),
     },
     "resume": {
         "--workers": added(("begun",), ("--workers", "two"), lambda done: done.code, 2),
+        "--trust-code": added(("hunt",), ("--trust-code",), made("hunt/ran"), True),
         "folder": added((), ("finished",), lambda done: (done.code, "already" in done.printed), (0, True)),
         "--json": added(("finished",), ("--json",), json_alone, True),
     },
@@ -329,6 +334,7 @@ CASES = {
         ),
         "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked.get("rate"), 0.1),
         "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked.get("hops"), 2),
+        "--starts": added(("9",), ("--starts", "3"), lambda done: done.asked.get("starts"), 3),
         "--digits": added(
             ("5", "--json"), ("--digits", "40"), lambda done: len(json.loads(done.printed)["angle"]), 41
         ),
@@ -417,6 +423,7 @@ CASES = {
         "--no-open": added(
             ("two.extxyz",), ("--no-open",), lambda done: done.asked.get("launched"), None
         ),
+        "--trust-code": added(("hunt",), ("--trust-code",), made("hunt/ran"), True),
         "--overwrite": added(
             ("two.extxyz", "--out", "full/rdf.csv"), ("--overwrite",), lambda done: done.code, 0
         ),
@@ -445,6 +452,20 @@ PLAN = RunPlan(
 """What a planner that is only asked returns."""
 
 
+HUNT = """
+[scene]
+initial = "random"
+n = 4
+box = [9.0, 9.0]
+diameter = 0.1
+[scene.interaction]
+type = "ranges"
+file = "rules.py"
+rule = "behave"
+kinds = [{ name = "hare", circles = [1.0] }]
+"""
+
+
 class Asked(Exception):
     """Raised by a function that was only to be asked."""
 
@@ -468,6 +489,11 @@ def material(tmp_path_factory):
     assert type_in(folder, "run", *RUN, "--out", "finished").code == 0
     (folder / "begun").mkdir()
     shutil.copy(folder / "finished" / "scene.toml", folder / "begun")
+    hunt = folder / "hunt"
+    hunt.mkdir()
+    (hunt / "scene.toml").write_text(HUNT)
+    # It says that it ran, and has no rule that a long compilation would follow.
+    (hunt / "rules.py").write_text("from pathlib import Path\nPath(__file__).with_name('ran').touch()\n")
     full = folder / "full"
     full.mkdir()
     for name in ("summary.json", "trajectory.h5md", "rdf.csv"):
@@ -492,6 +518,8 @@ def frame_at(scene, time):
 def type_in(folder, command, *arguments, asked=None):
     """Type a command in a folder."""
     with contextlib.chdir(folder), pytest.MonkeyPatch.context() as patch:
+        for name in [name for name in sys.modules if name.startswith("carom_rules_")]:
+            patch.delitem(sys.modules, name)  # one source runs once in a process
         saved = []
         save = checkpoint.save
         patch.setattr(checkpoint, "save", lambda *given: (saved.append(1), save(*given)))

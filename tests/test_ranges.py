@@ -1,5 +1,6 @@
 """Range rules: counters, rules, timers, removal; against counting, the naive algorithm, replay and resume."""
 
+import base64
 import math
 import os
 import re
@@ -9,11 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_view import shown, where
 
 import carom
 from carom.compiling.reasons import reason
 from carom.errors import InputError
 from carom.io.events import read_events
+from carom.io.palette import FACES, rgb
+from carom.pictures import viewdata
 from carom.ranges import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.reference.rules import NaiveRules
 from carom.simulation.replay import Replay
@@ -113,6 +117,48 @@ def test_a_replay_asks_the_rules_again_bit_for_bit(run):
     again.advance_to(sim.time)
     for name in ("positions", "velocities"):
         assert (getattr(again.frame(), name) == getattr(sim.frame(), name)).all()
+
+
+def test_the_viewer_flies_units_as_they_decided_and_shows_what_they_became(run):
+    sim, folder = run
+    data = viewdata.of_replay(Replay(folder / "log.h5", interaction=ranges()), 10**6)
+    records = data["replay"]
+    starts, times, places, velocities, kinds = (
+        np.frombuffer(base64.b64decode(text), kind)
+        for text, kind in [
+            (records["starts"], "<i4"),
+            (records["times"], "<f8"),
+            (records["places"], "<f4"),
+            (records["velocities"], "<f4"),
+            (records["units"]["kinds"], "u1"),
+        ]
+    )
+    places, velocities = places.reshape(-1, 3), velocities.reshape(-1, 3)
+    assert records["units"]["names"] == ["hawk", "dove"]
+    assert records["units"]["circles"] == [list(each) for each in CIRCLES]
+    again, box = Replay(folder / "log.h5", interaction=ranges()), np.array([*sim.scene.box, 1.0])
+    for time in np.linspace(0.0, sim.time, 9):
+        again.advance_to(float(time))
+        frame, decided = again.frame(), again.decided
+        for k in range(frame.n):
+            r = starts[k] + np.searchsorted(times[starts[k] : starts[k + 1]], time, side="right") - 1
+            off = places[r] + velocities[r] * (time - times[r]) - np.append(frame.positions[k], 0.0)
+            # float32 places up to the box, and velocities of order one over at most the run's time.
+            assert np.abs(off - box * np.rint(off / box)).max() < 2.0**-21 * (box.max() + sim.time)
+            assert kinds[r] == (decided[k] if decided[k] >= 0 else 255)
+    assert (decided == np.where(sim.units.present, sim.units.kinds, -1)).all()
+
+
+@pytest.mark.slow
+def test_circles_and_kinds_are_seen_in_the_browser(run, tmp_path):
+    page = carom.view(run[1] / "log.h5", interaction=ranges())
+    plain = shown(page, tmp_path, "time=0&rings=0")
+    ringed = shown(page, tmp_path, "time=0")
+    late = shown(page, tmp_path, f"time={run[0].time}&rings=0")
+    for kind in (0, 1):  # a ring of radius 2 to 3 has many more points than a disk of diameter 0.1
+        assert where(ringed, rgb(FACES[kind]))[2] > 10 * max(where(plain, rgb(FACES[kind]))[2], 1)
+    grey = np.abs(late - [0.62, 0.62, 0.62]).max(axis=2) < 0.03
+    assert grey[80:400].sum() > np.abs(plain - [0.62, 0.62, 0.62]).max(axis=2)[80:400].__lt__(0.03).sum()
 
 
 def test_a_checkpoint_goes_on_bit_for_bit(run, tmp_path):

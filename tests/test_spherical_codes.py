@@ -18,6 +18,7 @@ from carom.studies.codes.compression import compress, random_points
 from carom.studies.codes.contacts import contact_graph
 from carom.studies.codes.hops import improve
 from carom.studies.codes.polish import polish, refine
+from carom.studies.codes.repulsion import _energy, repelled
 from carom.studies.codes.toml import arguments, parse
 
 with open(Path(__file__).parent / "data" / "spherical_codes.csv", encoding="utf-8") as file:
@@ -192,6 +193,7 @@ def test_the_same_seed_gives_the_same_code_wherever_it_runs():
         ({"n": 9, "seeds": []}, "at least"),
         ({"n": 9, "rate": 0.0}, "rate must be"),
         ({"n": 9, "hops": -1}, "hops must be"),
+        ({"n": 9, "starts": -1}, "starts must be"),
         ({"n": 9, "digits": 5}, "digits must be"),
         ({"n": 9, "executor": "abacus"}, "executor must be"),
     ],
@@ -279,7 +281,7 @@ def test_what_is_neither_a_number_nor_a_file_is_refused():
 
 def found_among_forty(n, k):
     """Return the best code of the first seeds that reach the table, forty at most: the default."""
-    for seeds in (range(4), range(4, 16), range(16, 40)):
+    for seeds in (range(1), range(1, 4), range(4, 16), range(16, 40)):
         code = spherical_code(n, k, seeds=seeds)
         if code.angle > TABLE[k, n] - LAST_DIGIT:
             break
@@ -297,12 +299,43 @@ def test_the_best_known_codes_are_found(k, n):
 
 
 @pytest.mark.slow
-def test_the_petersen_code_and_the_24_cell_are_found():
-    """Ten points at arccos(1/6) (Bachoc and Vallentin 2009); 24 at 60 degrees, seldom and by fast growth."""
-    ten = spherical_code(10, 4, seeds=10)
-    cell = spherical_code(24, 4, seeds=100, rate=0.1)
+@pytest.mark.parametrize(
+    ("n", "k", "one_over", "contacts"),
+    [
+        (10, 4, 6, None),  # the Petersen code (Bachoc and Vallentin 2009)
+        (24, 4, 2, 96),  # the 24-cell: eight neighbours each
+        (16, 5, 5, 80),  # half of the corners of a cube: ten
+        (27, 6, 4, 216),  # Schlaefli: sixteen
+        (56, 7, 3, 756),  # Hess: twenty-seven
+    ],
+)
+def test_codes_of_lattices_and_polytopes_are_found_by_the_first_seed(n, k, one_over, contacts):
+    """With fewer hops than the default, which take long in many dimensions."""
+    code = searched(n, k, seeds=1, hops=4)
     with mpmath.workdps(40):
-        assert abs(ten.cosine - mpmath.mpf(1) / 6) < mpmath.mpf(10) ** -31
-        assert abs(cell.cosine - mpmath.mpf(1) / 2) < mpmath.mpf(10) ** -31
-    assert len(cell.contacts) == 96
-    assert cell.reached >= 1
+        assert abs(code.cosine - mpmath.mpf(1) / one_over) < mpmath.mpf(10) ** -31
+    assert code.residual < MOST
+    assert contacts in (None, len(code.contacts))
+    assert code.rattlers.size == 0
+
+
+@pytest.mark.parametrize(
+    ("n", "starts", "degrees", "contacts"),
+    [(24, 40, 60.0, 96), pytest.param(120, 12, 36.0, 720, marks=pytest.mark.slow)],
+)
+def test_points_that_repel_each_other_become_the_24_cell_and_the_600_cell(n, starts, degrees, contacts):
+    """From some random sets of points, without growth or hops."""
+    code = polish(climb(repelled(n, 4, starts, np.random.default_rng(1))))
+    assert math.degrees(math.acos(code.cosine)) == pytest.approx(degrees, abs=1e-11)
+    assert len(code.contacts) == contacts
+
+
+def test_the_gradient_of_the_repulsion_is_its_derivative():
+    rng = np.random.default_rng(2)
+    flat, step = rng.standard_normal(15), 2.0**-18
+    _, slope = _energy(flat, 5, 3, 16.0)
+    for axis in range(15):
+        ahead = np.eye(15)[axis] * step
+        rise = _energy(flat + ahead, 5, 3, 16.0)[0] - _energy(flat - ahead, 5, 3, 16.0)[0]
+        # Of second order in the step, with third derivatives of about the cube of the exponent.
+        assert rise / (2.0 * step) == pytest.approx(slope[axis], abs=16.0**3 * step**2 + 1e-10)

@@ -40,6 +40,12 @@ def code(
             help="How many times each seed moves points into holes and optimises again. Without: 20."
         ),
     ] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option(
+            help="Sets of points that repel each other, of every seed. Without: 50; fewer beyond 60 points."
+        ),
+    ] = None,
     digits: Annotated[int | None, typer.Option(help="Decimal digits of the result. Without: 32.")] = None,
     workers: Annotated[int | None, typer.Option(help="Number of processes; default one per core.")] = None,
     out: Annotated[
@@ -51,14 +57,14 @@ def code(
 ) -> None:
     """Search for points on a sphere whose smallest angle is as large as possible.
 
-    Caps on great circles grow until they jam, and hops lead to better codes; the contacts of the best are
-    then solved for to many digits.
+    Caps on great circles grow until they jam, and points repel each other; hops lead to better codes. The
+    contacts of the best are then solved for to many digits.
     Ctrl-C ends the search with the best so far.
 
     [bold]Examples[/bold]
 
     carom code 24
-    carom code 24 -k 4 --seeds 200 --rate 0.1
+    carom code 24 -k 4
     carom code 12 --out icosahedron.txt
     carom code 24 --out caps.png
     carom code search.toml --seeds 100
@@ -72,7 +78,8 @@ def code(
 
     words = _words(n)
     options = {
-        "dimension": dimension, "seeds": seeds, "first": first, "rate": rate, "hops": hops, "digits": digits,
+        "dimension": dimension, "seeds": seeds, "first": first, "rate": rate, "hops": hops, "starts": starts,
+        "digits": digits,
     }  # fmt: skip
     words |= {name: value for name, value in options.items() if value is not None}
     if out is not None and writable(out).exists() and not overwrite:

@@ -24,6 +24,13 @@ Workers = Annotated[
     typer.Option("--workers", "-j", help="Threads that run this one system together: a number, or auto."),
 ]
 
+Trusted = Annotated[
+    bool,
+    typer.Option(
+        "--trust-code", help="Run the Python file that a scene with range rules names (read it first)."
+    ),
+]
+
 
 def _workers(text: str) -> int | str:
     """Return a number of workers, where the option holds one."""
@@ -100,6 +107,7 @@ def run(
         typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT),
     ] = None,
     workers: Workers = "1",
+    trust_code: Trusted = False,
     explain: Annotated[
         bool,
         typer.Option("--explain", help="Print what would be compiled and which arrays are made, then stop."),
@@ -120,6 +128,7 @@ def run(
     carom run --packing-fraction 0.3 --relative-error 1e-3 --max-walltime 600 --out precise
     carom run scene.toml --out fluid --json > summary.json
     carom run scene.toml --explain
+    carom run battle.toml --trust-code
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.overrides import overridden
@@ -147,6 +156,7 @@ def run(
         },
         output={"event_log": event_log, "pictures": pictures},
     )
+    plan = plan.trusted() if trust_code else plan
     if explain:
         from carom.simulation.explanation import explain as explained
 
@@ -172,6 +182,7 @@ def resume(
     folder: Annotated[Path, typer.Argument(help="Folder of a run that was stopped or killed.")],
     as_json: Json = False,
     workers: Workers = "1",
+    trust_code: Trusted = False,
 ) -> None:
     """Continue a run or packing that was stopped. The result is bit-identical to an uninterrupted run.
 
@@ -190,7 +201,13 @@ def resume(
             packing = studies.resume_packing(folder, progress=progress)
             packed(packing.summary(), folder, as_json)
             return
-        result = studies.resume(folder, progress=progress, predicted=predicted, workers=_workers(workers))
+        result = studies.resume(
+            folder,
+            progress=progress,
+            predicted=predicted,
+            workers=_workers(workers),
+            trust_code=trust_code,
+        )
     results(result, as_json)
 
 
@@ -358,6 +375,7 @@ def view(
         int | None, typer.Option(help="Collisions to show of an event log; 20 000 by default.")
     ] = None,
     show: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
+    trust_code: Trusted = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Show a trajectory, a packing, or an event log in exact time, in the browser.
@@ -372,12 +390,13 @@ def view(
     """
     from carom.errors import FileError
     from carom.io.paths import writable
+    from carom.pictures.view import rules_beside
     from carom.pictures.view import view as shown
 
     page = out or (source / "view.html" if source.is_dir() else source.with_suffix(".html"))
     if writable(page).exists() and not overwrite:
         raise FileError(f"{page} exists already and was left as it is; replace it with --overwrite.")
-    shown(source, page, collisions=collisions)
+    shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
     typer.echo(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
     if show:
         typer.launch(str(page))

@@ -7,6 +7,7 @@ from typing import Any
 
 from carom import checks
 from carom.errors import InputError
+from carom.models import rule_files
 from carom.models.bonds import Bonds
 from carom.models.steps import Steps
 from carom.models.wells import SquareWell, StepTable
@@ -73,5 +74,6 @@ TYPES: dict[str, tuple[tuple[str, ...], Callable[..., Any]]] = {
     "square-well": (("width", "depth"), SquareWell),
     "steps": (("table", "distances", "energies", "leaving"), _table_of),
     "bonds": (("pairs", "inner", "outer", "bond", "others"), _bonds_of),
+    "ranges": (("kinds", "file", "rule", "seed", "sha256"), rule_files.of_table),
 }
 """What each type may hold, and what makes it."""

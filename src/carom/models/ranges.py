@@ -7,11 +7,14 @@ applicable. What the engine compiles is in :mod:`carom.models.units`.
 
 from __future__ import annotations
 
+import hashlib
+import itertools
 import math
 import types
+from collections import namedtuple
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -104,10 +107,12 @@ class Ranges:
     """
 
     kinds: Sequence[Kind]
-    rule: Callable[[Any, Any], None]
+    rule: Callable[[Any, Any], Any]
     seed: int = 0
 
     penetrable = True
+    decides = True
+    """Units decide themselves: a run of them has no temperature, pressure or equilibrium to report."""
     keeps_momentum = False
     """Rules change velocities as they like."""
 
@@ -179,12 +184,17 @@ class Ranges:
                         event[0].toward[:], event[0].distance = 1.0, math.sqrt(dimension)
                         try:
                             with np.errstate(all="ignore"):
-                                self.rule(unit[0], event[0])
+                                answer = self.rule(unit[0], event[0])
                         except Exception as error:
                             raise InputError(
                                 f"The rule {self.rule.__name__} fails for a unit of kind {each.name!r}: "
                                 f"{type(error).__name__}: {error}"
                             ) from error
+                        if answer is not None:
+                            raise InputError(
+                                f"The rule {self.rule.__name__} returns {checks.describe(answer)}; it must "
+                                "return nothing: what it decides it writes into unit."
+                            )
 
     def steps(self, particles: Particles) -> tuple[int, np.ndarray]:
         """Return the number of steps, and the outermost one: pairs outside all circles."""
@@ -272,15 +282,24 @@ def _tag(rule: Any) -> type:
     """Return the type that stands for a rule, so that the compiler can choose it by type."""
     if rule not in _TAGS:
         _make_compilable(rule)
-
-        class Rule(NamedTuple):
-            """Which rule is asked."""
-
-            asked: bool = True
-
-        units.ask.register(Rule, _with_globals(_asking(rule), rule))
-        _TAGS[rule] = Rule
+        kind = _new_type(rule)
+        units.ask.register(kind, _with_globals(_asking(rule), rule))
+        _TAGS[rule] = kind
     return _TAGS[rule]
+
+
+def _new_type(rule: Any) -> type:
+    """Return a new type for a rule, of a name that follows from the rule's.
+
+    Compiled code on disk names the types of its arguments. Another process must find this one under its name:
+    a copy of it would be another type, for which the code is read from disk at every call.
+    """
+    here = globals()
+    origin = hashlib.sha256(f"{rule.__module__}.{rule.__qualname__}".encode()).hexdigest()[:16]
+    names = (f"Rule_{origin}_{number}" for number in itertools.count())
+    name = next(name for name in names if name not in here)
+    here[name] = namedtuple(name, ["asked"], defaults=[True], module=__name__)
+    return here[name]
 
 
 def _asking(rule: Any) -> Any:

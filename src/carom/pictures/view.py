@@ -15,7 +15,7 @@ from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
-from carom.models.interface import Obstacle
+from carom.models.interface import Interaction, Obstacle
 
 ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
 """What is shown of a folder: the first of these that there is."""
@@ -38,7 +38,7 @@ class View:
     def html(self) -> str:
         """The page."""
         folder = resources.files("carom.pictures") / "viewer"
-        names = ("template.html", "viewer.css", "hexatic.js", "viewer.js")
+        names = ("template.html", "viewer.css", "hexatic.js", "rings.js", "viewer.js")
         template, style, *scripts = ((folder / name).read_text(encoding="utf-8") for name in names)
         # In a script element only "</" could end it.
         data = json.dumps(self.data, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
@@ -79,6 +79,7 @@ def view(
     obstacles: Sequence[Obstacle] | None = None,
     collisions: int | None = None,
     title: str | None = None,
+    interaction: Interaction | None = None,
 ) -> View:
     """Show spheres in a browser, in 3D with light, as a movie or collision by collision.
 
@@ -94,6 +95,8 @@ def view(
         Number of collisions to show of an event log; by default 20 000.
     title : str, optional
         Title of the page.
+    interaction : value, optional
+        Interaction of an event log, if no file holds it: range rules, which are called again.
 
     Returns
     -------
@@ -113,7 +116,7 @@ def view(
     >>> carom.view(carom.Scene.fcc(3, packing_fraction=0.4)).title
     '108 spheres'
     """
-    data, name = _data(source, obstacles, collisions)
+    data, name = _data(source, obstacles, collisions, interaction)
     shown = View(data, title or name)
     if path is not None:
         shown.save(path)
@@ -121,7 +124,10 @@ def view(
 
 
 def _data(
-    source: Any, obstacles: Sequence[Obstacle] | None, collisions: int | None
+    source: Any,
+    obstacles: Sequence[Obstacle] | None,
+    collisions: int | None,
+    interaction: Interaction | None,
 ) -> tuple[dict[str, Any], str]:
     """Return the data of a page and its title."""
     from carom.observables.packing import PackingNetwork
@@ -130,7 +136,7 @@ def _data(
     from carom.scene.scene import Scene
 
     if isinstance(source, str | os.PathLike):
-        return _of_path(Path(source), obstacles, collisions)
+        return _of_path(Path(source), obstacles, collisions, interaction)
     network = source if isinstance(source, PackingNetwork) else getattr(source, "network", None)
     if isinstance(network, PackingNetwork):
         return viewdata.of_network(network), f"Packing at {network.packing_fraction:.5g}"
@@ -161,7 +167,10 @@ def _of_scene(scene: Any) -> Frame:
 
 
 def _of_path(
-    path: Path, obstacles: Sequence[Obstacle] | None, collisions: int | None
+    path: Path,
+    obstacles: Sequence[Obstacle] | None,
+    collisions: int | None,
+    interaction: Interaction | None,
 ) -> tuple[dict[str, Any], str]:
     """Return the data of a file, or of what a folder holds."""
     from carom.pictures import viewdata
@@ -185,7 +194,7 @@ def _of_path(
         from carom.simulation.replay import Replay
 
         limit = viewdata.MOST_COLLISIONS if collisions is None else collisions
-        return viewdata.of_replay(Replay(path), limit), title
+        return viewdata.of_replay(Replay(path, interaction=interaction), limit), title
     with open_reader(path) as reader:
         standing = standing_beside(path) if obstacles is None else obstacles
         return viewdata.of_frames(reader, standing), title
@@ -202,6 +211,16 @@ def is_log(path: Path) -> bool:
             return file.attrs.get("format") in ("carom-events", b"carom-events")
     except OSError:
         return False
+
+
+def rules_beside(source: Path) -> Interaction | None:
+    """Return the range rules that the scene file of a folder, or beside a log, names; runs their code."""
+    folder = source if source.is_dir() else source.parent
+    if not (folder / "scene.toml").exists():
+        return None
+    from carom.plan.plan import Plan
+
+    return Plan.load(folder / "scene.toml").trusted().scene.own().get("interaction")
 
 
 def standing_beside(trajectory: Path) -> Sequence[Obstacle]:

@@ -26,6 +26,9 @@ MOST_PLACES = 3_000_000
 MOST_COLLISIONS = 20_000
 """Collisions of a replay, by default: the first ones."""
 
+GONE = 255
+"""Kind of a unit that was removed."""
+
 SIX = 6  # neighbours whose directions make psi_6
 
 FAST = 2.5
@@ -156,11 +159,16 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
     n, velocities = frame.n, frame.velocities
     owners, times = [np.arange(n)], [np.full(n, frame.time)]
     places, speeds = [frame.positions], [velocities]
+    nobody = np.zeros(n, np.int64)
+    kinds = nobody if run.decided is None else run.decided
+    became = [kinds]
     contacts: list[float] = []
     while len(contacts) < collisions and run.step():
         frame = run.frame()
-        met = np.flatnonzero((frame.velocities != velocities).any(axis=1))
-        velocities = frame.velocities
+        now = nobody if run.decided is None else run.decided
+        met = np.flatnonzero((frame.velocities != velocities).any(axis=1) | (now != kinds))
+        velocities, kinds = frame.velocities, now
+        became.append(kinds[met])
         owners.append(met)
         times.append(np.full(len(met), frame.time))
         places.append(frame.positions[met])
@@ -180,6 +188,17 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
         # Half a mean free time a second; on to the middle of one more, so that the last collision is seen.
         "pace": 0.5 * flight,
         "end": contacts[-1] + 0.5 * flight,
+        "units": None if run.decided is None else _of_units(run, np.concatenate(became)[order]),
     }
     data["top"] = FAST * math.sqrt(float(np.mean(np.sum(velocities**2, axis=1)))) or 1.0
     return data
+
+
+def _of_units(run: Replay, kinds: np.ndarray) -> dict[str, Any]:
+    """Return the kinds that units became, a number each record, GONE where one was removed, and circles."""
+    known = run.scene.interaction.kinds  # type: ignore[attr-defined]
+    return {
+        "kinds": _packed(np.where(kinds < 0, GONE, kinds % GONE), "u1"),
+        "names": [kind.name for kind in known],
+        "circles": [list(kind.circles) for kind in known],
+    }

@@ -12,6 +12,7 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.models import tables
 from carom.models.obstacles import Obstacle
+from carom.models.rule_files import RuleFile
 from carom.plan.sections import OutputSpec, RunSpec, SceneSpec, SpeciesSpec
 from carom.scene.scene import Scene
 
@@ -41,7 +42,7 @@ class Plan:
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a TOML file; a relative ``file`` in it is taken from its folder.
+        """Read a TOML file; a relative ``file`` in it, also of a rule, is taken from its folder.
 
         Raises
         ------
@@ -56,10 +57,14 @@ class Plan:
             plan = cls.from_toml(text)
         except InputError as problem:
             raise InputError(f"{path}: {problem}") from problem
-        if plan.scene.file is None:
-            return plan
-        there = str((path.parent / plan.scene.file).absolute())
-        return dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, file=there))
+        there: dict[str, Any] = {}
+        if plan.scene.file is not None:
+            there["file"] = str((path.parent / plan.scene.file).absolute())
+        if isinstance(plan.scene.interaction, RuleFile):
+            there["interaction"] = plan.scene.interaction.beside(path.parent)
+        return (
+            plan if not there else dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, **there))
+        )
 
     @classmethod
     def from_toml(cls, text: str) -> Self:
@@ -110,6 +115,20 @@ class Plan:
                     lines.append(f"{key.name} = {_toml(value)}")
             lines += [*tables, ""]
         return "\n".join(lines)
+
+    def trusted(self) -> Self:
+        """Return the plan with leave to run the code that its scene names: the file of a range rule.
+
+        Raises
+        ------
+        InputError
+            If that file cannot be read, or was edited since its digest was noted.
+        """
+        rules = self.scene.interaction
+        if not isinstance(rules, RuleFile):
+            return self
+        scene = dataclasses.replace(self.scene, interaction=rules.trusted())
+        return dataclasses.replace(self, scene=scene)
 
     def build_scene(self) -> Scene:
         """Return the scene, placed and checked; see :meth:`SceneSpec.build`."""

@@ -13,6 +13,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.models import tables
 from carom.models.obstacles import Obstacle
+from carom.models.rule_files import RuleFile
 from carom.plan.fields import Fields
 from carom.scene import lattices
 from carom.scene.lattices import Lattice
@@ -309,12 +310,24 @@ class SceneSpec:
     def _elastic(self, scene: Scene, seed: Any) -> Scene:
         """Return the scene with this interaction, motion, restitution or impact, and who is pinned."""
         given = {name: getattr(self, name) for name in self._given("interaction", "motion", "impact")}
+        given |= self.own()
         if self.pinned is not None:
             given["pinned"] = self._who_is_pinned(scene.n, seed)
         scene = scene.with_(**given) if given else scene
         if self.restitution is None:
             return scene
         return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)
+
+    def own(self) -> dict[str, Any]:
+        """Return what checkpoints and event logs of the scene do not hold: range rules of a file, by name.
+
+        Raises
+        ------
+        InputError
+            If nobody said that their code may run, or it cannot.
+        """
+        rules = self.interaction
+        return {"interaction": rules.ranges()} if isinstance(rules, RuleFile) else {}
 
     def _who_is_pinned(self, n: int, seed: Any) -> np.ndarray:
         """Return the numbers of the components that are pinned."""

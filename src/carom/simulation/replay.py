@@ -173,6 +173,13 @@ class Replay:
         """Pair collisions realised so far."""
         return self._done
 
+    @property
+    def decided(self) -> np.ndarray | None:
+        """Of which kind each unit is now, (n,) int64, -1 where it was removed; None without range rules."""
+        if not self._decide:
+            return None
+        return np.where(self._pair.present[:-1] > 0, self._pair.kinds[:-1], -1)
+
     def step(self) -> bool:
         """Realise the next collision of the log, of two components or with an obstacle.
 

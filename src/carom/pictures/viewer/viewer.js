@@ -30,6 +30,9 @@ if (replay) {
   places = decoded(replay.places, Float32Array); speeds = decoded(replay.velocities, Float32Array);
   contacts = decoded(replay.contacts, Float64Array);
 }
+// Units with range rules: their kinds change, each record says to which, and 255 is for who was removed.
+const units = replay && replay.units, became = units && decoded(units.kinds, Uint8Array), kindNow = units && new Uint8Array(n);
+const names = units ? units.names : data.names;
 const first = replay ? 0 : times[0], last = replay ? replay.end : times[count - 1];
 const still = !replay && count === 1;
 document.body.classList.toggle("still", still);
@@ -42,9 +45,10 @@ if (replay) modes.push("speed");
 if (replay && data.dimension === 2 && n > 6) modes.push("psi_6");
 if (marks) modes.push("rattlers");
 if (replay) modes.push("contacts");
-let mode = modes.includes(hash.colour) ? hash.colour : (marks ? "rattlers" : replay ? "contacts" : "species");
+let mode = modes.includes(hash.colour) ? hash.colour : (marks ? "rattlers" : replay && !units ? "contacts" : "species");
 let time = hash.time === undefined ? first : Number(hash.time);
 let playing = false, images = hash.images === "1", showBonds = bonds !== null && hash.bonds !== "0", showBox = true;
+let showRings = units !== null && hash.rings !== "0";
 let size = Number(hash.size || (showBonds && !flat ? 0.5 : 1));
 let dark = hash.dark === undefined ? matchMedia("(prefers-color-scheme: dark)").matches : hash.dark === "1";
 let yaw = 0.45, pitch = 0.32, zoom = 1, pan = [0, 0], dirty = true;
@@ -177,6 +181,11 @@ corners.forEach((a, i) => corners.forEach((b, j) => {
 }));
 const frameLines = lines(edges), wallLines = lines(hard), standing = lines(obstacles.lines);
 const panes = obstacles.triangles.length && arrays(faces, {place: [3, 0, new Float32Array(obstacles.triangles.flat(2))]});
+const most = units ? n * Math.max(...units.circles.map((radii) => radii.length)) : 0;
+const ringed = units && {centre: new Float32Array(3 * most), radius: new Float32Array(most), colour: new Float32Array(3 * most)};
+const loops = units && program(COMMON + RING_V, RING_F);
+const rings = units && arrays(loops, {corner: [2, 0, QUAD], centre: [3, 1, ringed.centre], radius: [1, 1, ringed.radius], colour: [3, 1, ringed.colour]});
+let ringCount = 0;
 const bars = bonds && (() => { const list = []; for (let k = 0; k < bonds.length; k += 6) list.push([[...bonds.slice(k, k + 3)], [...bonds.slice(k + 3, k + 6)]]); return lines(list); })();
 
 // ------------------------------------------------------------------------------------------- where they are
@@ -201,7 +210,8 @@ function move() {
         square += v * v;
       }
       speed[k] = Math.sqrt(square);
-      glow[k] = r > starts[k] ? Math.exp(-passed / fade) : 0;
+      glow[k] = r > starts[k] && (!units || mode === "contacts") ? Math.exp(-passed / fade) : 0;
+      if (units) kindNow[k] = became[r];
     }
     cloud.fill("glow", glow);
   } else {
@@ -236,18 +246,23 @@ function paint() {
     if (mode === "psi_6") c = wheel(order[2 * k], order[2 * k + 1]);
     else if (values) c = ramp(values[k] / top);
     else if (mode === "rattlers") c = marks[k] ? [0.89, 0.66, 0.34] : palette[0];
+    else if (units) c = kindNow[k] === 255 ? [0.62, 0.62, 0.62] : palette[kindNow[k] % palette.length];
     else c = palette[(kinds ? kinds[k] : 0) % palette.length];
     if (mode === "contacts" && replay) c = c.map((x) => 0.75 * x + 0.12);
     colours[3 * k] = c[0]; colours[3 * k + 1] = c[1]; colours[3 * k + 2] = c[2];
   }
   cloud.fill("colour", colours);
+  if (units) {
+    ringCount = ringsOf(n, (k) => kindNow[k], units.circles, centres, colours, ringed);
+    for (const name of ["centre", "radius", "colour"]) rings.fill(name, ringed[name]);
+  }
 }
 function legend() {
   const dot = (c, name) => { const i = document.createElement("i"); i.style.background = `rgb(${c.map((x) => Math.round(255 * x))})`; const box = byId("legend"); box.append(i, " " + name); };
   byId("legend").replaceChildren();
-  if (mode === "species" || mode === "contacts") data.names.slice(0, 8).forEach((name, k) => dot(palette[k % palette.length], name));
+  if (mode === "species" || mode === "contacts") names.slice(0, 8).forEach((name, k) => dot(palette[k % palette.length], name));
   if (mode === "rattlers") { dot(palette[0], "backbone"); dot([0.89, 0.66, 0.34], "rattlers"); }
-  if (mode === "contacts") dot([1, 0.78, 0.2], "just met");
+  if (mode === "contacts") dot([1, 0.78, 0.2], units ? "just decided" : "just met");
   if (mode === "psi_6") [0, 1, 2, 3, 4, 5].forEach((k) => dot(wheel(k * Math.PI / 3, 1), `${60 * k}\u00b0`));
   if (mode === "speed") {
     const bar = document.createElement("u");
@@ -308,6 +323,14 @@ function draw() {
   }
   gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
   if (flat) gl.disable(gl.DEPTH_TEST);
+  if (showRings && ringCount) {
+    common(loops); rings.bind(); gl.depthMask(false);
+    for (const a of turns[0]) for (const b of turns[1]) for (const c of turns[2]) {
+      gl.uniform3f(loops.uniform("shift"), a * box[0], b * box[1], c * box[2]);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, ringCount);
+    }
+    gl.depthMask(true);
+  }
   if (showBonds && bars) stroke(bars, flat ? 2.2 : 3, [0.75, 0.22, 0.17, 1]);
   if (showBox) { stroke(frameLines, 1.3, ink); stroke(wallLines, 4, ink); }
   stroke(standing, 2.4, ink);
@@ -337,7 +360,7 @@ function tell() {
   byId("scrub").value = last > first ? (time - first) / (last - first) : 0;
   byId("clock").textContent = `t = ${time.toPrecision(6)}`;
   const subtitle = data.subtitle === document.title ? "" : data.subtitle + " \u00b7 ";
-  byId("state").textContent = replay ? `${subtitle}collision ${nextContact(time)} of ${contacts.length}`
+  byId("state").textContent = replay ? `${subtitle}${units ? "event" : "collision"} ${nextContact(time)} of ${contacts.length}`
     : count > 1 ? `${subtitle}frame ${frame + 1} of ${count}` : subtitle.slice(0, -3);
   byId("play").innerHTML = playing ? "&#10073;&#10073;" : "&#9654;";
   byId("images").classList.toggle("on", images); byId("bonds").classList.toggle("on", showBonds);
@@ -358,14 +381,14 @@ function loop(now) {
 // ------------------------------------------------------------------------------------------- hands
 const actions = {
   play() { playing = !playing; if (playing && time >= last) time = first; },
-  images() { images = !images; }, bonds() { showBonds = bars && !showBonds; }, box() { showBox = !showBox; },
+  images() { images = !images; }, rings() { showRings = units !== null && !showRings; }, bonds() { showBonds = bars && !showBonds; }, box() { showBox = !showBox; },
   colour() { mode = modes[(modes.indexOf(mode) + 1) % modes.length]; byId("colour").value = mode; legend(); },
   size() { size = size > 0.9 ? 0.5 : size > 0.4 ? 0.25 : 1; },
   dark() { dark = !dark; shade(); }, help() { byId("help").hidden = !byId("help").hidden; },
   reset() { yaw = 0.45; pitch = 0.32; zoom = 1; pan = [0, 0]; },
   faster() { byId("speed").valueAsNumber += 0.3; }, slower() { byId("speed").valueAsNumber -= 0.3; },
 };
-const keys = {" ": "play", c: "colour", s: "size", i: "images", b: "bonds", x: "box", d: "dark", r: "reset", h: "help", "?": "help", "+": "faster", "=": "faster", "-": "slower"};
+const keys = {" ": "play", c: "colour", s: "size", i: "images", b: "bonds", o: "rings", x: "box", d: "dark", r: "reset", h: "help", "?": "help", "+": "faster", "=": "faster", "-": "slower"};
 function act(name) { actions[name](); changed(); }
 function shade() { document.documentElement.classList.toggle("dark", dark); }
 addEventListener("keydown", (event) => {

@@ -60,7 +60,7 @@ def forces(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     is one in which as many contacts as can bear a force.
     """
     from scipy.optimize import linprog
-    from scipy.sparse import bmat, identity
+    from scipy.sparse import coo_matrix, hstack, identity
 
     n, k = points.shape
     m = len(pairs)
@@ -68,14 +68,14 @@ def forces(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         return np.zeros(0)
     i, j = pairs.T
     product = np.einsum("ij,ij->i", points[i], points[j])[:, None]
-    balance = np.zeros((n, k, m))
-    balance[i, :, np.arange(m)] = points[j] - product * points[i]
-    balance[j, :, np.arange(m)] = points[i] - product * points[j]
+    along = np.vstack([points[j] - product * points[i], points[i] - product * points[j]])
+    rows = np.r_[i, j][:, None] * k + np.arange(k)
+    columns = np.repeat(np.tile(np.arange(m), 2), k)
     # Forces f >= s, with s from 0 to 1 and as large as they can be: 1 wherever f can be positive.
-    equal = np.hstack([balance.reshape(n * k, m), np.zeros((n * k, m))])
+    equal = coo_matrix((along.ravel(), (rows.ravel(), columns)), shape=(n * k, 2 * m))
     solved = linprog(
         np.r_[np.zeros(m), -np.ones(m)],
-        A_ub=bmat([[-identity(m), identity(m)]]),
+        A_ub=hstack([-identity(m), identity(m)]),
         b_ub=np.zeros(m),
         A_eq=equal,
         b_eq=np.zeros(n * k),

@@ -34,12 +34,12 @@ def improve(
     stop : callable
         Asked before each; if true, :class:`carom.studies.executors.Stopped` is raised.
     """
-    best, product = points, _largest_product(points)
+    best, product = points, largest_product(points)
     for _ in range(hops):
         if stop():
             raise Stopped
         there = climb(_scattered(best, rng))
-        reached = _largest_product(there)
+        reached = largest_product(there)
         if reached <= product + ROUNDING:
             best, product = there, reached
     return best
@@ -57,6 +57,6 @@ def _scattered(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return x
 
 
-def _largest_product(points: np.ndarray) -> float:
+def largest_product(points: np.ndarray) -> float:
     """Return the cosine of the smallest angle between two of the points."""
     return float((points @ points.T)[np.triu_indices(len(points), 1)].max())

@@ -10,7 +10,7 @@ from carom.errors import InputError
 from carom.studies.codes.search import SEEDS
 from carom.studies.eos.toml import read, sections, words_of
 
-WORDS = ("n", "dimension", "seeds", "first", "rate", "hops", "digits")
+WORDS = ("n", "dimension", "seeds", "first", "rate", "hops", "starts", "digits")
 """Keys of ``[code]``."""
 
 

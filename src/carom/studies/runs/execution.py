@@ -111,6 +111,7 @@ def resume(
     progress: Progress | None = None,
     predicted: Predicted | None = None,
     workers: int | str = 1,
+    trust_code: bool = False,
 ) -> RunResult:
     """Continue the run in a folder; the results are bit-identical to an uninterrupted run.
 
@@ -122,6 +123,8 @@ def resume(
         As in :func:`run`.
     workers : int or "auto"
         Threads; their number may differ from before.
+    trust_code : bool
+        Whether the Python file of a range rule may run: as ``Plan.trusted()`` lets it.
 
     Returns
     -------
@@ -130,6 +133,8 @@ def resume(
 
     Raises
     ------
+    InputError
+        If the scene has a range rule of a file whose code may not run, or which was edited.
     FileError
         If the folder holds no run, another process is running in it, or its checkpoint is damaged or of
         another version of Carom; if its scene file was edited; if a file that the run wrote is damaged and
@@ -154,9 +159,11 @@ def resume(
     with stoppable() as stop:
         if not folder.checkpoint.is_file():
             plan = Plan.load(folder.scene)
+            plan = plan.trusted() if trust_code else plan
             summary = Run(plan, folder, stop, progress, predicted, workers).from_the_start()
         else:
             plan, notes = _noted(folder.checkpoint)
+            plan = plan.trusted() if trust_code else plan
             summary = Run(plan, folder, stop, progress, predicted, workers).from_checkpoint(notes)
     return RunResult(folder.path, summary, new=True)
 

@@ -92,12 +92,20 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
 
 
 def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureEstimate | None:
-    """Return the pressure, or None where nothing moves, or some are pinned."""
-    return None if sim.kT == 0.0 or sim.scene.pinned is not None else sim.estimate(Pressure(), blocks)
+    """Return the pressure, or None where nothing moves, some are pinned, or units decide by rules."""
+    without = sim.kT == 0.0 or sim.scene.pinned is not None or _decides(sim.scene)
+    return None if without else sim.estimate(Pressure(), blocks)
+
+
+def _decides(scene: Scene) -> bool:
+    """Tell whether units decide by rules: they are in no equilibrium, and conserve nothing."""
+    return getattr(scene.interaction, "decides", False)
 
 
 def without_rdf(scene: Scene, trajectories: list[Path]) -> str | None:
     """Return why a run has no g(r), a sentence; None if it has one."""
+    if _decides(scene):
+        return "No pressure and no g(r): units that decide by rules are in no equilibrium."
     if scene.walls or scene.obstacles:
         what = "walls" if scene.walls else "obstacles"
         return f"No g(r): with {what} the fluid is not the same everywhere, and g depends on more than r."
@@ -158,6 +166,7 @@ def _summary(
 ) -> dict[str, Any]:
     sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
     statistics = sim.statistics
+    doubts = () if _decides(scene) else facts.doubts
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
     phase = None
@@ -192,15 +201,16 @@ def _summary(
         "contact_value_from_rdf": whole,
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
-        "remarks": [*(doubts_about(pressure) if pressure is not None else ()), *facts.doubts],
+        "remarks": [*(doubts_about(pressure) if pressure is not None else ()), *doubts],
         "note": "" if pressure is None else pressure.note,
         "obstacles": _obstacles(facts),
         "collisions_by_species": _by_species(sim),
+        "units": _units(sim),
         "spared_contacts": sim.spared_contacts,
         "phase": None if phase is None else phase.name,
         "phase_note": None if phase is None else _note(phase, scene),
         "theory": _mixture_theory(scene) if phase is None else _theory(scene, phase),
-        "energy_drift": statistics.energy_drift,
+        "energy_drift": _finite(statistics.energy_drift),
         "momentum_drift": _finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
         "advancement_fraction": statistics.advancement_fraction,
@@ -239,6 +249,15 @@ def _by_species(sim: Simulation) -> dict[str, int]:
     counts = sim.collisions_by_species
     names = sim.scene.species_names or tuple(map(str, range(len(counts))))
     return {f"{a}-{b}": int(counts[i, i + j]) for i, a in enumerate(names) for j, b in enumerate(names[i:])}
+
+
+def _units(sim: Simulation) -> dict[str, int]:
+    """Return how many units of each kind are left, where units decide by rules."""
+    if not _decides(sim.scene):
+        return {}
+    units, kinds = sim.units, sim.scene.interaction.kinds  # type: ignore[attr-defined]
+    left = np.bincount(units.kinds[units.present], minlength=len(kinds)).tolist()
+    return {kind.name: count for kind, count in zip(kinds, left, strict=True)}
 
 
 def _note(phase: Phase, scene: Scene) -> str | None:

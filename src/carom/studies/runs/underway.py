@@ -116,7 +116,8 @@ class Run:
             keep = self.stretch.written
             sources = self.written.sources(keep, lambda part: self._report("Verifying", part))
             log = self.folder.events if self.plan.output.event_log else None
-            self.sim = Simulation.load(self.folder.checkpoint, event_log=log, workers=self.workers)
+            own = self.plan.scene.own()
+            self.sim = Simulation.load(self.folder.checkpoint, event_log=log, workers=self.workers, **own)
             self.folder.sweep()
             self.folder.restore_scene(self.plan)
             self._make_anew(sources)

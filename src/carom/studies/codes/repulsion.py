@@ -1,0 +1,95 @@
+"""Points of a sphere that repel each other, ever more steeply: quick starts, each near a local optimum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from carom.studies.executors import Stopped
+
+EXPONENTS = (4.0, 16.0, 64.0, 256.0, 1024.0)
+"""Of the repulsion r^-s. The largest leaves the smallest angle some 1e-3 below that of the code nearby."""
+
+FIRST = 4
+"""How many of these a start may begin with: gentle repulsion orders, steep one ends in more codes."""
+
+ITERATIONS = 300
+"""Of each minimisation, at most."""
+
+PLACES = 3000
+"""Points of all starts of a seed together, where their number is left open."""
+
+STARTS, FEWEST = 50, 4
+"""Starts of a seed, where their number is left open: so many of small codes, and of large ones."""
+
+
+def starts_for(n: int) -> int:
+    """Return how many starts a seed makes without a wish."""
+    return max(FEWEST, min(STARTS, PLACES // n))
+
+
+def repelled(
+    n: int, k: int, starts: int, rng: np.random.Generator, stop: Callable[[], bool] = lambda: False
+) -> np.ndarray:
+    """Return the best of several sets of ``n`` points of the sphere in R^k that repel each other, (n, k).
+
+    Random points go to the nearest minimum of the energy sum r^-s, whose exponent then rises until the
+    nearest pairs alone matter (Leech, Mathematical Gazette 41 (1957) 81). Ties are left to the climb.
+
+    Parameters
+    ----------
+    n, k : int
+        Points, and dimensions.
+    starts : int
+        Random sets of points, at least 1.
+    rng : Generator
+        Where the points are at first, and how steep the repulsion is.
+    stop : callable
+        Asked before each; if true, :class:`carom.studies.executors.Stopped` is raised.
+    """
+    best, least = np.empty((n, k)), math.inf
+    for _ in range(starts):
+        if stop():
+            raise Stopped
+        x = rng.standard_normal((n, k))
+        for exponent in EXPONENTS[rng.integers(FIRST) :]:
+            x, logarithm = _minimised(x, exponent)
+        if logarithm < least:
+            best, least = x, logarithm
+    return best
+
+
+def _minimised(x: np.ndarray, exponent: float) -> tuple[np.ndarray, float]:
+    """Return unit vectors at a minimum of the energy near those given, and what :func:`_energy` is there."""
+    from scipy.optimize import minimize
+
+    found = minimize(
+        _energy,
+        x.ravel(),
+        args=(*x.shape, exponent),
+        jac=True,
+        method="L-BFGS-B",
+        options={"maxiter": ITERATIONS, "maxcor": 20},
+    )
+    points = found.x.reshape(x.shape)
+    return points / np.linalg.norm(points, axis=1)[:, None], float(found.fun)
+
+
+def _energy(flat: np.ndarray, n: int, k: int, exponent: float) -> tuple[float, np.ndarray]:
+    """Return log(sum r^-s) / s over all pairs of unit vectors, those along ``flat`` (n k,), and its gradient.
+
+    As s grows, it tends to -log of the smallest distance.
+    """
+    long = flat.reshape(n, k)
+    lengths = np.linalg.norm(long, axis=1)[:, None]
+    x = long / lengths
+    squares = np.maximum(2.0 - 2.0 * (x @ x.T), np.finfo(float).tiny)
+    np.fill_diagonal(squares, math.inf)
+    nearest = squares.min()
+    parts = (nearest / squares) ** (0.5 * exponent)  # in units of the largest, so that none overflows
+    total = parts.sum()
+    along = 2.0 * (parts / squares / total) @ x
+    along -= np.einsum("ij,ij->i", along, x)[:, None] * x
+    return math.log(0.5 * total) / exponent - 0.5 * math.log(nearest), (along / lengths).ravel()
