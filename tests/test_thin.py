@@ -1,5 +1,9 @@
 """Thin systems: paths through many images of the box, beside the oracle, and what is chosen for them."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from engine_cases import assert_equal_to_oracle, moving
@@ -131,6 +135,34 @@ def test_who_has_too_many_contacts_knows_until_when_they_are_complete():
     assert known(contacts, dues) == (ROOM, True)
     dues[ROOM] = 0.5  # the next one found no room
     assert known(contacts, dues) == (None, False)
+
+
+CROWDED = """
+import sys
+import carom.engine.neighbors.contacts as contacts
+contacts.ROOM = int(sys.argv[1])
+import carom
+sim = carom.Simulation(carom.Scene.random(8, 2, packing_fraction=0.03, seed=2), seed=3, neighbors="all")
+sim.run(collisions=25)
+print(sim.statistics.advancements, sim.time, sim.frame().positions.tolist())
+"""
+
+
+@pytest.mark.slow
+def test_contacts_that_find_no_room_are_found_again():
+    """The engine as Python, because compiled code holds the room as a constant."""
+    told = []
+    for room in (16, 1):
+        done = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", CROWDED, str(room)],
+            env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        told.append(done.stdout.split(maxsplit=1))
+    assert told[0][1] == told[1][1]
+    assert int(told[1][0]) > int(told[0][0])  # who has lost one searches again, by an advancement
 
 
 def test_what_is_thin_costs_what_the_mean_free_path_says():
