@@ -1,5 +1,9 @@
 """Thin systems: paths through many images of the box, beside the oracle, and what is chosen for them."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from engine_cases import assert_equal_to_oracle, moving
@@ -8,6 +12,9 @@ from scene_cases import case, check, placed
 import carom
 from carom.engine.neighbors import choice as scheme
 from carom.engine.neighbors import thin
+from carom.engine.neighbors.contacts import ROOM, best_of, contact_of, keep, make_contacts
+from carom.engine.state import State
+from carom.models.interface import NEVER
 from carom.simulation.preparation import contents_of
 
 
@@ -79,6 +86,83 @@ def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
     assert block.collisions == 30
     # A collision takes 3e4 boxes of flight: sectors were crossed a hundred thousand times for it.
     assert sim.statistics.transits < 30 * 6 * 1000
+
+
+def test_contacts_that_are_kept_pass_through_a_checkpoint(tmp_path):
+    """Between two collisions of an epoch the contacts kept are all that is known of the next ones."""
+    scene = carom.Scene.random(70, 3, packing_fraction=1e-3, seed=2)
+    straight = carom.Simulation(scene, seed=3, neighbors="all")
+    straight.run(collisions=33)
+    straight.save(tmp_path / "on_the_way.h5")
+    resumed = carom.Simulation.load(tmp_path / "on_the_way.h5")
+    blocks = [sim.run(collisions=200) for sim in (straight, resumed)]
+    assert blocks[0] == blocks[1]
+    one, other = (sim.frame() for sim in (straight, resumed))
+    np.testing.assert_array_equal(one.positions, other.positions)
+    np.testing.assert_array_equal(one.velocities, other.velocities)
+
+
+def known(contacts, dues):
+    """Return which of the contacts of component 0 is first, where others are due at the times given."""
+    rows = np.zeros(len(dues), [("due", "f8")]).view(np.recarray)
+    rows.due = dues
+    k, complete = best_of(contacts, State(rows, None, None, None, None, None), 0, False)
+    return (contact_of(contacts, 0, k).other if k >= 0 else None), complete
+
+
+def test_the_next_contact_is_the_earliest_with_whom_nothing_has_happened_to():
+    contacts = make_contacts(4, np.float64)
+    for j, due in ((1, 3.0), (2, 1.0), (3, 2.0)):
+        keep(contacts, 0, j, due - 0.5, due)
+    later = [NEVER] * 4
+    assert known(contacts, later) == (2, True)
+    contacts.versions[2] += 1  # it has collided
+    assert known(contacts, later) == (3, True)
+    assert known(contacts, [NEVER, NEVER, NEVER, 1.5]) == (1, True)  # it has an earlier event
+    assert known(contacts, [NEVER, 2.5, NEVER, 1.5]) == (None, True)
+    keep(contacts, 0, 2, 0.5, 4.0)  # found again, in the place of the contact of before
+    assert contacts.counts[0] == 3
+
+
+def test_who_has_too_many_contacts_knows_until_when_they_are_complete():
+    n = ROOM + 3
+    contacts = make_contacts(n, np.float64)
+    for j in range(n - 1, 0, -1):
+        keep(contacts, 0, j, 0.0, float(j))
+    dues = np.full(n, NEVER)
+    assert known(contacts, dues) == (1, True)
+    dues[1:ROOM] = 0.5
+    assert known(contacts, dues) == (ROOM, True)
+    dues[ROOM] = 0.5  # the next one found no room
+    assert known(contacts, dues) == (None, False)
+
+
+CROWDED = """
+import sys
+import carom.engine.neighbors.contacts as contacts
+contacts.ROOM = int(sys.argv[1])
+import carom
+sim = carom.Simulation(carom.Scene.random(8, 2, packing_fraction=0.03, seed=2), seed=3, neighbors="all")
+sim.run(collisions=25)
+print(sim.statistics.advancements, sim.time, sim.frame().positions.tolist())
+"""
+
+
+@pytest.mark.slow
+def test_contacts_that_find_no_room_are_found_again():
+    """The engine as Python, because compiled code holds the room as a constant."""
+    told = []
+    for room in (16, 1):
+        done = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", CROWDED, str(room)],
+            env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        told.append(done.stdout.split(maxsplit=1))
+    assert told[0][1] == told[1][1]
+    assert int(told[1][0]) > int(told[0][0])  # who has lost one searches again, by an advancement
 
 
 def test_what_is_thin_costs_what_the_mean_free_path_says():

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from carom.engine.neighbors.everybody import line_up_all, line_up_own, make_everybody
-from carom.engine.neighbors.paths import ALL, BLOCK, BLURRED, ROUNDING, first_marked, mark
+from carom.engine.neighbors.paths import ALL, BLOCK, BLURRED, ROUNDING, blur_of, first_marked, mark
 from carom.engine.state import make_state
 from carom.models.free_flight import Inertial
 
@@ -25,7 +25,8 @@ def marked(edges, core, now, span, positions, velocities):
     state = make_state(positions, velocities, 1024.0, False, np.float64)
     line_up_all(everybody, Inertial(), state)
     line_up_own(everybody, 0)
-    near = mark(everybody, now, span, 0)
+    elapsed, covered = now / SPAN, span / SPAN
+    near = mark(everybody, elapsed, covered, blur_of(everybody, elapsed, covered), 0)
     found, lane = [], first_marked(everybody, 0, near)
     while lane < BLOCK:
         found.append(lane)

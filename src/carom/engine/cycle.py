@@ -34,7 +34,7 @@ from carom.engine.events import (
     start_over,
 )
 from carom.engine.images import index, lasting, mirror
-from carom.engine.neighbors.interface import change_home, first_newcomer, settle, transit
+from carom.engine.neighbors.interface import begin_epoch, change_home, first_newcomer, settle, transit
 from carom.engine.neighbors.prefetch import leaves_first
 from carom.engine.search import NOBODY_MET, search
 from carom.engine.tallies import log_full
@@ -120,6 +120,7 @@ def _run(digest):
                 start = control.end
                 if start >= clock.length:
                     new_epoch(model, state, neighbors)
+                    begin_epoch(neighbors, model, state, tally)
                     start = 0.0
                 if lay_out(calendar, state, model.boundary, start, clock.length) == NEVER:
                     return IDLE

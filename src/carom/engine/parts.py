@@ -176,7 +176,9 @@ def build_neighbors(scheme: Scheme, contents: Contents, pair):
             return lists, SteppedImage(edges, inverse, lists.steps.bits)
         return lists, NearestImage(edges, inverse)
     if scheme.kind == "all":
-        return make_everybody(contents.n, edges, contents.diameter, scheme.span), NearestImage(edges, inverse)
+        number = np.float32 if contents.single else np.float64
+        everybody = make_everybody(contents.n, edges, contents.diameter, scheme.span, number)
+        return everybody, NearestImage(edges, inverse)
     if scheme.kind == "pairs":
         return make_pairs(contents.n, scheme.span), NearestImage(edges, inverse)
     slacks = slacks_of(scheme, contents)

@@ -286,6 +286,8 @@ def choose(
         epoch = _power_of_two(min(16.0 / rate, crossing) if rate > 0.0 else crossing)
     if contents.plunge > 0.0:
         epoch = min(epoch, _power_of_two(LONGEST_PLUNGE * contents.smallest / contents.plunge))
+    if neighbors == "all" and speed > 0.0:
+        epoch = thin.epoch_of(contents, speed, rate)
     width = epoch
     if speed > 0.0 and rate > 0.0:
         width = min(_power_of_two(4.0 / (contents.n * rate)), epoch)
@@ -309,7 +311,7 @@ def choose(
         heap=max(256, contents.n // 64),
         horizon=_short(horizon),
         step=0 if sizes is None else 8,
-        span=_short(thin.span_of(contents, speed, rate)) if neighbors == "all" else 0.0,
+        span=epoch if neighbors == "all" else 0.0,
     )
 
 

@@ -6,8 +6,12 @@ hundreds of times for nothing. Here the straight path of a pair is followed from
 units of the edges contacts lie near points of whole numbers, and along the axis in which the pair moves
 fastest the path passes one plane of them after the other, at equal intervals. Where it does, the other
 coordinates say whether it comes near a whole number. Those whose paths may come near are found with few
-digits and side by side (``paths``); they are then followed with all digits. A search covers a certain time,
-after which the component searches again.
+digits and side by side (``paths``); they are then followed with all digits.
+
+A search covers the rest of the epoch, and all contacts that it finds are kept (``contacts``). When an epoch
+begins, every pair is looked at once, and all events are chosen together. In the epoch only the two that have
+collided are searched. One whose partner has collided with somebody else, or was taken away, takes the next of
+its contacts: whoever has changed since has searched everybody, and has told those whom it found.
 """
 
 from __future__ import annotations
@@ -18,8 +22,19 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner
+from carom.engine.constants import LAMBDA
 from carom.engine.images import separation
+from carom.engine.neighbors.contacts import (
+    CHANGED,
+    Contacts,
+    best_of,
+    clear,
+    contact_of,
+    keep,
+    make_contacts,
+)
 from carom.engine.neighbors.interface import (
+    begin_epoch,
     change_home,
     first_met,
     first_newcomer,
@@ -27,8 +42,8 @@ from carom.engine.neighbors.interface import (
     transit,
     transit_time,
 )
-from carom.engine.neighbors.paths import BLOCK, first_marked, mark
-from carom.engine.search import relative
+from carom.engine.neighbors.paths import BLOCK, blur_of, first_marked, mark
+from carom.engine.search import meet, relative
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, interaction_time, position
 
@@ -47,7 +62,7 @@ class Everybody(NamedTuple):
     """All components, side by side."""
 
     span: float
-    """Time that a search covers."""
+    """Length of an epoch: a search covers what is left of it."""
     core: float
     """The largest distance of contact [length]."""
     inverse: tuple
@@ -72,8 +87,8 @@ class Everybody(NamedTuple):
     names: np.ndarray
     """0 to n - 1, and the ghost from there on, uint32."""
     paths: np.ndarray
-    """Of a block of pairs, ((2 d - 1) BLOCK,) uint16: for all axes but one where the first plane is passed
-    and by how much more the next one is [units]; the mark.
+    """Of a block of pairs, ((2 d - 1) BLOCK,) uint16: for all axes but one where the next plane is passed and
+    by how much more the one after it is [units]; the mark.
     """
     flight: np.ndarray
     """Of one pair, coordinates [edges] and velocities [edges / time] along all axes but one, (2 d,)."""
@@ -81,11 +96,14 @@ class Everybody(NamedTuple):
     """Shortly before the contact that the last search of each component has found, (n,): a time from which
     the nearest image is the one met, and close.
     """
+    contacts: Contacts
+    """Of every component, whom it meets in this epoch if neither changes its flight before."""
 
 
-def make_everybody(n: int, edges, core: float, span: float) -> Everybody:
-    """Return room for ``n`` components in a box; ``span`` is the time that a search covers, ``core`` the
-    largest distance of contact.
+def make_everybody(n: int, edges, core: float, span: float, number: type = np.float64) -> Everybody:
+    """Return room for ``n`` components in a box, whose rows hold numbers of a type.
+
+    ``span`` is the length of an epoch, ``core`` the largest distance of contact.
     """
     dimension = len(edges)
     room = -(-n // BLOCK) * BLOCK
@@ -105,6 +123,7 @@ def make_everybody(n: int, edges, core: float, span: float) -> Everybody:
         paths=aligned((2 * dimension - 1) * BLOCK, np.uint16),
         flight=np.zeros(2 * dimension),
         near=np.zeros(n),
+        contacts=make_contacts(n, number),
     )
 
 
@@ -164,9 +183,14 @@ def approach(everybody, model, state, i, j, now, passed):
 
 
 @inner
-def follow(everybody, model, state, i, j, now, end, best, avoided):
-    """Return when i meets j, before the time ``best``, or NEVER: along all of their path until ``end``, with
-    all digits.
+def follow(everybody, model, state, i, j, now, avoided):
+    """Follow the path of a pair until the end of the epoch, with all digits.
+
+    Returns
+    -------
+    begin, due : float
+        A time shortly before i and j touch for the first time, and that time, or NEVER. The contact of i with
+        the one ``avoided`` does not count if it is now.
     """
     flight = everybody.flight
     dimension = len(everybody.inverse)
@@ -184,17 +208,16 @@ def follow(everybody, model, state, i, j, now, end, best, avoided):
             fastest = abs(speed) * everybody.lengths[axis]
             main = np.int64(axis)
     if fastest == 0.0:
-        return NEVER
+        return now, NEVER
     u = flight[np.uint64(2 * main)]
     w = flight[np.uint64(2 * main + 1)]
     # The last axis in the place of the one that counts the planes.
     flight[np.uint64(2 * main)] = flight[np.uint64(2 * dimension - 2)]
     flight[np.uint64(2 * main + 1)] = flight[np.uint64(2 * dimension - 1)]
-    until = min(end, np.float64(other.due))
     ahead = u if w > 0.0 else -u
     period = 1.0 / abs(w)
     first = np.ceil(ahead - everybody.width)
-    last = np.floor(ahead + abs(w) * (until - now) + everybody.width)
+    last = np.floor(ahead + abs(w) * (everybody.span - now) + everybody.width)
     for number in range(np.int64(last - first) + 1):
         passed = (first + number - ahead) * period
         near = True
@@ -207,52 +230,84 @@ def follow(everybody, model, state, i, j, now, end, best, avoided):
         rr, rv, vv = relative(model, state, i, j, begin)
         due = begin + interaction_time(model.pair, np.int64(i), j, rr, rv, vv, begin)
         again = j == np.int64(avoided) and due <= now
-        if due < best and due <= state.rows[np.uint64(j)].due and not again:
-            everybody.near[i] = begin
-            return due
-    return NEVER
+        if due <= everybody.span and not again:
+            return begin, due
+    return now, NEVER
 
 
 @inner
-def first_of_all(everybody, model, state, i, now, limit, avoided):
-    """Return whom i meets first, until ``limit`` or the end of the time that a search covers, or -1.
+def sweep(everybody, model, state, i, now, after, avoided):
+    """Look at all behind number ``after`` but i itself, and keep the contacts that are found, for both sides.
 
-    The one whom it has just met is ``avoided``, but only now: they may meet again in another image.
+    Whoever has changed and has yet to look at all is left out: it will find i itself.
+
+    Returns
+    -------
+    chosen : int
+        Whom of those looked at i can meet first, or -1.
     """
-    line_up_all(everybody, model.motion, state)
+    contacts = everybody.contacts
     line_up_own(everybody, i)
     n = np.int64(len(everybody.near))
-    end = min(now + everybody.span, limit)
     best = NEVER
     chosen = np.int64(-1)
-    for start in range(0, n, BLOCK):
-        near = mark(everybody, now, end - now, start)
-        lane = first_marked(everybody, 0, near)
+    elapsed = now / everybody.span
+    covered = 1.0 - elapsed
+    blur = blur_of(everybody, elapsed, covered)
+    begin = np.int64(after) + 1
+    for start in range(begin // BLOCK * BLOCK, n, BLOCK):
+        near = mark(everybody, elapsed, covered, blur, start)
+        lane = first_marked(everybody, max(begin - start, 0), near)
         while lane < BLOCK:
             j = np.int64(start) + np.int64(lane)
-            if j < n and j != np.int64(i):
-                due = follow(everybody, model, state, i, j, now, end, best, avoided)
-                if due < best:
-                    best = due
-                    end = min(end, due)
-                    chosen = j
+            if j < n and j != np.int64(i) and contacts.counts[j] != CHANGED:
+                shortly, due = follow(everybody, model, state, i, j, now, avoided)
+                if due < NEVER:
+                    keep(contacts, i, np.uint64(j), shortly, due)
+                    keep(contacts, np.uint64(j), i, shortly, due)
+                    if due < best and due <= state.rows[np.uint64(j)].due:
+                        best = due
+                        chosen = j
+                        everybody.near[i] = shortly
             lane = first_marked(everybody, lane + 1, near)
     return chosen
 
 
+@inner
+def sweep_all(everybody, model, state, now):
+    """Look at every pair, from now to the end of the epoch."""
+    line_up_all(everybody, model.motion, state)
+    for i in range(np.uint64(len(everybody.near))):
+        clear(everybody.contacts, i)
+    for i in range(np.uint64(len(everybody.near))):
+        sweep(everybody, model, state, i, now, i, np.int64(-1))
+
+
 @first_met.register
 def _(neighbors: Everybody, model, state, i, now, half, avoided):
-    return first_of_all(neighbors, model, state, i, now, NEVER, avoided)
+    if neighbors.lined[0] != state.clock[0].epoch:
+        sweep_all(neighbors, model, state, now)
+    contacts = neighbors.contacts
+    if contacts.counts[i] != CHANGED and avoided < 0:
+        k, known = best_of(contacts, state, i, False)
+        if known:
+            if k < 0:
+                return np.int64(-1)
+            contact = contact_of(contacts, i, k)
+            neighbors.near[i] = contact.begin
+            return np.int64(contact.other)
+    clear(contacts, i)
+    return sweep(neighbors, model, state, i, now, np.int64(-1), avoided)
 
 
 @first_newcomer.register
 def _(neighbors: Everybody, model, state, i, now, words, begin, count):
-    return first_of_all(neighbors, model, state, i, now, np.float64(state.rows[i].due), np.int64(-1))
+    return np.int64(-1)
 
 
 @transit_time.register
 def _(neighbors: Everybody, motion, boundary, state, i, now):
-    return now + neighbors.span
+    return neighbors.span if neighbors.fastest[0] > 0.0 else NEVER
 
 
 @transit.register
@@ -263,6 +318,51 @@ def _(neighbors: Everybody, motion, boundary, state, i, now):
 @change_home.register
 def _(neighbors: Everybody, motion, boundary, state, i, now):
     line_up_one(neighbors, motion, state, i)
+    neighbors.contacts.versions[i] += 1
+    neighbors.contacts.counts[i] = CHANGED
+
+
+@inner
+def choose(everybody, model, state, tally, i):
+    """Give i its first contact with somebody who has no earlier event, if it has a later one itself; whom the
+    two leave has none. Return whether that is so.
+    """
+    rows = state.rows
+    k, _ = best_of(everybody.contacts, state, i, True)
+    if k < 0 or contact_of(everybody.contacts, i, k).due >= rows[i].due:
+        return False
+    contact = contact_of(everybody.contacts, i, k)
+    j = np.uint64(contact.other)
+    for left in (state.partner[i], state.partner[j]):
+        if left >= 0:
+            rows[left].due = NEVER
+            state.partner[left] = LAMBDA
+    everybody.near[i] = contact.begin
+    due, clamped = meet(model.sight, model, state, i, np.int64(j), 0.0)
+    tally.clamped += np.int64(clamped)
+    rows[i].due = due
+    rows[j].due = due
+    state.partner[i] = np.int64(j)
+    state.partner[j] = np.int64(i)
+    return True
+
+
+@begin_epoch.register
+def _(neighbors: Everybody, model, state, tally):
+    rows = state.rows
+    n = np.uint64(len(neighbors.near))
+    sweep_all(neighbors, model, state, 0.0)
+    for i in range(n):
+        # An advancement now for whom contacts found no room: it looks at all by itself.
+        rows[i].due = NEVER if neighbors.contacts.lost[i] == NEVER else 0.0
+        state.partner[i] = LAMBDA
+        state.leave[i] = transit_time(neighbors, model.motion, model.boundary, state, i, 0.0)
+    # Nobody takes the earliest pair apart, then nobody the next earliest, and so on: this ends.
+    changed = True
+    while changed:
+        changed = False
+        for i in range(n):
+            changed |= choose(neighbors, model, state, tally, i)
 
 
 @settle.register

@@ -60,6 +60,12 @@ def transit(neighbors, motion, boundary, state, i, now):
 
 
 @optional
+def begin_epoch(neighbors, model, state, tally):
+    """Choose the events of an epoch that begins, of all; by default everybody keeps the one it has."""
+    return
+
+
+@optional
 def wrapped(neighbors, i, axis, crossings):
     """Note that the coordinate of i was reduced by ``crossings`` boxes; by default that does not matter."""
     return

@@ -3,12 +3,12 @@
 A coordinate is a whole number of 2^16 *units* an edge, so that a number of 16 bits wraps as the box does,
 and for nothing. Along the axis in which a pair moves fastest its path passes a plane of images at equal
 intervals. From one plane to the next each other coordinate grows by the same *step*, and it is near an
-image where the wrapped sum is small. That is a multiplication, two additions and a comparison for 32 pairs
-at a time. What is missed is lost, what is found in vain costs a closer look: the numbers are rounded, and
+image where the wrapped sum is small. That is an addition and a comparison for 32 pairs at a time.
+What is missed is lost, what is found in vain costs a closer look: the numbers are rounded, and
 all that rounding can do is added to what counts as near.
 
 How much that is, in edges, with e = 2^-24 (the rounding of float32), W the largest velocity along an axis
-that anybody had in the epoch [edges / span], T the time since its beginning and S that to be covered
+that anybody had in the epoch [edges / span], T the time since flights were lined up and S that to be covered
 [spans], S <= 1, and L the longest edge over the shortest:
 
 - Coordinates in the box and velocities are rounded by e and e W, their differences by as much again.
@@ -73,9 +73,9 @@ def in_units(x):
 
 
 @approximate
-def lay_path(everybody, elapsed, span, reach, begin, lane):
-    """Lay out the path of one of the block whose flights begin at ``begin``; return how many planes it
-    passes.
+def lay_path(everybody, elapsed, reach, begin, lane):
+    """Lay out the path of one of the block whose flights begin at ``begin``; return its pace: how many edges
+    it flies in a span along the axis whose planes it passes, as the bits of a float32.
     """
     flights, own, paths = everybody.flights, everybody.own, everybody.paths
     dimension = len(everybody.inverse)
@@ -109,62 +109,68 @@ def lay_path(everybody, elapsed, span, reach, begin, lane):
         step = speed * period
         paths[np.uint64(2 * axis * BLOCK) + lane] = in_units(place + step * wait)
         paths[np.uint64((2 * axis + 1) * BLOCK) + lane] = in_units(step)
-    paths[np.uint64((2 * dimension - 2) * BLOCK) + lane] = wrap(ALL)
-    return np.int32(pace * span - wait + reach + one)
+    return np.float32(pace).view(np.int32)
 
 
 @approximate
-def lay_paths(everybody, elapsed, span, reach, start):
+def lay_paths(everybody, elapsed, reach, start):
     """Lay out the paths of the block that begins with component ``start``, relative to the one that searches.
 
     Parameters
     ----------
-    elapsed, span : float32
-        Time since the beginning of the epoch, and time to cover [spans].
+    elapsed : float32
+        Time since flights were lined up [spans].
     reach : float32
         How far before and behind its plane an image may be met [edges].
 
     Returns
     -------
-    most : int
-        The largest number of planes that one of them passes.
+    pace : float32
+        The largest of all.
 
     Notes
     -----
     What is done for one is a function of its own, so that no variable seems to live on from one to the next,
-    and the loop is vectorised.
+    and the loop is vectorised. Paces are compared as whole numbers, for which the compiler may change the
+    order.
     """
     begin = np.uint64(2 * len(everybody.inverse) * start)
     most = np.int32(0)
     for lane in range(np.uint64(BLOCK)):
-        planes = lay_path(everybody, elapsed, span, reach, begin, lane)
-        most = planes if planes > most else most
-    return np.int64(most)
+        pace = lay_path(everybody, elapsed, reach, begin, lane)
+        most = pace if pace > most else most
+    return np.int32(most).view(np.float32)
 
 
 @fast
-def walk(everybody, first, half):
-    """Mark how near each path comes to an image at some planes, from the ``first`` on.
+def walk(everybody, shift, fresh):
+    """Mark how near each path comes to an image at the next few planes, and go on to the plane after them.
 
-    The mark is the largest of the coordinates plus ``half``, at the plane where that is least. It is not
-    above twice ``half`` where a path passes a plane within ``half`` of an image along all axes.
+    The mark is the largest of the coordinates at the plane where that is least. ``shift`` is added to the
+    coordinates: half of what is near the first time, so that one wrapped comparison sees both sides of an
+    image, and nothing later. ``fresh`` is ALL the first time, where there is no mark yet, and zero later.
     """
     paths = everybody.paths
     dimension = len(everybody.inverse)
     marks = np.uint64((2 * dimension - 2) * BLOCK)
-    middle = wrap(half)
     for lane in range(np.uint64(BLOCK)):
-        least = paths[marks + lane]
+        least = wrap(np.int64(paths[marks + lane]) | np.int64(fresh))
         for k in range(PLANES):
             largest = wrap(0)
             for axis in range(dimension - 1):
                 # Each number is wrapped at once: only then does the compiler see that 16 bits will do.
-                place = wrap(np.int64(paths[np.uint64(2 * axis * BLOCK) + lane]) + np.int64(middle))
+                place = wrap(np.int64(paths[np.uint64(2 * axis * BLOCK) + lane]) + np.int64(shift))
                 step = np.int64(paths[np.uint64((2 * axis + 1) * BLOCK) + lane])
-                way = wrap(step * np.int64(wrap(first + k)))
-                place = wrap(np.int64(place) + np.int64(way))
+                for _ in range(k):
+                    place = wrap(np.int64(place) + step)
                 largest = place if place > largest else largest
             least = largest if largest < least else least
+        for axis in range(dimension - 1):
+            place = wrap(np.int64(paths[np.uint64(2 * axis * BLOCK) + lane]) + np.int64(shift))
+            step = np.int64(paths[np.uint64((2 * axis + 1) * BLOCK) + lane])
+            for _ in range(PLANES):
+                place = wrap(np.int64(place) + step)
+            paths[np.uint64(2 * axis * BLOCK) + lane] = place
         paths[marks + lane] = least
 
 
@@ -183,25 +189,41 @@ def first_marked(everybody, begin, near):
 
 
 @inner
-def mark(everybody, now, span, start):
+def blur_of(everybody, elapsed, covered):
+    """Return by how much rounding may hide an image [edges]; times since flights were lined up and to cover
+    are in spans.
+    """
+    way = everybody.fastest[0] * (elapsed + covered)
+    return 16.0 * ROUNDING * (1.0 + everybody.stretch) * (1.0 + way)
+
+
+@inner
+def mark(everybody, elapsed, covered, blur, start):
     """Mark those of the block that begins with component ``start`` whose paths, relative to the one that
-    searches, come near an image within a time ``span`` from now.
+    searches, come near an image.
+
+    Parameters
+    ----------
+    elapsed, covered : float
+        Time since flights were lined up, and time to cover [spans].
+    blur : float
+        What :func:`blur_of` says of these.
 
     Returns
     -------
     near : uint16
         Those whose mark is not above it must be looked at closely.
     """
-    elapsed, covered = now / everybody.span, span / everybody.span
-    blur = 16.0 * ROUNDING * (1.0 + everybody.stretch) * (1.0 + everybody.fastest[0] * (elapsed + covered))
     if blur > BLURRED:
         return wrap(ALL)
     reach = everybody.width + blur
-    most = lay_paths(everybody, np.float32(elapsed), np.float32(covered), np.float32(reach), start)
+    pace = lay_paths(everybody, np.float32(elapsed), np.float32(reach), start)
+    most = np.int64(np.float64(pace) * covered + 2.0 * reach + 1.0)
     # One unit more for the two halves: at the first plane, and where this number is cut.
     half = np.int64(UNITS * reach + 1.5 + most * (0.5 + everybody.stretch * STEP_ROUNDING))
     if half >= HALF:
         return wrap(ALL)
-    for first in range(0, most, PLANES):
-        walk(everybody, first, half)
+    walk(everybody, wrap(half), wrap(ALL))
+    for _ in range(PLANES, most, PLANES):
+        walk(everybody, wrap(0), wrap(0))
     return wrap(2 * half)
