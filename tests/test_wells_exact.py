@@ -160,8 +160,8 @@ def test_pressure_and_energy_are_those_of_a_published_equation_of_state(row):
     sim = fluid(row["density"], cells=5)
     kT, (z, z_error), (u, u_error) = measured(sim, row["kT"], 1_000_000)
     warmer = kT - row["kT"]
-    # The equation is a fit to simulations of others, good to some 0.04 of Z and 3 % of U (it is worst near the
-    # critical point); errors of the runs are a fifth of that.
+    # The equation is a fit to simulations of others, good to some 0.04 of Z and 3 % of U: worst near the
+    # critical point. Errors of the runs are a fifth of that.
     assert abs(z - row["Z"] - warmer * row["dZ_dkT"]) < 0.06 + 4.0 * z_error
     assert abs(u - row["U"] - warmer * row["dU_dkT"]) < 0.035 * abs(u) + 4.0 * u_error
 
