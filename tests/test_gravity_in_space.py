@@ -122,8 +122,8 @@ def test_energy_does_not_grow_with_the_bounces_in_a_round_container():
 
 
 @pytest.mark.parametrize("turn", [0.1, 0.7, 1.9, 4.0])
-def test_what_a_wall_adds_does_not_depend_on_how_nearly_a_component_glides_along_it(turn):
-    """A wall in motion pushes what flies along it: the normal velocity before, all rounding, scales nothing."""
+def test_what_a_wall_adds_does_not_depend_on_how_nearly_one_glides_along_it(turn):
+    """A wall in motion pushes what flies along it: a normal velocity that is all rounding scales nothing."""
     normal = (math.cos(turn), math.sin(turn))
     v = [-1e6 * normal[1], 1e6 * normal[0]]
     push(Falling((0.0, -1.0), 1e-9), 1.0, v, normal)
@@ -152,4 +152,5 @@ def replay_of_round_bounces(folder):
 
 
 def test_bounces_on_round_things_in_a_field_are_replayed_bit_for_bit(tmp_path):
-    plain_python("-c", f"import test_gravity_in_space as t; t.replay_of_round_bounces({str(tmp_path)!r})")
+    call = f"import test_gravity_in_space as t; t.replay_of_round_bounces({str(tmp_path)!r})"
+    plain_python("-c", call)
