@@ -24,6 +24,7 @@ LONG = (
     "lorentz_gas",
     "melting_of_disks",
     "order_of_disks",
+    "rosato_bed",
     "shaken_ball",
     "square_well",
     "study_on_a_cluster",

@@ -72,10 +72,58 @@ def assert_order_of_wide_steps():
         assert_order(scene, lambda i, j, r=distances, e=energies: (r, [*e, 0.0]), 80)
 
 
-def in_plain_python(call):
+def wide_mixture(d, seed, n=7):
+    """Return a scene of two or three species whose steps reach 5 to 60 times the smallest core, and its
+    potential: every pair of species has a core and steps of its own.
+    """
+    rng = np.random.default_rng(seed)
+    kinds, width = int(rng.integers(2, 4)), math.exp(rng.uniform(math.log(5.0), math.log(60.0)))
+    cores = np.exp(rng.uniform(0.0, math.log(4.0), kinds))
+    cores[0] = 1.0
+    table = [[None] * kinds for _ in range(kinds)]
+    for a in range(kinds):
+        for b in range(a, kinds):
+            core = cores[a] if a == b else 0.5 * (cores[a] + cores[b]) * rng.uniform(0.8, 1.0)
+            reach = width if a == b == 0 else rng.uniform(1.2 * core, width)
+            ends = np.sort([*rng.uniform(1.05 * core, reach, rng.integers(0, 3)), reach]).tolist()
+            steps = Steps([core, *ends], [math.inf, *rng.normal(size=len(ends)).tolist()])
+            table[a][b] = table[b][a] = steps
+    species = np.append(np.arange(kinds), rng.integers(0, kinds, n - kinds))
+    edge = max(2.3 * width + 6.0, 3.0 * n * cores.max() if d == 1 else 0.0)
+    x = np.empty((0, d))
+    while len(x) < n:
+        new = rng.uniform(0.0, edge, d)
+        r = np.linalg.norm(x - new - edge * np.rint((x - new) / edge), axis=1)
+        if all(r[j] > 1.001 * table[species[j]][species[len(x)]].core for j in range(len(x))):
+            x = np.vstack([x, new])
+    scene = carom.Scene(
+        x,
+        edge,
+        velocities=rng.normal(size=(n, d)),
+        mass=np.exp(rng.normal(size=n)),
+        species=species,
+        interaction=StepTable(table),
+    )
+
+    def potential(i, j):
+        steps = table[species[i]][species[j]]
+        return steps.distances, [*steps.energies, 0.0]
+
+    return scene, potential
+
+
+def assert_order_of_wide_mixtures(*seeds):
+    from test_wells import assert_order
+
+    for seed in seeds:
+        for d in (1, 2):
+            assert_order(*wide_mixture(d, 100 * d + seed), 60)
+
+
+def in_plain_python(call, *arguments):
     """Run a function of this file without compiling: the same functions, and no scene costs a compilation."""
     done = subprocess.run(
-        [sys.executable, "-c", f"import test_far_cores as t; t.{call}()"],
+        [sys.executable, "-c", f"import test_far_cores as t; t.{call}{arguments}"],
         cwd=Path(__file__).parent,
         env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": "ignore"},
         capture_output=True,
@@ -91,6 +139,11 @@ def test_a_graze_of_a_small_core_in_a_wide_well_hides_nobody_behind_it():
 
 def test_events_of_wide_steps_are_those_of_the_naive_algorithm():
     in_plain_python("assert_order_of_wide_steps")
+
+
+@pytest.mark.parametrize("seed", [5, *(pytest.param(k, marks=pytest.mark.slow) for k in range(16) if k != 5)])
+def test_events_of_mixtures_with_wide_steps_are_those_of_the_naive_algorithm(seed):
+    in_plain_python("assert_order_of_wide_mixtures", seed)
 
 
 @pytest.mark.slow
