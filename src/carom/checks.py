@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import numbers
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,18 @@ MOST_COLLISIONS = 2.0**62
 
 #: Relative errors below this are refused: they would take some 1e18 independent blocks.
 FINEST_ERROR = 1e-9
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that an unknown one resembles most, or None."""
+    near = difflib.get_close_matches(name[:80], sorted(known), n=1, cutoff=0.5)
+    return near[0] if near else None
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return what an error about an unknown name ends with: the nearest known name, or all of them."""
+    near = nearest(name, known)
+    return f"; did you mean {near}" if near else f" (known: {', '.join(sorted(known))})"
 
 
 def describe(value: Any) -> str:

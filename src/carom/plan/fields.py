@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -156,6 +155,6 @@ def _choice(value: Any, key: str, known: tuple[str, ...]) -> str:
     if isinstance(value, str) and value in known:
         return value
     hint = ""
-    if isinstance(value, str) and (near := difflib.get_close_matches(value[:80], known, n=1)):
-        hint = f" Did you mean {near[0]}?"
+    if isinstance(value, str) and (near := checks.nearest(value, known)):
+        hint = f" Did you mean {near}?"
     raise InputError(f"{key} must be one of {', '.join(known)}; found {checks.describe(value)}.{hint}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -165,7 +164,7 @@ def _section(name: str, table: dict[str, Any]) -> Any:
     known = {f.name for f in dataclasses.fields(_SPECS[name])}
     for key in table:
         if key not in known:
-            nearest = _nearest(key, known)
+            nearest = checks.suggestion(key, known)
             raise InputError(f"[{name}] {_shown(key)} is no known key{nearest}.")
     values = {k: _tuples(v) for k, v in table.items()}
     if name == "scene" and values.get("initial", "fcc") == "fcc":
@@ -197,16 +196,11 @@ def _pairs(table: dict[str, Any]) -> list[str]:
 
 def _unknown(name: str, value: Any, specs: dict[str, Any]) -> str:
     if isinstance(value, dict):
-        return f"[{_shown(name)}] is no known section{_nearest(name, set(specs))}."
+        return f"[{_shown(name)}] is no known section{checks.suggestion(name, set(specs))}."
     for section, spec in _SPECS.items():
         if name in {f.name for f in dataclasses.fields(spec)}:
             return f"{name} stands outside of any section; write it below [{section}]."
     return f"{_shown(name)} stands outside of any section and is no known key."
-
-
-def _nearest(name: str, known: set[str]) -> str:
-    matches = difflib.get_close_matches(name[:80], sorted(known), n=1, cutoff=0.5)
-    return f"; did you mean {matches[0]}" if matches else f" (known: {', '.join(sorted(known))})"
 
 
 def _shown(name: str) -> str:

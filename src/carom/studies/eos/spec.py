@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -153,10 +152,7 @@ class StudySpec:
         template = {name: _plain(value) for name, value in self.scene.items()}
         for name in template:
             if name not in known:
-                near = difflib.get_close_matches(name, known, n=1)
-                raise InputError(
-                    f"[scene] {name} is no known key{f'; did you mean {near[0]}' if near else ''}."
-                )
+                raise InputError(f"[scene] {name} is no known key{checks.suggestion(name, known)}.")
             if name in _SET_BY_GRID:
                 raise InputError(f"[scene] {name} is for the section [study] to say; move or remove it.")
         if any(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -102,9 +101,7 @@ def words_of(tables: Mapping[str, Any], section: str, known: Sequence[str]) -> d
     words = dict(tables.get(section, {}))
     for name in words:
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"; did you mean {near[0]}" if near else f" (known: {', '.join(known)})"
-            raise InputError(f"[{section}] {name} is no known key{hint}.")
+            raise InputError(f"[{section}] {name} is no known key{checks.suggestion(name, known)}.")
     return words
 
 
