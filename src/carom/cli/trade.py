@@ -11,7 +11,7 @@ import typer
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
-    from carom.studies.accuracy.trade import TradeResult
+    from carom.studies.accuracy.rows import TradeResult
 
 
 @friendly

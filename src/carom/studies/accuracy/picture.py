@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from carom.studies.accuracy.trade import TradeResult
+    from carom.studies.accuracy.rows import TradeResult
 
 LOOKS = {
     "event-driven": ("o", plots.INK),
