@@ -115,7 +115,7 @@ def test_the_template_s_mixture_and_obstacles_are_a_scene_when_switched_on():
 def test_the_template_s_well_is_a_scene_when_switched_on():
     lines = template().splitlines()
     start = next(k for k, line in enumerate(lines) if line == "# [scene.interaction]")
-    end = next(k for k, line in enumerate(lines) if line == "[run]")
+    end = next(k for k, line in enumerate(lines) if line.startswith("# Or units"))
     shown = "\n".join(line.removeprefix("# ") for line in lines[start:end])
     scene = Plan.from_toml("[scene]\ncells = 3\npacking_fraction = 0.2\n" + shown).build_scene()
     assert scene.interaction == SquareWell(1.5, 1.0)
