@@ -86,6 +86,7 @@ def same(one, other):
     return True
 
 
+@pytest.mark.slow
 def test_compiled_and_plain_python_give_the_same_bits():
     program = (
         "import numpy, hashlib; numpy.seterr(all='ignore')\n"

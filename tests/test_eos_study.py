@@ -465,7 +465,7 @@ def test_tables_become_data_frames():
 # Starts.
 
 
-@pytest.mark.parametrize(("n", "eta", "dimension"), [(500, 0.45, 3), (300, 0.3, 3), (600, 0.2, 4)])
+@pytest.mark.parametrize(("n", "eta", "dimension"), [(500, 0.45, 3), (300, 0.3, 3), slow(600, 0.2, 4)])
 def test_a_random_start_well_below_freezing_is_a_crystal_that_melts(n, eta, dimension):
     asked = SceneSpec(initial="random", n=n, packing_fraction=eta, dimension=dimension, mass=2.0)
     scene = start_of(asked, np.random.default_rng(1))

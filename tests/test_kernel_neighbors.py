@@ -315,7 +315,7 @@ def test_room_changes_no_collision(kind, monkeypatch, simulation):
     np.testing.assert_array_equal(sim.frame().positions, right.frame().positions)
 
 
-@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize("mixed", [False, slow(True)])
 @pytest.mark.parametrize("n", [LARGE, HUGE])
 def test_looking_ahead_changes_no_collision(n, mixed, tmp_path):
     # Lists and sectors look ahead to other things, and both to more from one size on, and from the next.

@@ -208,6 +208,7 @@ def test_with_restitution_the_impulse_is_what_contacts_exchange_and_energy_is_ac
     assert (again.pinned_impulse == whole.pinned_impulse).all()
 
 
+@pytest.mark.slow
 def test_one_ball_between_pinned_ones_loses_by_every_contact_what_restitution_says():
     """In one dimension, bounce after bounce between two that stay: v e^k, in closed form."""
     scene = carom.Scene(

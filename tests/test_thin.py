@@ -38,6 +38,7 @@ def test_so_it_does_for_sizes_and_masses_of_their_own(box):
     check(case(placed(6, box, 3)), "all")
 
 
+@pytest.mark.slow
 def test_so_it_does_for_a_contact_matrix():
     contact = [[1.0, 0.65], [0.65, 0.6]]
     scene = carom.Scene.mixture([4, 4], diameters=[1.0, 0.6], contact=contact, box=(8.0, 9.0), seed=30)

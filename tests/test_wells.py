@@ -80,6 +80,7 @@ def assert_order(scene, potential, events, leaving=None, **settings):
     sim.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WELLS)
 def test_events_are_those_of_the_naive_algorithm_in_three_dimensions(name):
     interaction, distances, energies = WELLS[name]
