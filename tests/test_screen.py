@@ -167,9 +167,9 @@ def test_the_screen_prints_no_number_of_contacts_where_nobody_knows_it(capsys):
 def test_the_title_of_a_report_says_the_composition_and_paper_cuts_nothing():
     from carom.studies.eos import html
 
-    assert html._composition([[1.0, 100]]) == ""
-    assert html._composition([[1.0, 75], [0.5, 25]]) == ": 0.75 of diameter 1, 0.25 of diameter 0.5"
-    assert html._composition([[k, 1] for k in range(1, 10)]).endswith("and 3 sizes more")
+    assert html.composition([[1.0, 100]]) == ""
+    assert html.composition([[1.0, 75], [0.5, 25]]) == ": 0.75 of diameter 1, 0.25 of diameter 0.5"
+    assert html.composition([[k, 1] for k in range(1, 10)]).endswith("and 3 sizes more")
     printed = html.STYLE.split("@media print")[1]
     assert "overflow: visible" in printed
     assert "@page" in html.STYLE

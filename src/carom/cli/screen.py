@@ -103,7 +103,7 @@ def _physics(summary: dict[str, Any]) -> Any:
 
     n, dimension = summary["n"], summary["dimension"]
     kind = {1: "hard rod", 2: "hard disk", 3: "hard sphere"}.get(dimension, f"{dimension}D hard sphere")
-    kind = "unit" if summary["units"] else kind
+    kind = "unit" if summary.get("units") else kind
     title = f"{n} {kind}{'s' if n != 1 else ''} at packing fraction {summary['packing_fraction']:.6g}"
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("")
@@ -228,7 +228,7 @@ def _mechanics(summary: dict[str, Any]) -> Any:
         *([("relative error of Z", _reached(summary))] if asked is not None else []),
         ("collisions", f"{summary['collisions']:,}".replace(",", " ") + f" in time {summary['time']:.6g}"),
         *([("elastic contacts", f"{spared}, slower than elastic_below")] if spared else []),
-        *((f"{name} left", str(count)) for name, count in summary["units"].items()),
+        *((f"{name} left", str(count)) for name, count in (summary.get("units") or {}).items()),
         ("energy drift", "-" if summary["energy_drift"] is None else f"{summary['energy_drift']:.1e}"),
         ("momentum drift", "-" if summary["momentum_drift"] is None else f"{summary['momentum_drift']:.1e}"),
         ("worst overlap", f"{summary['worst_overlap']:.1e} diameters"),
