@@ -89,6 +89,7 @@ def test_a_checkpoint_leaves_no_event_in_memory(tmp_path):
         assert np.array_equal(mine, its)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stretches", [2, 20])
 def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches):
     def start():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import scene_cases
+from marks import slow
 
 import carom
 from carom.models.obstacles import Ball
@@ -61,7 +62,7 @@ def scaled(scene, length, mass, speed):
     )
 
 
-@pytest.mark.parametrize("make", ["unequal", "boxed", "lorentz", "inelastic", "growing"])
+@pytest.mark.parametrize("make", ["unequal", "boxed", slow("lorentz"), slow("inelastic"), "growing"])
 @pytest.mark.parametrize("units", [(2.0**37, 2.0**-21, 2.0**13), (2.0**-60, 2.0**44, 2.0**-9)])
 def test_scenes_of_every_kind_are_free_of_scale(make, units):
     length, mass, speed = units

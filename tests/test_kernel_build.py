@@ -53,6 +53,7 @@ def run_tiny(source=None, **environment):
     return done.stdout.strip()
 
 
+@pytest.mark.slow
 def test_plain_python_gives_the_same_bits():
     assert run_tiny(NUMBA_DISABLE_JIT="1") == run_tiny()
 

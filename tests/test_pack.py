@@ -131,6 +131,7 @@ def test_where_gaps_are_rounding_it_ends_with_a_note():
     assert_without_overlap(packing)
 
 
+@pytest.mark.slow
 def test_the_same_call_gives_the_same_bits_and_another_seed_others():
     start = studies.points(30, 3, seed=1)
     first, again, other = (

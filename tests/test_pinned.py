@@ -39,7 +39,7 @@ def as_balls(scene):
 
 
 @pytest.mark.parametrize("neighbors", ["sectors", "lists"])
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [2, slow(3)])
 def test_the_order_of_events_is_the_oracles_with_fixed_balls(dimension, neighbors, tmp_path):
     scene = porous(dimension, n=60 if dimension == 2 else 120, fixed=25, packing_fraction=0.15)
     free, balls = as_balls(scene)

@@ -4,6 +4,7 @@ import csv
 
 import numpy as np
 import pytest
+from marks import slow
 
 from carom import Scene, io, studies
 from carom.cli import screen
@@ -77,7 +78,7 @@ def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension):
     ("more", "trajectory", "says"),
     [
         ("periodic = [true, true, false]", '["h5md"]', "No g(r): with walls"),
-        ('obstacles = [{kind = "ball", center = [1, 1, 1], radius = 1.0}]', '["h5md"]', "with obstacles"),
+        slow('obstacles = [{kind = "ball", center = [1, 1, 1], radius = 1.0}]', '["h5md"]', "with obstacles"),
         ("", "[]", "none was asked for"),
     ],
 )
