@@ -157,7 +157,7 @@ def shown(page, tmp_path, state="", size=SIZE):
          f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={size[0]},{size[1]}",
          "--virtual-time-budget=2000", f"--screenshot={picture}",
          (tmp_path / "page.html").as_uri() + "#" + state],
-        capture_output=True, text=True, timeout=120,
+        capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return imread(picture)[..., :3]
@@ -272,7 +272,7 @@ def test_psi_6_in_a_replay_is_that_of_a_frame(tmp_path, periodic):
     done = subprocess.run(
         [browser(), "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
          "--host-resolver-rules=MAP * ~NOTFOUND", "--dump-dom", (tmp_path / "page.html").as_uri()],
-        capture_output=True, text=True, timeout=120,
+        capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     found = np.array(json.loads(re.search(r"\[.*\]", done.stdout)[0])).reshape(40, 2)
     # Doubles on both sides: rounding of angles, times six.
