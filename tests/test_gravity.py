@@ -5,12 +5,12 @@ import math
 
 import numpy as np
 import pytest
+from round_things import around_a_ball
 
 import carom
 from carom.errors import InputError
 from carom.models.gravity import Gravity
 from carom.models.losses import Loss
-from carom.models.obstacles import Ball, SphericalContainer
 from carom.models.paths import Sine
 from carom.models.planes import Plane
 from carom.models.shaken import Shaken
@@ -320,14 +320,7 @@ def test_a_thermal_floor_makes_the_barometric_law(tmp_path):
 @pytest.mark.slow
 def test_energy_is_kept_in_a_field_among_round_things():
     # A disk in a round container, around a ball: a million bounces.
-    scene = carom.Scene(
-        [[6.0, 2.0]],
-        (10.0, 10.0),
-        velocities=[[3.0, 1.0]],
-        periodic=False,
-        motion=Gravity((0.1, -1.0)),
-        obstacles=[SphericalContainer((5.0, 5.0), 4.5), Ball((5.0, 5.0), 1.0)],
-    )
+    scene = around_a_ball()
     sim = carom.Simulation(scene)
     while sum(each.hits for each in sim.obstacles) < 1_000_000:
         sim.run(time=100_000.0)

@@ -6,13 +6,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from plain import plain_python
+from round_things import around_a_ball
 
 import carom
 from carom.models.containers import InsideOfSphere
 from carom.models.gravity import Falling, Gravity
 from carom.models.interface import outward, push, thrown
 from carom.models.losses import Loss
-from carom.models.obstacles import Ball, SphericalContainer
+from carom.models.obstacles import SphericalContainer
 from carom.models.planes import Plane
 from carom.models.surfaces import Surface
 from carom.simulation.replay import Replay
@@ -133,14 +134,7 @@ def test_what_a_wall_adds_does_not_depend_on_how_nearly_one_glides_along_it(turn
 
 def replay_of_round_bounces(folder):
     """Bounce a disk between a round container and a ball in a field, and replay its log."""
-    scene = carom.Scene(
-        [[6.0, 2.0]],
-        (10.0, 10.0),
-        velocities=[[3.0, 1.0]],
-        periodic=False,
-        motion=Gravity((0.1, -1.0)),
-        obstacles=[SphericalContainer((5.0, 5.0), 4.5), Ball((5.0, 5.0), 1.0)],
-    )
+    scene = around_a_ball()
     with carom.Simulation(scene, event_log=f"{folder}/log.h5") as sim:
         sim.run(time=150.0)
         frame = sim.frame()

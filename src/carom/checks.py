@@ -41,6 +41,17 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     return f"; did you mean {near}" if near else f" (known: {', '.join(sorted(known))})"
 
 
+def keys(given: Iterable[str], what: str, known: Iterable[str], *, needed: Iterable[str] = ()) -> None:
+    """Raise InputError if ``what`` has a key that is not known, or lacks one that it needs."""
+    there, names = list(given), list(known)
+    for name in there:
+        if name not in names:
+            raise InputError(f"{what} has no {str(name)[:40]!r}; known are {', '.join(names)}.")
+    for name in needed:
+        if name not in there:
+            raise InputError(f"{what} needs {name}, found none.")
+
+
 def describe(value: Any) -> str:
     """Name a value and its type in a few words, for the end of an error message."""
     if isinstance(value, str):

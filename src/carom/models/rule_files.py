@@ -9,7 +9,7 @@ import hashlib
 import math
 import sys
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
@@ -146,9 +146,8 @@ class RuleFile:
 
 def of_table(**table: Any) -> RuleFile:
     """Return the value of :meth:`RuleFile.to_table`, whose code may not run."""
-    for name in ("kinds", "file", "rule"):
-        if name not in table:
-            raise InputError(f"An interaction of type ranges needs {name}, found none.")
+    known = [each.name for each in fields(RuleFile) if each.name != "trust"]
+    checks.keys(table, "An interaction of type ranges", known, needed=("kinds", "file", "rule"))
     return RuleFile(**table)
 
 
@@ -158,10 +157,7 @@ def _kind(value: Any) -> Kind:
         return value
     if not isinstance(value, Mapping):
         raise InputError(f"A kind of units must be a table with a name, found {checks.describe(value)}.")
-    known = [each.name for each in fields(Kind)]
-    for name in value:
-        if name not in known:
-            raise InputError(f"A kind of units has no {str(name)[:40]!r}; known are {', '.join(known)}.")
+    checks.keys(value, "A kind of units", [each.name for each in fields(Kind)])
     if "name" not in value:
         raise InputError("A kind of units needs a name, found none.")
     return Kind(**value)
@@ -192,8 +188,7 @@ def _run(name: str, path: str, source: bytes) -> types.ModuleType:
     module.__file__ = path
     sys.modules[name] = module
     try:
-        run: Callable[..., object] = exec
-        run(compile(source, path, "exec", dont_inherit=True), module.__dict__)
+        exec(compile(source, path, "exec", dont_inherit=True), module.__dict__)
     except Exception as problem:
         del sys.modules[name]
         where = f" in line {problem.lineno}" if isinstance(problem, SyntaxError) and problem.lineno else ""

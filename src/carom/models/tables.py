@@ -88,12 +88,9 @@ def from_table(values: Any, what: str, key: str = "type") -> Any:
     cls = _class(kind, what, key)
     given = {name: value for name, value in values.items() if name != key}
     expected = {field.name: field for field in fields(cls)}
-    for name in given:
-        if name not in expected:
-            raise InputError(f"A {kind} has no {str(name)[:40]!r}; known are {', '.join(expected)}.")
-    for name, field in expected.items():
-        if name not in given and field.default is MISSING:
-            raise InputError(f"A {kind} needs {name}, found none.")
+    needed = [name for name, field in expected.items() if field.default is MISSING]
+    checks.keys(given, f"A {kind}", expected, needed=needed)
+    for name in expected:
         if name in given and name in PARTS:
             given[name] = from_table(_typed(given[name], name), PARTS[name])
         elif name in given and name == "obstacle":

@@ -61,9 +61,9 @@ class Plan:
             there["file"] = str((path.parent / plan.scene.file).absolute())
         if isinstance(plan.scene.interaction, RuleFile):
             there["interaction"] = plan.scene.interaction.beside(path.parent)
-        return (
-            plan if not there else dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, **there))
-        )
+        if there:
+            plan = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, **there))
+        return plan
 
     @classmethod
     def from_toml(cls, text: str) -> Self:

@@ -49,9 +49,9 @@ def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) 
     -------
     matplotlib.figure.Figure
     """
-    from carom.pictures.figure import Picture
+    from carom.pictures import importing
 
-    figure = Picture(13.0, 4.2, plots.DPI)
+    figure = importing.picture()(13.0, 4.2, plots.DPI)
     axes = figure.subplots(1, 3)
     first = axes[0]
     for panel in axes:

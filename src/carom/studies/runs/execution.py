@@ -157,14 +157,11 @@ def resume(
         _check_finished(folder)
         return RunResult(folder.path, _read_summary(folder.summary), new=False)
     with stoppable() as stop:
-        if not folder.checkpoint.is_file():
-            plan = Plan.load(folder.scene)
-            plan = plan.trusted() if trust_code else plan
-            summary = Run(plan, folder, stop, progress, predicted, workers).from_the_start()
-        else:
-            plan, notes = _noted(folder.checkpoint)
-            plan = plan.trusted() if trust_code else plan
-            summary = Run(plan, folder, stop, progress, predicted, workers).from_checkpoint(notes)
+        begun = folder.checkpoint.is_file()
+        plan, notes = _noted(folder.checkpoint) if begun else (Plan.load(folder.scene), {})
+        plan = plan.trusted() if trust_code else plan
+        run = Run(plan, folder, stop, progress, predicted, workers)
+        summary = run.from_checkpoint(notes) if begun else run.from_the_start()
     return RunResult(folder.path, summary, new=True)
 
 
