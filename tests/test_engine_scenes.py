@@ -175,6 +175,7 @@ def test_lists_of_several_levels_are_complete(ratio):
     assert_no_overlap(scene, sim.frame())
 
 
+@pytest.mark.slow
 def test_sizes_from_one_to_twenty_keep_their_cores():
     rng = np.random.default_rng(5)
     sizes = np.exp(rng.uniform(np.log(0.05), 0.0, 400))

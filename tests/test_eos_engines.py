@@ -159,6 +159,7 @@ def test_the_overhead_of_a_task_is_small(tmp_path):
 # Kills and stops of the whole.
 
 
+@pytest.mark.slow
 @unix
 def test_killing_workers_and_the_study_at_random_leaves_a_study_that_finishes_with_the_same_bits(tmp_path):
     kill_at_random(tmp_path, rounds=2, seed=1)

@@ -382,6 +382,7 @@ def test_a_crystal_that_should_have_melted_is_seen():
     assert "particles are where they began" in row.remarks
 
 
+@pytest.mark.slow
 def test_fluids_just_below_freezing_have_really_melted():
     study = studies.equation_of_state(
         [0.45, 0.48], n=256, replicas=1, equilibration=500, collisions_per_particle=500, executor="serial",

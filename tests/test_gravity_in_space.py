@@ -39,7 +39,8 @@ def column(dimension, n, restitution, *, diameter=0.3, edge=6.0, height=60.0, kT
     )
 
 
-@pytest.mark.parametrize("dimension", [3, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("dimension", [3, 4])
 def test_the_floor_bears_the_weight_of_spheres_that_lose_energy(dimension):
     n = 40
     scene = column(dimension, n, 0.8)

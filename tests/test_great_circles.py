@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from marks import slow
 
 import carom
 from carom.errors import InputError, OverlapError
@@ -44,7 +45,7 @@ def arms(sim):
     return sim.frame().positions - 4.0
 
 
-@pytest.mark.parametrize("growth", [None, 0.02])
+@pytest.mark.parametrize("growth", [None, slow(0.02)])
 def test_contacts_are_those_of_the_naive_algorithm_in_fifty_digits(growth):
     sim = carom.Simulation(on_sphere(5), seed=2, growth=growth)
     start = sim.frame()
@@ -60,6 +61,7 @@ def test_contacts_are_those_of_the_naive_algorithm_in_fifty_digits(growth):
         assert np.abs(found - np.array(step.positions, float)).max() < 10 * tolerance
 
 
+@pytest.mark.slow
 def test_energy_and_angular_momentum_are_kept_and_nobody_leaves_the_sphere():
     sim = carom.Simulation(on_sphere(8, seed=3, mass=np.linspace(0.5, 2.0, 8)), seed=3)
 

@@ -203,6 +203,7 @@ print(sorted(sim.frame().velocities[:, 0].tolist()))
 """
 
 
+@pytest.mark.slow
 def test_a_model_from_outside_the_package_is_chosen_by_its_type(tmp_path):
     # In a process and with a cache of its own: the index of Numba's cache names the module of every model and
     # cannot be read where one of them cannot be imported.

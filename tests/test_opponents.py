@@ -124,6 +124,7 @@ def test_the_error_of_verlet_falls_with_the_square_of_the_step():
     assert drifts[1] / drifts[2] == pytest.approx(4.0, rel=0.5)
 
 
+@pytest.mark.slow
 def test_pseudo_hard_spheres_keep_their_temperature_and_have_the_pressure_of_hard_ones():
     scene, _ = melted(carom.Scene.fcc(4, density=0.5), 1)
     system = PseudoHardSpheres(scene.positions, scene.velocities, scene.box, step=2e-3)

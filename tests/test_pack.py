@@ -53,6 +53,7 @@ def test_rods_follow_tonks_and_jam_where_they_fill_the_line():
     assert packing.jamming_fraction == pytest.approx(1.0, abs=6 * 0.01 / 100)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("dimension", "fraction", "contacts"),
     [(2, math.pi / 4, 4), slow(3, math.pi * math.sqrt(3) / 8, 8)],

@@ -38,7 +38,7 @@ def as_balls(scene):
     return free, balls
 
 
-@pytest.mark.parametrize("neighbors", ["sectors", "lists"])
+@pytest.mark.parametrize("neighbors", ["sectors", slow("lists")])
 @pytest.mark.parametrize("dimension", [2, slow(3)])
 def test_the_order_of_events_is_the_oracles_with_fixed_balls(dimension, neighbors, tmp_path):
     scene = porous(dimension, n=60 if dimension == 2 else 120, fixed=25, packing_fraction=0.15)
@@ -68,7 +68,7 @@ def test_the_order_of_events_is_the_oracles_with_fixed_balls(dimension, neighbor
         assert events.time[k] == pytest.approx(float(event.time), abs=1e-6)
 
 
-@pytest.mark.parametrize("dimension", [slow(1), 2, 3, slow(4)])
+@pytest.mark.parametrize("dimension", [slow(1), 2, slow(3), slow(4)])
 def test_pinned_components_stay_and_take_up_what_the_others_lose(dimension):
     n, fixed = (12, 3) if dimension == 1 else (40, 10)
     scene = porous(dimension, n=n, fixed=fixed, packing_fraction=0.1 if dimension > 1 else 0.4)
@@ -130,6 +130,7 @@ def test_checkpoints_and_replays_give_the_same_bits(tmp_path):
     assert (again.pinned_impulse == whole.pinned_impulse).all()
 
 
+@pytest.mark.slow
 def test_pinned_components_may_overlap_each_other_and_nobody_else():
     places = [[1.0, 1.0], [1.5, 1.0], [4.0, 4.0]]
     scene = carom.Scene(places, 6.0, pinned=[True, True, False])
@@ -183,6 +184,7 @@ def test_nobody_pinned_is_the_scene_without():
     assert "pinned=15" in repr(porous())
 
 
+@pytest.mark.slow
 def test_with_restitution_the_impulse_is_what_contacts_exchange_and_energy_is_accounted(tmp_path):
     scene = porous().with_(restitution=0.8)
     sim = carom.Simulation(scene, event_log=tmp_path / "log.h5")

@@ -152,6 +152,7 @@ def test_the_residual_bias_falls_with_n_and_rises_with_density():
         assert residual(dense, 256) / dense.z() > residual(dilute, 256) / dilute.z()
 
 
+@pytest.mark.slow
 def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
     # Exact for every N: sixteen spheres, two masses, two sizes.
     scene = carom.Scene.mixture(

@@ -72,6 +72,7 @@ def test_a_run_stopped_by_a_signal_goes_on_and_ends_with_the_same_bits(reference
     assert_same_run(whole, out)
 
 
+@pytest.mark.slow
 def test_stopped_while_equilibrating_resumes_to_the_same_bits(reference, tmp_path):
     scene, whole = reference
     out = tmp_path / "run"

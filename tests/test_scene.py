@@ -374,6 +374,7 @@ def test_beyond_what_growth_reaches_the_limit_is_named():
         Scene.random(100, 3, packing_fraction=0.63)
 
 
+@pytest.mark.slow
 def test_spheres_that_jam_on_the_way_are_refused():
     with pytest.raises(InputError, match="jam at packing fraction"):
         Scene.random(100, 3, packing_fraction=0.605, periodic=False, seed=1)

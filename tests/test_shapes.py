@@ -79,6 +79,7 @@ def test_the_first_contact_is_found_and_none_before_it(dimension, k, growth):
     assert met > 1
 
 
+@pytest.mark.slow
 def test_a_sphere_in_an_arc_goes_round_by_whispering():
     # A component in a whole circle, from inside: chords of one length, for ever.
     ring = Arc((5.0, 5.0), 4.0)

@@ -33,6 +33,7 @@ def test_looking_at_everybody_finds_the_oracle_s_collisions(dimension, n, size, 
     assert_equal_to_oracle(scene, 3 * n, tmp_path, at_least=n, neighbors="all")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("box", [(8.0, 9.0), (4.3, 4.9)])
 def test_so_it_does_for_sizes_and_masses_of_their_own(box):
     check(case(placed(6, box, 3)), "all")

@@ -102,6 +102,7 @@ def pairs_of_the_plane(i, j, out=False):
     return steps.distances, [*energies, 0.0]
 
 
+@pytest.mark.slow
 def test_events_of_species_with_hysteretic_steps_are_those_of_the_naive_algorithm_in_the_plane(tmp_path):
     scene = scattered(10, 2, TABLE, 0.2, seed=4, species=np.arange(10) % 2)
     assert_order(
