@@ -268,7 +268,7 @@ def test_unknown_words_have_exit_code_2(tmp_path, arguments):
 def test_a_full_disk_is_one_sentence_and_the_run_resumes(tmp_path, finished):
     """A limit on the size of a file stands for the end of the disk: the system says no in the same place."""
     resource = pytest.importorskip("resource")
-    scene = plan(tmp_path, equilibration=100, measured=4000, frames=50)
+    scene = plan(tmp_path, equilibration=100, measured=400, frames=50)
     whole, out = tmp_path / "whole", tmp_path / "run"
     assert carom("run", scene, "--out", whole).returncode == 0
     limit = (whole / "trajectory.extxyz").stat().st_size // 2
@@ -281,9 +281,9 @@ def test_a_full_disk_is_one_sentence_and_the_run_resumes(tmp_path, finished):
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
     )
     assert done.returncode == 2
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert "trajectory.extxyz cannot be written" in done.stderr
-    assert "Traceback" not in done.stderr
+    *before, error = done.stderr.strip().splitlines()
+    assert all(" s: " in line for line in before), "a slow machine says how far it is"
+    assert "trajectory.extxyz cannot be written" in error
     kept = len(io.read(out / "trajectory.extxyz", ":"))
     assert 20 <= kept <= 25
     assert carom("resume", out).returncode == 0
