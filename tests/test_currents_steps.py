@@ -70,6 +70,7 @@ def fluid(**settings):
     return carom.Simulation(scene, seed=2, kT=2.0, **settings)
 
 
+@pytest.mark.slow
 def test_currents_leave_no_trace_in_a_run_with_steps():
     plain, counted = fluid(), fluid(currents=True)
     counted.helfand(every=0.01, count=50)

@@ -83,6 +83,7 @@ def test_tables_of_pairs_have_a_row_for_every_species(tmp_path, counts):
         assert np.triu(virial).sum() == pytest.approx(given.tally.virial, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_an_empty_species_has_no_say_in_how_far_contacts_reach():
     """A contact matrix says how large the empty species would be: the run is that of a scene without it."""
     full = np.array([[1.0, 0.9, 5.0], [0.9, 0.8, 5.0], [5.0, 5.0, 9.0]])

@@ -220,6 +220,7 @@ def test_velocities_from_1e_150_to_1e150_have_the_same_bits(exponent):
     assert z[0] == z[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exponent", [-150, 150])
 def test_logs_checkpoints_and_samples_of_any_velocities_are_in_the_scenes_units(exponent, tmp_path):
     k = power(exponent)

@@ -222,6 +222,7 @@ def test_the_field_around_a_ball_has_a_constant_divergence(d):
     np.testing.assert_allclose(flux, expected, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_force_of_one_component_has_no_noise():
     scene = carom.Scene([[3.7, 3.7]], 8.0, mass=2.0, velocities=[[0.7, 0.45]], periodic=(True, False))
     found = carom.Simulation(scene).measure(WallPressure("upper wall of axis 1"), time=300.0)

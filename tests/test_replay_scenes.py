@@ -48,7 +48,7 @@ def scenes():
 
 
 # Each is compiled for itself, which takes half a minute: the others are for `pytest -m slow`.
-SOON = ("walls", "lossy equals")
+SOON = ("walls",)
 
 
 @pytest.mark.parametrize(

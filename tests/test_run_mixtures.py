@@ -77,7 +77,7 @@ def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension):
 @pytest.mark.parametrize(
     ("more", "trajectory", "says"),
     [
-        ("periodic = [true, true, false]", '["h5md"]', "No g(r): with walls"),
+        slow("periodic = [true, true, false]", '["h5md"]', "No g(r): with walls"),
         slow('obstacles = [{kind = "ball", center = [1, 1, 1], radius = 1.0}]', '["h5md"]', "with obstacles"),
         ("", "[]", "none was asked for"),
     ],
@@ -147,6 +147,7 @@ def test_sizes_without_names_are_species_and_many_sizes_are_none():
     assert species_of(mixed).tolist() == [1, 0] * 20
 
 
+@pytest.mark.slow
 def test_pairs_touch_where_the_scene_says(tmp_path):
     species = np.repeat([0, 1, 2], [30, 29, 1])
     contact = np.array([[1.0, 0.6, 1.0], [0.6, 1.0, 1.0], [1.0, 1.0, 1.0]])

@@ -6,8 +6,6 @@ import pytest
 
 import carom
 
-SLOW = pytest.mark.slow
-
 
 def contacts_of_galperin(ratio, precision):
     """Return the contacts of a ball at rest beside a wall, with the wall and with a heavy one that comes."""
@@ -21,13 +19,14 @@ def contacts_of_galperin(ratio, precision):
     return sim.collisions + sum(impact.hits for impact in sim.obstacles)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("precision", "ratio"),
     [
-        ("single", 1e8),  # "would take inf collisions", while the clock of 24 bits stood still
-        pytest.param("double", 1e8, marks=SLOW),
-        pytest.param("double", 1e12, marks=SLOW),
-        pytest.param("single", 1e10, marks=SLOW),
+        ("single", 1e8),  # took "inf collisions" once, while the clock of 24 bits stood still
+        ("double", 1e8),
+        ("double", 1e12),
+        ("single", 1e10),
     ],
 )
 def test_two_balls_and_a_wall_count_the_digits_of_pi(precision, ratio):
