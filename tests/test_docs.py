@@ -231,6 +231,8 @@ def test_documentation_builds_without_a_warning(tmp_path):
         "-q",
         "-W",
         "--keep-going",
+        "-t",
+        "stored",
         "-b",
         "html",
         ROOT / "docs",

@@ -196,3 +196,29 @@ def test_the_shell_can_complete_commands():
     from carom.cli import app
 
     assert "--install-completion" in CliRunner().invoke(app, ["--help"]).output
+
+
+@pytest.mark.parametrize("stage", ["Compiling", "Packing"])
+def test_a_bar_shows_no_percentage_before_something_is_done(monkeypatch, stage):
+    """A bar that stands at 0 % looks like a hang. Until half a percent is done it moves to and fro."""
+    from rich.console import Console
+    from rich.progress import Progress, TaskProgressColumn
+
+    from carom.notebook import advance
+
+    shown = io.StringIO()
+    with Progress(TaskProgressColumn(), console=Console(file=shown, width=60), auto_refresh=False) as bar:
+        bar.add_task("Starting", total=None)
+        for fraction, percent in [(0.0, ""), (0.004, ""), (0.3, "30%"), (None, ""), (0.0, ""), (1.0, "100%")]:
+            advance(bar, fraction, stage)
+            (task,) = bar.tasks
+            assert str(bar.columns[0](task)).strip() == percent
+            assert (task.total is None) == (not percent)
+
+
+def test_a_line_of_the_heartbeat_says_no_percentage_before_something_is_done():
+    heart = heartbeat.Heartbeat("Starting")
+    heart.tell("Packing", 0.0)
+    assert heart.state == "Packing"
+    heart.tell("Packing", 0.25)
+    assert heart.state == "Packing, 25 %"

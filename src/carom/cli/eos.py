@@ -187,27 +187,34 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
         return
     from rich.console import Console, Group
     from rich.live import Live
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
     from rich.progress import Progress as Bar
 
     from carom.cli.tables import fitted
+    from carom.notebook import advance
 
     bar = Bar(
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
+        TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
     )
     # It moves to and fro until the first run is done: there is nothing yet to tell the whole from.
-    task = bar.add_task(COMPILING, total=None)
+    bar.add_task(COMPILING, total=None)
     with Live(bar, console=Console(stderr=True), transient=True, refresh_per_second=4) as live:
 
         def progress(present: Progress) -> None:
             if present.done:
                 said = f"{present.done} of {present.total} runs"
-                bar.update(task, total=1.0, completed=present.fraction, description=said)
+                advance(bar, present.fraction, said)
             live.update(Group(fitted(live.console, _table(present.so_far)), bar))
 
         yield progress

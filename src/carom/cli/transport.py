@@ -152,12 +152,13 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
     from rich.console import Console
     from rich.progress import Progress as Bar
 
+    from carom.notebook import advance
+
     with Bar(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("Starting", total=1.0)
+        bar.add_task(COMPILING, total=None)
 
         def progress(present: Progress) -> None:
-            bar.update(
-                task, completed=present.fraction, description=f"{present.done} of {present.total} runs"
-            )
+            said = f"{present.done} of {present.total} runs" if present.done else COMPILING
+            advance(bar, present.fraction, said)
 
         yield progress
