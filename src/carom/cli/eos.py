@@ -204,7 +204,7 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
         BarColumn(),
         TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
-        TextColumn("left"),
+        TaskProgressColumn("left"),  # only where it is known how far the work is
         TimeRemainingColumn(),
     )
     # It moves to and fro until the first run is done: there is nothing yet to tell the whole from.

@@ -46,7 +46,7 @@ def watched() -> Iterator[Callable[[str, float], None]]:
         BarColumn(),
         TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
-        TextColumn("left"),
+        TaskProgressColumn("left"),  # only where it is known how far the work is
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
