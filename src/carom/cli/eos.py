@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.studies import COMPILING, farewell, fractions, integers, where, write
+from carom.cli.studies import COMPILING, FIRST, farewell, fractions, integers, where, write
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
         TimeRemainingColumn(),
     )
     # It moves to and fro until the first run is done: there is nothing yet to tell the whole from.
-    bar.add_task(COMPILING, total=None)
+    bar.add_task(FIRST, total=None)
     with Live(bar, console=Console(stderr=True), transient=True, refresh_per_second=4) as live:
 
         def progress(present: Progress) -> None:
