@@ -46,7 +46,7 @@ class Transport(Measured):
         These are the packing fraction, N, the name, the value, Enskog's, the ratio of the two, and the times
         between which the slope is taken.
         """
-        rows = []
+        rows: list[tuple[str, ...]] = []
         for each in self.table:
             eta = f"{each.packing_fraction:.4g}"
             for name, (c, enskog) in each.quantities().items():
