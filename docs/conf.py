@@ -7,6 +7,8 @@ import carom
 
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
+from execution import KEPT, package_digest
+
 project = "Carom"
 author = "The Carom developers"
 copyright = "The Carom developers, BSD-3-Clause"
@@ -26,8 +28,13 @@ extensions = [
     "gallery",
 ]
 exclude_patterns = ["_build", "packaging"]
-# The notebook is run by the tests and committed with its output: a build runs nothing.
-nb_execution_mode = "off"
+# A build runs the notebook and the gallery's examples, and keeps their results until they or Carom change.
+# `sphinx-build -t stored` runs nothing: it shows the results that are committed (decision 37).
+# Sphinx puts `tags` into the names of this file.
+nb_execution_mode = "off" if tags.has("stored") else "cache"  # noqa: F821
+nb_execution_cache_path = str(KEPT / f"notebooks-{package_digest()[:16]}")
+nb_execution_raise_on_error = True
+nb_execution_timeout = 600  # seconds a cell
 autosummary_generate = False
 myst_enable_extensions = ["amsmath", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3

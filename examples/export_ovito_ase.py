@@ -49,6 +49,9 @@ try:
 except carom.InputError as error:
     print(f"No GSD file: {error}")
 
+# %% A picture needs no other program.
+carom.plots.snapshot(frame, path=args.out / "snapshot.png")
+
 # %% What was written.
 for path in sorted(args.out.glob("fluid.*")):
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB, {len(carom.io.read(path, ':'))} frames")

@@ -45,3 +45,6 @@ assert a.time == b.time
 assert np.array_equal(a.unwrapped, b.unwrapped)
 assert np.array_equal(a.velocities, b.velocities)
 print(f"After {second.collisions} collisions both runs are at time {b.time!r}, with the same bits.")
+
+# %% Where both end.
+carom.plots.snapshot(b, path=args.out / "end.png")

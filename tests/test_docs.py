@@ -231,6 +231,8 @@ def test_documentation_builds_without_a_warning(tmp_path):
         "-q",
         "-W",
         "--keep-going",
+        "-t",
+        "stored",
         "-b",
         "html",
         ROOT / "docs",
@@ -243,3 +245,12 @@ def test_documentation_builds_without_a_warning(tmp_path):
     index = tmp_path.joinpath("searchindex.js").read_text(encoding="utf-8")
     terms = json.loads(index.removeprefix("Search.setIndex(").removesuffix(")"))["terms"]
     assert "diffus" in terms, "a search for diffusion finds nothing"
+
+
+def test_no_page_shows_data_that_slipped_in():
+    """A table made by a script once brought the JSON of its program along."""
+    found = []
+    for page in PAGES:
+        text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+        found += [page.name for line in text.splitlines() if line.strip() in ("{", "}", "[", "]")]
+    assert not found

@@ -71,7 +71,9 @@ def html(tmp_path_factory):
         pytest.importorskip(module)
     folder = tmp_path_factory.mktemp("html")
     subprocess.run(
-        [sys.executable, "-m", "sphinx", "-q", "-b", "html", DOCS, folder], check=True, timeout=300
+        [sys.executable, "-m", "sphinx", "-q", "-t", "stored", "-b", "html", DOCS, folder],
+        check=True,
+        timeout=300,
     )
     return folder
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ase.io
 import MDAnalysis
 import numpy as np
 import pytest
@@ -69,6 +70,35 @@ def test_dcd_and_pdb_hold_unwrapped_positions(tmp_path):
         np.testing.assert_allclose(ts.positions, frame.unwrapped, atol=2e-6)
         np.testing.assert_allclose(ts.dimensions[:3], frame.box, rtol=1e-6)
     assert len(MDAnalysis.Universe(str(pdb)).trajectory) == 3
+
+
+@pytest.mark.parametrize(
+    ("names", "written", "elements"),
+    [
+        (("small", "big"), ["smal", "big"], ["", ""]),  # no samarium and no bismuth
+        (("large one", "large two"), ["lar1", "lar2"], ["", ""]),
+        (("Ar", "Kr"), ["Ar", "Kr"], ["Ar", "Kr"]),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:Unknown element X:UserWarning")
+def test_a_pdb_file_names_every_species_and_no_element_that_is_none(tmp_path, names, written, elements):
+    frames = frames_of(3, names)
+    path, _ = exported(tmp_path, "a.pdb", frames)
+    universe = MDAnalysis.Universe(str(path))
+    assert universe.atoms.names.tolist() == [written[k] for k in frames[0].species]
+    assert universe.atoms.elements.tolist() == [elements[k] for k in frames[0].species]
+    assert ase.io.read(path, index=0).get_chemical_symbols() == [
+        elements[k] or "X" for k in frames[0].species
+    ]
+
+
+@pytest.mark.parametrize(("names", "labelled"), [(("small", "big"), True), (("1st", "2nd"), False)])
+def test_a_lammps_data_file_labels_its_types_where_lammps_takes_the_names(tmp_path, names, labelled):
+    frames = frames_of(3, names)
+    path, _ = exported(tmp_path, "a.data", frames)
+    text = path.read_text()
+    assert ("Atom Type Labels\n\n1 small\n2 big\n\nAtoms" in text) == labelled
+    assert len(MDAnalysis.Universe(str(path), format="DATA", atom_style="id type diam den x y z").atoms) == 7
 
 
 def test_what_is_only_written_is_not_opened(tmp_path):

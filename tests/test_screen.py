@@ -196,3 +196,48 @@ def test_the_shell_can_complete_commands():
     from carom.cli import app
 
     assert "--install-completion" in CliRunner().invoke(app, ["--help"]).output
+
+
+@pytest.mark.parametrize("stage", ["Compiling", "Packing"])
+def test_a_bar_shows_no_percentage_before_something_is_done(monkeypatch, stage):
+    """A bar that stands at 0 % looks like a hang. Until half a percent is done it moves to and fro."""
+    from rich.console import Console
+    from rich.progress import Progress, TaskProgressColumn
+
+    from carom.notebook import advance
+
+    shown = io.StringIO()
+    with Progress(TaskProgressColumn(), console=Console(file=shown, width=60), auto_refresh=False) as bar:
+        bar.add_task("Starting", total=None)
+        for fraction, percent in [(0.0, ""), (0.004, ""), (0.3, "30%"), (None, ""), (0.0, ""), (1.0, "100%")]:
+            advance(bar, fraction, stage)
+            (task,) = bar.tasks
+            assert str(bar.columns[0](task)).strip() == percent
+            assert (task.total is None) == (not percent)
+
+
+def test_a_line_of_the_heartbeat_says_no_percentage_before_something_is_done():
+    heart = heartbeat.Heartbeat("Starting")
+    heart.tell("Packing", 0.0)
+    assert heart.state == "Packing"
+    heart.tell("Packing", 0.25)
+    assert heart.state == "Packing, 25 %"
+
+
+@pytest.mark.parametrize("width", [60, 200])
+def test_transport_coefficients_are_stacked_on_a_narrow_terminal_and_no_word_is_cut(
+    width, monkeypatch, capsys
+):
+    from types import SimpleNamespace
+
+    from carom.cli import transport
+
+    row = ("0.1", "108", "thermal_conductivity", "0.88 +- 0.03", "0.95225", "0.921", "5.664 and 11.33")
+    monkeypatch.setenv("COLUMNS", str(width))
+    transport._show(SimpleNamespace(cells=lambda: [row], remarks=lambda: ["* eta = 0.1, N = 108: too short"]))
+    shown = capsys.readouterr().out
+    assert all(word in shown for word in row)
+    assert ("  value: 0.88 +- 0.03\n" in shown) == (width == 60)
+    assert all(len(line.rstrip()) <= width for line in shown.splitlines())
+    assert "scene file" in " ".join(shown.split())
+    assert "too short" in shown

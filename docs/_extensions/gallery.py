@@ -1,22 +1,37 @@
 """The gallery: a page for every script in ``examples``, and one page with all of them.
 
-A new example appears by itself. Its page shows the docstring, the cells (comment as text, code as code), the
-pictures ``docs/images/NAME*`` and what it printed, ``docs/images/NAME.txt``. A build runs nothing
-(decision 37). ``python docs/_extensions/pictures.py NAME`` runs an example and stores both.
+A new example appears by itself. Its page shows the docstring, the cells (comment as text, code as code), its
+pictures and what it printed. A build runs every example (``execution.py``, decision 37). For examples that
+take long it also shows what is stored: the pictures ``docs/images/NAME*`` and the output
+``docs/images/NAME.txt``. ``python docs/_extensions/pictures.py NAME`` makes both. ``sphinx-build -t stored``
+runs nothing and shows what is stored.
 """
 
 from __future__ import annotations
 
 import ast
 import re
+import shutil
 from pathlib import Path
 
+from execution import Result, results
+from pictures import Failed
 from sphinx.application import Sphinx
+from sphinx.errors import ExtensionError
+from sphinx.util import logging
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 IMAGES = Path(__file__).parents[1] / "images"
 MARK = "{{ gallery }}"
 SUFFIXES = (".gif", ".png", ".webp")
+MADE = "made"
+"""Folder of the pictures that this build made, beside the pages."""
+BUILT: dict[str, Result] = {}
+"""What the examples made in this build."""
+SMALL = [
+    "The build of these pages ran the script with `--smoke`: few particles, short runs, the same code.",
+    "What stands above took longer.",
+]
 
 
 def pictures(name: str) -> list[Path]:
@@ -63,8 +78,16 @@ def cells(text: str) -> list[tuple[str, str]]:
     return found
 
 
-def page(script: Path) -> str:
-    """Return the page of one example in Markdown."""
+def shown(pictures: list[str], printed: str | None, alternative: str) -> list[str]:
+    """Return pictures and printed lines in Markdown."""
+    lines = [f"```{{image}} {picture}\n:alt: {alternative}\n```\n" for picture in pictures]
+    if printed and printed.strip():
+        lines += ["It prints", "", "```text", printed.rstrip(), "```", ""]
+    return lines
+
+
+def page(script: Path, made: Result | None) -> str:
+    """Return the page of one example in Markdown, with what a run ``made`` if there was one."""
     text, name = script.read_text(encoding="utf-8"), script.stem
     docstring = ast.get_docstring(ast.parse(text)) or ""
     first, _, rest = docstring.partition("\n")
@@ -72,13 +95,19 @@ def page(script: Path) -> str:
     for paragraph in rest.strip().split("\n\n"):
         command = " ".join(paragraph.split())
         lines += ["```bash", command, "```", ""] if command.startswith("python ") else [paragraph, ""]
-    lines += [
-        f"```{{image}} ../images/{picture.name}\n:alt: {first}\n```\n" for picture in own_pictures(name)
-    ]
     printed = IMAGES / f"{name.replace('_', '-')}.txt"
-    if printed.exists():
-        lines += ["It prints", "", "```text", printed.read_text(encoding="utf-8").rstrip(), "```", ""]
-    lines += ["## The script", ""]
+    stored = shown(
+        [f"../images/{picture.name}" for picture in own_pictures(name)],
+        printed.read_text(encoding="utf-8") if printed.exists() else None,
+        first,
+    )
+    if made is not None:
+        fresh = shown([f"{MADE}/{picture.name}" for picture in made.pictures], made.printed, first)
+        if made.full or not stored:
+            stored = fresh
+        else:
+            stored += ["## Run when this page was made", "", *SMALL, "", *fresh]
+    lines += [*stored, "## The script", ""]
     for words, code in cells(text):
         lines += [words, ""]
         if code:
@@ -86,28 +115,52 @@ def page(script: Path) -> str:
     return "\n".join(lines)
 
 
-def cards() -> str:
+def card_picture(name: str, made: Result | None) -> str | None:
+    """Return the picture of an example's card: that of full size if there is one."""
+    stored = own_pictures(name)
+    if made is not None and made.pictures and (made.full or not stored):
+        return f"gallery/{MADE}/{made.pictures[0].name}"
+    return f"images/{stored[0].name}" if stored else None
+
+
+def cards(made: dict[str, Result]) -> str:
     """Return the grid of all examples, those with a picture first."""
-    scripts = sorted(EXAMPLES.glob("*.py"), key=lambda path: (not own_pictures(path.stem), path.stem))
+    pictured = {path: card_picture(path.stem, made.get(path.stem)) for path in EXAMPLES.glob("*.py")}
     lines = ["::::{grid} 1 2 2 3", ":gutter: 3", ""]
-    for script in scripts:
-        shown = own_pictures(script.stem)
+    for script in sorted(pictured, key=lambda path: (pictured[path] is None, path.stem)):
         lines += [
             ":::{grid-item-card} " + title(script.stem),
             f":link: gallery/{script.stem}",
             ":link-type: doc",
         ]
-        lines += [f":img-top: images/{shown[0].name}"] if shown else []
+        lines += [f":img-top: {pictured[script]}"] if pictured[script] else []
         lines += ["", summary(script.read_text(encoding="utf-8")), ":::", ""]
-    listed = "\n".join(f"gallery/{script.stem}" for script in sorted(EXAMPLES.glob("*.py")))
+    listed = "\n".join(f"gallery/{script.stem}" for script in sorted(pictured))
     return "\n".join([*lines, "::::", "", "```{toctree}", ":hidden:", "", listed, "```"])
 
 
 def write_pages(app: Sphinx) -> None:
-    """Write the page of every example, and remove those of examples that are gone."""
+    """Run the examples, write the page of each, and remove those of examples that are gone.
+
+    Raises
+    ------
+    ExtensionError
+        If an example ends with an error.
+    """
     folder = Path(app.srcdir) / "gallery"
-    folder.mkdir(exist_ok=True)
-    wanted = {folder / f"{script.stem}.md": page(script) for script in EXAMPLES.glob("*.py")}
+    scripts = sorted(EXAMPLES.glob("*.py"))
+    try:
+        made = {} if app.tags.has("stored") else results(scripts, logging.getLogger(__name__).info)
+    except Failed as error:
+        raise ExtensionError(f"The gallery cannot be built: {error}") from None
+    BUILT.clear()
+    BUILT.update(made)
+    shutil.rmtree(folder / MADE, ignore_errors=True)
+    folder.joinpath(MADE).mkdir(parents=True)
+    for result in made.values():
+        for picture in result.pictures:
+            shutil.copy2(picture, folder / MADE)
+    wanted = {folder / f"{script.stem}.md": page(script, made.get(script.stem)) for script in scripts}
     for path in set(folder.glob("*.md")) - set(wanted):
         path.unlink()
     for path, text in wanted.items():
@@ -120,7 +173,7 @@ def write_pages(app: Sphinx) -> None:
 def show_cards(app: Sphinx, docname: str, source: list[str]) -> None:
     """Replace the mark in the gallery's own page."""
     if docname == "gallery":
-        source[0] = source[0].replace(MARK, cards())
+        source[0] = source[0].replace(MARK, cards(BUILT))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -15,10 +16,51 @@ from PIL import Image
 
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
+SUFFIXES = {b"\x89PNG": ".png", b"GIF8": ".gif"}
 SIZES = ((900, 64), (900, 16), (720, 16), (560, 16), (480, 8))
 """Widths [pixels] and numbers of colours, the finest first."""
 MOST = 150_000
 """Bytes of a picture."""
+
+
+class Failed(Exception):
+    """An example that ended with an error."""
+
+
+def executed(script: Path, folder: Path, *arguments: str) -> tuple[dict[str, Path], str]:
+    """Run an example in a folder of its own.
+
+    Returns
+    -------
+    pictures : dict of str to Path
+        What it drew, by the names under which the gallery keeps them.
+    printed : str
+        What it printed. Paths begin at the folder.
+
+    Raises
+    ------
+    Failed
+        If the example ends with an error.
+    """
+    folder.mkdir(parents=True)
+    command = [sys.executable, str(script), *arguments, "--out", str(folder / "results")]
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    if done.returncode:
+        raise Failed(f"{' '.join(command)} failed:\n{done.stderr[-2000:]}")
+    # Told by their first bytes: a script may give the file exactly the name that it was told.
+    found = {path: _suffix(path) for path in sorted(folder.rglob("*")) if path.is_file()}
+    drawn = [path for path, suffix in found.items() if suffix and "tasks" not in path.parts]
+    stem = script.stem.replace("_", "-")
+    names = [stem if len(drawn) == 1 else f"{stem}-{path.stem.replace('_', '-')}" for path in drawn]
+    pictures = {f"{name}{found[path]}": path for name, path in zip(names, drawn, strict=True)}
+    return pictures, done.stdout.replace(f"{folder}{os.sep}", "").rstrip() + "\n"
+
+
+def _suffix(path: Path) -> str | None:
+    """Return the suffix of a picture, None for other files."""
+    with path.open("rb") as file:
+        return SUFFIXES.get(file.read(4))
 
 
 def shrink(source: Path, target: Path) -> None:
@@ -34,18 +76,13 @@ def shrink(source: Path, target: Path) -> None:
 
 
 def store(name: str) -> None:
-    """Run one example and keep its pictures and its output."""
-    stem = name.replace("_", "-")
+    """Run one example and keep its pictures (those that do not move) and its output."""
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder, "results")
-        command = [sys.executable, str(ROOT / "examples" / f"{name}.py"), "--out", str(out)]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
-        found = sorted(path for path in Path(folder).rglob("*.png") if "tasks" not in path.parts)
-        for path in found:
-            own = stem if len(found) == 1 else f"{stem}-{path.stem.replace('_', '-')}"
-            shrink(path, IMAGES / f"{own}.png")
-        lines = [line for line in done.stdout.splitlines() if folder not in line]
-    IMAGES.joinpath(f"{stem}.txt").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+        pictures, printed = executed(ROOT / "examples" / f"{name}.py", Path(folder, "run"))
+        for own, path in pictures.items():
+            if own.endswith(".png"):
+                shrink(path, IMAGES / own)
+    IMAGES.joinpath(f"{name.replace('_', '-')}.txt").write_text(printed, encoding="utf-8")
 
 
 if __name__ == "__main__":

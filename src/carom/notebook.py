@@ -7,12 +7,18 @@ import functools
 import html
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as RichProgress
 
 T = TypeVar("T")
 
 STEP = 0.005
 """Part of the work between two pictures of a bar: 200 messages at most."""
+
+LEAST = 0.005
+"""Part of the work that is done before a bar shows a percentage: before it moves to and fro, not at 0 %."""
 
 LARGEST = 300_000
 """Places of spheres, 12 bytes each, that a frame or trajectory shows by itself."""
@@ -39,6 +45,14 @@ def embedded(frames: Any) -> str | None:
     if not len(several) or several[0].dimension > 3 or len(several) * several[0].n > LARGEST:
         return None
     return carom.view(frames)._repr_html_()
+
+
+def advance(bar: RichProgress, fraction: float | None, description: str) -> None:
+    """Show on a bar of one task how far it is; to and fro where that is not known, or less than ``LEAST``."""
+    (task,) = bar.tasks
+    known = fraction is not None and fraction >= LEAST
+    task.total = 1.0 if known else None  # update() and reset() take None for "as before"
+    bar.update(task.id, completed=fraction if known else 0.0, description=description)
 
 
 def in_notebook() -> bool:
@@ -110,10 +124,10 @@ def _in_cell(label: str) -> Iterator[Callable[..., None]]:
     last = (-1.0, "")
 
     def picture(fraction: float, stage: str) -> Any:
-        return HTML(
-            f'<label>{html.escape(stage)} <progress value="{fraction:.4f}" max="1"></progress> '
-            f"{100.0 * fraction:.0f} %</label>"
-        )
+        # Without a value a browser's bar moves to and fro.
+        known = fraction >= LEAST
+        value, percent = (f' value="{fraction:.4f}"', f"{100.0 * fraction:.0f} %") if known else ("", "")
+        return HTML(f'<label>{html.escape(stage)} <progress{value} max="1"></progress> {percent}</label>')
 
     handle = display(picture(0.0, label), display_id=True)
 
@@ -132,5 +146,5 @@ def _on_terminal(label: str) -> Iterator[Callable[..., None]]:
     from rich.progress import Progress
 
     with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(label, total=1.0)
-        yield lambda fraction, stage=label: progress.update(task, completed=fraction, description=stage)
+        progress.add_task(label, total=None)
+        yield lambda fraction, stage=label: advance(progress, fraction, stage)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.studies import COMPILING, farewell, fractions, integers, where, write
+from carom.cli.studies import COMPILING, FIRST, farewell, fractions, integers, where, write
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -187,27 +187,34 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
         return
     from rich.console import Console, Group
     from rich.live import Live
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
     from rich.progress import Progress as Bar
 
     from carom.cli.tables import fitted
+    from carom.notebook import advance
 
     bar = Bar(
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
+        TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
-        TextColumn("left"),
+        TaskProgressColumn("left"),  # only where it is known how far the work is
         TimeRemainingColumn(),
     )
     # It moves to and fro until the first run is done: there is nothing yet to tell the whole from.
-    task = bar.add_task(COMPILING, total=None)
+    bar.add_task(FIRST, total=None)
     with Live(bar, console=Console(stderr=True), transient=True, refresh_per_second=4) as live:
 
         def progress(present: Progress) -> None:
             if present.done:
                 said = f"{present.done} of {present.total} runs"
-                bar.update(task, total=1.0, completed=present.fraction, description=said)
+                advance(bar, present.fraction, said)
             live.update(Group(fitted(live.console, _table(present.so_far)), bar))
 
         yield progress

@@ -8,6 +8,8 @@ import threading
 import time
 from collections.abc import Iterator
 
+from carom.notebook import LEAST
+
 EVERY = 10.0
 """Seconds between two lines."""
 
@@ -36,8 +38,8 @@ class Heartbeat:
         self._end = threading.Event()
 
     def tell(self, stage: str, fraction: float | None = None) -> None:
-        """Note what is going on, and which part of it is done, if that is known."""
-        self.state = stage if fraction is None else f"{stage}, {100.0 * fraction:.0f} %"
+        """Note what is going on, and which part of it is done, if that is known and more than nothing."""
+        self.state = stage if fraction is None or fraction < LEAST else f"{stage}, {100.0 * fraction:.0f} %"
 
     def _beat(self) -> None:
         while not self._end.wait(EVERY):

@@ -208,7 +208,8 @@ def _show(found: RunPlan) -> None:
     from rich.text import Text
 
     console = Console(highlight=False)
-    console.print(Text(str(found)), soft_wrap=True)
+    # Words stay whole on a terminal, and lines in a pipe.
+    console.print(Text(str(found)), soft_wrap=not console.is_terminal)
     console.print(_sizes(console, found))
 
 

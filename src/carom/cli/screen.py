@@ -30,14 +30,23 @@ def watched() -> Iterator[Callable[[str, float], None]]:
             yield lambda stage, fraction: heart.tell(stage, None if stage in UNMEASURED else fraction)
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    from carom.notebook import advance
 
     columns = (
         TextColumn("{task.description:<14}"),
         BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
+        TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
-        TextColumn("left"),
+        TaskProgressColumn("left"),  # only where it is known how far the work is
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
@@ -48,9 +57,8 @@ def watched() -> Iterator[Callable[[str, float], None]]:
             nonlocal present
             if stage != present:
                 present = stage
-                total = None if stage in UNMEASURED else 1.0
-                bar.reset(task, total=total, description=stage)
-            bar.update(task, completed=fraction)
+                bar.reset(task)
+            advance(bar, None if stage in UNMEASURED else fraction, stage)
 
         yield progress
 

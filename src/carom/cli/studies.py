@@ -6,7 +6,10 @@ from pathlib import Path
 from typing import Any
 
 COMPILING = "Compiling, ten seconds or more the first time, and the first runs"
-"""What is said until the first run of a study is done."""
+"""What lines without a terminal say until the first run of a study is done."""
+
+FIRST = "First runs"
+"""The same next to a bar, which has little room; a line of its own says there that something is compiled."""
 
 
 def fractions(text: str | None) -> list[float] | None:

@@ -54,11 +54,14 @@ def _print(result: TradeResult) -> None:
     from rich.console import Console
     from rich.text import Text
 
+    from carom.cli.tables import show
+
     console = Console(highlight=False)
     console.print(Text(f"Speed: {result.scene}"))
     console.print(Text(f"Trajectories: {result.small}"))
     rows = result.rows
-    console.print(
+    show(
+        console,
         _table(
             "Speed, memory, faults in a million collisions",
             ["", "collisions / s", "bytes / particle", "overlap [σ]", "energy", "momentum"],
@@ -71,7 +74,8 @@ def _print(result: TradeResult) -> None:
             ],
         )
     )  # fmt: skip
-    console.print(
+    show(
+        console,
         _table(
             "Trajectories: collisions a particle until lost; error after one; error forward and back [σ]",
             ["", "order", "position", "after 1", "5 back", "10 back", "20 back"],
@@ -92,7 +96,8 @@ def _print(result: TradeResult) -> None:
             f"a particle to 1 σ{known}, {h.to_apart:.1f} to 0.001 σ; λ = {h.lyapunov:.3g}, rate {h.rate:.3g}."
         )
     )
-    console.print(
+    show(
+        console,
         _table(
             "Bias, relative",
             ["", "Z", "±", "g(σ+)", "±", "D", "±"],
@@ -105,7 +110,8 @@ def _print(result: TradeResult) -> None:
             ],
         )
     )  # fmt: skip
-    console.print(
+    show(
+        console,
         _table(
             "Relative error after one CPU second",
             ["", "N", "Z", "D", "D (length² / time)"],
@@ -118,7 +124,8 @@ def _print(result: TradeResult) -> None:
             ],
         )
     )  # fmt: skip
-    console.print(
+    show(
+        console,
         _table(
             "Z: how many particles",
             ["N", "collisions / s", "error after 1 s", "finite-size bias", "corrected", "±", "equal after"],
@@ -132,7 +139,8 @@ def _print(result: TradeResult) -> None:
             ],
         )
     )  # fmt: skip
-    console.print(
+    show(
+        console,
         _table(
             "g(r): how often to sample one stretch of time",
             ["mean free times", "frames", "error of g(σ+)", "of g(r)", "CPU s"],

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.studies import COMPILING, farewell, fractions, integers, where, write
+from carom.cli.studies import COMPILING, FIRST, farewell, fractions, integers, where, write
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
+    from carom.studies.coefficients.result import Transport
     from carom.studies.coefficients.study import Progress
 
 _GRID = "What to simulate instead of the file's, or the default's"
@@ -130,12 +131,31 @@ def transport(
     if as_json:
         print(json.dumps(result.rows(), indent=2, allow_nan=False))
     else:
-        from carom.studies.coefficients.pictures import UNITS
-
-        print(f"{result}\n{UNITS}")
+        _show(result)
     sys.stdout.flush()
     write(result, out, "transport", report, pictures)
     farewell(result, out, report, as_json)
+
+
+def _show(result: Transport) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from carom.cli.tables import show
+    from carom.studies.coefficients.pictures import UNITS
+
+    console = Console(highlight=False, soft_wrap=False)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
+    table.add_column("")
+    for name in ("eta", "N", "value", "Enskog", "ratio", "slope between"):
+        table.add_column(name, justify="right")
+    for eta, n, name, *rest in result.cells():
+        table.add_row(name, eta, n, *rest)
+    show(console, table)
+    for line in (*result.remarks(), UNITS):
+        console.print(Text(line))
 
 
 @contextlib.contextmanager
@@ -152,12 +172,13 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
     from rich.console import Console
     from rich.progress import Progress as Bar
 
+    from carom.notebook import advance
+
     with Bar(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("Starting", total=1.0)
+        bar.add_task(FIRST, total=None)
 
         def progress(present: Progress) -> None:
-            bar.update(
-                task, completed=present.fraction, description=f"{present.done} of {present.total} runs"
-            )
+            said = f"{present.done} of {present.total} runs" if present.done else FIRST
+            advance(bar, present.fraction, said)
 
         yield progress

@@ -15,7 +15,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from carom.frame import Frame
-from carom.io.embedding import embed, names_of, one_word, require_at_most_three
+from carom.io.embedding import embed, names_of, one_word, require_at_most_three, symbols_of
 from carom.io.formats import EXPORTED
 
 Report = Callable[[int, int], object]
@@ -94,6 +94,11 @@ def _data(frame: Frame, file: TextIO) -> None:
     file.write(f"{frame.n} atoms\n{max(len(names), int(kinds.max()))} atom types\n\n")
     for axis, (low, high) in zip("xyz", _bounds(frame), strict=True):
         file.write(f"{low:.9g} {high:.9g} {axis}lo {axis}hi\n")
+    labels = [one_word(name) for name in names]
+    # LAMMPS takes no label that begins like a number, a comment or a wildcard.
+    if frame.species_names and not any(label[0] in "0123456789#*" for label in labels):
+        file.write("\nAtom Type Labels\n\n")
+        file.writelines(f"{k} {label}\n" for k, label in enumerate(labels, 1))
     file.write("\nAtoms # sphere\n\n")
     rows = np.column_stack(
         [np.arange(1, frame.n + 1), kinds, frame.diameters, densities, embed(frame.positions)]
@@ -105,12 +110,32 @@ def _data(frame: Frame, file: TextIO) -> None:
     np.savetxt(file, moving, fmt="%d" + " %.9g" * 6)
 
 
+def _short(names: tuple[str, ...]) -> list[str]:
+    """Return names of at most the four letters of a PDB file; those that would become equal are numbered."""
+    cut = [name[:4] for name in names]
+    return [
+        short if cut.count(short) == 1 else f"{short[: 4 - len(str(k))]}{k}" for k, short in enumerate(cut, 1)
+    ]
+
+
+def _name_atoms(world: Any, frame: Frame) -> None:
+    """Name the atoms of a PDB file after their species.
+
+    Without elements programs guess them from the names: "small" would be samarium.
+    """
+    kinds = _kinds(frame) - 1
+    world.atoms.names = np.array(_short(names_of(frame)), dtype=object)[kinds]
+    world.add_TopologyAttr("elements", np.array(symbols_of(frame), dtype=object)[kinds])
+
+
 def _by_mdanalysis(frames: Any, path: Path, name: str, report: Report | None) -> None:
     import MDAnalysis
 
     from carom.io.mdanalysis import universe
 
     world = universe(frames, unwrapped=frames[0].images is not None)
+    if name == "PDB":
+        _name_atoms(world, frames[0])
     with warnings.catch_warnings():
         # Of a PDB file: that elements, charges, occupancies and the like are not known.
         warnings.simplefilter("ignore", UserWarning)

@@ -109,7 +109,10 @@ class Dynamics:
     def update(self, frame: Frame) -> None:
         """Add the next frame."""
         if frame.images is None:
-            raise InputError("Displacements need image counts, which this frame lacks: images=True.")
+            raise InputError(
+                "Displacements need image counts, which this frame lacks; sample with "
+                "Simulation(..., images=True)."
+            )
         if self._frames == 0:
             self._begin(frame)
         self._check(frame)

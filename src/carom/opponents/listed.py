@@ -1,4 +1,4 @@
-"""Spheres whose pairs are listed: what the opponents have in common."""
+"""Spheres with a list of their pairs: what the opponents have in common."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class ListedSpheres(ABC):
     diameter, mass : float
         Of every sphere [length], [mass].
     real : type
-        Of floats in compiled code.
+        Type of floats in compiled code.
     tally : (k,) array
-        What compiled code adds up.
+        Sums that compiled code adds to.
 
     Notes
     -----
     In compiled code the spheres are rows of axes, (d, n), in an order in which neighbours in space are
-    neighbours in memory. Those who move them have ``run(steps)``.
+    neighbours in memory. A subclass moves them in ``run(steps)``.
     """
 
     def __init__(
@@ -94,19 +94,19 @@ class ListedSpheres(ABC):
 
     @abstractmethod
     def run(self, steps: int) -> Any:
-        """Make so many steps."""
+        """Make ``steps`` steps."""
 
     def _list_pairs(self, contact: float, skin: float, steps: float) -> None:
-        """List the pairs anew, after every sphere was put into the box.
+        """List the pairs again, after every sphere is wrapped into the box.
 
         Parameters
         ----------
         contact : float
-            Distance at which they act on each other [length].
+            Distance at which two spheres interact [length].
         skin : float
-            Reach of the list beyond that [diameters].
+            Width by which the list reaches beyond ``contact`` [diameters].
         steps : float
-            For how many steps of the fastest it must hold at least.
+            Number of steps of the fastest sphere for which the list must be valid at least.
         """
         box = self.box[:, None]
         turns = np.floor(self._x.astype(np.float64) / box)

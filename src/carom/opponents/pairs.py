@@ -1,4 +1,4 @@
-"""Lists of the pairs within a reach, in a periodic box: Verlet's list, made by cells and compiled."""
+"""Lists of the pairs within a reach, in a periodic box: Verlet lists, made from cells by compiled code."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def compile_kept(function: Any) -> Any:
 
 
 class PairList:
-    """All pairs of components that are within a reach of each other, each once.
+    """All pairs of components closer than a reach; each pair stands once.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class PairList:
     Attributes
     ----------
     first, second : (count,) uint32 arrays
-        The two of each pair.
+        The two components of each pair.
     """
 
     def __init__(self, box: np.ndarray, n: int):
@@ -47,12 +47,12 @@ class PairList:
 
     @property
     def first(self) -> np.ndarray:
-        """One of each pair."""
+        """The first component of each pair."""
         return self._first[: self.count]
 
     @property
     def second(self) -> np.ndarray:
-        """The other."""
+        """The second component of each pair."""
         return self._second[: self.count]
 
     def renew(self, x: np.ndarray, reach: float) -> None:
@@ -81,14 +81,14 @@ class PairList:
 
 
 def order_in_cells(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return an order (n,) of components in which those that are near in space follow each other."""
+    """Return an order (n,) in which components that are near in space follow each other."""
     per_axis = max(int((len(positions) / 4.0) ** (1.0 / len(box))), 1)
     cells = np.minimum(np.floor(np.mod(positions, box) / box * per_axis), per_axis - 1).astype(np.int64)
     return np.argsort(np.ravel_multi_index(tuple(cells.T), (per_axis,) * len(box)), kind="stable")
 
 
 def _half(dimension: int) -> np.ndarray:
-    """Return the steps to one half of the cells around one, the other half being met from there."""
+    """Return the steps to one half of the cells around a cell. The other half is met from those cells."""
     around = list(itertools.product((-1, 0, 1), repeat=dimension))
     return np.array(around[len(around) // 2 + 1 :], dtype=np.int64).reshape(-1, dimension)
 

@@ -1,4 +1,4 @@
-"""Pseudo hard spheres: what users of time-stepping codes simulate in the place of hard spheres.
+"""Pseudo hard spheres: a steep potential that codes with a time step use instead of hard spheres.
 
 A Mie potential of exponents 50 and 49, cut at its minimum and shifted, has nearly the structure and the
 pressure of hard spheres of diameter sigma at kT = 1.5 epsilon (Jover, Haslam, Galindo, Jackson and Mueller,
@@ -39,7 +39,8 @@ class PseudoHardSpheres(ListedSpheres):
     diameter, mass : float
         Of every sphere [length], [mass].
     skin : float, optional
-        Reach of the list of pairs beyond the cut [diameters]; without it the fastest is tried out.
+        Width by which the list of pairs reaches beyond the cutoff [diameters]. By default the fastest width
+        is found by trial.
 
     Attributes
     ----------
@@ -115,7 +116,7 @@ class PseudoHardSpheres(ListedSpheres):
         return super().bytes + self._f.nbytes
 
     def run(self, steps: int) -> None:
-        """Make so many steps."""
+        """Make ``steps`` steps."""
         verlet = _verlet(len(self.box))
         left = steps
         while left:
@@ -133,9 +134,10 @@ class PseudoHardSpheres(ListedSpheres):
                 self._slack = -1.0
 
     def equilibrate(self, steps: int, every: int = 50) -> None:
-        """Make so many steps with velocities scaled to kT now and then; then forget what was summed up.
+        """Make ``steps`` steps with velocities scaled to kT now and then; then set the sums to zero.
 
-        Spheres that come from hard ones have potential energy to gain, which would cool them.
+        Hard spheres as a start have too little potential energy. What they gain is lost by the velocities,
+        which would cool the system.
         """
         n, d = self._x.shape[1], self._x.shape[0]
         for _ in range(max(steps // every, 1)):
@@ -166,7 +168,7 @@ def _verlet(dimension: int) -> Any:
     def verlet(
         x, v, f, listed, first, second, box, inverse, step, steps, slack, square, epsilon, mass, tally, chunk
     ):
-        """Make steps until the list is used up; return how many. No steps: the forces alone."""
+        """Make steps until the list is no longer valid; return how many. For 0 steps compute forces only."""
         n = x.shape[1]
         pairs = len(first)
         size = chunk if chunk > 0 else max(pairs, 1)

@@ -1,4 +1,4 @@
-"""Time-driven stepping, compiled: the method that Lubachevsky (1991) sets his algorithm against.
+"""Time-driven stepping, compiled: the method with which Lubachevsky (1991) compares his algorithm.
 
 The same rules as :class:`carom.reference.stepping.SteppedSystem`, which is written to be read: the clock
 advances by a fixed step, and pairs that are then found to overlap and to approach exchange momentum, the
@@ -33,8 +33,8 @@ class Stepper(ListedSpheres):
     single : bool
         Whether to compute in float32.
     skin : float, optional
-        Reach of the list of pairs beyond contact [diameters]. Without it the fastest is tried out. What is
-        found does not depend on it.
+        Width by which the list of pairs reaches beyond contact [diameters]. By default the fastest width is
+        found by trial. Results do not depend on it.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Stepper(ListedSpheres):
         return max(1.0 - math.sqrt(float(self._tally[2])) / self.diameter, 0.0)
 
     def run(self, steps: int, *, log: bool = False) -> list[tuple[float, int, int]]:
-        """Make so many steps; return time, and the two, of each collision where a log is asked for."""
+        """Make ``steps`` steps; with ``log`` return the time and the two components of each collision."""
         found: list[tuple[float, int, int]] = []
         move = _move(len(self.box))
         real = self.real
@@ -135,7 +135,7 @@ def _move(dimension: int) -> Any:
         log_times,
         chunk,
     ):
-        """Make steps until the list is used up or the log is full; return how many, and what was logged."""
+        """Make steps until the list is no longer valid or the log is full; return both numbers."""
         n = x.shape[1]
         pairs = len(first)
         size = chunk if chunk > 0 else max(pairs, 1)

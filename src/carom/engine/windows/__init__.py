@@ -1,4 +1,5 @@
-"""Windows of time: parts of the box run on their own, and are compared afterwards (decision 41).
+"""Windows of time: parts of the box run by themselves, and are compared afterwards (decision 41).
 
-The main cycle is the plain one. Here is what lets several of them run on copies of one system.
+Each part runs the ordinary main cycle on a copy of the system. These modules make, compare and join the
+copies.
 """

@@ -1,4 +1,4 @@
-"""What a part notes while it runs: every collision of its own, and what was decided about every component."""
+"""What a part records while it runs: each of its collisions, and every decision about each component."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from carom.engine.windows.shares import OWN, home
 
 
 class Watched(NamedTuple):
-    """Sight that keeps a digest of all decisions about each component, beside computing the contact."""
+    """Sight that computes contacts and also keeps a digest of all decisions about each component."""
 
     sight: Any
     """How the time of a contact is computed, or None."""
@@ -47,7 +47,7 @@ def _(sight: Watched, model, state, i, word, now):
 
 
 class Ledger(NamedTuple):
-    """Room for the collisions of all parts, a row for each."""
+    """Room for the collisions of all parts, a row for each part."""
 
     used: np.ndarray
     """How many collisions each has, (parts, 1) int64."""
@@ -64,7 +64,7 @@ class Ledger(NamedTuple):
 
 
 def make_ledger(parts: int, room: int) -> Ledger:
-    """Return an empty ledger with room for so many collisions of each part."""
+    """Return an empty ledger with room for a given number of collisions of each part."""
     shape = (parts, room)
     return Ledger(
         np.zeros((parts, 1), np.int64),
@@ -138,12 +138,12 @@ def _merge(digest):
         Parameters
         ----------
         heads : (parts,) int64 array
-            How many of each part have been added already.
+            Number of collisions of each part that have been added already.
 
         Returns
         -------
         done : bool
-            False if the log is full; it goes on where it was when called again.
+            False if the log is full. The next call then continues from there.
         """
         digest  # noqa: B018 (part of the cache's key)
         ledger, obstacles = borrowed(ledger), borrowed(obstacles)

@@ -1,4 +1,4 @@
-"""How the cells of a neighbour scheme are shared out among parts of the box."""
+"""How the cells of a neighbour scheme are divided among parts of the box."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _centers(shape, lengths) -> np.ndarray:
 
 
 def cuts(parts: int, edges, depth) -> tuple[int, ...]:
-    """Return into how many pieces each axis is cut, so that rims of a ``depth`` hold least."""
+    """Return the number of pieces of each axis for which parts with rims of this ``depth`` are smallest."""
     dimension = len(edges)
     best, least = (parts,) + (1,) * (dimension - 1), math.inf
     for pieces in itertools.product(range(1, parts + 1), repeat=dimension):
@@ -67,7 +67,7 @@ def cuts(parts: int, edges, depth) -> tuple[int, ...]:
 
 
 class Partition(NamedTuple):
-    """Who owns each cell, and what each cell is to each part."""
+    """The owner of each cell, and the role of each cell for each part."""
 
     owners: np.ndarray
     """Part that owns each cell, (cells,) int64."""
@@ -76,7 +76,7 @@ class Partition(NamedTuple):
 
 
 def share_out(layout: Layout, parts: int, depth: float) -> Partition:
-    """Return a partition of cells into parts whose rims reach a ``depth`` [length] beyond what they touch."""
+    """Return a partition of the cells. The rim of a part reaches ``depth`` [length] beyond its zone."""
     cells, dimension = layout.centers.shape
     pieces = cuts(parts, layout.edges, layout.zone + depth)
     owners = np.zeros(cells, np.int64)

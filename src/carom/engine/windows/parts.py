@@ -44,7 +44,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
 
 
 def clone(value: Any) -> Any:
-    """Return a model or an array of its own, part by part."""
+    """Return a deep copy of a model or an array."""
     if isinstance(value, np.ndarray):
         fresh = aligned(value.size, value.dtype).reshape(value.shape)
         fresh[...] = value
@@ -75,7 +75,7 @@ class Part(NamedTuple):
 
 
 def make_part(engine: Engine, parts: int, flags: np.ndarray, page: Ledger) -> Part:
-    """Return a copy of an engine for one of so many parts, all of it to be loaded."""
+    """Return a copy of an engine for one of several parts. Nothing is loaded into it yet."""
     state = engine.state
     n = len(state.partner)
     digest = np.zeros(n + 1, np.uint64)
@@ -99,7 +99,7 @@ def make_part(engine: Engine, parts: int, flags: np.ndarray, page: Ledger) -> Pa
 
 
 def restart(engine: Engine, epoch: int, now: float) -> None:
-    """Have the calendar of an engine laid out anew, at a time of an epoch."""
+    """Build the calendar of an engine anew, at a time within an epoch."""
     clock, control = engine.state.clock, engine.calendar.control
     clock.epoch[0], clock.now[0] = epoch, now
     if control.full[0] == 0:

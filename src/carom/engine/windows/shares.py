@@ -1,7 +1,7 @@
-"""Copies of one system, of which each holds a part and a rim around it: filled, compared, handed back.
+"""Copies of one system. Each holds a part and a rim around it; it is filled, compared, and copied back.
 
-All copies number components and cells alike. What a copy does not hold is not there for its cycle: it is in
-no cell and in no list, and nothing is ever due.
+All copies number components and cells alike. A component that a copy does not hold is
+absent for its cycle: it is in no cell and no list, and has no event.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ can touch; its own.
 
 
 class Share(NamedTuple):
-    """The arrays of a copy that a part fills, compares and hands back."""
+    """The arrays of a copy that a part fills, compares and copies back."""
 
     rows: Any
     """Those of the state."""
@@ -100,7 +100,7 @@ def _(mine: Lists, other, i):
 
 @required
 def forget_absent(neighbors, here, i):
-    """Take out of the list of component i, if it has one, who is not here."""
+    """Remove from the list of component i, if it has one, the components that are absent here."""
 
 
 @forget_absent.register
@@ -155,7 +155,7 @@ def _(neighbors: Lists, cell, count):
 
 @required
 def members(neighbors):
-    """Return who is in each cell, a row for each."""
+    """Return the components in each cell, a row for each cell."""
 
 
 @members.register
@@ -205,7 +205,7 @@ def _(target: np.ndarray, source, i):
 
 @inner
 def copy_component(target, source, i):
-    """Copy all that there is of component i."""
+    """Copy the whole state of component i."""
     for k in range(np.uint64(target.bits.shape[1])):
         target.bits[i, k] = source.bits[i, k]
     target.partner[i] = source.partner[i]
@@ -216,7 +216,7 @@ def copy_component(target, source, i):
 
 def _load(digest):
     def load(mine, truth, flags, everything):
-        """Bring a copy to the state of the truth: its rim, and ``everything`` else where it went wrong."""
+        """Set the rim of a copy to the true state; with ``everything``, after a failed window, all of it."""
         digest  # noqa: B018 (part of the cache's key)
         mine, truth = borrowed(mine), borrowed(truth)
         n = np.uint64(len(mine.partner))
@@ -250,10 +250,10 @@ def _load(digest):
 
 def _agree(digest):
     def agree(mine, other, truth, flags, owners, owner):
-        """Tell whether a part saw the same as the ``owner`` of some cells of its zone: whoever is in them now
-        or was there when the window began.
+        """Tell whether a part and the ``owner`` of some cells of its zone saw the same of all components that
+        are in these cells now or were when the window began.
 
-        ``truth`` is the state from when the window began.
+        ``truth`` is the state at the beginning of the window.
         """
         digest  # noqa: B018 (part of the cache's key)
         mine, other, truth = borrowed(mine), borrowed(other), borrowed(truth)
@@ -290,7 +290,7 @@ def _agree(digest):
 
 def _store(digest):
     def store(mine, truth, flags):
-        """Hand what is in the part's own cells over to the truth."""
+        """Copy the contents of the part's own cells into the true state."""
         digest  # noqa: B018 (part of the cache's key)
         mine, truth = borrowed(mine), borrowed(truth)
         for i in range(np.uint64(len(mine.partner))):

@@ -33,27 +33,39 @@ class Transport(Measured):
         return f"<Transport: {len(self.records)} of {len(self.spec.tasks())} runs done>"
 
     def __str__(self) -> str:
-        lines = [
-            f"{'eta':>7} {'N':>6}  {'coefficient':<22} {'value':>20} {'Enskog':>10} {'ratio':>7}  "
-            "slope between"
-        ]
-        remarks: dict[str, None] = {}
+        head = (f"{'eta':>7}", f"{'N':>6} ", f"{'coefficient':<22}", f"{'value':>20}", f"{'Enskog':>10}")
+        lines = [" ".join([*head, f"{'ratio':>7} ", "slope between"])]
+        for eta, n, name, value, enskog, ratio, window in self.cells():
+            line = f"{eta:>7} {n:>6}  {name:<22} {value:>20} {enskog:>10} {ratio:>7}  {window}"
+            lines.append(line.rstrip())
+        return "\n".join([*lines, *self.remarks()])
+
+    def cells(self) -> list[tuple[str, ...]]:
+        """Return what is printed of each coefficient.
+
+        These are the packing fraction, N, the name, the value, Enskog's, the ratio of the two, and the times
+        between which the slope is taken.
+        """
+        rows: list[tuple[str, ...]] = []
         for each in self.table:
+            eta = f"{each.packing_fraction:.4g}"
             for name, (c, enskog) in each.quantities().items():
-                ratio = f"{c.value.mean / enskog:7.3f}" if math.isfinite(enskog) else " " * 7
-                expected = f"{enskog:10.5g}" if math.isfinite(enskog) else " " * 10
-                lines.append(
-                    f"{each.packing_fraction:7.4g} {each.n:6d}  {name:<22} {c.value.value_text:>20} "
-                    f"{expected} {ratio}  {c.window[0]:.4g} and {c.window[1]:.4g}"
-                )
+                known = math.isfinite(enskog)
+                theory = (f"{enskog:.5g}", f"{c.value.mean / enskog:.3f}") if known else ("", "")
+                window = f"{c.window[0]:.4g} and {c.window[1]:.4g}"
+                rows.append((eta, str(each.n), name, c.value.value_text, *theory, window))
             if math.isfinite(each.self_diffusion_infinite.mean):
-                lines.append(
-                    f"{each.packing_fraction:7.4g} {'inf':>6}  {'self_diffusion':<22} "
-                    f"{each.self_diffusion_infinite.value_text:>20}"
-                )
+                value = each.self_diffusion_infinite.value_text
+                rows.append((eta, "inf", "self_diffusion", value, "", "", ""))
+        return rows
+
+    def remarks(self) -> list[str]:
+        """Return the remarks about the points, a line each."""
+        said: dict[str, None] = {}
+        for each in self.table:
             place = f"* eta = {each.packing_fraction:g}, N = {each.n}"
-            remarks |= dict.fromkeys(f"{place}: {remark}" for remark in each.remarks)
-        return "\n".join([*lines, *remarks])
+            said |= dict.fromkeys(f"{place}: {remark}" for remark in each.remarks)
+        return list(said)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write one line per coefficient; unknown numbers are empty.
