@@ -74,10 +74,8 @@ def main() -> None:
                 each = [b / a for a, b in zip(ours, seconds[name], strict=True)]
                 ratios[name] = f"{statistics.median(each):.1f}"
             same = (np.sort(found["carom"], axis=1) == np.sort(found["tree"], axis=1)).all(axis=1).mean()
-            print(
-                f"| {d} | {n} | {count} | {min(ours):.4f} | {ratios['tree']} | {ratios['freud']} | {same:.2%} |",
-                flush=True,
-            )
+            columns = (d, n, count, f"{min(ours):.4f}", ratios["tree"], ratios["freud"], f"{same:.2%}")
+            print("| " + " | ".join(map(str, columns)) + " |", flush=True)
 
 
 if __name__ == "__main__":
