@@ -1,4 +1,4 @@
-"""Every observable of frames gives the same on the way and from a file: formats, dimensions, walls, mixtures."""
+"""Observables of frames give the same on the way and from a file: formats, dimensions, walls, mixtures."""
 
 from dataclasses import fields, is_dataclass
 
