@@ -49,7 +49,8 @@ class Transport(Measured):
             if math.isfinite(each.self_diffusion_infinite.mean):
                 lines.append(
                     f"{each.packing_fraction:7.4g} {'inf':>6}  {'self_diffusion':<22} "
-                    f"{each.self_diffusion_infinite.value_text:>20}"
+                    f"{each.self_diffusion_infinite.value_text:>20} "
+                    f"{each.erpenbeck_wood:10.5g} by Erpenbeck and Wood"
                 )
             place = f"* eta = {each.packing_fraction:g}, N = {each.n}"
             remarks |= dict.fromkeys(f"{place}: {remark}" for remark in each.remarks)
