@@ -125,7 +125,7 @@ def test_frames_that_cannot_be_correlated_are_refused(frames):
 def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coupling():
     # J. J. Erpenbeck and W. W. Wood, Phys. Rev. A 32, 412 (1985): from 15 to 30 mean free times on, spheres
     # follow mode coupling with Enskog's coefficients, summed over the waves of the periodic box. Here the
-    # function is larger by a half at 15, and by a fifth at 30. At 40 sound has crossed the box and adds to it.
+    # function is larger by a half at 15, a fifth at 30. At 40 sound has crossed the box and adds to it.
     density = 0.5
     eta = density * math.pi / 6.0
     z = theory.best(3)(eta)
