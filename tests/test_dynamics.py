@@ -1,12 +1,13 @@
 """Correlations in time on the way: against sums over stored frames, exact limits, and files."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 
 import carom
-from carom import io
+from carom import io, theory
 from carom.errors import InputError
 from carom.observables import Dynamics
 from carom.observables.dynamics import KEPT, Waves
@@ -118,3 +119,37 @@ def test_frames_that_cannot_be_correlated_are_refused(frames):
         Dynamics().update(dataclasses.replace(frames[0], images=None))
     with pytest.raises(InputError, match="species"):
         Dynamics(species=1).update(frames[0])
+
+
+@pytest.mark.slow
+def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coupling():
+    # J. J. Erpenbeck and W. W. Wood, Phys. Rev. A 32, 412 (1985): from 15 to 30 mean free times on, spheres
+    # follow mode coupling with Enskog's coefficients, summed over the waves of the periodic box. Here the
+    # function is larger by a half at 15, a fifth at 30. At 40 sound has crossed the box and adds to it.
+    density = 0.5
+    eta = density * math.pi / 6.0
+    z = theory.best(3)(eta)
+    enskog = theory.enskog(z, eta, 3)
+    diffusion = enskog.self_diffusion * theory.erpenbeck_wood(eta)
+    sim = carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=eta), seed=1)
+    sim.run(collisions_per_particle=100)
+    found = sim.measure(Dynamics(blocks=3000), time=750.0)
+    octant = np.indices((15, 15, 15)).reshape(3, -1)
+    squares = (2.0 * math.pi / sim.scene.box[0]) ** 2 * np.sum(octant**2, axis=0)
+    weights = np.prod(np.where(octant > 0, 2, 1), axis=0) * (squares > 0.0)
+    ratios, errors = {}, {}
+    for t, value in zip(found.times, found.velocity_autocorrelation, strict=True):
+        free_times = t / theory.mean_free_time(z, 3)
+        if 15.0 < free_times < 36.0:
+            decay = np.exp(-(diffusion + enskog.shear_viscosity / density) * squares * t)
+            expected = 2.0 / 3.0 / sim.scene.n * float(weights @ decay)
+            endless = theory.velocity_tail(density, diffusion, enskog.shear_viscosity, 3) * t**-1.5
+            print(f"{free_times:.1f} {value.value_text} waves {expected:.5f} endless {endless:.5f}")
+            assert expected == pytest.approx(endless, rel=0.15)  # the box is felt a little
+            ratios[free_times], errors[free_times] = value.mean / expected, value.error / expected
+    late = [k for k in ratios if k > 25.0]
+    print({round(k, 1): f"{ratios[k]:.2f} +- {errors[k]:.2f}" for k in ratios})
+    # Neighbouring times share their frames: the mean of all is counted as no better than one.
+    assert np.mean([ratios[k] for k in late]) == pytest.approx(1.0, abs=4.0 * min(errors[k] for k in late))
+    assert min(errors[k] for k in late) < 0.1
+    assert ratios[min(ratios)] > np.mean([ratios[k] for k in late]) + 2.0 * min(errors.values())

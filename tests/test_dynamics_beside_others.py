@@ -69,7 +69,17 @@ def test_the_structure_factor_is_that_of_freud(frames, found):
         assert ours.mean == pytest.approx(value[0], rel=1e-3), q / shortest
 
 
-def test_kinetic_energy_and_equipartition_pass_physical_validation():
+def units_of(pv):
+    """Return our units in the words of physical-validation."""
+    return pv.data.UnitData(
+        kb=1.0, energy_conversion=1.0, length_conversion=1.0, volume_conversion=1.0,
+        temperature_conversion=1.0, pressure_conversion=1.0, time_conversion=1.0,
+        energy_str="kT", length_str="sigma", volume_str="sigma^3", temperature_str="kT",
+        pressure_str="kT/sigma^3", time_str="t",
+    )  # fmt: skip
+
+
+def test_kinetic_energy_of_a_part_passes_physical_validation():
     pv = pytest.importorskip("physical_validation")
     # At constant energy the ensemble has no distribution of energies, but parts of the fluid are canonical up
     # to 1 / N: eight spheres of 864.
@@ -77,14 +87,8 @@ def test_kinetic_energy_and_equipartition_pass_physical_validation():
     sim.run(collisions_per_particle=50)
     few = 8
     energies = [0.5 * np.sum(frame.velocities[:few] ** 2) for frame in sim.sample(every=2.0, count=500)]
-    units = pv.data.UnitData(
-        kb=1.0, energy_conversion=1.0, length_conversion=1.0, volume_conversion=1.0,
-        temperature_conversion=1.0, pressure_conversion=1.0, time_conversion=1.0,
-        energy_str="kT", length_str="sigma", volume_str="sigma^3", temperature_str="kT",
-        pressure_str="kT/sigma^3", time_str="t",
-    )  # fmt: skip
     data = pv.data.SimulationData(
-        units=units,
+        units=units_of(pv),
         ensemble=pv.data.EnsembleData("NVT", natoms=few, volume=1.0, temperature=863.0 / 864.0),
         system=pv.data.SystemData(
             natoms=few, nconstraints=0, ndof_reduction_tra=0, ndof_reduction_rot=0, mass=np.ones(few)
@@ -94,3 +98,36 @@ def test_kinetic_energy_and_equipartition_pass_physical_validation():
     mean, width = pv.kinetic_energy.distribution(data, strict=False, verbosity=0)
     assert abs(mean) < 4.0  # standard errors
     assert abs(width) < 4.0
+
+
+def test_light_and_heavy_spheres_pass_the_equipartition_of_physical_validation():
+    pv = pytest.importorskip("physical_validation")
+    scene = carom.Scene.mixture(
+        [432, 432], diameters=[1.0, 0.7], masses=[4.0, 1.0], dimension=3, packing_fraction=0.3, seed=2
+    )
+    sim = carom.Simulation(scene, seed=2)
+    sim.run(collisions_per_particle=100)
+    # Eight of each. The momentum of all is zero, which takes m / M from the energy of each, 2e-3 at most.
+    few = np.concatenate([np.flatnonzero(scene.species == k)[:8] for k in (0, 1)])
+    frames = list(sim.sample(every=2.0, count=400))
+    velocities = np.array([frame.velocities[few] for frame in frames])
+    masses = scene.masses[few]
+    data = pv.data.SimulationData(
+        units=units_of(pv),
+        ensemble=pv.data.EnsembleData("NVT", natoms=len(few), volume=1.0, temperature=863.0 / 864.0),
+        system=pv.data.SystemData(
+            natoms=len(few), nconstraints=0, ndof_reduction_tra=0, ndof_reduction_rot=0, mass=masses,
+            molecule_idx=np.arange(len(few)), nconstraints_per_molecule=np.zeros(len(few)),
+        ),
+        observables=pv.data.ObservableData(
+            kinetic_energy=0.5 * np.sum(masses[:, None] * velocities**2, axis=(1, 2))
+        ),
+        trajectory=pv.data.TrajectoryData(np.array([f.positions[few] for f in frames]), velocities),
+    )  # fmt: skip
+    found = pv.kinetic_energy.equipartition(
+        data, molec_groups=[list(range(8)), list(range(8, 16))], verbosity=0, bootstrap_seed=1
+    )
+    print(found)
+    deviations = np.array([each for each in found if np.isfinite(each).all()])
+    assert len(deviations) >= 3  # all, the heavy and the light ones
+    assert (np.abs(deviations) < 4.0).all()  # standard errors

@@ -223,6 +223,9 @@ def test_a_fluid_of_moderate_density_is_near_enskog(study):
     d, v = row.self_diffusion[0].value, row.self_diffusion_by_velocity[0].value
     assert d.mean == pytest.approx(v.mean, abs=FIVE * math.hypot(d.error, v.error))
     assert row.self_diffusion_infinite.mean > d.mean
+    wood = float(theory.erpenbeck_wood(0.15)) * row.enskog.self_diffusion
+    assert row.erpenbeck_wood == wood
+    assert f"{wood:.5g} by Erpenbeck and Wood" in str(study[0])
 
 
 def test_z_by_both_routes_has_the_smallest_error(study):

@@ -19,11 +19,16 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
+from carom.observables.neighbors import nearest, pairs_within
 from carom.observables.statistics import Estimate, blocking
 from carom.scene.overlaps import Room
 
 NEAREST = {2: 6, 3: 12, 4: 24}
 """Neighbours where nothing else is said, by dimension: as many as touch one in the densest lattice."""
+
+
+PORTION = 2**15
+"""Bonds at a time: all at once leave the processor's cache, and take gigabytes where `rmax` is long."""
 
 
 @dataclass
@@ -117,11 +122,15 @@ class BondOrder:
     def _orders(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, int]:
         """Return the order of each component (n, h), zero without neighbours, and the number of bonds."""
         i, j = self._neighbors(room, places)
-        bonds = room.separations(places, np.stack([i, j], axis=1))
-        values = harmonics(self.l, bonds / np.sqrt(np.sum(bonds**2, axis=1))[:, None])
         counts = np.bincount(i, minlength=len(places))
-        sums = np.stack([np.bincount(i, column, len(places)) for column in values.T], axis=1)
-        return sums / np.maximum(counts, 1)[:, None], len(i)
+        sums = np.zeros((_basis(self.l, places.shape[1])[1].shape[1], len(places)))
+        for pairs in _portions(np.stack([i, j], axis=1)):
+            bonds = room.separations(places, pairs)
+            values = harmonics(self.l, bonds / np.sqrt(np.sum(bonds**2, axis=1))[:, None])
+            first, last = int(pairs[:, 0].min()), int(pairs[:, 0].max()) + 1
+            for total, column in zip(sums, values.T, strict=True):
+                total[first:last] += np.bincount(pairs[:, 0] - first, column, last - first)
+        return sums.T / np.maximum(counts, 1)[:, None], len(i)
 
     def _neighbors(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return component and neighbour of each bond, both ways of a pair."""
@@ -129,26 +138,30 @@ class BondOrder:
             return _voronoi(room, places)
         if self.reach is not None:
             _refuse_images(room, self.reach, "reach")
-            i, j = room.near(places, self.reach).T
+            i, j = pairs_within(room, places, self.reach).T
             return np.concatenate([i, j]), np.concatenate([j, i])
         d = places.shape[1]
         count = NEAREST.get(d) if self.nearest is None else self.nearest
         if count is None:
             raise InputError(f"In {d} dimensions nearest or reach must say who the neighbours are.")
-        return _nearest(room, places, count)
+        found = nearest(room, places, count)
+        return np.repeat(np.arange(len(places)), count), found.ravel()
 
     def _correlate(self, room: Room, places: np.ndarray, orders: np.ndarray) -> None:
         assert self.rmax is not None
         _refuse_images(room, self.rmax, "rmax")
         edges = self._edges
-        pairs = room.near(places, float(edges[-1]))
-        bins = np.searchsorted(edges, room.distances(places, pairs), side="right") - 1
-        i, j = pairs.T
-        products = np.einsum("pa,pa->p", orders[i], orders[j])
-        inside = bins < len(edges) - 1
         shape = len(edges) - 1
-        self._products.append(np.bincount(bins[inside], products[inside], shape))
-        self._pairs.append(np.bincount(bins[inside], minlength=shape))
+        sums, counts = np.zeros(shape), np.zeros(shape, np.int64)
+        for pairs in _portions(pairs_within(room, places, float(edges[-1]))):
+            bins = np.searchsorted(edges, room.distances(places, pairs), side="right") - 1
+            i, j = pairs.T
+            products = np.einsum("pa,pa->p", orders[i], orders[j])
+            inside = bins < shape
+            sums += np.bincount(bins[inside], products[inside], shape)
+            counts += np.bincount(bins[inside], minlength=shape)
+        self._products.append(sums)
+        self._pairs.append(counts)
 
     @property
     def _edges(self) -> np.ndarray:
@@ -171,6 +184,11 @@ class BondOrder:
         return BondOrderEstimate(self.l, local, whole, square, bonds, edges, correlation)
 
 
+def _portions(pairs: np.ndarray) -> list[np.ndarray]:
+    """Return the pairs (m, 2), some at a time."""
+    return [pairs[at : at + PORTION] for at in range(0, len(pairs), PORTION)]
+
+
 def _ratio(sums: np.ndarray, counts: np.ndarray) -> Estimate:
     """Return the mean over all pairs of all frames, its error linearised; nan where there is no pair."""
     total = counts.sum()
@@ -188,18 +206,6 @@ def _refuse_images(room: Room, reach: float, name: str) -> None:
             f"{name} is {reach:g}, beyond half of the shortest edge of the box ({0.5 * shortest:g}), where "
             "images are counted twice."
         )
-
-
-def _nearest(room: Room, places: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return each component and each of its ``count`` nearest."""
-    n = len(places)
-    if n <= count:
-        raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(places, boxsize=np.where(room.periodic, room.box, 0.0))
-    _, others = tree.query(places, k=count + 1)  # the nearest of all is the component itself
-    return np.repeat(np.arange(n), count), np.asarray(others[:, 1:], np.int64).ravel()
 
 
 def _voronoi(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

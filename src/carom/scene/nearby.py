@@ -56,8 +56,7 @@ def near_pairs(
     mine = SortedCells.of(grid, ours)
     others = mine if theirs is None else SortedCells.of(grid, theirs)
     for cells in (mine, others):
-        members = np.diff(cells.starts).astype(np.float64)
-        if float(members @ members) > CROWDED * len(cells.order):
+        if crowded(cells):
             return None
     around = columns_around(grid, offsets)
     period = np.where(grid.periodic, grid.box, np.inf)
@@ -85,6 +84,12 @@ def near_pairs(
         if count <= room:
             return found[:count]
         room = count
+
+
+def crowded(cells: SortedCells) -> bool:
+    """Return whether few cells hold nearly everybody, so that a k-d tree is better."""
+    members = np.diff(cells.starts).astype(np.float64)
+    return float(np.sum(members * members)) > CROWDED * len(cells.order)
 
 
 def columns_around(grid: Grid, offsets: np.ndarray) -> np.ndarray:

@@ -77,6 +77,13 @@ class Row:
         """Whether the coefficients are properties of the fluid: not in two dimensions."""
         return self.dimension > 2
 
+    @property
+    def erpenbeck_wood(self) -> float:
+        """Self-diffusion of infinitely many spheres by :func:`carom.theory.erpenbeck_wood`; nan like ours."""
+        if self.enskog is None or not math.isfinite(self.self_diffusion_infinite.mean):
+            return math.nan
+        return float(theory.erpenbeck_wood(self.packing_fraction)) * self.enskog.self_diffusion
+
     def quantities(self) -> dict[str, tuple[Coefficient, float]]:
         """Return all coefficients by name, each with Enskog's value or nan."""
         e = self.enskog

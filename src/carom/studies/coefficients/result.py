@@ -44,19 +44,20 @@ class Transport(Measured):
         """Return what is printed of each coefficient.
 
         These are the packing fraction, N, the name, the value, Enskog's, the ratio of the two, and the times
-        between which the slope is taken.
+        between which the slope is taken. Where N is infinite, Erpenbeck and Wood's value stands for Enskog's.
         """
         rows: list[tuple[str, ...]] = []
         for each in self.table:
             eta = f"{each.packing_fraction:.4g}"
             for name, (c, enskog) in each.quantities().items():
                 known = math.isfinite(enskog)
-                theory = (f"{enskog:.5g}", f"{c.value.mean / enskog:.3f}") if known else ("", "")
+                compared = (f"{enskog:.5g}", f"{c.value.mean / enskog:.3f}") if known else ("", "")
                 window = f"{c.window[0]:.4g} and {c.window[1]:.4g}"
-                rows.append((eta, str(each.n), name, c.value.value_text, *theory, window))
+                rows.append((eta, str(each.n), name, c.value.value_text, *compared, window))
             if math.isfinite(each.self_diffusion_infinite.mean):
-                value = each.self_diffusion_infinite.value_text
-                rows.append((eta, "inf", "self_diffusion", value, "", "", ""))
+                known = math.isfinite(each.erpenbeck_wood)
+                theory = (f"{each.erpenbeck_wood:.5g}", "", "by Erpenbeck and Wood") if known else ("", "", "")
+                rows.append((eta, "inf", "self_diffusion", each.self_diffusion_infinite.value_text, *theory))
         return rows
 
     def remarks(self) -> list[str]:

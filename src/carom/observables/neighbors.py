@@ -1,0 +1,188 @@
+"""Who is near whom, by sorted cells: the nearest of each component, and all pairs within a reach.
+
+The cells are those of g(r) (:mod:`carom.cells`). Compiled code looks at the stretches of memory around a cell
+and keeps the nearest of each component; those that have too few in reach are looked at again, further out.
+Where few cells hold nearly everybody, or a cell has too many around it, a k-d tree is better and takes over.
+The walk around a cell stands in :mod:`carom.observables.pairs`, too: Numba's cache sees no edit outside of
+the file of a compiled function.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from carom.cells import Grid, SortedCells
+from carom.errors import InputError
+from carom.jit import compiled
+from carom.scene.nearby import WIDE, columns_around, crowded, near_pairs
+from carom.scene.overlaps import Room
+from carom.theory import ball_volume
+
+SPARE = 1.25
+"""Components expected in the first reach, over those asked for. In a dense fluid one of fifteen then has too
+few; with 1.5 one of two hundred has, and all others look at more.
+"""
+
+FURTHER = 2.0
+"""Volume of each later reach over that of the one before."""
+
+ACROSS = 1.0 + 2.0**-10
+"""Edge of a cell across the columns, in reaches."""
+
+
+def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
+    """Return the pairs (m, 2) of places (n, d), inside the box, at most `reach` [length] apart."""
+    pairs = near_pairs(room.box, room.periodic, places, None, reach)
+    return room.near(places, reach) if pairs is None else pairs
+
+
+def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
+    """Return the `count` components that are nearest to each, (n, count), by distance.
+
+    Parameters
+    ----------
+    room : Room
+    places : (n, d) float64 array
+        Inside the box [length].
+    count : int
+        At least 1.
+
+    Raises
+    ------
+    InputError
+        If there are too few components.
+
+    Notes
+    -----
+    Distances are those of nearest images. Which of several at one distance comes first is left open.
+    """
+    n, d = places.shape
+    if n <= count:
+        raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")
+    volume = SPARE * (count + 1) / n * float(np.prod(room.box))
+    who = np.full((n, count), -1, dtype=np.int64)
+    while (who[:, -1] < 0).any():
+        reach = 0.5 * (volume / ball_volume(d)) ** (1.0 / d)
+        grid = Grid.of(room.box, room.periodic, n, reach, ACROSS)
+        offsets, windows = grid.surroundings(reach)
+        cells = SortedCells.of(grid, places) if len(windows) <= WIDE else None
+        if cells is None or crowded(cells):
+            lacking = np.flatnonzero(who[:, -1] < 0)
+            who[lacking] = _by_tree(room, places, lacking, count)
+            break
+        _compiled()(
+            cells.places,
+            cells.starts,
+            cells.order,
+            int(grid.shape[-1]),
+            columns_around(grid, offsets),
+            windows,
+            np.where(grid.periodic, grid.box, math.inf),
+            reach * reach,
+            who,
+        )
+        volume *= FURTHER
+    return who
+
+
+def _by_tree(room: Room, places: np.ndarray, chosen: np.ndarray, count: int) -> np.ndarray:
+    """Return the nearest of the chosen components by a k-d tree."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(places, boxsize=np.where(room.periodic, room.box, 0.0))
+    _, found = tree.query(places[chosen], k=count + 1)
+    # A component is its own nearest, or among those at its very place.
+    own = found == chosen[:, None]
+    own[~own.any(axis=1), -1] = True
+    return np.asarray(found[~own].reshape(len(chosen), count), dtype=np.int64)
+
+
+@lru_cache(maxsize=1)
+def _compiled() -> Any:
+    """Return the compiled :func:`_keep`."""
+    from numba import types
+
+    integers, table = types.int64[::1], types.int64[:, ::1]
+    return compiled(
+        _keep,
+        types.void(
+            *(types.float64[:, ::1], integers, integers, types.int64),
+            *(table, integers, types.float64[::1], types.float64, table),
+        ),
+    )
+
+
+def _keep(places, starts, order, height, around, windows, period, limit, who):
+    """Write the nearest of those components whose row of `who` ends with -1, if so many are in reach.
+
+    `limit` is the square of the reach.
+    """
+    dimension, count = period.size, who.shape[1]
+    # What is around a cell, side by side; then of one component: squared distances, and who is in reach.
+    them, rows = np.empty((dimension, order.size)), np.empty(order.size, np.uint32)
+    squares, near, names = np.empty(order.size), np.empty(order.size), np.empty(order.size, np.uint32)
+    round_the_end = not math.isinf(period[dimension - 1])
+    for column in range(around.shape[0]):
+        for level in range(height):
+            start, end = starts[column * height + level], starts[column * height + level + 1]
+            lacking = False
+            for i in range(start, end):
+                lacking = lacking or who[order[i], count - 1] < 0
+            if not lacking:
+                continue
+            total = np.uint64(0)
+            for step in range(windows.size):
+                other = around[column, step]
+                if other < 0:
+                    continue
+                below, above = level - windows[step], level + windows[step] + 1
+                # What the window holds, then what comes round from below the bottom, and from above the top.
+                for turn in range(3 if round_the_end else 1):
+                    a, b = max(below, 0), min(above, height)
+                    if turn == 1:
+                        a, b = max(below + height, above), height
+                    elif turn == 2:
+                        a, b = 0, min(above - height, below)
+                    if a < b:
+                        begin = np.uint64(starts[other * height + a])
+                        size = np.uint64(starts[other * height + b]) - begin
+                        for axis in range(dimension):
+                            for j in range(size):
+                                them[axis, total + j] = places[axis, begin + j]
+                        for j in range(size):
+                            rows[total + j] = begin + j
+                        total += size
+            for i in range(start, end):
+                mine = order[i]
+                if who[mine, count - 1] >= 0:
+                    continue
+                x, edge = places[0, i], period[0]
+                for j in range(total):
+                    # The nearest image: both lie in the box.
+                    r = abs(them[0, j] - x)
+                    r = min(r, edge - r)
+                    squares[j] = r * r
+                for axis in range(1, dimension):
+                    x, edge = places[axis, i], period[axis]
+                    for j in range(total):
+                        r = abs(them[axis, j] - x)
+                        r = min(r, edge - r)
+                        squares[j] += r * r
+                found = np.uint64(0)
+                for j in range(total):
+                    # Without a branch, which would often be mispredicted.
+                    near[found], names[found] = squares[j], rows[j]
+                    found += np.uint64((squares[j] <= limit) & (rows[j] != i))
+                if found < count:
+                    continue
+                for k in range(found):
+                    # How many are nearer says where in the row it stands.
+                    rank, square = np.uint64(0), near[k]
+                    for j in range(found):
+                        rank += np.uint64((near[j] < square) | ((near[j] == square) & (j < k)))
+                    if rank < count:
+                        who[mine, rank] = order[names[k]]
