@@ -42,7 +42,7 @@ from carom.engine.neighbors.interface import (
     transit,
     transit_time,
 )
-from carom.engine.neighbors.paths import BLOCK, UNITS, blur_of, first_marked, mark
+from carom.engine.neighbors.paths import BLOCK, UNITS, blur_of, mark, marked
 from carom.engine.search import meet, relative
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, interaction_time, position
@@ -264,7 +264,7 @@ def sweep(everybody, model, state, i, now, after, avoided):
     begin = np.int64(after) + 1
     for start in range(begin // BLOCK * BLOCK, n, BLOCK):
         near = mark(everybody, elapsed, covered, blur, start)
-        lane = first_marked(everybody, max(begin - start, 0), near)
+        lane, last = marked(everybody, max(begin - start, 0), near)
         while lane < BLOCK:
             j = np.int64(start) + np.int64(lane)
             if j < n and j != np.int64(i) and contacts.counts[j] != CHANGED:
@@ -276,7 +276,9 @@ def sweep(everybody, model, state, i, now, after, avoided):
                         best = due
                         chosen = j
                         everybody.near[i] = shortly
-            lane = first_marked(everybody, lane + 1, near)
+            if lane == last:
+                break
+            lane, _ = marked(everybody, lane + 1, near)
     return chosen
 
 

@@ -171,17 +171,22 @@ def walk(everybody, shift, fresh):
 
 
 @fast
-def first_marked(everybody, begin, near):
-    """Return the first of the block, from number ``begin`` on, whose mark is not above ``near``, or BLOCK."""
+def marked(everybody, begin, near):
+    """Return the first and the last of the block, from number ``begin`` on, whose mark is not above ``near``;
+    the first is BLOCK where there is none.
+    """
     marks = np.uint64((2 * len(everybody.inverse) - 2) * BLOCK)
-    found = wrap(BLOCK)
+    first = wrap(BLOCK)
+    last = wrap(0)
     least = wrap(begin)
     for lane in range(np.uint64(BLOCK)):
         number = wrap(lane)
-        marked = (everybody.paths[marks + lane] <= near) & (number >= least)
-        number = number if marked else wrap(BLOCK)
-        found = number if number < found else found
-    return np.int64(found)
+        near_it = (everybody.paths[marks + lane] <= near) & (number >= least)
+        low = number if near_it else wrap(BLOCK)
+        high = number if near_it else wrap(0)
+        first = low if low < first else first
+        last = high if high > last else last
+    return np.int64(first), np.int64(last)
 
 
 @inner
