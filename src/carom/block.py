@@ -42,6 +42,9 @@ class Block(NamedTuple):
     momentum_changes : tuple of float
         Change of the weighted momentum of the components that belongs to each wall and obstacle [mass length
         / time] (see ``carom.observables.momentum_balance``). Empty if it was not measured.
+    surface_changes : tuple of float
+        Changes of two sums for each obstacle that no such momentum belongs to [mass length / time] (see
+        ``carom.observables.surface_changes``). Empty if there is none, or if they were not measured.
     kT_time : float or None
         Integral of kT over the stretch [energy time], where contacts change it (restitution, growth).
     sizes : Sizes or None
@@ -55,6 +58,7 @@ class Block(NamedTuple):
     momentum_changes: tuple[float, ...] = ()
     kT_time: float | None = None
     sizes: Sizes | None = None
+    surface_changes: tuple[float, ...] = ()
 
     def _repr_html_(self) -> str:
         rows = [("duration", f"{self.duration:.6g}"), ("collisions", f"{self.collisions}")]

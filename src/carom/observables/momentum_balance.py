@@ -39,8 +39,7 @@ def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
     -------
     tuple of float
         In the order of :attr:`carom.Simulation.obstacles` [mass length / time]. Zero for slanting planes and
-        obstacles of one's own, for which no such field is known: their error bars are too wide where blocks
-        are shorter than the time that sound takes through the box.
+        obstacles of one's own, for which no such field is known (``carom.observables.surface_changes``).
 
     Notes
     -----

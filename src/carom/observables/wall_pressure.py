@@ -15,6 +15,7 @@ from carom.errors import InputError
 from carom.models.planes import walls
 from carom.notebook import table
 from carom.observables.statistics import Estimate, ratio
+from carom.observables.surface_changes import freed, place_of
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -76,8 +77,10 @@ class WallPressure:
         -----
         The force on a wall or container comes from the momentum balance of the whole fluid
         (``carom.observables.momentum_balance``), so that sound waves do not correlate the blocks. It differs
-        from the momentum received per time by a term that does not grow with the run. On balls, planes and
-        your own obstacles, and where blocks hold no momenta, the momentum received is used.
+        from the momentum received per time by a term that does not grow with the run. So it does on balls and
+        on planes along an axis. On slanting planes and your own obstacles most of the sound is taken off by a
+        regression on their distances (``carom.observables.surface_changes``). Where blocks hold neither, the
+        momentum received is used.
         """
         names = obstacle_names(scene)
         k = self._number(names)
@@ -91,8 +94,12 @@ class WallPressure:
         else:
             flux = impulses
         durations = np.array([block.duration for block in kept])
+        place = place_of(scene, k)
         if not impulses.any():  # nobody came: the scatter is no error
             force = Estimate(0.0, math.inf, 0.0, math.inf, len(kept))
+        elif place is not None and all(block.surface_changes for block in kept):
+            changes = np.array([block.surface_changes[place : place + 2] for block in kept])
+            force, flux = freed(impulses, changes, durations)
         else:
             force = ratio(flux, durations)
         values = tuple((flux / durations / area).tolist())

@@ -258,13 +258,17 @@ def impulses(machine: Machine) -> tuple[float, ...]:
     return tuple(impact.impulse for impact in impacts(machine))
 
 
-def momenta_at_walls(machine: Machine) -> tuple[float, ...]:
-    """Return the weighted momentum that belongs to each wall and obstacle, at the present time."""
+def momenta_at_walls(machine: Machine) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the weighted momentum that belongs to each wall and obstacle, at the present time, and the sums
+    of those without one.
+    """
     from carom.observables.momentum_balance import weighted_momenta
+    from carom.observables.surface_changes import surface_sums
 
     if machine.engine.model.obstacles is None:
-        return ()
-    return weighted_momenta(machine.frame(), machine.scene)
+        return (), ()
+    frame = machine.frame()
+    return weighted_momenta(frame, machine.scene), surface_sums(frame, machine.scene)
 
 
 def pinned_impulse(machine: Machine) -> np.ndarray:

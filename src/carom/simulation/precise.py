@@ -160,6 +160,7 @@ def merged(one: Block, other: Block) -> Block:
         tuple(a + b for a, b in zip(one.momentum_changes, other.momentum_changes, strict=True)),
         None if one.kT_time is None or other.kT_time is None else one.kT_time + other.kT_time,
         _averaged(one, other),
+        tuple(a + b for a, b in zip(one.surface_changes, other.surface_changes, strict=True)),
     )
 
 

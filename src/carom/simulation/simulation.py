@@ -434,7 +434,10 @@ class Simulation:
         for k in range(1, checks.integer(count, "count", low=0) + 1):
             block = loop.advance(self.machine, None, start + k * step)
             after = mechanics.momenta_at_walls(self.machine)
-            yield block._replace(momentum_changes=tuple(b - a for a, b in zip(before, after, strict=True)))
+            momenta, surfaces = (
+                tuple(b - a for a, b in zip(*pair, strict=True)) for pair in zip(before, after, strict=True)
+            )
+            yield block._replace(momentum_changes=momenta, surface_changes=surfaces)
             before = after
 
     def time_for(self, collisions: float) -> float:

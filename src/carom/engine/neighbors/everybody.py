@@ -42,7 +42,7 @@ from carom.engine.neighbors.interface import (
     transit,
     transit_time,
 )
-from carom.engine.neighbors.paths import BLOCK, blur_of, first_marked, mark
+from carom.engine.neighbors.paths import BLOCK, UNITS, blur_of, mark, marked
 from carom.engine.search import meet, relative
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, interaction_time, position
@@ -74,7 +74,7 @@ class Everybody(NamedTuple):
     width: float
     """How near to an image a path must pass its plane for a contact [edges], along the shortest edge."""
     flights: np.ndarray
-    """Coordinates at the beginning of the epoch [edges] and velocities [edges / span] of a block of
+    """Coordinates at the beginning of the epoch [units] and velocities [units / span] of a block of
     components, axis after axis, and block after block, float32. Flat, and blocks of a constant size: only so
     does the compiler see that what is written is not what is read.
     """
@@ -82,6 +82,8 @@ class Everybody(NamedTuple):
     """The same of the one that searches, (2 d,)."""
     fastest: np.ndarray
     """The largest velocity along an axis that anybody had in this epoch [edges / span], (1,)."""
+    swiftest: np.ndarray
+    """The same of each block, axis by axis, (blocks d,)."""
     lined: np.ndarray
     """The epoch that this is true for, (1,) int64."""
     names: np.ndarray
@@ -118,6 +120,7 @@ def make_everybody(n: int, edges, core: float, span: float, number: type = np.fl
         flights=aligned(2 * dimension * room, np.float32),
         own=np.zeros(2 * dimension, np.float32),
         fastest=np.zeros(1),
+        swiftest=np.zeros(dimension * (room // BLOCK)),
         lined=np.full(1, -1),
         names=np.minimum(np.arange(room + BLOCK), n).astype(np.uint32),
         paths=aligned((2 * dimension - 1) * BLOCK, np.uint16),
@@ -137,9 +140,11 @@ def line_up_one(everybody, motion, state, i):
         inverse = everybody.inverse[axis]
         x = position(motion, axis, row.x[axis], row.v[axis], -row.t) * inverse
         v = np.float64(row.v[axis]) * (inverse * everybody.span)
-        everybody.flights[begin + np.uint64(2 * axis * BLOCK)] = x - np.floor(x)
-        everybody.flights[begin + np.uint64((2 * axis + 1) * BLOCK)] = v
+        everybody.flights[begin + np.uint64(2 * axis * BLOCK)] = (x - np.floor(x)) * UNITS
+        everybody.flights[begin + np.uint64((2 * axis + 1) * BLOCK)] = v * UNITS
         everybody.fastest[0] = max(everybody.fastest[0], abs(v))
+        swiftest = block * np.uint64(len(everybody.inverse)) + np.uint64(axis)
+        everybody.swiftest[swiftest] = max(everybody.swiftest[swiftest], abs(v))
 
 
 @inner
@@ -158,6 +163,8 @@ def line_up_all(everybody, motion, state):
     if everybody.lined[0] != epoch:
         everybody.lined[0] = epoch
         everybody.fastest[0] = 0.0
+        for k in range(len(everybody.swiftest)):
+            everybody.swiftest[k] = 0.0
         for i in range(np.uint64(len(everybody.near))):
             line_up_one(everybody, motion, state, i)
 
@@ -257,7 +264,7 @@ def sweep(everybody, model, state, i, now, after, avoided):
     begin = np.int64(after) + 1
     for start in range(begin // BLOCK * BLOCK, n, BLOCK):
         near = mark(everybody, elapsed, covered, blur, start)
-        lane = first_marked(everybody, max(begin - start, 0), near)
+        lane, last = marked(everybody, max(begin - start, 0), near)
         while lane < BLOCK:
             j = np.int64(start) + np.int64(lane)
             if j < n and j != np.int64(i) and contacts.counts[j] != CHANGED:
@@ -269,7 +276,9 @@ def sweep(everybody, model, state, i, now, after, avoided):
                         best = due
                         chosen = j
                         everybody.near[i] = shortly
-            lane = first_marked(everybody, lane + 1, near)
+            if lane == last:
+                break
+            lane, _ = marked(everybody, lane + 1, near)
     return chosen
 
 

@@ -44,6 +44,9 @@ UNITS = 2.0**16
 HALF = 0x8000
 """So many units to both sides are all of the box."""
 
+SIGN = np.int32(-0x80000000)
+"""The bit of a float32 that is its sign."""
+
 ALL = 0xFFFF
 """The largest of the whole numbers: what a path has that comes near nothing."""
 
@@ -53,8 +56,8 @@ ROUNDING = 2.0**-24
 STEP_ROUNDING = 3.0 * ROUNDING * UNITS
 """By how much a step is off before it is rounded to a whole number [units], where all edges are equal."""
 
-SLOWEST = 2.0**-100
-"""Velocity [edges / span] below which nothing moves."""
+SLOWEST = 2.0**-84
+"""Velocity [units / span] below which nothing moves."""
 
 BLURRED = 2.0**-6
 """Blur beyond which every path is looked at closely: the fastest flies thousands of boxes within an epoch."""
@@ -68,23 +71,27 @@ def wrap(number):
 
 @inner
 def in_units(x):
-    """Return a coordinate in units, in the box; ``x`` is in edges, float32, and below 2^15."""
-    return wrap(np.int32(np.rint(x * np.float32(UNITS))))
+    """Return a coordinate in the box as a whole number; ``x`` is in units, float32, and below 2^31."""
+    return wrap(np.int32(np.rint(x)))
+
+
+@inner
+def along(x, v):
+    """Return ``x``, float32, or -x where v is negative: a change of one bit."""
+    turned = np.float32(x).view(np.int32) ^ (np.float32(v).view(np.int32) & SIGN)
+    return np.int32(turned).view(np.float32)
 
 
 @approximate
 def lay_path(everybody, elapsed, reach, begin, lane):
-    """Lay out the path of one of the block whose flights begin at ``begin``; return its pace: how many edges
-    it flies in a span along the axis whose planes it passes, as the bits of a float32.
-    """
+    """Lay out the path of one of the block whose flights begin at ``begin``."""
     flights, own, paths = everybody.flights, everybody.own, everybody.paths
     dimension = len(everybody.inverse)
-    zero, one = np.float32(0.0), np.float32(1.0)
-    u = zero
-    w = zero
-    fastest = zero
+    w = flights[begin + np.uint64(BLOCK) + lane] - own[1]
+    u = flights[begin + lane] - own[0] + w * elapsed
+    fastest = abs(w) * np.float32(everybody.lengths[0])
     main = np.int32(0)
-    for axis in range(dimension):
+    for axis in range(1, dimension):
         speed = flights[begin + np.uint64((2 * axis + 1) * BLOCK) + lane] - own[2 * axis + 1]
         place = flights[begin + np.uint64(2 * axis * BLOCK) + lane] - own[2 * axis] + speed * elapsed
         flown = abs(speed) * np.float32(everybody.lengths[axis])
@@ -93,9 +100,8 @@ def lay_path(everybody, elapsed, reach, begin, lane):
         w = speed if faster else w
         fastest = flown if faster else fastest
         main = np.int32(axis) if faster else main
-    pace = abs(w)
-    ahead = u if w > zero else -u
-    period = one / max(pace, np.float32(SLOWEST))
+    ahead = along(u, w) * np.float32(1.0 / UNITS)
+    period = np.float32(UNITS) / max(abs(w), np.float32(SLOWEST))
     wait = np.ceil(ahead - reach) - ahead
     last_speed = flights[begin + np.uint64((2 * dimension - 1) * BLOCK) + lane] - own[2 * dimension - 1]
     last_place = flights[begin + np.uint64((2 * dimension - 2) * BLOCK) + lane] - own[2 * dimension - 2]
@@ -109,7 +115,6 @@ def lay_path(everybody, elapsed, reach, begin, lane):
         step = speed * period
         paths[np.uint64(2 * axis * BLOCK) + lane] = in_units(place + step * wait)
         paths[np.uint64((2 * axis + 1) * BLOCK) + lane] = in_units(step)
-    return np.float32(pace).view(np.int32)
 
 
 @approximate
@@ -123,23 +128,14 @@ def lay_paths(everybody, elapsed, reach, start):
     reach : float32
         How far before and behind its plane an image may be met [edges].
 
-    Returns
-    -------
-    pace : float32
-        The largest of all.
-
     Notes
     -----
     What is done for one is a function of its own, so that no variable seems to live on from one to the next,
-    and the loop is vectorised. Paces are compared as whole numbers, for which the compiler may change the
-    order.
+    and the loop is vectorised.
     """
     begin = np.uint64(2 * len(everybody.inverse) * start)
-    most = np.int32(0)
     for lane in range(np.uint64(BLOCK)):
-        pace = lay_path(everybody, elapsed, reach, begin, lane)
-        most = pace if pace > most else most
-    return np.int32(most).view(np.float32)
+        lay_path(everybody, elapsed, reach, begin, lane)
 
 
 @fast
@@ -175,17 +171,36 @@ def walk(everybody, shift, fresh):
 
 
 @fast
-def first_marked(everybody, begin, near):
-    """Return the first of the block, from number ``begin`` on, whose mark is not above ``near``, or BLOCK."""
+def marked(everybody, begin, near):
+    """Return the first and the last of the block, from number ``begin`` on, whose mark is not above ``near``;
+    the first is BLOCK where there is none.
+    """
     marks = np.uint64((2 * len(everybody.inverse) - 2) * BLOCK)
-    found = wrap(BLOCK)
+    first = wrap(BLOCK)
+    last = wrap(0)
     least = wrap(begin)
     for lane in range(np.uint64(BLOCK)):
         number = wrap(lane)
-        marked = (everybody.paths[marks + lane] <= near) & (number >= least)
-        number = number if marked else wrap(BLOCK)
-        found = number if number < found else found
-    return np.int64(found)
+        near_it = (everybody.paths[marks + lane] <= near) & (number >= least)
+        low = number if near_it else wrap(BLOCK)
+        high = number if near_it else wrap(0)
+        first = low if low < first else first
+        last = high if high > last else last
+    return np.int64(first), np.int64(last)
+
+
+@inner
+def pace_of(everybody, start):
+    """Return how fast anybody of a block may fly relative to the one that searches, at most, along any axis
+    [edges / span].
+    """
+    dimension = len(everybody.inverse)
+    begin = np.uint64(start) // np.uint64(BLOCK) * np.uint64(dimension)
+    pace = 0.0
+    for axis in range(dimension):
+        own = np.float64(everybody.own[2 * axis + 1]) * (1.0 / UNITS)
+        pace = max(pace, everybody.swiftest[begin + np.uint64(axis)] + abs(own))
+    return pace
 
 
 @inner
@@ -217,12 +232,12 @@ def mark(everybody, elapsed, covered, blur, start):
     if blur > BLURRED:
         return wrap(ALL)
     reach = everybody.width + blur
-    pace = lay_paths(everybody, np.float32(elapsed), np.float32(reach), start)
-    most = np.int64(np.float64(pace) * covered + 2.0 * reach + 1.0)
+    most = np.int64(pace_of(everybody, start) * covered + 2.0 * reach + 1.0)
     # One unit more for the two halves: at the first plane, and where this number is cut.
     half = np.int64(UNITS * reach + 1.5 + most * (0.5 + everybody.stretch * STEP_ROUNDING))
     if half >= HALF:
         return wrap(ALL)
+    lay_paths(everybody, np.float32(elapsed), np.float32(reach), start)
     walk(everybody, wrap(half), wrap(ALL))
     for _ in range(PLANES, most, PLANES):
         walk(everybody, wrap(0), wrap(0))

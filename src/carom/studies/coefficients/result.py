@@ -55,8 +55,9 @@ class Transport(Measured):
                 window = f"{c.window[0]:.4g} and {c.window[1]:.4g}"
                 rows.append((eta, str(each.n), name, c.value.value_text, *compared, window))
             if math.isfinite(each.self_diffusion_infinite.mean):
-                known = math.isfinite(each.erpenbeck_wood)
-                theory = (f"{each.erpenbeck_wood:.5g}", "", "by Erpenbeck and Wood") if known else ("", "", "")
+                theory = ("", "", "")
+                if math.isfinite(each.erpenbeck_wood):
+                    theory = (f"{each.erpenbeck_wood:.5g}", "", "by Erpenbeck and Wood")
                 rows.append((eta, "inf", "self_diffusion", each.self_diffusion_infinite.value_text, *theory))
         return rows
 
