@@ -9,7 +9,7 @@ import carom
 from carom import io
 from carom.errors import InputError
 from carom.observables import Dynamics
-from carom.observables.dynamics import KEPT, Waves
+from carom.observables.dynamics import KEPT, Waves, _non_gaussian
 
 SIX = 6.0
 
@@ -118,3 +118,17 @@ def test_frames_that_cannot_be_correlated_are_refused(frames):
         Dynamics().update(dataclasses.replace(frames[0], images=None))
     with pytest.raises(InputError, match="species"):
         Dynamics(species=1).update(frames[0])
+
+
+def test_error_bars_of_the_non_gaussian_parameter_cover_what_is_zero():
+    """Displacements of 50 components, each Gaussian. <r^4> and <r^2>^2 scatter together, which a linear error
+    has to know: with half of the coefficient bars are half as wide again."""
+    dice, d = np.random.default_rng(1), 3
+    pulls = []
+    for _ in range(400):
+        square = np.sum(dice.normal(size=(256, 50, d)) ** 2, axis=2)
+        found = _non_gaussian(square.mean(axis=1), (square**2).mean(axis=1), d)
+        pulls.append(found.mean / found.error)
+    # The spread of 400 pulls is known to 3.5 %; 1 / n is the bias of the mean of products.
+    assert 0.86 < np.std(pulls) < 1.14
+    assert abs(np.mean(pulls)) < 4.0 / np.sqrt(400)
