@@ -111,7 +111,7 @@ def test_measure_says_that_species_differ_in_temperature():
 
 
 def test_the_few_that_hold_nearly_all_mass_are_not_cold():
-    """Two hold 99 % of the mass. Momentum is conserved: <m v^2> is d kT (1 - m / M), half of d kT for them."""
+    """Two hold 99 % of the mass. Momentum is conserved, so <m v^2> is d kT (1 - m / M): half for them."""
     counts, dice = (2, 20), np.random.default_rng(1)
     scene = carom.Scene.mixture(
         counts, diameters=(1.0, 0.5), masses=(1000.0, 1.0), packing_fraction=0.01, seed=1
