@@ -115,3 +115,12 @@ def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches)
     assert np.array_equal(resumed.history, whole.history)
     assert np.array_equal(resumed.frame.positions, whole.frame.positions)
     assert np.array_equal(resumed.frame.diameters, whole.frame.diameters)
+
+
+@pytest.mark.parametrize("asked", [{}, {"flights": True}, {"currents": True}])
+def test_what_a_simulation_was_asked_to_count_is_counted_after_a_checkpoint(asked, tmp_path):
+    sim = Simulation(Scene.fcc(3, packing_fraction=0.3), seed=1, **asked)
+    sim.save(tmp_path / "state.h5")
+    model = Simulation.load(tmp_path / "state.h5").machine.engine.model
+    for name in ("flights", "currents"):
+        assert (getattr(model, name) is not None) == (name in asked)

@@ -122,6 +122,26 @@ def test_appending_refuses_a_file_with_a_flipped_bit_among_what_is_kept(tmp_path
         assert path.read_bytes() == before
 
 
+@pytest.mark.parametrize("name", ["epoch", "time", "i", "j", "image", "impulse", "initial"])
+def test_a_log_of_another_run_is_refused_whatever_column_differs(tmp_path, name):
+    """The checksums of HDF5 are right: the values were written, by somebody else."""
+    path = tmp_path / "e.h5"
+    with EventLog(path, INITIAL) as log:
+        log.append(*make_events(1000))
+        sums = log.sums
+    EventLog(path, keep=1000, sums=sums).close()
+    with h5py.File(path, "r+") as file:
+        data = file["initial/positions"] if name == "initial" else file[name]
+        if data.dtype.kind == "f":
+            data[0] = np.nextafter(data[0], np.inf)
+        else:
+            data[999] += 1
+    before = path.read_bytes()
+    with pytest.raises(FileError, match=f"its {name} is not what was written"):
+        EventLog(path, keep=1000, sums=sums)
+    assert path.read_bytes() == before
+
+
 def test_text_without_a_digest_is_still_a_frame(tmp_path):
     whole = write(tmp_path / "a.extxyz", mixture()).read_bytes()
     rng, path = np.random.default_rng(4), tmp_path / "b.extxyz"

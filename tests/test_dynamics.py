@@ -10,7 +10,7 @@ import carom
 from carom import io, theory
 from carom.errors import InputError
 from carom.observables import Dynamics
-from carom.observables.dynamics import KEPT, Waves
+from carom.observables.dynamics import KEPT, Waves, _non_gaussian
 
 SIX = 6.0
 
@@ -153,3 +153,17 @@ def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coup
     assert np.mean([ratios[k] for k in late]) == pytest.approx(1.0, abs=4.0 * min(errors[k] for k in late))
     assert min(errors[k] for k in late) < 0.1
     assert ratios[min(ratios)] > np.mean([ratios[k] for k in late]) + 2.0 * min(errors.values())
+
+
+def test_error_bars_of_the_non_gaussian_parameter_cover_what_is_zero():
+    """Displacements of 50 components, each Gaussian. <r^4> and <r^2>^2 scatter together, which a linear error
+    has to know: with half of the coefficient bars are half as wide again."""
+    dice, d = np.random.default_rng(1), 3
+    pulls = []
+    for _ in range(400):
+        square = np.sum(dice.normal(size=(256, 50, d)) ** 2, axis=2)
+        found = _non_gaussian(square.mean(axis=1), (square**2).mean(axis=1), d)
+        pulls.append(found.mean / found.error)
+    # The spread of 400 pulls is known to 3.5 %; 1 / n is the bias of the mean of products.
+    assert 0.86 < np.std(pulls) < 1.14
+    assert abs(np.mean(pulls)) < 4.0 / np.sqrt(400)

@@ -2,6 +2,7 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from carom.errors import CaromWarning
 from carom.observables.drift import LEVEL
 from carom.observables.equilibrium import doubts, doubts_about, equipartition
 from carom.observables.statistics import Estimate, blocking
+from carom.simulation.equipartition import Thermometer
 
 
 def series(rng, a, n):
@@ -106,3 +108,22 @@ def test_measure_says_that_species_differ_in_temperature():
         sim.measure(carom.Pressure(), collisions_per_particle=400)
     texts = [str(each.message) for each in said]
     assert any("species differ in temperature (big at" in text for text in texts), texts
+
+
+def test_the_few_that_hold_nearly_all_mass_are_not_cold():
+    """Two hold 99 % of the mass. Momentum is conserved, so <m v^2> is d kT (1 - m / M): half for them."""
+    counts, dice = (2, 20), np.random.default_rng(1)
+    scene = carom.Scene.mixture(
+        counts, diameters=(1.0, 0.5), masses=(1000.0, 1.0), packing_fraction=0.01, seed=1
+    )
+    machine = SimpleNamespace(scene=scene, contents=SimpleNamespace(rates=None))
+    thermometer = Thermometer(machine)
+    for _ in range(4000):
+        v = dice.normal(size=(22, 3)) / np.sqrt(scene.masses)[:, None]
+        machine.speeds = v - np.average(v, axis=0, weights=scene.masses)
+        thermometer.look()
+    found = np.array(thermometer.series)
+    error = found.std(axis=0) / np.sqrt(len(found))
+    # All together have d (n - 1) degrees of freedom; what is shared out adds up to that.
+    assert (np.abs(found.mean(axis=0) - 1.0) < 4.0 * error).all()
+    assert (error < 0.02).all()

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import pytest
 from numba import types
 
+from carom.compiling import origins
 from carom.compiling.dispatch import entry
 from carom.compiling.origins import digest_of
 from carom.models.interface import encounter
@@ -236,3 +237,36 @@ def test_a_function_that_is_compiled_cannot_be_replaced():
     with pytest.raises(RuntimeError, match="encounter is compiled for Step"):
         encounter.register(Step)(lambda *args: 5.0)
     assert encounter(Step(3.0), 0.0, 0.0, 0.0, 0.0) == 6.0
+
+
+def test_what_code_is_made_of_does_not_depend_on_which_modules_were_imported_when(monkeypatch):
+    """A resumed run imports others, and in another order, than a new one."""
+    importlib.import_module("carom.engine.cycle")
+    assert sum(type(None) in face.registry for face in origins.FACES) > 10
+    kinds = (types.none, types.Array(types.float64, 1, "C"))
+    known = digest_of(lambda x: x, kinds)
+    for faces in (origins.FACES[::-1], origins.FACES[::2]):
+        monkeypatch.setattr(origins, "FACES", faces)
+        assert digest_of(lambda x: x, kinds) == known
+
+
+GOES_ON = """
+import sys
+from carom import Scene, Simulation
+scene = Scene.fcc(3, packing_fraction=0.3)
+sim = Simulation(scene, seed=1) if sys.argv[1] == "new" else Simulation.load("c.h5")
+sim.run(collisions=100)
+sim.save("c.h5")
+"""
+
+
+@pytest.mark.slow
+def test_a_resumed_run_uses_the_code_of_the_run_and_so_does_the_next(tmp_path):
+    folder = tmp_path / "cache"
+    found = []
+    for what in ("new", "resumed", "new"):
+        words = [sys.executable, "-c", GOES_ON, what]
+        subprocess.run(words, cwd=tmp_path, check=True, env={**os.environ, "NUMBA_CACHE_DIR": str(folder)})
+        found.append({(path.name, path.stat().st_mtime_ns) for path in folder.rglob("cycle.*.nbc")})
+    assert len(found[0]) == 2, "the cycle and the schedule"
+    assert found[0] == found[1] == found[2]

@@ -1,8 +1,13 @@
 """What a design costs, and what can be reached in a time, as sums that can be done by hand."""
 
+import math
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
-from carom import theory
+from carom import Scene, theory
+from carom.studies.planner import measures
 from carom.studies.planner.choice import Costs, Design, design, within
 from carom.studies.planner.sizes import OF_CRYSTAL, residual
 from carom.studies.planner.system import System
@@ -30,3 +35,28 @@ def test_a_crystal_is_trusted_to_its_own_part_of_the_shift():
     shift = abs(theory.crystal_finite_size_shift(0.6, 500, theory.solid(3)))
     assert residual(crystal, 500) == pytest.approx(OF_CRYSTAL * shift, rel=0.01)
     assert OF_CRYSTAL * shift < residual(crystal, 500)
+
+
+def test_what_two_spheres_carry_is_known_exactly():
+    """Their relative speed u is fixed by the energy, mu u^2 = 3 kT. Of directions weighted with the speed of
+    approach the mean cosine is 2/3, and a collision carries sigma 2 mu u cos."""
+    scene = Scene(
+        [[1.0, 1.0, 1.0], [3.0, 3.0, 3.0]], box=8.0, diameter=[1.0, 1.4], mass=[1.0, 0.25], species=[0, 1]
+    )
+    exact = 4.0 / 3.0 * 1.2 * math.sqrt(3.0 * 0.2 * 1.7)
+    assert measures.carried(SimpleNamespace(scene=scene, kT=1.7))[0, 1] == pytest.approx(exact, rel=1e-12)
+
+
+def test_the_error_of_few_correlated_blocks_is_that_of_the_mean():
+    """100 blocks are too few to be paired: their correlation of 0.25 is only corrected for."""
+    dice, memory = np.random.default_rng(1), 0.25
+    noise = dice.normal(size=(1000, 200))
+    series = np.zeros_like(noise)
+    for k in range(1, 200):
+        series[:, k] = memory * series[:, k - 1] + noise[:, k]
+    found = [measures.mean(row[100:]) for row in series]
+    squares = np.array([each.error**2 for each in found])
+    # The variance of the mean; 1000 squares, each known to a third, have a mean known to 1 %, and the ends of
+    # a series count for a percent.
+    exact = (1.0 + memory) / (1.0 - memory) / (1.0 - memory**2) / 100
+    assert squares.mean() == pytest.approx(exact, rel=0.08)

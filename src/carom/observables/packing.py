@@ -301,8 +301,8 @@ def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray, sided: bool)
     """Return who remains (n,) when rattlers are taken away until there is none."""
     n = frame.n
     touching: list[list[tuple[int, np.ndarray]]] = [[] for _ in range(n)]
-    for (i, j), vector in zip(bonds.tolist(), vectors, strict=True):
-        direction = vector / np.linalg.norm(vector)
+    directions = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    for (i, j), direction in zip(bonds.tolist(), directions, strict=True):
         touching[i].append((j, direction))
         if j < n:
             touching[j].append((i, -direction))

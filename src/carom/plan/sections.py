@@ -361,7 +361,7 @@ class RunSpec:
     max_walltime : float
         Seconds, of all sessions, after which ``relative_error`` is given up.
     frames : int
-        How many frames to sample; left out, 100, or as many as make 200 MB where that is fewer.
+        How many frames to sample; left out, 100, or fewer that keep all files within 200 MB.
     checkpoint_every : float
         Seconds between checkpoints.
     neighbors : str
@@ -405,7 +405,7 @@ class OutputSpec:
     Parameters
     ----------
     trajectory : tuple of str
-        Formats: "h5md", "extxyz", "gsd". Left out, the first two, or H5MD alone where both exceed 200 MB.
+        Formats: "h5md", "extxyz", "gsd". Left out, the first two, or H5MD alone where both exceed 20 MB.
     event_log : bool
         Whether to write every collision.
     pictures : bool

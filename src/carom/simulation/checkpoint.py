@@ -18,23 +18,19 @@ from carom.simulation.recorder import Recorder
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from carom.models.obstacles import Obstacle
 
 
 def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> None:
     """Write a checkpoint; see :meth:`carom.Simulation.save`."""
     import carom
-    from carom.engine.parts import arrays as arrays_of
     from carom.io import checkpoint
 
     machine.flush_log()
     contents, clock = machine.contents, machine.clock
-    arrays = {**arrays_of(machine.engine), "initial_velocities": machine.velocities}
-    scene_arrays, scene_attributes = machine.scene.to_arrays()
-    arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
-    if contents.rates is not None and contents.radii is not None:
-        arrays["contents.radii"] = contents.radii
-        arrays["contents.rates"] = contents.rates
+    arrays, scene_attributes = _arrays(machine)
     attributes = {
         "carom": carom.__version__,
         "scene": json.dumps(scene_attributes),
@@ -56,6 +52,25 @@ def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> 
         "extra": json.dumps(extra),
     }
     checkpoint.save(path, arrays, attributes)
+
+
+def size(machine: Machine) -> int:
+    """Return how many bytes the arrays of a checkpoint take now."""
+    return sum(array.nbytes for array in _arrays(machine)[0].values())
+
+
+def _arrays(machine: Machine) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Return every array of a checkpoint, and the attributes of its scene."""
+    from carom.engine.parts import arrays as arrays_of
+
+    contents = machine.contents
+    arrays = {**arrays_of(machine.engine), "initial_velocities": machine.velocities}
+    scene_arrays, attributes = machine.scene.to_arrays()
+    arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
+    if contents.rates is not None and contents.radii is not None:
+        arrays["contents.radii"] = contents.radii
+        arrays["contents.rates"] = contents.rates
+    return arrays, attributes
 
 
 def load(

@@ -9,7 +9,13 @@ from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 
 KEPT = 200e6
-"""Bytes that the trajectories of a run take at most, unless its plan asks for more."""
+"""Bytes that the files of a run take at most, unless its plan asks for more; the event log is not counted."""
+
+OTHERS = 1e6
+"""Bytes of tables and pictures, which are as large whatever the scene."""
+
+GROWTH = 1.25
+"""A checkpoint may become larger by this factor: lists are given more room where they overflow."""
 
 FRAMES = 100
 """Frames of a run at most, unless its plan asks for more."""
@@ -23,11 +29,17 @@ FORMATS = ("h5md", "extxyz")
 BYTES = {"h5md": 20, "extxyz": 65, "gsd": 12}
 """Bytes for a coordinate of a component in a frame: its place, its velocity and its image."""
 
+FIXED = 20
+"""Bytes for a component in a trajectory, once: its mass, diameter and species."""
+
+COORDINATES = 3
+"""Coordinates that a format holds at least; the missing ones are 0."""
+
 LARGEST_EXTENDED = 3
 """Dimensions that formats other than H5MD can hold."""
 
 
-def amount(plan: Plan, scene: Scene) -> tuple[tuple[str, ...], int]:
+def amount(plan: Plan, scene: Scene, checkpoint: int) -> tuple[tuple[str, ...], int]:
     """Return the formats of a run's trajectories and its number of frames.
 
     Parameters
@@ -36,13 +48,16 @@ def amount(plan: Plan, scene: Scene) -> tuple[tuple[str, ...], int]:
         What it says about ``[output] trajectory`` and ``[run] frames`` holds, whatever the size.
     scene : Scene
         Its n and d say how large a frame is.
+    checkpoint : int
+        Bytes of a checkpoint before the run. What it leaves of ``KEPT`` is for frames, and for one at least.
     """
     formats, frames = plan.output.trajectory, plan.run.frames
     if formats is None:
         fits = (frames or FRAMES) <= _most(scene, FORMATS, SMALL)
         formats = FORMATS if fits else FORMATS[:1]
     if frames is None:
-        frames = max(min(FRAMES, _most(scene, formats)), 1)
+        room = KEPT - OTHERS - GROWTH * checkpoint - FIXED * scene.n * len(formats)
+        frames = max(min(FRAMES, _most(scene, formats, room)), 1)
     return formats, frames
 
 
@@ -77,7 +92,7 @@ def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
     return held
 
 
-def _most(scene: Scene, formats: tuple[str, ...], room: float | None = None) -> int:
+def _most(scene: Scene, formats: tuple[str, ...], room: float) -> int:
     """Return how many frames fit into so many bytes."""
-    size = scene.n * scene.dimension * sum(BYTES[form] for form in formats)
-    return int((KEPT if room is None else room) / size) if size else FRAMES
+    size = scene.n * max(scene.dimension, COORDINATES) * sum(BYTES[form] for form in formats)
+    return int(room / size) if size else FRAMES

@@ -16,6 +16,7 @@ from carom.io.formats import Writer
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
+from carom.simulation.checkpoint import size
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.studies.runs import report
@@ -82,10 +83,6 @@ class Run:
         self._report("Preparing", 0.0)
         plan = self.plan
         scene = plan.build_scene()
-        formats, frames = amount(plan, scene)
-        self.formats = holdable(formats, scene.dimension)
-        self.stretch = Stretch.of(frames)
-        self.written = Written(self.folder, self.formats)
         kT = plan.scene.kT if scene.velocities is None else None
         settings: dict[str, Any] = {
             "kT": kT,
@@ -95,6 +92,10 @@ class Run:
         }
         # Made before anything is written, because it refuses what cannot be simulated.
         self.sim = Simulation(scene, **settings)
+        formats, frames = amount(plan, scene, size(self.sim.machine))
+        self.formats = holdable(formats, scene.dimension)
+        self.stretch = Stretch.of(frames)
+        self.written = Written(self.folder, self.formats)
         self.folder.make()
         with self.folder.owned():
             self.folder.sweep()
