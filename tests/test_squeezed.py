@@ -24,7 +24,7 @@ def contacts_of_galperin(ratio, precision):
 @pytest.mark.parametrize(
     ("precision", "ratio"),
     [
-        ("single", 1e8),  # "would take inf collisions", while the clock of 24 bits stood still
+        ("single", 1e8),  # "would take infinitely many collisions", while the clock of 24 bits stood still
         pytest.param("double", 1e8, marks=SLOW),
         pytest.param("double", 1e12, marks=SLOW),
         pytest.param("single", 1e10, marks=SLOW),
