@@ -77,7 +77,9 @@ scene = carom.Scene([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]], 2.0, perio
 sim = carom.Simulation(scene, seed=1)
 """
     found = said(program + REFUSED.format(run="sim.run(time=1e-14)"))
-    assert found.startswith("The run would take inf collisions and crossings more; expected at most 1e+15.")
+    assert found.startswith(
+        "The run would take infinitely many collisions and crossings more; expected at most 1e+15."
+    )
     # A number of collisions is something else.
     assert said(program + "print(sim.run(collisions=50).collisions)") == "50"
 

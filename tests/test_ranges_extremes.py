@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from plain import plain_python
 
 import carom
 from carom.errors import InputError
@@ -32,6 +33,13 @@ def doubles(unit, event):
 def dithers(unit, event):
     for axis in range(len(unit.velocity)):
         unit.velocity[axis] = (1.0 if event.cause == ENTERED else -1.0) * event.toward[axis]
+
+
+def turns(unit, event):
+    """The first kind flees from whom it sees, at twice the speed of the others."""
+    if unit.kind == 0 and event.cause == ENTERED:
+        for axis in range(len(unit.velocity)):
+            unit.velocity[axis] = -2.0 * event.toward[axis]
 
 
 def starts(unit, event):
@@ -133,6 +141,34 @@ def test_units_at_their_limits_are_counted_right_and_runaways_end_in_a_sentence(
         timeout=500,
     )
     assert done.returncode == 0, done.stderr
+
+
+def zeno():
+    """Two walk at a unit between them, which turns round whenever it sees one: ever more often, up to 2."""
+    places, velocities = np.full((3, 2), 0.5 * EDGE), np.zeros((3, 2))
+    places[:, 0] = 5.3, 2.0, 8.0
+    velocities[:, 0] = 2.0, 1.0, -1.0
+    sim = carom.Simulation(
+        carom.Scene(
+            places,
+            (EDGE, EDGE),
+            velocities=velocities,
+            species=[0, 1, 1],
+            diameter=1e-3,
+            interaction=Ranges([Kind("turner", (1.0,)), Kind("walker", ())], turns, seed=1),
+        )
+    )
+    sim.run(time=2.0 - 1e-9)
+    assert sim.units.asked["entered"] > 15  # the gap falls to a third from one to the next: 3^19 is 1e9
+    with pytest.raises(
+        InputError, match=r"infinitely many crossings .* turns round whenever somebody enters"
+    ):
+        sim.run(time=3.0)
+    assert abs(sim.time - 2.0) < 8 * 2.0**-52
+
+
+def test_a_unit_that_turns_ever_more_often_between_two_ends_the_run_in_a_sentence():
+    plain_python("-c", "import test_ranges_extremes as t; t.zeno()")
 
 
 @pytest.mark.parametrize(

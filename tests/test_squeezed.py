@@ -23,7 +23,7 @@ def contacts_of_galperin(ratio, precision):
 @pytest.mark.parametrize(
     ("precision", "ratio"),
     [
-        ("single", 1e8),  # took "inf collisions" once, while the clock of 24 bits stood still
+        ("single", 1e8),  # took "infinitely many collisions" once, while the clock of 24 bits stood still
         ("double", 1e8),
         ("double", 1e12),
         ("single", 1e10),

@@ -88,6 +88,11 @@ def fall(
         A contact so soon after the last of one of the two, or with the same floor, loses nothing.
     digits : int
         Decimal digits.
+
+    Raises
+    ------
+    ValueError
+        If nobody falls on a floor although an axis is periodic.
     """
     import mpmath
 
@@ -102,27 +107,22 @@ def fall(
     planes = [_Plane(context, floor, size / 2) for floor in floors]
     n, d, now = len(x), len(field), number(0)
     recent: dict[Any, Any] = {}
-    shifts = [
-        [edge * turn for edge, turn in zip(edges, turns, strict=True)]
-        for turns in itertools.product((-1, 0, 1), repeat=d)
-        if all(edge or not turn for edge, turn in zip(edges, turns, strict=True))
-    ]
     met: Any = None
     while True:
         best: Any = math.inf
         who: Any = None
-        for i, j in itertools.combinations(range(n), 2):
-            r, u = _minus(x[j], x[i]), _minus(v[j], v[i])
-            # Whole boxes between the two are taken off: with them all images are within one box of zero.
-            r = [a - e * context.nint(a / e) if e else a for a, e in zip(r, edges, strict=True)]
-            for shift in shifts:
-                t = _contact([a + b for a, b in zip(r, shift, strict=True)], u, size, context)
-                if t is not None and t < best and not (met == (i, j) and t < number(10) ** (8 - digits)):
-                    best, who = t, (i, j)
         for i, k in itertools.product(range(n), range(len(planes))):
             t = planes[k].landing(x[i], v[i], field, now, best, met == (i, n + k))
             if t is not None and t < best:
                 best, who = t, (i, n + k)
+        if best == math.inf and any(edges):
+            raise ValueError("Nobody falls on a floor: pairs could meet after any number of boxes.")
+        for i, j in itertools.combinations(range(n), 2):
+            r, u = _minus(x[j], x[i]), _minus(v[j], v[i])
+            for shift in itertools.product(*map(_shifts, r, u, edges, [best] * d, [size] * d)):
+                t = _contact([a + b for a, b in zip(r, shift, strict=True)], u, size, context)
+                if t is not None and t < best and not (met == (i, j) and t < number(10) ** (8 - digits)):
+                    best, who = t, (i, j)
         if who is None:
             return
         for i, axis in itertools.product(range(n), range(d)):
@@ -151,6 +151,14 @@ def fall(
 
 def _minus(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
     return [p - q for p, q in zip(a, b, strict=True)]
+
+
+def _shifts(r: Any, u: Any, edge: Any, time: Any, size: Any) -> list[Any]:
+    """Return what brings two within their diameter along an axis some time until then: whole boxes."""
+    if not edge:
+        return [edge]
+    low, high = min(r, r + u * time) - size, max(r, r + u * time) + size
+    return [edge * turn for turn in range(math.ceil(-high / edge), math.floor(-low / edge) + 1)]
 
 
 def _contact(r: Sequence[Any], u: Sequence[Any], size: Any, context: Any) -> Any:

@@ -97,15 +97,15 @@ class Reach:
                     "for collisions=, or let them grow less."
                 )
         if events * left > MOST_EVENTS * passed:
-            ahead = events * left / passed if passed > 0.0 else math.inf
+            ahead = f"{events * left / passed:.2g}" if passed > 0.0 else "infinitely many"
             if machine.engine.model.rules is not None:
                 return (
-                    f"The run would take {ahead:.2g} crossings of circles more; expected at most "
+                    f"The run would take {ahead} crossings of circles more; expected at most "
                     f"{MOST_EVENTS:g}. See whether a rule turns round whenever somebody enters, or makes "
                     "units ever faster: act on one circle, and forget at a larger one, or after a time."
                 )
             return (
-                f"The run would take {ahead:.2g} collisions and crossings more; expected at most "
+                f"The run would take {ahead} collisions and crossings more; expected at most "
                 f"{MOST_EVENTS:g}. Ask for less time, or for walltime=, and see whether components have next "
                 "to no room, slide along a container, or drift far faster than they move apart."
             )
