@@ -55,7 +55,8 @@ def test_the_floor_bears_the_weight_of_spheres_that_lose_energy(dimension):
     assert sim.frame().positions[:, -1].min() > 0.2 + 0.15 - 1e-12
 
 
-@pytest.mark.parametrize("dimension", [3, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("dimension", [3, 4])
 def test_a_column_shares_its_energy_as_the_barometric_law_says(dimension):
     """A nearly ideal gas over a floor at constant energy: U is 1 / (d / 2 + 1) of it, exactly for any N."""
     n = 40
