@@ -187,26 +187,13 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
         return
     from rich.console import Console, Group
     from rich.live import Live
-    from rich.progress import (
-        BarColumn,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
     from rich.progress import Progress as Bar
 
+    from carom.cli.screen import columns
     from carom.cli.tables import fitted
     from carom.notebook import advance
 
-    bar = Bar(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-        TaskProgressColumn("left"),  # only where it is known how far the work is
-        TimeRemainingColumn(),
-    )
+    bar = Bar(*columns())
     # It moves to and fro until the first run is done: there is nothing yet to tell the whole from.
     bar.add_task(FIRST, total=None)
     with Live(bar, console=Console(stderr=True), transient=True, refresh_per_second=4) as live:

@@ -12,12 +12,34 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from rich.progress import ProgressColumn
+
     from carom.observables import Prediction
     from carom.studies import RunResult
 
 
 UNMEASURED = ("Preparing", "Compiling", "Drawing")
 """Stages that do not tell how far they are: their bar moves to and fro, instead of standing at 0 %."""
+
+
+def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ...]:
+    """Return the columns of a bar. The part that is done and the time left show where they are known."""
+    from rich.progress import (
+        BarColumn,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    return (
+        TextColumn(description),
+        BarColumn(),
+        TaskProgressColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+        TaskProgressColumn("left"),
+        TimeRemainingColumn(),
+    )
 
 
 @contextlib.contextmanager
@@ -30,26 +52,11 @@ def watched() -> Iterator[Callable[[str, float], None]]:
             yield lambda stage, fraction: heart.tell(stage, None if stage in UNMEASURED else fraction)
         return
     from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from rich.progress import Progress
 
     from carom.notebook import advance
 
-    columns = (
-        TextColumn("{task.description:<14}"),
-        BarColumn(),
-        TaskProgressColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-        TaskProgressColumn("left"),  # only where it is known how far the work is
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Progress(*columns("{task.description:<14}"), console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("Starting", total=None)
         present = ""
 

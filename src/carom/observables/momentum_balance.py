@@ -26,6 +26,13 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 
+def balanced_by_field(obstacle: object) -> bool:
+    """Return whether a field is known that balances the momentum which the obstacle takes up."""
+    if isinstance(obstacle, Plane):  # other walls would see a slanting field, and their sound with it
+        return np.count_nonzero(obstacle.normal) == 1
+    return isinstance(obstacle, Ball | SphericalContainer | CylindricalContainer)
+
+
 def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
     """Return the weighted momentum M of the components for each wall and obstacle.
 
@@ -59,7 +66,9 @@ def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
         toward = float(momenta[:, axis] @ upper)
         found += [toward - float(momenta[:, axis].sum()), toward]
     for obstacle in scene.obstacles:
-        if isinstance(obstacle, SphericalContainer | CylindricalContainer):
+        if not balanced_by_field(obstacle):
+            found.append(0.0)
+        elif isinstance(obstacle, SphericalContainer | CylindricalContainer):
             out = places - np.asarray(obstacle.center)
             if isinstance(obstacle, CylindricalContainer):
                 out[:, obstacle.axis] = 0.0
@@ -68,8 +77,6 @@ def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
             found.append(_around(obstacle, momenta, places, radii, scene))
         elif isinstance(obstacle, Plane):
             found.append(_above(obstacle, momenta, places, radii))
-        else:
-            found.append(0.0)
     return tuple(found)
 
 
@@ -88,8 +95,6 @@ def _around(ball: Ball, momenta: np.ndarray, places: np.ndarray, radii: np.ndarr
 
 def _above(plane: Plane, momenta: np.ndarray, places: np.ndarray, radii: np.ndarray) -> float:
     """Return the momentum towards a plane, weighted from 1 at contact to 0 where the highest component is."""
-    if np.count_nonzero(plane.normal) != 1:  # other walls would see a slanting field, and their sound with it
-        return 0.0
     toward = -momenta @ np.sign(plane.normal)
     height = plane.gap(places, radii, (), ())
     return float(toward @ (1.0 - _over(height, np.full_like(height, height.max()))))

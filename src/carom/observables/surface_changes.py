@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.observables.momentum_balance import balanced_by_field
 from carom.observables.statistics import Estimate, ratio
 
 if TYPE_CHECKING:
@@ -36,13 +36,6 @@ MOST = 16
 
 STEP = 2.0**-20
 """Way of the fastest component, in edges, over which the change of a distance is taken."""
-
-
-def balanced_by_field(obstacle: object) -> bool:
-    """Return whether a field is known that balances the momentum which the obstacle takes up."""
-    if isinstance(obstacle, Plane):
-        return np.count_nonzero(obstacle.normal) == 1
-    return isinstance(obstacle, Ball | SphericalContainer | CylindricalContainer)
 
 
 def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:
