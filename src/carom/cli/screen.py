@@ -64,6 +64,7 @@ def watched() -> Iterator[Callable[[str, float], None]]:
             nonlocal present
             if stage != present:
                 present = stage
+                advance(bar, None, stage)  # first: a reset draws the bar, and must not draw 0 % of what ended
                 bar.reset(task)
             advance(bar, None if stage in UNMEASURED else fraction, stage)
 
