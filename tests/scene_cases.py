@@ -14,7 +14,7 @@ from engine_cases import EPS, NUDGE, ROUNDINGS
 
 import carom
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
-from carom.models.tables import obstacle_to_table
+from carom.models.to_tables import obstacle_to_table
 from carom.reference import NaiveSystem
 
 PER_PARTICLE = 10

@@ -21,7 +21,7 @@ from carom.plan.sections import SceneSpec
 from carom.scene import lattices
 from carom.studies import StudySpec, tasks
 from carom.studies import executors as engines
-from carom.studies.eos import fits, pictures, table, toml
+from carom.studies.eos import fits, pictures, spec, table, toml
 from carom.studies.eos.order import OrderParameter, q_6
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.start import start as start_of
@@ -217,7 +217,7 @@ def test_a_changed_study_refuses_to_mix_and_says_what_differs(tmp_path, change, 
 
 def test_another_version_does_not_mix(tmp_path, monkeypatch):
     studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
-    monkeypatch.setattr(carom, "__version__", "99.0.0")
+    monkeypatch.setattr(spec, "__version__", "99.0.0")
     with pytest.raises(FileError, match="version was"):
         studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
 

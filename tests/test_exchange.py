@@ -11,8 +11,8 @@ from test_io_mixtures import frames_of
 
 import carom
 import carom.io
+from carom.bridges.palette import FACES, rgb
 from carom.errors import CaromWarning, InputError
-from carom.io.palette import FACES, rgb
 
 
 def written(path, frames):

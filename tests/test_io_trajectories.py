@@ -14,9 +14,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import carom.io
+from carom.bridges.embedding import momenta
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.embedding import momenta
 
 LOSSLESS = [
     (d, suffix) for d in (1, 2, 3, 4) for suffix in (".h5md", ".extxyz") if d <= 3 or suffix == ".h5md"

@@ -10,8 +10,8 @@ from test_io_mixtures import frames_of
 from test_packing import crystal, frame_of
 
 import carom
+from carom.bridges.palette import FACES, rgb
 from carom.errors import InputError
-from carom.io.palette import FACES, rgb
 from carom.models.obstacles import Ball, Plane
 from carom.pictures import plots
 from carom.pictures.render import Camera, rendered

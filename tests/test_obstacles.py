@@ -17,7 +17,8 @@ from carom.models.obstacles import (
     SphericalContainer,
     walls,
 )
-from carom.models.tables import obstacle_from_table, obstacle_to_table
+from carom.models.tables import obstacle_from_table
+from carom.models.to_tables import obstacle_to_table
 from carom.scene.scene import Scene
 
 EPS = np.finfo(float).eps

@@ -8,7 +8,7 @@ from test_exchange import written
 from test_io_mixtures import frames_of
 
 import carom.io
-from carom.io.palette import FACES, rgb
+from carom.bridges.palette import FACES, rgb
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ import carom
 from carom.errors import InputError, OverlapError
 from carom.models.obstacles import Ball
 from carom.models.pinned import Pinned
-from carom.models.tables import obstacle_to_table
+from carom.models.to_tables import obstacle_to_table
 from carom.reference import NaiveSystem
 from carom.simulation.replay import Replay
 

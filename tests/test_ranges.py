@@ -13,10 +13,10 @@ import pytest
 from test_view import shown, where
 
 import carom
+from carom.bridges.palette import FACES, rgb
 from carom.compiling.reasons import reason
 from carom.errors import InputError
 from carom.io.events import read_events
-from carom.io.palette import FACES, rgb
 from carom.pictures import viewdata
 from carom.ranges import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.reference.rules import NaiveRules

@@ -9,7 +9,8 @@ import carom
 from carom.errors import InputError, OverlapError
 from carom.models.interface import NEVER, encounter, outward
 from carom.models.obstacles import Arc, Box, Segment, Triangle, polygon
-from carom.models.tables import obstacle_from_table, obstacle_to_table
+from carom.models.tables import obstacle_from_table
+from carom.models.to_tables import obstacle_to_table
 
 EPS = np.finfo(float).eps
 

@@ -16,8 +16,8 @@ from test_packing import crystal, frame_of, without
 
 import carom
 import carom.io
+from carom.bridges.palette import FACES, rgb
 from carom.errors import FileError, InputError
-from carom.io.palette import FACES, rgb
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.observables.packing import packing_network
 from carom.pictures import viewdata

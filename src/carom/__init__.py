@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-__version__ = "0.1.0"
+from carom import above
+from carom.version import __version__
 
 # Name -> module: imported when first used, so that `import carom` and `carom --help` stay fast.
 _LAZY = {
@@ -39,6 +40,23 @@ _MODULES = {
     "theory": "carom.theory",
     "wells": "carom.wells",
 }
+
+
+def _grown() -> Any:
+    from carom.simulation.growth import grown
+
+    return grown
+
+
+def _viewed() -> Any:
+    from carom.pictures.view import view
+
+    return view
+
+
+# Who answers what rooms ask of rooms above them.
+above.install("grown", _grown)
+above.install("viewed", _viewed)
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]
 

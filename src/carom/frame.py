@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from carom.configuration import Configuration
 
 if TYPE_CHECKING:
     import ase
@@ -15,8 +16,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Frame:
+class Frame(Configuration):
     """All components at one time; in the paper's words, a global state.
 
     Parameters
@@ -42,48 +42,6 @@ class Frame:
     periodic : tuple of d bools
         Which axes are periodic; the others have walls at 0 and at the edge. By default all are periodic.
     """
-
-    time: float
-    step: int
-    positions: np.ndarray
-    velocities: np.ndarray
-    box: Any  # given as any sequence of edges, kept as an array
-    diameters: np.ndarray
-    masses: np.ndarray
-    images: np.ndarray | None = None
-    species: np.ndarray | None = None
-    species_names: tuple[str, ...] = ()
-    periodic: tuple[bool, ...] = ()
-
-    def __post_init__(self) -> None:
-        box = np.array(self.box, dtype=np.float64)
-        box.setflags(write=False)
-        object.__setattr__(self, "box", box)
-        if not self.periodic:
-            object.__setattr__(self, "periodic", (True,) * len(self.box))
-
-    @property
-    def n(self) -> int:
-        """Number of components."""
-        return self.positions.shape[0]
-
-    @property
-    def dimension(self) -> int:
-        """Number of dimensions, d."""
-        return self.positions.shape[1]
-
-    @property
-    def unwrapped(self) -> np.ndarray:
-        """Positions (n, d) without wrapping: ``positions + images * box``.
-
-        Raises
-        ------
-        ValueError
-            If this frame holds no images.
-        """
-        if self.images is None:
-            raise ValueError("This frame holds no image counts; sample with Simulation(..., images=True).")
-        return self.positions + self.images * self.box
 
     def __repr__(self) -> str:
         return f"Frame({', '.join(f'{name}={text}' for name, text in self._facts().items())})"
@@ -120,7 +78,7 @@ class Frame:
 
     def to_ase(self) -> ase.Atoms:
         """Return this frame as an ``ase.Atoms`` (see :func:`carom.io.to_ase`)."""
-        from carom.io.ase import to_ase
+        from carom.bridges.ase import to_ase
 
         return to_ase(self)
 
@@ -132,7 +90,7 @@ class Frame:
         InputError
             If freud is not installed, or the frame has neither two nor three dimensions.
         """
-        from carom.io.bridges import to_freud
+        from carom.bridges.memory import to_freud
 
         return to_freud(self)
 
@@ -144,7 +102,7 @@ class Frame:
         InputError
             If OVITO is not installed, or the frame has more than three dimensions.
         """
-        from carom.io.bridges import to_ovito
+        from carom.bridges.memory import to_ovito
 
         return to_ovito(self)
 
@@ -156,7 +114,7 @@ class Frame:
         InputError
             If pandas is not installed.
         """
-        from carom.io.bridges import to_pandas
+        from carom.bridges.memory import to_pandas
 
         return to_pandas(self)
 
@@ -168,7 +126,7 @@ class Frame:
         InputError
             If xarray is not installed.
         """
-        from carom.io.bridges import to_xarray
+        from carom.bridges.memory import to_xarray
 
         return to_xarray([self]).isel(time=0)
 

@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from carom import above
+
 if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
 
@@ -39,12 +41,10 @@ def table(caption: str, rows: Iterable[Sequence[str]], head: Sequence[str] = ())
 
 def embedded(frames: Any) -> str | None:
     """Return the viewer of a Frame or of several; None if they are too large for a cell, or not shown."""
-    import carom
-
-    several = [frames] if isinstance(frames, carom.Frame) else frames
+    several = [frames] if hasattr(frames, "positions") else frames
     if not len(several) or several[0].dimension > 3 or len(several) * several[0].n > LARGEST:
         return None
-    return carom.view(frames)._repr_html_()
+    return above.viewed(frames)
 
 
 def advance(bar: RichProgress, fraction: float | None, description: str) -> None:

@@ -12,9 +12,9 @@ from typing import Annotated
 
 import typer
 
-import carom
 from carom.cli import code, commands, eos, plan, trade, transport
 from carom.pictures.importing import nobody_reads_docstrings
+from carom.version import __version__
 
 app = typer.Typer(
     name="carom",
@@ -30,7 +30,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"carom {carom.__version__}")
+        typer.echo(f"carom {__version__}")
         raise typer.Exit
 
 

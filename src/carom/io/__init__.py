@@ -10,8 +10,9 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from carom.bridges.ase import to_ase
 from carom.frame import Frame
-from carom.io.ase import from_ase, to_ase
+from carom.io.ase import from_ase
 from carom.io.conversion import convert, rebuild
 from carom.io.formats import Reader, Writer
 from carom.io.trajectory import open, read

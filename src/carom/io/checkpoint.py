@@ -18,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
-import carom
 from carom.errors import FileError, InputError
 from carom.io.inspection import opened
 from carom.io.paths import existing, reading, replacing, writing
+from carom.version import __version__
 
 _MAGIC = "carom-checkpoint"
 _VERSION = 1
@@ -63,7 +63,7 @@ def save(
             raw.seek(_HEADER)
             digest = hashlib.file_digest(raw, "sha256").hexdigest()
             size = raw.tell() - _HEADER
-            line = f"{_MAGIC} {_VERSION} {size} {digest} written by carom {carom.__version__}\n"
+            line = f"{_MAGIC} {_VERSION} {size} {digest} written by carom {__version__}\n"
             raw.seek(0)
             raw.write(line.encode("ascii").ljust(_HEADER, b"\0"))
 
@@ -93,7 +93,7 @@ def _verify(path: Path, content: bytes) -> None:
     version, size, digest = int(words[1]), int(words[2]), words[3].decode("ascii")
     if version > _VERSION:
         raise FileError(
-            f"{path} is a checkpoint of version {version}, and carom {carom.__version__} reads up to "
+            f"{path} is a checkpoint of version {version}, and carom {__version__} reads up to "
             f"{_VERSION}; use a newer Carom."
         )
     if len(content) - _HEADER != size:

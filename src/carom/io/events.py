@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-import carom
 from carom.errors import FileError, InputError
 from carom.io import checksums
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
 from carom.io.paths import existing, reading, uninterrupted, writable, writing
+from carom.version import __version__
 
 if TYPE_CHECKING:
     import h5py
@@ -95,9 +95,7 @@ def _count(file: h5py.File) -> int:
         raise ValueError(f"it is not of the format {_FORMAT}")
     layout = int(file.attrs["layout"])
     if layout > _LAYOUT:
-        raise ValueError(
-            f"its layout is {layout}, newer than the {_LAYOUT} that carom {carom.__version__} knows"
-        )
+        raise ValueError(f"its layout is {layout}, newer than the {_LAYOUT} that carom {__version__} knows")
     for name, dtype in _columns(file).items():
         data = file[name]
         if data.dtype.newbyteorder("=") != dtype or data.ndim != 1 or data.chunks is None:
@@ -228,7 +226,7 @@ class EventLog:
             self._file = self._output.file
             self._file.attrs["format"] = np.bytes_(_FORMAT)
             self._file.attrs["layout"] = np.int64(_LAYOUT)
-            self._file.attrs["creator"] = np.bytes_(f"carom {carom.__version__}")
+            self._file.attrs["creator"] = np.bytes_(f"carom {__version__}")
             group = self._file.create_group("initial")
             for name, array in arrays.items():
                 put(group, name, array)

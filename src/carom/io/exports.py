@@ -14,8 +14,8 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from carom.bridges.embedding import embed, names_of, one_word, require_at_most_three, symbols_of
 from carom.frame import Frame
-from carom.io.embedding import embed, names_of, one_word, require_at_most_three, symbols_of
 from carom.io.formats import EXPORTED
 
 Report = Callable[[int, int], object]

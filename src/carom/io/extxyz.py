@@ -24,10 +24,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-import carom
-from carom.errors import FileError
-from carom.frame import Frame
-from carom.io.embedding import (
+from carom.bridges.embedding import (
     edges,
     embed,
     joined,
@@ -39,10 +36,13 @@ from carom.io.embedding import (
     require_at_most_three,
     symbols_of,
 )
+from carom.bridges.palette import colours_of
+from carom.errors import FileError
+from carom.frame import Frame
 from carom.io.formats import Reader, Writer
-from carom.io.palette import colours_of
 from carom.io.paths import reading, writing
 from carom.io.validation import narrowed
+from carom.version import __version__
 
 _KIND = "extended XYZ"
 _COLUMNS = (("pos", "R", 3), ("momenta", "R", 3), ("masses", "R", 1), ("radius", "R", 1), ("velo", "R", 3))
@@ -103,7 +103,7 @@ def render(frame: Frame) -> bytes:
     head = (
         f'{frame.n}\nLattice="{lx} 0 0 0 {ly} 0 0 0 {lz}" Properties={properties} pbc="{pbc}" '
         f"time={float(frame.time)!r} step={int(frame.step)} dimension={frame.dimension} "
-        f"{more}carom={carom.__version__}\n"
+        f"{more}carom={__version__}\n"
     )
     # One formatting of the whole table is about twice as fast as one a row.
     lines = [f"{symbol.replace('%', '%%')}{row}{rest}\n" for symbol, rest in zip(symbols, fixed, strict=True)]

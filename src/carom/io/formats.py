@@ -94,7 +94,7 @@ class Reader(ABC):
         InputError
             If xarray is not installed.
         """
-        from carom.io.bridges import to_xarray
+        from carom.bridges.memory import to_xarray
 
         return to_xarray(list(self))
 

@@ -16,9 +16,9 @@ from warnings import warn
 
 import numpy as np
 
+from carom.bridges.embedding import edges, embed, names_of, plain, require_at_most_three
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.io.embedding import edges, embed, names_of, plain, require_at_most_three
 from carom.io.formats import Reader, Writer
 from carom.io.paths import reading, replacing, writing
 from carom.io.validation import narrowed

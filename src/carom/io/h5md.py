@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import carom
+from carom.bridges.embedding import edges, embed, joined, parted, periodic
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.embedding import edges, embed, joined, parted, periodic
 from carom.io.formats import Reader, Writer
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
 from carom.io.paths import reading, reason, writing
 from carom.scene.lattices import MOST_DIMENSIONS
+from carom.version import __version__
 
 if TYPE_CHECKING:
     import h5py
@@ -136,7 +136,7 @@ def _header(file: h5py.File) -> None:
     h5md.create_group("author").attrs["name"] = np.bytes_("unknown")
     creator = h5md.create_group("creator")
     creator.attrs["name"] = np.bytes_("carom")
-    creator.attrs["version"] = np.bytes_(carom.__version__)
+    creator.attrs["version"] = np.bytes_(__version__)
     h5md.create_group("modules/units").attrs["version"] = np.array([1, 0], dtype=np.int32)
     file.create_group("parameters/carom").attrs["layout"] = np.int64(_LAYOUT)
 
@@ -219,9 +219,7 @@ def _find_store(file: h5py.File) -> _Store | None:
         raise ValueError("it has no parameters/carom")
     layout = int(file["parameters/carom"].attrs["layout"])
     if layout > _LAYOUT:
-        raise ValueError(
-            f"its layout is {layout}, newer than the {_LAYOUT} that carom {carom.__version__} knows"
-        )
+        raise ValueError(f"its layout is {layout}, newer than the {_LAYOUT} that carom {__version__} knows")
     return _Store(file) if _GROUP in file else None
 
 

@@ -38,9 +38,9 @@ from MDAnalysis.lib.mdamath import triclinic_box
 from MDAnalysis.lib.util import store_init_arguments
 from MDAnalysis.topology.base import TopologyReaderBase
 
+from carom.bridges.embedding import edges, embed, names_of, parted, require_at_most_three
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.io.embedding import edges, embed, names_of, parted, require_at_most_three
 from carom.io.extxyz import Index, parse
 from carom.io.formats import Reader
 from carom.io.paths import existing, reading

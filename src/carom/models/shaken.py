@@ -31,7 +31,7 @@ from carom.models.interface import (
 )
 from carom.models.parabolas import HOP, Course, chase
 from carom.models.paths import Path, pace, place
-from carom.models.tables import obstacle_to_table, to_table
+from carom.models.to_tables import obstacle_to_table, to_table
 from carom.units import TimeUnit
 
 

@@ -31,7 +31,7 @@ from carom.models.interface import (
     take_over,
 )
 from carom.models.losses import Law, Loss, kept, never_touched
-from carom.models.tables import obstacle_to_table
+from carom.models.to_tables import obstacle_to_table
 
 
 class _Covered:

@@ -1,12 +1,12 @@
 """Interactions, motions, impacts, paths and surfaces as tables for files: ``type`` says what each is.
 
-A value that a file can hold has ``to_table()``. What stands here makes it again.
+A value that a file can hold has ``to_table()`` (``carom.models.to_tables``). What stands here makes it again.
 """
 
 from __future__ import annotations
 
 import importlib
-from dataclasses import MISSING, asdict, fields
+from dataclasses import MISSING, fields
 from typing import Any
 
 from carom import checks
@@ -36,33 +36,8 @@ PARTS = {"loss": "impact", "path": "path"}
 """Fields that are tables themselves, and what these are for."""
 
 
-def holds(value: Any) -> bool:
-    """Tell whether a file can hold a value, and all that it is made of."""
-    if not hasattr(value, "to_table"):
-        return False
-    body = getattr(value, "obstacle", None)
-    if body is not None and obstacle_to_table(body)["kind"] == "own":
-        return False
-    return not hasattr(value, "path") or hasattr(value.path, "to_table")
-
-
-def to_table(value: Any, what: str) -> dict[str, Any]:
-    """Return what a file holds of a value.
-
-    Raises
-    ------
-    InputError
-        If it is of a class of one's own.
-    """
-    if not hasattr(value, "to_table"):
-        raise InputError(
-            f"The {what} {type(value).__name__} is of a class of one's own, which no file can hold."
-        )
-    return dict(value.to_table())
-
-
 def from_table(values: Any, what: str, key: str = "type") -> Any:
-    """Return the value of :func:`to_table`.
+    """Return the value of :func:`carom.models.to_tables.to_table`.
 
     Parameters
     ----------
@@ -120,18 +95,8 @@ def _class(kind: Any, what: str, key: str) -> Any:
     return getattr(importlib.import_module(module), name)
 
 
-def obstacle_to_table(obstacle: Obstacle) -> dict[str, Any]:
-    """Return an obstacle as values that JSON and TOML hold; of a class of one's own only its name."""
-    for kind, known in obstacles.KINDS.items():
-        if type(obstacle) is known:
-            return {"kind": kind, **asdict(obstacle)}  # type: ignore[call-overload]
-    if hasattr(obstacle, "to_table") and holds(obstacle):
-        return to_table(obstacle, "obstacle")
-    return {"kind": "own", "class": type(obstacle).__name__, "name": obstacle.name}
-
-
 def obstacle_from_table(values: Any) -> Obstacle:
-    """Return the obstacle of :func:`obstacle_to_table`.
+    """Return the obstacle of :func:`carom.models.to_tables.obstacle_to_table`.
 
     Raises
     ------

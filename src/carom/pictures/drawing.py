@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.io.palette import FACES
+from carom.bridges.palette import FACES
 from carom.models import outlines
 from carom.models.interface import Obstacle
 from carom.models.outlines import Disk, HalfPlane

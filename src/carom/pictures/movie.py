@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from carom import checks
+from carom.bridges.palette import FACES, rgb
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
-from carom.io.palette import FACES, rgb
 from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
 from carom.models.interface import Obstacle

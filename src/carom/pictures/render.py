@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from carom.bridges.embedding import embed
+from carom.bridges.palette import colours_of
 from carom.frame import Frame
-from carom.io.embedding import embed
-from carom.io.palette import colours_of
 from carom.models.interface import Obstacle
 from carom.pictures.hidden import visible
 from carom.pictures.shapes import Shapes, shapes_of

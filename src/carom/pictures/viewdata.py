@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from carom.bridges.embedding import embed, names_of
+from carom.bridges.palette import FACES
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.io.embedding import embed, names_of
 from carom.io.formats import Reader
-from carom.io.palette import FACES
 from carom.models.interface import Obstacle
 from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of

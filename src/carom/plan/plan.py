@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from carom import checks
 from carom.errors import FileError, InputError
-from carom.models import tables
+from carom.models import to_tables
 from carom.models.obstacles import Obstacle
 from carom.models.rule_files import RuleFile
 from carom.plan.sections import OutputSpec, RunSpec, SceneSpec, SpeciesSpec
@@ -145,7 +145,7 @@ def template() -> str:
 
 
 def _obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
-    table = tables.obstacle_to_table(obstacle)
+    table = to_tables.obstacle_to_table(obstacle)
     if table["kind"] == "own":
         raise InputError(
             f"The obstacle {obstacle.name} is of a class of one's own, which a scene file cannot hold."

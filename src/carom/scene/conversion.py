@@ -11,23 +11,27 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.scene import box, overlaps
+from carom.scene.fields import S
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts, per_component
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     import ase
     from numpy.typing import ArrayLike
 
     from carom.frame import Frame
     from carom.models.obstacles import Obstacle
-    from carom.scene.scene import Scene
 
 
 def from_frame(
-    cls: type[Scene], frame: Frame, *, contact: ArrayLike | None = None, obstacles: Sequence[Obstacle] = ()
-) -> Scene:
+    cls: Callable[..., S],
+    frame: Frame,
+    *,
+    contact: ArrayLike | None = None,
+    obstacles: Sequence[Obstacle] = (),
+) -> S:
     """Make a scene from a frame, without its images and time.
 
     Parameters
@@ -57,12 +61,12 @@ def from_frame(
 
 
 def from_ase(
-    cls: type[Scene],
+    cls: Callable[..., S],
     atoms: ase.Atoms,
     *,
     diameter: float | ArrayLike | Mapping[str, float] | None = None,
     walls: bool = False,
-) -> Scene:
+) -> S:
     """Make a scene from positions, cell, masses, momenta, radii and kinds of an ``ase.Atoms``.
 
     Parameters

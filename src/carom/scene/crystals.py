@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from carom import checks, densities
 from carom.scene import box as _box
 from carom.scene import lattices
+from carom.scene.fields import S
 
 if TYPE_CHECKING:
     from carom.models.obstacles import Obstacle
-    from carom.scene.scene import Scene
 
 
 def cubic(
-    cls: type[Scene],
+    cls: Callable[..., S],
     cells: int | Sequence[int],
     dimension: int = 3,
     *,
@@ -23,7 +23,7 @@ def cubic(
     density: float | None = None,
     diameter: float = 1.0,
     mass: float = 1.0,
-) -> Scene:
+) -> S:
     """Place spheres on the simple cubic lattice, one per cell.
 
     Parameters
@@ -56,14 +56,14 @@ def cubic(
 
 
 def fcc(
-    cls: type[Scene],
+    cls: Callable[..., S],
     cells: int | Sequence[int],
     *,
     packing_fraction: float | None = None,
     density: float | None = None,
     diameter: float = 1.0,
     mass: float = 1.0,
-) -> Scene:
+) -> S:
     """Place spheres on the face-centred cubic lattice (d = 3), four per cell; see :meth:`cubic`."""
     return on(
         cls,
@@ -77,14 +77,14 @@ def fcc(
 
 
 def triangular(
-    cls: type[Scene],
+    cls: Callable[..., S],
     cells: int | Sequence[int],
     *,
     packing_fraction: float | None = None,
     density: float | None = None,
     diameter: float = 1.0,
     mass: float = 1.0,
-) -> Scene:
+) -> S:
     """Place disks on the triangular lattice (d = 2), two per cell of edges a and sqrt(3) a.
 
     One number of cells counts those along x; along y their number is chosen so that the box is nearly a
@@ -102,7 +102,7 @@ def triangular(
 
 
 def dn(
-    cls: type[Scene],
+    cls: Callable[..., S],
     cells: int | Sequence[int],
     dimension: int,
     *,
@@ -110,7 +110,7 @@ def dn(
     density: float | None = None,
     diameter: float = 1.0,
     mass: float = 1.0,
-) -> Scene:
+) -> S:
     """Place spheres on the lattice D_n (d >= 3), 2^(d-1) per cell; arguments as :meth:`carom.Scene.cubic`."""
     lattice = lattices.dn(_box.dimensions(dimension, low=3))
     return on(
@@ -125,7 +125,7 @@ def dn(
 
 
 def lattice(
-    cls: type[Scene],
+    cls: Callable[..., S],
     cells: int | Sequence[int],
     dimension: int = 3,
     *,
@@ -133,7 +133,7 @@ def lattice(
     density: float | None = None,
     diameter: float = 1.0,
     mass: float = 1.0,
-) -> Scene:
+) -> S:
     """Place spheres on a dense lattice: a row, triangular, fcc, D_n (d = 1, 2, 3, more)."""
     lattice = lattices.densest(_box.dimensions(dimension))
     return on(
@@ -148,7 +148,7 @@ def lattice(
 
 
 def on(
-    cls: type[Scene],
+    cls: Callable[..., S],
     lattice: lattices.Lattice,
     cells: int | Sequence[int],
     *,
@@ -158,7 +158,7 @@ def on(
     mass: float = 1.0,
     periodic: bool | Sequence[bool] = True,
     obstacles: Sequence[Obstacle] = (),
-) -> Scene:
+) -> S:
     """Place spheres on any ``carom.scene.lattices.Lattice``.
 
     The arguments are those of :meth:`carom.Scene.cubic` and :class:`carom.Scene`. Along axes with walls the

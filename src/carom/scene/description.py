@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import html
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from carom.scene.scene import Scene
+from carom.scene.fields import Fields
 
 
 def particles(dimension: int, number: int = 2) -> str:
@@ -17,7 +15,7 @@ def particles(dimension: int, number: int = 2) -> str:
     return f"{name} in {dimension}D" if dimension > 3 else name
 
 
-def facts(scene: Scene) -> dict[str, str]:
+def facts(scene: Fields) -> dict[str, str]:
     """Return what there is to tell of a scene, by name."""
     facts = {
         "n": str(scene.n),
@@ -47,7 +45,7 @@ def facts(scene: Scene) -> dict[str, str]:
     return facts
 
 
-def table(scene: Scene) -> str:
+def table(scene: Fields) -> str:
     """Return the same as a table in HTML."""
     rows = "".join(
         f"<tr><th>{html.escape(k.replace('_', ' '))}</th><td>{html.escape(v)}</td></tr>"

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from carom.scene.fields import Fields
 from carom.scene.overlaps import Room
 
-if TYPE_CHECKING:
-    from carom.scene.scene import Scene
 
-
-def first_steps(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+def first_steps(scene: Fields) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs (m, 2) within reach, and the step of each (m,).
 
     Raises

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import checks
+from carom import above, checks
 from carom.errors import InputError
 from carom.models import obstacles as _obstacles
 from carom.scene import box as _box
-from carom.scene import growth, lattices, placement
+from carom.scene import lattices, placement
 from carom.scene import species as _species
+from carom.scene.fields import S
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
 
@@ -20,11 +21,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from carom.models.obstacles import Obstacle
-    from carom.scene.scene import Scene
 
 
 def random(
-    cls: type[Scene],
+    cls: Callable[..., S],
     n: int,
     dimension: int | None = None,
     *,
@@ -36,7 +36,7 @@ def random(
     periodic: bool | Sequence[bool] = True,
     obstacles: Sequence[Obstacle] = (),
     seed: int | np.random.Generator = 0,
-) -> Scene:
+) -> S:
     """Place equal spheres at random, without overlap, up to 0.95 of random close packing.
 
     Parameters
@@ -63,7 +63,7 @@ def random(
     -----
     For d = 1 the result is an exact equilibrium configuration; for d >= 2 it must still be equilibrated.
     Above 0.85 of random close packing smaller spheres are placed, which then grow while they move
-    (``carom.scene.growth``).
+    (``carom.simulation.growth``).
     """
     n = checks.integer(n, "n", low=1, high=lattices.MOST)
     sigma = checks.positive(diameter, "diameter")
@@ -82,7 +82,7 @@ def random(
 
 
 def mixture(
-    cls: type[Scene],
+    cls: Callable[..., S],
     counts: Sequence[int] | None = None,
     *,
     n: int | None = None,
@@ -100,7 +100,7 @@ def mixture(
     periodic: bool | Sequence[bool] = True,
     obstacles: Sequence[Obstacle] = (),
     seed: int | np.random.Generator = 0,
-) -> Scene:
+) -> S:
     """Place a mixture of species: at random without overlap, or in random order on a lattice.
 
     Parameters
@@ -197,7 +197,7 @@ def mixture(
 
 
 def _thrown(
-    cls: type[Scene],
+    cls: Callable[..., S],
     diameters: np.ndarray,
     masses: np.ndarray,
     *,
@@ -211,7 +211,7 @@ def _thrown(
     species: np.ndarray | None = None,
     species_names: Sequence[str] = (),
     contact: ArrayLike | None = None,
-) -> Scene:
+) -> S:
     """Return a scene of spheres placed at random."""
     if box is not None:
         if packing_fraction is not None or density is not None:
@@ -237,10 +237,10 @@ def _thrown(
         for given in (diameters, masses, kinds if species is None else species):
             values, which = np.unique(given, return_inverse=True)
             kinds = kinds * len(values) + which
-    if matrix is None and growth.wanted(fraction, d):
-        smaller = diameters * (growth.start_fraction(d) / fraction) ** (1.0 / d)
+    if matrix is None and placement.to_grow(fraction, d):
+        smaller = diameters * (placement.growth_start(d) / fraction) ** (1.0 / d)
         loose = placement.random_positions(room, Contacts(smaller), rng, kinds)
-        positions = growth.grown(cls(loose, edges, diameter=smaller, **final), diameters, rng)
+        positions = above.grown(cls(loose, edges, diameter=smaller, **final), diameters, rng)
     else:
         contacts = Contacts(diameters, species, matrix)
         positions = placement.random_positions(room, contacts, rng, kinds)

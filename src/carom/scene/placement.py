@@ -21,8 +21,11 @@ RANDOM_CLOSE_PACKING = {2: 0.84, 3: 0.64, 4: 0.46, 5: 0.31, 6: 0.20}
 #: suffice.
 REACH = 0.85
 
-#: Growth (``carom.scene.growth``) goes on to this part.
+#: Growth (``carom.simulation.growth``) goes on to this part.
 GROWTH_REACH = 0.95
+
+#: Packing fraction at which growth starts, over the highest of random placement: some ten steps reach it.
+GROWTH_START = 0.4
 
 #: Pairs are moved to this many contact distances, so that the last of them clear contact after few steps.
 CLEARANCE = 1 + 1e-3
@@ -59,6 +62,19 @@ def random_limit(dimension: int) -> float:
 def growth_limit(dimension: int) -> float:
     """Return the highest packing fraction that is reached by growth from a random placement."""
     return GROWTH_REACH / REACH * random_limit(dimension)
+
+
+def to_grow(packing_fraction: float, dimension: int) -> bool:
+    """Tell whether growth is the way to a density: random placement cannot reach it."""
+    limit = random_limit(dimension)
+    if dimension == 1 or packing_fraction > growth_limit(dimension):
+        return False
+    return packing_fraction > limit
+
+
+def growth_start(dimension: int) -> float:
+    """Return the packing fraction from which to grow."""
+    return GROWTH_START * random_limit(dimension)
 
 
 def default_fraction(dimension: int) -> float:

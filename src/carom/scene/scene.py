@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn, Self
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import choice, tables
+from carom.models import choice, tables, to_tables
 from carom.models import obstacles as _obstacles
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
@@ -22,6 +21,7 @@ from carom.models.restitution import Restitution
 from carom.scene import box as _box
 from carom.scene import checking, conversion, crystals, description, mixtures
 from carom.scene import species as _species
+from carom.scene.fields import Fields, Maker
 from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
-class Scene:
+class Scene(Fields):
     """Hard spheres of any dimension in a box, with walls and obstacles. All input is checked here.
 
     Parameters
@@ -114,26 +114,6 @@ class Scene:
     >>> Scene([[0.5, 0.5], [2.0, 0.5]], box=3.0, diameter=[1.0, 0.5], periodic=[True, False])
     Scene(n=2, dimension=2, box=(3, 3), diameter=0.5 to 1, mass=1, packing_fraction=0.109083, walls=axis 1)
     """
-
-    positions: np.ndarray
-    box: tuple[float, ...]
-    diameter: float
-    mass: float
-    diameters: np.ndarray
-    masses: np.ndarray
-    velocities: np.ndarray | None
-    equal: bool
-    species: np.ndarray | None
-    species_names: tuple[str, ...]
-    contact: np.ndarray | None
-    periodic: tuple[bool, ...]
-    obstacles: tuple[Obstacle, ...]
-    restitution: float
-    elastic_below: float | None
-    pinned: np.ndarray | None
-    interaction: Interaction
-    motion: Motion
-    impact: Impact
 
     def __init__(
         self,
@@ -261,7 +241,7 @@ class Scene:
         attributes: dict[str, Any] = {
             "box": list(self.box),
             "periodic": list(self.periodic),
-            "obstacles": [tables.obstacle_to_table(o) for o in self.obstacles],
+            "obstacles": [to_tables.obstacle_to_table(o) for o in self.obstacles],
             "restitution": self.restitution,
             "elastic_below": self.elastic_below,
             "species_names": list(self.species_names),
@@ -270,7 +250,7 @@ class Scene:
             if not self.usual(kind):  # files hold no code
                 value = getattr(self, kind)
                 attributes[kind] = (
-                    value.to_table() if tables.holds(value) else {"class": type(value).__name__}
+                    value.to_table() if to_tables.holds(value) else {"class": type(value).__name__}
                 )
         for name, values in (("diameter", self.diameters), ("mass", self.masses)):
             if np.ptp(values) == 0:
@@ -338,67 +318,17 @@ class Scene:
         except (KeyError, TypeError) as problem:
             raise InputError(f"These arrays and attributes are no scene: {problem}.") from None
 
-    @property
-    def n(self) -> int:
-        """Number of components."""
-        return self.positions.shape[0]
-
-    @property
-    def dimension(self) -> int:
-        """Number of dimensions, d."""
-        return len(self.box)
-
-    @property
-    def volume(self) -> float:
-        """Volume of the box [length^d]."""
-        return math.prod(self.box)
-
-    @property
-    def number_density(self) -> float:
-        """Number of components per volume [length^-d]."""
-        return self.n / self.volume
-
-    @property
-    def packing_fraction(self) -> float:
-        """Volume of the spheres over that of the box, eta; the volume of obstacles is not subtracted."""
-        part = getattr(self.motion, "packing_fraction", _box.packing_fraction)
-        return float(part(self.diameters, self.box))
-
-    @property
-    def walls(self) -> bool:
-        """Whether any axis has walls instead of being periodic."""
-        return not all(self.periodic)
-
-    @property
-    def simple(self) -> bool:
-        """Whether all are equal and elastic, in a periodic box without obstacles."""
-        usual = all(self.usual(kind) for kind in choice.USUAL)
-        return usual and self.equal and not self.walls and not self.obstacles and self.restitution == 1.0
-
-    def usual(self, kind: str) -> bool:
-        """Return whether an interaction, motion or impact follows from the other keywords."""
-        value = getattr(self, kind)
-        return type(value) is choice.USUAL[kind] or isinstance(value, Pinned)
-
-    @property
-    def species_count(self) -> int:
-        """Number of species, K: 1 where none are given."""
-        if self.species is None:
-            return 1
-        contacts = 0 if self.contact is None else len(self.contact)
-        return max(int(self.species.max()) + 1, len(self.species_names), contacts)
-
     # On a lattice, at random, from what others hold: each a function of the class, in a module of its kind.
-    cubic = classmethod(crystals.cubic)
-    fcc = classmethod(crystals.fcc)
-    triangular = classmethod(crystals.triangular)
-    dn = classmethod(crystals.dn)
-    lattice = classmethod(crystals.lattice)
-    on = classmethod(crystals.on)
-    random = classmethod(mixtures.random)
-    mixture = classmethod(mixtures.mixture)
-    from_frame = classmethod(conversion.from_frame)
-    from_ase = classmethod(conversion.from_ase)
+    cubic = Maker(crystals.cubic)
+    fcc = Maker(crystals.fcc)
+    triangular = Maker(crystals.triangular)
+    dn = Maker(crystals.dn)
+    lattice = Maker(crystals.lattice)
+    on = Maker(crystals.on)
+    random = Maker(mixtures.random)
+    mixture = Maker(mixtures.mixture)
+    from_frame = Maker(conversion.from_frame)
+    from_ase = Maker(conversion.from_ase)
 
     def __repr__(self) -> str:
         return f"Scene({', '.join(f'{k}={v}' for k, v in description.facts(self).items())})"

@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> None:
     """Write a checkpoint; see :meth:`carom.Simulation.save`."""
-    import carom
     from carom.io import checkpoint
+    from carom.version import __version__
 
     machine.flush_log()
     contents, clock = machine.contents, machine.clock
     arrays, scene_attributes = _arrays(machine)
     attributes = {
-        "carom": carom.__version__,
+        "carom": __version__,
         "scene": json.dumps(scene_attributes),
         "time_unit": machine.unit.exponent,
         "threshold": contents.threshold,
@@ -80,17 +80,17 @@ def load(
     **own: Any,
 ) -> tuple[Machine, dict[str, Any]]:
     """Return what runs, and the notes kept with it; see :meth:`carom.Simulation.load`."""
-    import carom
     from carom.engine.neighbors.choice import Scheme
     from carom.engine.parts import restore
     from carom.io import checkpoint
+    from carom.version import __version__
 
     arrays, attributes = checkpoint.load(path)
     try:
         version = str(attributes["carom"])
-        if version != carom.__version__:
+        if version != __version__:
             raise FileError(
-                f"{path} was written by Carom {version}, this is {carom.__version__}, and the same bits "
+                f"{path} was written by Carom {version}, this is {__version__}, and the same bits "
                 "are only promised within one version; go on with that version, or start from a frame."
             )
         settings = json.loads(str(attributes["scheme"]))

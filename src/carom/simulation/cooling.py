@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from carom.block import Block
 
 if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.running import Running
 
 
-def cools(sim: Simulation) -> bool:
+def cools(sim: Running) -> bool:
     """Tell whether contacts lose energy, and nothing that grows brings any."""
     contents = sim.machine.contents
     return not contents.elastic and contents.rates is None
@@ -22,7 +22,7 @@ class Blocks:
 
     Parameters
     ----------
-    sim : Simulation
+    sim : Running
     collisions : float
         Pair collisions of a block, about.
 
@@ -33,7 +33,7 @@ class Blocks:
     its own, so that no mean is biased.
     """
 
-    def __init__(self, sim: Simulation, collisions: float):
+    def __init__(self, sim: Running, collisions: float):
         self._sim, self._wanted = sim, collisions
         self._duration = sim.time_for(collisions)
         self._cools = cools(sim)

@@ -12,14 +12,14 @@ from carom.observables.flights import FlightsEstimate, FlightSums, flights_of
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.running import Running
 
 REACH = (12.0, 12.0, 8.0)
 """Where histograms end: in mean free times, mean free paths and thermal speeds of the lightest."""
 
 
 def free_flights(
-    sim: Simulation,
+    sim: Running,
     *,
     collisions_per_particle: float | None = None,
     time: float | None = None,

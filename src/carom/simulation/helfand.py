@@ -17,7 +17,7 @@ from carom.simulation.loop import advance
 if TYPE_CHECKING:
     from carom.engine.requirements import Contents
     from carom.simulation.machine import Machine
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.running import Running
 
 
 def check(contents: Contents) -> None:
@@ -38,7 +38,7 @@ def check(contents: Contents) -> None:
 
 
 def helfand(
-    sim: Simulation,
+    sim: Running,
     *,
     every: float,
     count: int,

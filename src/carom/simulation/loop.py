@@ -15,9 +15,10 @@ from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.models.interface import complaint
 from carom.scene.temperature import peculiar
-from carom.simulation.mechanics import impulses, kT_time, sizes
+from carom.simulation.mechanics import impulses, sizes
 from carom.simulation.pace import CYCLES
 from carom.simulation.stalling import Reach
+from carom.simulation.temperature import kT_time
 from carom.simulation.units import refuse_rule
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from carom.models.interface import begin
 from carom.scene.temperature import peculiar
 from carom.simulation.alone import Alone
 from carom.simulation.clock import Clock
-from carom.simulation.mechanics import Mechanics
+from carom.simulation.invariants import Mechanics
 from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
 from carom.simulation.preparation import pace_of, unit_of
 from carom.units import TimeUnit
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from carom.engine.parts import Engine
     from carom.engine.requirements import Contents
     from carom.scene.scene import Scene
-    from carom.simulation.recorder import Recorder
-    from carom.simulation.team import Team
 
 Steps = tuple[np.ndarray, np.ndarray]
 """Pairs (m, 2), and on which step each is, (m,)."""
@@ -48,6 +46,36 @@ def wish_of(neighbors: str, shell: float | None) -> Wish:
     if shell is not None:
         shell = checks.number(shell, "shell", low=1.0, open_low=True)
     return neighbors, shell
+
+
+class Log(Protocol):
+    """Where collisions go: :class:`carom.simulation.recorder.Recorder`."""
+
+    buffer: Any
+    """What the engine writes into."""
+
+    @property
+    def path(self) -> Any:
+        """The file."""
+
+    def mark(self) -> dict[str, Any]:
+        """Return how much the file holds."""
+
+    def flush(self, machine: Machine) -> None:
+        """Write what the buffer holds."""
+
+    def close(self) -> None:
+        """Close the file."""
+
+
+class Workers(Protocol):
+    """Several threads for one machine: :class:`carom.simulation.team.Team`."""
+
+    def window(self, stop: tuple[np.int64, float], target: int) -> bool:
+        """Run one window; False if the plain cycle is to go on."""
+
+    def close(self) -> None:
+        """End the threads."""
 
 
 class Machine:
@@ -85,7 +113,7 @@ class Machine:
         Energy and momentum at the start.
     seconds : float
         Wall time spent in the engine [s].
-    log : Recorder or None
+    log : Log or None
         Where collisions go.
     alone : Alone
         Who is using it.
@@ -95,7 +123,7 @@ class Machine:
         Pairs and their steps, to be written into the next lists; None where there are none.
     scheduled : bool
         Whether every component has its event: not, where Ctrl-C came while they were being given them.
-    team : Team or None
+    team : Workers or None
         Workers, where there are several.
     """
 
@@ -126,12 +154,12 @@ class Machine:
         self.counted = 0
         self.start = Mechanics.of(scene.masses, self.speeds, unit)
         self.seconds = 0.0
-        self.log: Recorder | None = None
+        self.log: Log | None = None
         self.alone = Alone()
         self.pace = Pace(CYCLES)
         self.steps: Steps | None = None
         self.scheduled = True
-        self.team: Team | None = None
+        self.team: Workers | None = None
 
     def _choose(self, velocities: np.ndarray, wish: Wish, rate: float | None = None) -> Scheme:
         """Return the scheme for velocities [length / time]; ``rate`` is in the engine's unit."""

@@ -17,7 +17,7 @@ from carom.simulation.equipartition import Thermometer
 from carom.simulation.precise import tell_doubts, until
 
 if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.running import Running
 
 BLOCKS = 256
 """Blocks for an observable of one's own that does not say how many."""
@@ -25,7 +25,7 @@ BLOCKS = 256
 
 @watchable("Measuring")
 def measure(
-    sim: Simulation,
+    sim: Running,
     observable: Any,
     *,
     collisions: int | None = None,
@@ -147,7 +147,7 @@ def _check_observable(observable: Any) -> None:
 
 
 def _follow(
-    sim: Simulation,
+    sim: Running,
     observable: Any,
     time: float | None,
     collisions: int | None,
@@ -167,7 +167,7 @@ def _follow(
     return outcome(observable, values)
 
 
-def _blocks(sim: Simulation, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
+def _blocks(sim: Running, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
     """Run on for a number of blocks, and yield each."""
     if time is not None:
         yield from sim.blocks(time / count, count)

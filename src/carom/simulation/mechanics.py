@@ -12,13 +12,10 @@ from carom.block import Sizes
 from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.notebook import table
-from carom.scene.temperature import degrees_of_freedom, peculiar
-from carom.scene.temperature import temperature as temperature_of
+from carom.simulation.invariants import Mechanics
 from carom.simulation.pair_steps import potential_at_start, potential_energy
-from carom.units import TimeUnit
 
 if TYPE_CHECKING:
-    from carom.scene.scene import Scene
     from carom.simulation.machine import Machine
 
 
@@ -110,38 +107,6 @@ class Impacts(NamedTuple):
     lifted: int = 0
 
 
-class Mechanics(NamedTuple):
-    """Energy and momentum of all components.
-
-    Attributes
-    ----------
-    energy : float
-        Kinetic energy [mass length^2 / time^2].
-    momentum : (d,) array
-        [mass length / time].
-    scale : float
-        The momentum that the same speeds would have in one direction.
-    """
-
-    energy: float
-    momentum: np.ndarray
-    scale: float
-
-    @classmethod
-    def of(cls, masses: np.ndarray, v: np.ndarray, unit: TimeUnit) -> Mechanics:
-        """Return those of masses (n,) and velocities (n, d) in the engine's unit of time."""
-        masses = masses[:, None]
-        energy = 0.5 * math.fsum((masses * v * v).ravel())
-        momentum = np.array([math.fsum(column) for column in (masses * v).T])
-        scale = float(np.sum(masses[:, 0] * np.sqrt(np.sum(v * v, axis=1))))
-        return cls(unit.to_scene(energy, -2), unit.to_scene(momentum, -1), unit.to_scene(scale, -1))
-
-    def momentum_drift(self, start: Mechanics) -> float:
-        """Return the change of the momentum since the start, in terms of its scale."""
-        change = float(np.linalg.norm(self.momentum - start.momentum))
-        return change / start.scale if start.scale else 0.0
-
-
 def statistics(machine: Machine) -> Statistics:
     """Return what the run did so far, and how well."""
     tally = machine.engine.tallies[0]
@@ -183,20 +148,6 @@ def _energy_drift(machine: Machine, present: Mechanics) -> float:
     return abs(after - before) / before if before else 0.0
 
 
-def temperature(machine: Machine) -> float:
-    """Return the temperature at the present [energy]: :func:`carom.scene.temperature.temperature`."""
-    return machine.unit.to_scene(temperature_of(machine.scene, machine.speeds), -2)
-
-
-def kT_time(machine: Machine) -> float | None:
-    """Return the integral of kT since the start [energy time], or None where no contact changes it."""
-    balance = machine.engine.model.balance
-    if balance is None:
-        return None
-    action = float(balance.action[0] + balance.energy[0] * (machine.in_epoch() - balance.since[0]))
-    return machine.unit.to_scene(2.0 * action / degrees_of_freedom(machine.scene), -1)
-
-
 def sizes(machine: Machine, diameters: np.ndarray, duration: float) -> Sizes | None:
     """Return the averages over a stretch that began with diameters (n,), or None where none grows."""
     rates = machine.contents.rates
@@ -213,23 +164,6 @@ def sizes(machine: Machine, diameters: np.ndarray, duration: float) -> Sizes | N
         largest += weight * float(powers.max())
     same = bool((diameters == diameters[0]).all() and (rates == rates[0]).all())
     return Sizes(float(sphere_volume(dimension) * filled / machine.scene.volume), float(largest), same)
-
-
-def at_temperature(velocities: np.ndarray, scene: Scene, kT: float) -> np.ndarray:
-    """Return velocities, scaled so that the temperature is ``kT``, without momentum that is conserved.
-
-    Raises
-    ------
-    InputError
-        If nothing moves.
-    """
-    velocities = peculiar(scene, velocities)
-    twice = float(np.sum(scene.masses[:, None] * velocities * velocities))
-    if twice == 0.0:
-        raise InputError("Nothing moves, so there is no temperature to scale; give the scene velocities.")
-    half = math.frexp(twice)[1] // 2  # a temperature over another may be no double; their roots are
-    factor = math.sqrt(kT * degrees_of_freedom(scene) / math.ldexp(twice, -2 * half))
-    return np.ldexp(factor * velocities, -half)
 
 
 def impacts(machine: Machine) -> tuple[Impacts, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.observables.steps import StepSums
 from carom.scene.first_steps import first_steps
+from carom.simulation.temperature import kT_time
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
@@ -41,8 +42,6 @@ def step_sums(machine: Machine) -> StepSums:
     InputError
         If pairs have no steps.
     """
-    from carom.simulation.mechanics import kT_time
-
     _, steps = _present(machine)
     pair = machine.engine.model.pair
     count, _ = machine.contents.interaction.steps(machine.contents.particles)  # type: ignore[attr-defined]

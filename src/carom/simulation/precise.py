@@ -17,11 +17,11 @@ from carom.simulation.cooling import Blocks
 from carom.simulation.equipartition import Thermometer
 
 if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.running import Running
 
 
 def until(
-    sim: Simulation,
+    sim: Running,
     observable: Any,
     goal: Goal,
     *,
@@ -66,7 +66,7 @@ class _Stretch:
 
     def __init__(
         self,
-        sim: Simulation,
+        sim: Running,
         observable: Any,
         goal: Goal,
         max_walltime: float,
@@ -126,7 +126,7 @@ class _Stretch:
 class _Rate:
     """Collisions per second of wall time, the first block left out: it may have waited for the compiler."""
 
-    def __init__(self, sim: Simulation):
+    def __init__(self, sim: Running):
         self._sim = sim
         self._collisions, self._seconds = 0, 0.0
         self._last: tuple[int, float] | None = None

@@ -14,11 +14,11 @@ from carom.notebook import bar
 from carom.simulation.loop import advance
 
 if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.running import Running
 
 
 def sample(
-    sim: Simulation,
+    sim: Running,
     *,
     every: float | None = None,
     count: int | None = None,
@@ -61,7 +61,7 @@ def sample(
 
 
 def _watched(
-    sim: Simulation, *, every: float | None, count: int | None, times: Iterable[float] | None
+    sim: Running, *, every: float | None, count: int | None, times: Iterable[float] | None
 ) -> Iterator[Frame]:
     """Yield the frames under a bar."""
     with bar("Sampling") as shown:
@@ -74,7 +74,7 @@ def _instant(time: Any) -> Fraction:
 
 
 def _frames(
-    sim: Simulation,
+    sim: Running,
     times: Fraction | Iterable[Fraction],
     count: int | None,
     progress: Callable[[float], object] | None,

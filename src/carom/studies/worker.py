@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.random import default_rng
 
-import carom
 from carom.errors import InputError
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 from carom.studies.eos.spec import scene_spec
 from carom.studies.eos.start import start
 from carom.studies.tasks import Record, Task, stream
+from carom.version import __version__
 
 
 def refuse_other_version(task: Task) -> None:
     """Raise InputError if the worker has another version of Carom than the task asks for."""
-    if task["version"] != carom.__version__:
+    if task["version"] != __version__:
         raise InputError(
-            f"This worker has Carom {carom.__version__} and the study is of {task['version']}; "
+            f"This worker has Carom {__version__} and the study is of {task['version']}; "
             "install the same version everywhere."
         )
 

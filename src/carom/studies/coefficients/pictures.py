@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-import carom
 from carom import theory
 from carom.errors import InputError
 from carom.io.paths import replacing, writing
@@ -21,6 +20,7 @@ from carom.studies.coefficients.measured import Measured, Row
 from carom.studies.eos.html import STYLE, composition
 from carom.studies.eos.pictures import kind
 from carom.studies.eos.toml import text
+from carom.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -149,7 +149,7 @@ def write_report(result: Measured, path: Path) -> None:
     title = html.escape(title_of(result))
     parts = [
         f"<h1>{title}</h1>",
-        f"<p>{len(result.records)} of {len(result.spec.tasks())} runs done, by Carom {carom.__version__}. "
+        f"<p>{len(result.records)} of {len(result.spec.tasks())} runs done, by Carom {__version__}. "
         f"{UNITS} One standard error; slopes between the times given, by the rule in "
         "<code>carom.studies.coefficients.windows</code>.</p>",
         '<div class="scroll"><table><tr>',

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-import carom
 from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.dynamics import Dynamics
 from carom.observables.moments import HelfandMoments, mean_squares
+from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
 from carom.studies.executors import Stopped
@@ -82,7 +82,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     return watch.record(task, result, sim)
 
 
-def _refuse_other_interactions(scene: carom.Scene) -> None:
+def _refuse_other_interactions(scene: Scene) -> None:
     if not scene.usual("interaction") and not hasattr(scene.interaction, "steps"):
         raise InputError(
             "Transport is measured of hard cores and of steps; what another interaction adds to the currents "
@@ -155,12 +155,12 @@ def _block(sim: Simulation, every: float, count: int, look: Callable[[object], N
     }
 
 
-def _by_species(scene: carom.Scene, values: np.ndarray) -> list[float]:
+def _by_species(scene: Scene, values: np.ndarray) -> list[float]:
     """Return the value of each species."""
     if scene.species is None:
         return [float(values[0])]
     return [float(values[scene.species == k][0]) for k in range(scene.species_count)]
 
 
-def _counts(scene: carom.Scene) -> np.ndarray:
+def _counts(scene: Scene) -> np.ndarray:
     return np.array([scene.n]) if scene.species is None else np.bincount(scene.species)

@@ -11,7 +11,7 @@ from typing import Any
 
 from carom import checks, theory
 from carom.errors import InputError
-from carom.models import tables
+from carom.models import to_tables
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 from carom.studies.coefficients import windows
@@ -77,7 +77,7 @@ class TransportSpec(StudySpec):
                 raise InputError(f"[scene] {name} leaves no bulk fluid in equilibrium to measure; remove it.")
         interaction = self.scene.get("interaction")
         if interaction is not None and not isinstance(interaction, Mapping):  # as a file has it
-            table = tables.to_table(interaction, "interaction")
+            table = to_tables.to_table(interaction, "interaction")
             object.__setattr__(self, "scene", {**self.scene, "interaction": table})
         super().__post_init__()
         for eta in self.packing_fractions:

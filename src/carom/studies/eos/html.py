@@ -12,12 +12,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import carom
 from carom.io.paths import replacing, writing
 from carom.studies.eos import fits, pictures
 from carom.studies.eos.measured import Measured
 from carom.studies.eos.table import Row
 from carom.studies.eos.toml import text
+from carom.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -232,7 +232,7 @@ def _provenance(study: Measured) -> str:
     collisions = sum(int(record["result"]["collisions"]) for record in study.records)
     engine_seconds = math.fsum(note["engine_seconds"] for note in notes)
     items = [
-        ("Carom", carom.__version__),
+        ("Carom", __version__),
         ("Python, NumPy", f"{each('python')}; {each('numpy')}"),
         ("seed", str(study.spec.seed)),
         ("machines", each("host")),

@@ -8,15 +8,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import carom
 from carom import checks, densities, theory
 from carom.errors import InputError
-from carom.models import obstacles, tables
+from carom.models import obstacles, to_tables
 from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene import lattices
 from carom.studies.eos.start import NEAR_FREEZING
 from carom.studies.session import cost
 from carom.studies.tasks import Task
+from carom.version import __version__
 
 DENSITIES: dict[int, tuple[float, ...]] = {
     1: tuple(round(0.075 * k, 3) for k in range(1, 13)),
@@ -199,7 +199,7 @@ class StudySpec:
         }
         return {
             "study": "equation of state",
-            "version": carom.__version__,
+            "version": __version__,
             "scene": words,
             "replica": replica,
             "seed": self.seed,
@@ -248,7 +248,7 @@ class StudySpec:
         if self.relative_error is not None:
             # The length of a run then depends on how many share the work.
             shared["replicas"] = self.replicas
-        return {"study": "equation of state", "version": carom.__version__, **shared}
+        return {"study": "equation of state", "version": __version__, **shared}
 
     def words(self) -> dict[str, Any]:
         """Return the section ``[study]`` as JSON values."""
@@ -299,7 +299,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, SpeciesSpec):
         return {name: item for name, item in dataclasses.asdict(value).items() if item is not None}
     if isinstance(value, tuple(obstacles.KINDS.values())):
-        return _plain(tables.obstacle_to_table(value))  # type: ignore[arg-type]
+        return _plain(to_tables.obstacle_to_table(value))  # type: ignore[arg-type]
     if hasattr(value, "to_table"):  # an interaction, as a file has it
         return _plain(dict(value.to_table()))
     if isinstance(value, float) and math.isinf(value):  # a hard core; JSON knows no such number

@@ -6,8 +6,9 @@ import numpy as np
 
 from carom import densities, theory
 from carom.plan.sections import SceneSpec
-from carom.scene import growth, lattices, placement
+from carom.scene import lattices, placement
 from carom.scene.scene import Scene
+from carom.simulation.growth import grown
 
 NEAR_FREEZING = 0.93
 """Part of the freezing density from which order is watched, and crystals are melted before they are squeezed
@@ -48,7 +49,7 @@ def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
         return _crystal(asked, lattice, cells, fraction, diameter, rng)
     smaller = diameter * (fraction / asked.packing_fraction) ** (1.0 / lattice.dimension)
     crystal = _crystal(asked, lattice, cells, fraction, smaller, rng)
-    positions = growth.grown(crystal, np.full(crystal.n, diameter), rng, melting=LONG)
+    positions = grown(crystal, np.full(crystal.n, diameter), rng, melting=LONG)
     return crystal.with_(positions=positions, diameter=diameter)
 
 

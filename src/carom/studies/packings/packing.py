@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-import carom
 from carom import io
 from carom.densities import sphere_volume
 from carom.errors import InputError
@@ -27,6 +26,7 @@ from carom.observables.packing import PackingNetwork, packing_network
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
+from carom.version import __version__
 
 HISTORY = np.dtype(
     [("collisions", np.int64), ("packing_fraction", float), ("pressure", float), ("rate", float)]
@@ -169,7 +169,7 @@ class Packing:
     def summary(self) -> dict[str, Any]:
         """Return the results as plain numbers, null where there is none."""
         summary = {
-            "version": carom.__version__,
+            "version": __version__,
             "seed": self.seed,
             "n": self.n,
             "dimension": self.dimension,

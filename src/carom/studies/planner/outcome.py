@@ -8,20 +8,46 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from carom.errors import InputError
 from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
-from carom.studies.planner.choice import duration
+from carom.studies.planner.choice import Design, duration
+from carom.studies.planner.target import Target
 from carom.studies.session import Failure, Job
 from carom.studies.tasks import Record
 
-if TYPE_CHECKING:
-    from carom.studies.planner.plan import RunPlan
-
 NAME = "outcome.json"
 """File of what was reached, in the folder of a plan."""
+
+
+class Promise(Protocol):
+    """What an outcome is compared with: of a :class:`~carom.studies.RunPlan` what is asked here."""
+
+    @property
+    def target(self) -> Target:
+        """What is to be measured, and how well."""
+
+    @property
+    def estimator(self) -> str:
+        """The one with the smallest variance."""
+
+    @property
+    def design(self) -> Design:
+        """What is run."""
+
+    @property
+    def seed(self) -> int:
+        """Seed of the runs."""
+
+    @property
+    def error(self) -> float:
+        """The error that is promised, bias included."""
+
+    @property
+    def cpu_seconds(self) -> float:
+        """The CPU time that is promised."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +69,7 @@ class Outcome:
         Doubts about the result.
     """
 
-    plan: RunPlan
+    plan: Promise
     value: Estimate
     bias: float
     cpu_seconds: float
@@ -100,7 +126,7 @@ class Outcome:
 
 
 def carry_out(
-    plan: RunPlan,
+    plan: Promise,
     how: Any,
     out: str | PathLike[str] | None,
     executor: Any,

@@ -12,7 +12,6 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import carom
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.io.paths import reason, replacing, writing
@@ -24,6 +23,7 @@ from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
 from carom.studies.planner.system import System, of_plan, of_scene
 from carom.studies.planner.target import UNITS, Target
+from carom.version import __version__
 
 PILOT_SECONDS = 15.0
 """CPU time that each of the two pilots may take; one takes some two seconds where nothing is slow."""
@@ -142,7 +142,7 @@ class RunPlan:
     def words(self) -> dict[str, Any]:
         """Return the plan as JSON values."""
         return {
-            "carom": carom.__version__,
+            "carom": __version__,
             "target": str(self.target),
             "system": self.system.words(),
             "value": self.value,
@@ -185,7 +185,7 @@ class RunPlan:
         path = Path(folder) / NAME
         try:
             words = json.loads(path.read_text(encoding="utf-8"))
-            if words["carom"] != carom.__version__:
+            if words["carom"] != __version__:
                 raise ValueError(f"it is of Carom {words['carom']}")
             return cls(
                 target=Target.parse(words["target"]),

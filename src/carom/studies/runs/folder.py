@@ -7,11 +7,11 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-import carom
 from carom.errors import FileError
 from carom.io.paths import reason, replacing, writing
 from carom.plan.plan import Plan
 from carom.plan.sections import FORMATS
+from carom.version import __version__
 
 PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
 
@@ -97,7 +97,7 @@ class RunFolder:
             self._write_scene(plan)
 
     def _write_scene(self, plan: Plan) -> None:
-        title = f"# Written by Carom {carom.__version__}; `carom run` with this file repeats the run."
+        title = f"# Written by Carom {__version__}; `carom run` with this file repeats the run."
         with replacing(self.scene) as temporary, writing(self.scene):
             temporary.write_text(f"{title}\n\n{plan.to_toml()}", encoding="utf-8")
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-import carom
 from carom import io, theory
 from carom.block import Block
 from carom.errors import CaromError, CaromWarning, InputError
+from carom.frame import Frame
 from carom.io.paths import replacing, writing
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
 from carom.observables.equilibrium import doubts_about
@@ -29,6 +29,7 @@ from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
 from carom.studies.runs.folder import RunFolder
+from carom.version import __version__
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[s
     with io.open(source) as reader:
         assert isinstance(reader, io.Reader)
 
-        def frames() -> Iterator[carom.Frame]:
+        def frames() -> Iterator[Frame]:
             for k, frame in enumerate(reader):
                 report("Computing g(r)", k / len(reader))
                 yield frame
@@ -177,7 +178,7 @@ def _summary(
         return _number(None if pressure is None else getattr(pressure, name))
 
     return {
-        "version": carom.__version__,
+        "version": __version__,
         "seed": plan.run.seed,
         "n": scene.n,
         "dimension": scene.dimension,

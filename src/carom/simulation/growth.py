@@ -7,16 +7,14 @@ over all pairs. Growing spheres get out of each other's way by themselves, and o
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
 from carom.scene import placement
-
-if TYPE_CHECKING:
-    from carom.scene.scene import Scene
+from carom.scene.scene import Scene
+from carom.simulation.simulation import Simulation
 
 FAST, SLOW = 1.0, 0.05
 """Growth of the mean diameter a time over the thermal speed, below the densities of random placement, and
@@ -29,27 +27,11 @@ STILL = 1e-6
 STRETCH = 0.02
 """Slow growth between two rescalings, as a part of the diameter."""
 
-START = 0.4
-"""Packing fraction to start from, in those that random placement reaches: some ten steps do it."""
-
 MOST = 1000
 """Collisions a component in one stretch, by far more than any fluid has, after which it counts as jammed."""
 
 CLEAR = 1.0 + 1e-9
 """Diameters grow by so much too far, so that rounding leaves no overlap."""
-
-
-def wanted(packing_fraction: float, dimension: int) -> bool:
-    """Tell whether growth is the way to a density: random placement cannot reach it."""
-    limit = placement.random_limit(dimension)
-    if dimension == 1 or packing_fraction > placement.growth_limit(dimension):
-        return False
-    return packing_fraction > limit
-
-
-def start_fraction(dimension: int) -> float:
-    """Return the packing fraction from which to grow."""
-    return START * placement.random_limit(dimension)
 
 
 def grown(
@@ -73,9 +55,6 @@ def grown(
     InputError
         If the spheres jam on the way.
     """
-    # Only now: this module serves the scene, which the simulation is made of.
-    from carom.simulation.simulation import Simulation
-
     size, dimension = float(diameters.mean()), start.dimension
     unit = diameters / (size * np.sqrt(start.mass))
     velocities = int(checks.generator(seed).integers(2**63))

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.bridges.embedding import edges, embed, names_of, periodic, require_at_most_three
+from carom.bridges.palette import colours_of
+from carom.configuration import Configuration
 from carom.errors import InputError
-from carom.frame import Frame
-from carom.io.embedding import edges, embed, names_of, periodic, require_at_most_three
-from carom.io.palette import colours_of
 
 if TYPE_CHECKING:
     import freud
@@ -32,7 +32,7 @@ def _needed(module: str, package: str) -> Any:
         ) from None
 
 
-def to_freud(frame: Frame) -> tuple[freud.box.Box, np.ndarray]:
+def to_freud(frame: Configuration) -> tuple[freud.box.Box, np.ndarray]:
     """Return freud's box, periodic where the frame is, and centred float32 positions (n, 3)."""
     if frame.dimension not in (2, 3):
         raise InputError(f"freud knows two and three dimensions, and this frame has {frame.dimension}.")
@@ -43,7 +43,7 @@ def to_freud(frame: Frame) -> tuple[freud.box.Box, np.ndarray]:
     return result, embed((frame.positions - 0.5 * frame.box).astype(np.float32))
 
 
-def to_ovito(frame: Frame) -> ovito.data.DataCollection:
+def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
     """Return OVITO's data collection of a frame."""
     require_at_most_three(frame.dimension, "OVITO")
     data = _needed("ovito.data", "ovito")
@@ -69,7 +69,7 @@ def to_ovito(frame: Frame) -> ovito.data.DataCollection:
     return result
 
 
-def to_pandas(frame: Frame) -> pandas.DataFrame:
+def to_pandas(frame: Configuration) -> pandas.DataFrame:
     """Return a row for each component."""
     pandas = _needed("pandas", "pandas")
     axes = AXES[: frame.dimension] if frame.dimension <= 3 else [f"x{k}" for k in range(frame.dimension)]
@@ -81,7 +81,7 @@ def to_pandas(frame: Frame) -> pandas.DataFrame:
     return pandas.DataFrame(columns)
 
 
-def to_xarray(frames: Sequence[Frame]) -> xarray.Dataset:
+def to_xarray(frames: Sequence[Configuration]) -> xarray.Dataset:
     """Return the positions and velocities (time, component, axis) of frames, and what goes with them."""
     xarray = _needed("xarray", "xarray")
     first = frames[0]

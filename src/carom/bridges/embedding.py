@@ -10,8 +10,8 @@ from urllib.parse import quote, unquote
 
 import numpy as np
 
+from carom.configuration import Configuration
 from carom.errors import InputError
-from carom.frame import Frame
 
 _ELEMENTS = """
 H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr Rb Sr Y Zr
@@ -44,14 +44,14 @@ def periodic(flags: tuple[bool, ...]) -> tuple[bool, ...]:
     return (*flags, *(False,) * (3 - len(flags)))
 
 
-def names_of(frame: Frame) -> tuple[str, ...]:
+def names_of(frame: Configuration) -> tuple[str, ...]:
     """Return the names of a frame's species; where it has none, their numbers, or X if they are not told."""
     if frame.species is None:
         return ("X",)
     return frame.species_names or tuple(str(k) for k in range(int(frame.species.max()) + 1))
 
 
-def symbols_of(frame: Frame) -> list[str]:
+def symbols_of(frame: Configuration) -> list[str]:
     """Return the chemical symbol of each species: its name where that is one, else X, which is no element.
 
     ASE fails with names that are no symbols, and takes B for boron; so all are X if any is.

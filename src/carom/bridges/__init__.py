@@ -1,0 +1,4 @@
+"""Frames in the words of other programs: ASE, freud, OVITO, pandas and xarray. None of them is required.
+
+Nothing here reads or writes a file, or makes a frame: that is the business of ``io``.
+"""

@@ -1,0 +1,55 @@
+"""The fields of a frame: what the functions below a Frame, such as bridges to other programs, know of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Configuration:
+    """All components at one time. :class:`carom.Frame` explains the fields."""
+
+    time: float
+    step: int
+    positions: np.ndarray
+    velocities: np.ndarray
+    box: Any  # given as any sequence of edges, kept as an array
+    diameters: np.ndarray
+    masses: np.ndarray
+    images: np.ndarray | None = None
+    species: np.ndarray | None = None
+    species_names: tuple[str, ...] = ()
+    periodic: tuple[bool, ...] = ()
+
+    def __post_init__(self) -> None:
+        box = np.array(self.box, dtype=np.float64)
+        box.setflags(write=False)
+        object.__setattr__(self, "box", box)
+        if not self.periodic:
+            object.__setattr__(self, "periodic", (True,) * len(self.box))
+
+    @property
+    def n(self) -> int:
+        """Number of components."""
+        return self.positions.shape[0]
+
+    @property
+    def dimension(self) -> int:
+        """Number of dimensions, d."""
+        return self.positions.shape[1]
+
+    @property
+    def unwrapped(self) -> np.ndarray:
+        """Positions (n, d) without wrapping: ``positions + images * box``.
+
+        Raises
+        ------
+        ValueError
+            If this frame holds no images.
+        """
+        if self.images is None:
+            raise ValueError("This frame holds no image counts; sample with Simulation(..., images=True).")
+        return self.positions + self.images * self.box

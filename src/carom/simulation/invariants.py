@@ -1,0 +1,42 @@
+"""Energy and momentum of all components: what a run should keep."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.units import TimeUnit
+
+
+class Mechanics(NamedTuple):
+    """Energy and momentum of all components.
+
+    Attributes
+    ----------
+    energy : float
+        Kinetic energy [mass length^2 / time^2].
+    momentum : (d,) array
+        [mass length / time].
+    scale : float
+        The momentum that the same speeds would have in one direction.
+    """
+
+    energy: float
+    momentum: np.ndarray
+    scale: float
+
+    @classmethod
+    def of(cls, masses: np.ndarray, v: np.ndarray, unit: TimeUnit) -> Mechanics:
+        """Return those of masses (n,) and velocities (n, d) in the engine's unit of time."""
+        masses = masses[:, None]
+        energy = 0.5 * math.fsum((masses * v * v).ravel())
+        momentum = np.array([math.fsum(column) for column in (masses * v).T])
+        scale = float(np.sum(masses[:, 0] * np.sqrt(np.sum(v * v, axis=1))))
+        return cls(unit.to_scene(energy, -2), unit.to_scene(momentum, -1), unit.to_scene(scale, -1))
+
+    def momentum_drift(self, start: Mechanics) -> float:
+        """Return the change of the momentum since the start, in terms of its scale."""
+        change = float(np.linalg.norm(self.momentum - start.momentum))
+        return change / start.scale if start.scale else 0.0
