@@ -1,8 +1,11 @@
 """Without what Carom uses of Numba that Numba promises to nobody: the same results, and one warning."""
 
+import ast
 import subprocess
 import sys
+from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 from test_kernel_build import TINY, run_tiny
@@ -52,6 +55,21 @@ def test_a_part_of_numba_that_is_gone_is_done_without(part):
     assert line.startswith("NumbaPerformanceWarning Numba 9.9.9 lacks what Carom uses")
     assert part in line
     assert "Results are the same" in line
+
+
+def test_private_parts_of_numba_are_used_in_compiling_only():
+    package = Path(private.__file__).parents[1]
+    public = {*numba.__all__, "config", "types"}
+    for path in package.rglob("*.py"):
+        if path.is_relative_to(package / "compiling"):
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found = {alias.name for alias in node.names}
+                assert not {name for name in found if name.startswith(("numba.", "llvmlite"))}, path
+            elif isinstance(node, ast.ImportFrom) and str(node.module).startswith(("numba", "llvmlite")):
+                assert node.module == "numba", path
+                assert {alias.name for alias in node.names} <= public, path
 
 
 def test_a_tested_numba_is_not_tried_again():

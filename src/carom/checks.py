@@ -29,16 +29,15 @@ MOST_COLLISIONS = 2.0**62
 FINEST_ERROR = 1e-9
 
 
-def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that an unknown one resembles most, or None."""
-    near = difflib.get_close_matches(name[:80], sorted(known), n=1, cutoff=0.5)
-    return near[0] if near else None
-
-
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return what an error about an unknown name ends with: the nearest known name, or all of them."""
-    near = nearest(name, known)
-    return f"; did you mean {near}" if near else f" (known: {', '.join(sorted(known))})"
+def suggestion(name: str, known: Iterable[str], *, listed: bool = False) -> str:
+    """Return how an error about an unknown name ends: with the nearest known name, or with all, unless the
+    error has ``listed`` them already.
+    """
+    names = sorted(known)
+    near = difflib.get_close_matches(name[:80], names, n=1, cutoff=0.5)
+    if near:
+        return f"; did you mean {near[0]}"
+    return "" if listed else f" (known: {', '.join(names)})"
 
 
 def keys(given: Iterable[str], what: str, known: Iterable[str], *, needed: Iterable[str] = ()) -> None:

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import code, commands, eos, plan, trade, transport
+from carom.cli import code, eos, files, pack, plan, run, trade, transport
 from carom.pictures.importing import nobody_reads_docstrings
 from carom.version import __version__
 
@@ -43,14 +43,14 @@ def _carom(
     pass
 
 
-app.command("run")(commands.run)
-app.command("pack")(commands.pack)
-app.command("resume")(commands.resume)
-app.command("export")(commands.export)
-app.command("view")(commands.view)
-app.command("movie")(commands.movie)
-app.command("rdf")(commands.rdf)
-app.command("init")(commands.init)
+app.command("run")(run.run)
+app.command("pack")(pack.pack)
+app.command("resume")(run.resume)
+app.command("export")(files.export)
+app.command("view")(files.view)
+app.command("movie")(files.movie)
+app.command("rdf")(files.rdf)
+app.command("init")(files.init)
 app.command("trade")(trade.trade)
 app.command("plan")(plan.plan)
 app.command("eos")(eos.eos)

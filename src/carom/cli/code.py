@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from carom.cli.options import Overwrite, refuse_to_replace
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def code(
         Path | None,
         typer.Option("--out", "-o", help="File: .json for all, .png for a picture, else one point per line."),
     ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
+    overwrite: Overwrite = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
 ) -> None:
     """Search for points on a sphere whose smallest angle is as large as possible.
@@ -71,8 +72,6 @@ def code(
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import watched
-    from carom.errors import FileError
-    from carom.io.paths import writable
     from carom.studies import CodeInterrupted, spherical_code
     from carom.studies.codes.toml import arguments
 
@@ -82,8 +81,8 @@ def code(
         "digits": digits,
     }  # fmt: skip
     words |= {name: value for name, value in options.items() if value is not None}
-    if out is not None and writable(out).exists() and not overwrite:
-        raise FileError(f"{out} exists already and was left as it is; replace it with --overwrite.")
+    if out is not None:
+        refuse_to_replace(out, overwrite=overwrite)
     try:
         with watched() as progress, compiling_told():
             found = spherical_code(**arguments(words), workers=workers, progress=progress)

@@ -1,15 +1,66 @@
-"""What the commands of studies have in common: lists of numbers, where to run, what to write, how it ends."""
+"""What the commands of studies have in common: options, lists of numbers, what to write, how it ends."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 COMPILING = "Compiling, ten seconds or more the first time, and the first runs"
 """What lines without a terminal say until the first run of a study is done."""
 
 FIRST = "First runs"
 """The same next to a bar, which has little room; a line of its own says there that something is compiled."""
+
+LENGTH = "How long"
+WHERE = "Where it runs"
+OUTPUT = "What to write"
+
+RunLength = Annotated[float | None, typer.Option(help="Or: length of every run.", rich_help_panel=LENGTH)]
+
+Equilibration = Annotated[
+    float | None,
+    typer.Option(help="Collisions per particle before anything is measured.", rich_help_panel=LENGTH),
+]
+
+Engine = Annotated[
+    str | None,
+    typer.Option(help="processes, threads, serial or mpi.", rich_help_panel=WHERE),
+]
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option(help="Address of a Dask scheduler, e.g. tcp://host:8786.", rich_help_panel=WHERE),
+]
+
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        "-j",
+        help="Number of processes or threads; default one per core.",
+        rich_help_panel=WHERE,
+    ),
+]
+
+Report = Annotated[
+    bool,
+    typer.Option("--report", help="A page with tables and pictures: report.html.", rich_help_panel=OUTPUT),
+]
+
+TableAsJson = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        help="Print the table as JSON, and nothing else, to standard output.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+
+Out = Annotated[
+    Path, typer.Option("--out", "-o", help="Folder for the results; the same study continues there.")
+]
 
 
 def fractions(text: str | None) -> list[float] | None:

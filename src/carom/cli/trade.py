@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from carom.cli.options import Overwrite
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def trade(
         float,
         typer.Option(help="CPU seconds for the statistics of a row; the whole takes thirty times as long."),
     ] = 8.0,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Measure speed against accuracy, on this machine: what a digit costs.
 

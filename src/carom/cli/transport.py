@@ -11,7 +11,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.studies import COMPILING, FIRST, farewell, fractions, integers, where, write
+from carom.cli.studies import (
+    COMPILING,
+    FIRST,
+    LENGTH,
+    OUTPUT,
+    Engine,
+    Equilibration,
+    Out,
+    Report,
+    RunLength,
+    Scheduler,
+    TableAsJson,
+    Workers,
+    farewell,
+    fractions,
+    integers,
+    where,
+    write,
+)
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -19,9 +37,6 @@ if TYPE_CHECKING:
     from carom.studies.coefficients.study import Progress
 
 _GRID = "What to simulate instead of the file's, or the default's"
-_LENGTH = "How long"
-_WHERE = "Where it runs"
-_OUTPUT = "What to write"
 
 
 @friendly
@@ -30,9 +45,7 @@ def transport(
         Path | None,
         typer.Argument(help=r"Scene file, or study file with \[study] (TOML). Without: six densities."),
     ] = None,
-    out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder for the results; the same study continues there.")
-    ] = Path("carom-transport"),
+    out: Out = Path("carom-transport"),
     packing_fractions: Annotated[
         str | None,
         typer.Option(
@@ -55,46 +68,18 @@ def transport(
     seed: Annotated[int | None, typer.Option(help="Source of all randomness.", rich_help_panel=_GRID)] = None,
     relative_error: Annotated[
         float | None,
-        typer.Option(help="Of shear viscosity and thermal conductivity.", rich_help_panel=_LENGTH),
+        typer.Option(help="Of shear viscosity and thermal conductivity.", rich_help_panel=LENGTH),
     ] = None,
-    collisions_per_particle: Annotated[
-        float | None, typer.Option(help="Or: length of every run.", rich_help_panel=_LENGTH)
-    ] = None,
-    equilibration: Annotated[
-        float | None,
-        typer.Option(help="Collisions per particle before anything is measured.", rich_help_panel=_LENGTH),
-    ] = None,
-    engine: Annotated[
-        str | None,
-        typer.Option(help="processes, threads, serial or mpi.", rich_help_panel=_WHERE),
-    ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            "--workers", "-j", help="Processes or threads; default one per core.", rich_help_panel=_WHERE
-        ),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="Address of a Dask scheduler, e.g. tcp://host:8786.", rich_help_panel=_WHERE),
-    ] = None,
-    report: Annotated[
-        bool,
-        typer.Option(
-            "--report", help="A page with table and pictures: report.html.", rich_help_panel=_OUTPUT
-        ),
-    ] = False,
+    collisions_per_particle: RunLength = None,
+    equilibration: Equilibration = None,
+    engine: Engine = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    report: Report = False,
     pictures: Annotated[
-        bool, typer.Option("--pictures/--no-pictures", help="transport.png.", rich_help_panel=_OUTPUT)
+        bool, typer.Option("--pictures/--no-pictures", help="transport.png.", rich_help_panel=OUTPUT)
     ] = True,
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json",
-            help="Print the table as JSON, and nothing else, to standard output.",
-            rich_help_panel=_OUTPUT,
-        ),
-    ] = False,
+    as_json: TableAsJson = False,
 ) -> None:
     """Measure self-diffusion, viscosities and thermal conductivity, compared with Enskog's theory.
 

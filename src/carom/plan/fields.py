@@ -154,7 +154,5 @@ def _some(values: tuple[Any, ...], key: str) -> tuple[Any, ...]:
 def _choice(value: Any, key: str, known: tuple[str, ...]) -> str:
     if isinstance(value, str) and value in known:
         return value
-    hint = ""
-    if isinstance(value, str) and (near := checks.nearest(value, known)):
-        hint = f" Did you mean {near}?"
-    raise InputError(f"{key} must be one of {', '.join(known)}; found {checks.describe(value)}.{hint}")
+    hint = checks.suggestion(value, known, listed=True) if isinstance(value, str) else ""
+    raise InputError(f"{key} must be one of {', '.join(known)}; found {checks.describe(value)}{hint}.")

@@ -1,0 +1,188 @@
+"""The commands that make one file of another: export, view, movie, rdf; and init, which writes a scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from carom.cli.options import Overwrite, Trusted, refuse_to_replace
+from carom.cli.trouble import friendly
+
+
+@friendly
+def export(
+    source: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
+    target: Annotated[
+        Path,
+        typer.Argument(help="What to write: these, or .lammpstrj, .data (LAMMPS), .dcd, .pdb."),
+    ],
+    overwrite: Overwrite = False,
+) -> None:
+    """Convert a trajectory from one format to another.
+
+    [bold]Examples[/bold]
+
+    carom export carom-run/trajectory.h5md fluid.gsd
+    carom export carom-run/trajectory.extxyz again.h5md --overwrite
+    carom export carom-run/trajectory.h5md fluid.lammpstrj
+    """
+    from carom import io
+    from carom.cli.screen import watched
+
+    refuse_to_replace(target, overwrite=overwrite)
+    with watched() as progress:
+        count = io.convert(
+            source,
+            target,
+            overwrite=overwrite,
+            progress=lambda done, total: progress("Converting", done / total),
+        )
+    typer.echo(f"{target}: {count} frame{'s' if count != 1 else ''}")
+
+
+@friendly
+def view(
+    source: Annotated[Path, typer.Argument(help="Trajectory, event log, or the folder of a run or packing.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Page to write; next to the source by default.")
+    ] = None,
+    collisions: Annotated[
+        int | None, typer.Option(help="Collisions to show of an event log; 20 000 by default.")
+    ] = None,
+    show: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
+    trust_code: Trusted = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Show a trajectory, a packing, or an event log in exact time, in the browser.
+
+    The page is one file of HTML that needs no network; send it to whom you like.
+
+    [bold]Examples[/bold]
+
+    carom view carom-run
+    carom view carom-pack --out packing.html --no-open
+    carom view run/events.h5 --collisions 5000
+    """
+    from carom.pictures.view import rules_beside
+    from carom.pictures.view import view as shown
+
+    page = out or (source / "view.html" if source.is_dir() else source.with_suffix(".html"))
+    refuse_to_replace(page, overwrite=overwrite)
+    shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
+    typer.echo(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
+    if show:
+        typer.launch(str(page))
+
+
+@friendly
+def movie(
+    trajectory: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
+    target: Annotated[Path, typer.Argument(help="What to write: .mp4 or .gif.")],
+    fps: Annotated[int, typer.Option(help="Frames of the trajectory in a second.")] = 24,
+    size: Annotated[int, typer.Option(help="Pixels of the longer edge.")] = 480,
+    colour: Annotated[
+        str, typer.Option(help="species, speed, psi_6 or rattlers (of a packing).")
+    ] = "species",
+    overwrite: Overwrite = False,
+) -> None:
+    """Make a movie of a trajectory: MP4 (which needs the package imageio-ffmpeg) or GIF.
+
+    [bold]Examples[/bold]
+
+    carom movie carom-run/trajectory.h5md fluid.mp4
+    carom movie disks/trajectory.h5md disks.gif --colour psi_6 --fps 12
+    carom movie carom-pack/packing.h5md packing.gif --colour rattlers
+    """
+    from carom.cli.screen import watched
+    from carom.pictures.movie import movie as made
+
+    refuse_to_replace(target, overwrite=overwrite)
+    with watched() as progress:
+        count = made(
+            trajectory, target, fps=fps, size=size, colour=colour,
+            progress=lambda done, total: progress("Drawing frames", done / total),
+        )  # fmt: skip
+    typer.echo(f"{target}: {count} frame{'s' if count != 1 else ''}")
+
+
+@friendly
+def rdf(
+    trajectory: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Table to write: .csv or .npz.")] = Path("rdf.csv"),
+    png: Annotated[bool, typer.Option("--png", help="Draw a picture as well.")] = False,
+    rmax: Annotated[
+        float | None, typer.Option(help="End of the last bin, a length; at most half the shortest edge.")
+    ] = None,
+    width: Annotated[
+        float | None, typer.Option(help="Width of a bin, a length; 0.02 diameters by default.")
+    ] = None,
+    pair: Annotated[
+        str | None, typer.Option(help="Two species of a mixture, by name or number: small,large.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Compute g(r) of a trajectory, with error bars and the contact value.
+
+    [bold]Examples[/bold]
+
+    carom rdf carom-run/trajectory.h5md
+    carom rdf carom-run/trajectory.extxyz --rmax 3 --width 0.01 --png
+    carom rdf mixture/trajectory.h5md --pair small,large
+    """
+    from carom import io, observables
+    from carom.cli.screen import watched
+    from carom.errors import InputError
+    from carom.io.paths import replacing
+    from carom.observables.rdf import rdf as compute
+
+    picture = out.with_suffix(".png")
+    species: Any = None
+    if pair is not None:
+        species = tuple(int(word) if word.strip().isdigit() else word.strip() for word in pair.split(","))
+    if out.suffix not in (".csv", ".npz"):
+        raise InputError(f"{out} has the suffix '{out.suffix}'; expected .csv or .npz.")
+    refuse_to_replace(*((out, picture) if png else (out,)), overwrite=overwrite)
+    with watched() as progress, io.open(trajectory) as reader:
+        assert isinstance(reader, io.Reader)
+
+        def frames():
+            for k, frame in enumerate(reader):
+                progress("Computing g(r)", k / len(reader))
+                yield frame
+
+        distribution: observables.RadialDistribution = compute(frames(), rmax=rmax, width=width, pair=species)
+    with replacing(out) as temporary:
+        distribution.save(temporary)
+    if png:
+        from carom.pictures import plots
+
+        with replacing(picture) as temporary:
+            plots.rdf(distribution, path=temporary)
+    contact = distribution.contact_value
+    typer.echo(
+        f"{out}: {distribution.g.size} bins from {distribution.frames} frames"
+        + ("" if contact is None else f"; contact value {contact.value_text}")
+    )
+
+
+@friendly
+def init(
+    path: Annotated[Path, typer.Argument(help="File to write.")] = Path("scene.toml"),
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a commented scene file to start from.
+
+    [bold]Examples[/bold]
+
+    carom init
+    carom init disks.toml
+    """
+    from carom.io.paths import replacing, writing
+    from carom.plan.plan import template
+
+    refuse_to_replace(path, overwrite=overwrite)
+    with replacing(path) as temporary, writing(path):
+        temporary.write_text(template(), encoding="utf-8")
+    typer.echo(f"{path} written; edit it, then `carom run {path}`.")

@@ -1,0 +1,35 @@
+"""Options that several commands take, and what they mean."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the summary as JSON, and nothing else, to standard output.")
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
+
+Workers = Annotated[
+    str,
+    typer.Option("--workers", "-j", help="Threads that run this one system together: a number, or auto."),
+]
+
+Trusted = Annotated[
+    bool,
+    typer.Option(
+        "--trust-code", help="Run the Python file that a scene with range rules names (read it first)."
+    ),
+]
+
+
+def refuse_to_replace(*paths: Path, overwrite: bool) -> None:
+    """Raise FileError for a file that exists, or that cannot be written; do nothing with --overwrite."""
+    from carom.errors import FileError
+    from carom.io.paths import writable
+
+    for path in paths:
+        if writable(path).exists() and not overwrite:
+            raise FileError(f"{path} exists already and was left as it is; replace it with --overwrite.")

@@ -1,0 +1,136 @@
+"""The command ``carom pack``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from carom.cli.options import Json
+from carom.cli.trouble import friendly
+
+_SCENE = "The system (overrides a scene file)"
+_LENGTH = "How long"
+_OUTPUT = "What to write"
+
+
+@friendly
+def pack(
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-pack"),
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
+    as_json: Json = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the packing in the folder.")
+    ] = False,
+    n: Annotated[int, typer.Option("--n", help="Number of spheres.", rich_help_panel=_SCENE)] = 1000,
+    dimension: Annotated[
+        int, typer.Option("--dimension", "-d", help="Dimension of space, 1 to 12.", rich_help_panel=_SCENE)
+    ] = 3,
+    species: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Instead of --n: COUNT:DIAMETER. Repeat the option for each species.", rich_help_panel=_SCENE
+        ),
+    ] = None,
+    walls: Annotated[
+        bool, typer.Option("--walls", help="Hard walls instead of a periodic box.", rich_help_panel=_SCENE)
+    ] = False,
+    rate: Annotated[
+        float | None,
+        typer.Option(
+            help="Growth of the mean diameter over the thermal speed. Without: 0.02 to Z = PV/NkT of "
+            "1e3, then 1e-3.",
+            rich_help_panel=_LENGTH,
+        ),
+    ] = None,
+    until_pressure: Annotated[
+        float | None,
+        typer.Option(help="Pressure at the end, as Z = PV/NkT; 1e10.", rich_help_panel=_LENGTH),
+    ] = None,
+    stage: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Instead of both: RATE:PRESSURE. Repeat the option for each stage.", rich_help_panel=_LENGTH
+        ),
+    ] = None,
+    collisions: Annotated[
+        int | None, typer.Option(help="Number of collisions after which to stop.", rich_help_panel=_LENGTH)
+    ] = None,
+    common: Annotated[
+        bool,
+        typer.Option(
+            "--common", help="One rate for all, not in proportion to size.", rich_help_panel=_LENGTH
+        ),
+    ] = False,
+    pictures: Annotated[
+        bool, typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT)
+    ] = True,
+) -> None:
+    """Let points grow into spheres while they move, until they jam.
+
+    The folder then holds packing.h5md, packing.extxyz, history.csv, summary.json, and pictures. Ctrl-C stops
+    at once; `carom resume` continues it.
+
+    [bold]Examples[/bold]
+
+    carom pack
+    carom pack --n 2000 --dimension 2 --rate 0.01 --out disks
+    carom pack --dimension 2 --species 500:1 --species 500:1.4 --out mixture
+    carom pack --n 500 --stage 0.02:1e3 --stage 3e-4:1e12 --out isostatic
+    carom pack --n 27 --dimension 2 --rate 0.01 --collisions 100000 --out billiard
+    """
+    from carom.cli.compiling import compiling_told
+    from carom.cli.screen import packed, watched
+
+    kinds = [(_count(count), diameter) for count, diameter in _pairs(species, "--species", "COUNT:DIAMETER")]
+    stages = _pairs(stage, "--stage", "RATE:PRESSURE")
+    with watched() as progress, compiling_told():
+        from carom import studies
+
+        progress("Preparing", 0.0)
+        scene = studies.points(
+            None if kinds else n,
+            dimension,
+            counts=[count for count, _ in kinds] or None,
+            diameters=[diameter for _, diameter in kinds] or (1.0,),
+            periodic=not walls,
+            seed=seed,
+        )
+        packing = studies.pack(
+            scene,
+            rate=rate,
+            until_pressure=until_pressure,
+            collisions=collisions,
+            stages=stages or None,
+            common=common,
+            seed=seed,
+            out=out,
+            overwrite=overwrite,
+            pictures=pictures,
+            progress=progress,
+        )
+    packed(packing.summary(), out, as_json)
+
+
+def _pairs(given: list[str] | None, option: str, form: str) -> list[tuple[float, float]]:
+    """Return what an option gave as numbers on both sides of a colon."""
+    from carom.errors import InputError
+
+    result = []
+    for text in given or ():
+        try:
+            first, second = map(float, text.split(":"))
+        except ValueError:
+            raise InputError(f"{option} takes {form}, two numbers, found '{text}'.") from None
+        result.append((first, second))
+    return result
+
+
+def _count(number: float) -> int:
+    """Return a number of spheres."""
+    from carom.errors import InputError
+
+    if not number.is_integer() or number < 1:
+        raise InputError(f"--species takes a whole number of spheres before the colon, found {number:g}.")
+    return int(number)

@@ -1,0 +1,194 @@
+"""The commands ``carom run`` and ``carom resume``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from carom.cli.options import Json, Trusted, Workers
+from carom.cli.trouble import friendly
+
+_SCENE = "The system (overrides a scene file)"
+_LENGTH = "How long"
+_OUTPUT = "What to write"
+
+
+def _workers(text: str) -> int | str:
+    """Return a number of workers, where the option holds one."""
+    return int(text) if text.isdecimal() else text
+
+
+@friendly
+def run(
+    scene: Annotated[
+        Path | None,
+        typer.Argument(help="Scene file (TOML), as `carom init` writes it. Without: 2048 hard spheres."),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-run"),
+    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
+    as_json: Json = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder.")] = False,
+    initial: Annotated[
+        str | None,
+        typer.Option(help="fcc, triangular, cubic, dn or random.", rich_help_panel=_SCENE),
+    ] = None,
+    dimension: Annotated[
+        int | None,
+        typer.Option(
+            "--dimension",
+            "-d",
+            help="Dimension of space. Alone, 1 to 6: a fluid of that dimension.",
+            rich_help_panel=_SCENE,
+        ),
+    ] = None,
+    n: Annotated[int | None, typer.Option("--n", help="Number of spheres.", rich_help_panel=_SCENE)] = None,
+    cells: Annotated[
+        int | None, typer.Option(help="Or: cells of the lattice along each axis.", rich_help_panel=_SCENE)
+    ] = None,
+    packing_fraction: Annotated[
+        float | None, typer.Option(help="Fraction of the volume filled by spheres.", rich_help_panel=_SCENE)
+    ] = None,
+    density: Annotated[
+        float | None, typer.Option(help="Or: number density, N diameter^d / V.", rich_help_panel=_SCENE)
+    ] = None,
+    equilibration: Annotated[
+        float | None,
+        typer.Option(help="Collisions per particle before anything is measured.", rich_help_panel=_LENGTH),
+    ] = None,
+    collisions_per_particle: Annotated[
+        float | None,
+        typer.Option(help="Collisions per particle in the measurement.", rich_help_panel=_LENGTH),
+    ] = None,
+    relative_error: Annotated[
+        float | None,
+        typer.Option(help="Or: measure until Z has this relative error.", rich_help_panel=_LENGTH),
+    ] = None,
+    max_walltime: Annotated[
+        float | None,
+        typer.Option(help="Limit of wall time for this, in seconds.", rich_help_panel=_LENGTH),
+    ] = None,
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            help="Number of frames. Default: 100; fewer in large systems, to keep the files below 200 MB.",
+            rich_help_panel=_LENGTH,
+        ),
+    ] = None,
+    checkpoint_every: Annotated[
+        float | None, typer.Option(help="Seconds between checkpoints.", rich_help_panel=_OUTPUT)
+    ] = None,
+    event_log: Annotated[
+        bool | None,
+        typer.Option(
+            "--event-log/--no-event-log", help="Write every collision to events.h5.", rich_help_panel=_OUTPUT
+        ),
+    ] = None,
+    pictures: Annotated[
+        bool | None,
+        typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT),
+    ] = None,
+    workers: Workers = "1",
+    trust_code: Trusted = False,
+    explain: Annotated[
+        bool,
+        typer.Option("--explain", help="Print what would be compiled and which arrays are made, then stop."),
+    ] = False,
+) -> None:
+    """Simulate: equilibrate, measure the pressure and g(r), sample a trajectory.
+
+    The folder then holds scene.toml, trajectory.h5md, trajectory.extxyz, rdf.csv, summary.json, and pictures.
+    Ctrl-C stops the run at once; `carom resume` continues it.
+
+    [bold]Examples[/bold]
+
+    carom run
+    carom run scene.toml --out fluid --seed 7
+    carom run --n 500 --packing-fraction 0.3 --out dilute
+    carom run --dimension 2 --packing-fraction 0.65 --out disks
+    carom run --cells 4 --collisions-per-particle 500 --frames 20 --out quick
+    carom run --packing-fraction 0.3 --relative-error 1e-3 --max-walltime 600 --out precise
+    carom run scene.toml --out fluid --json > summary.json
+    carom run scene.toml --explain
+    carom run battle.toml --trust-code
+    """
+    from carom.cli.compiling import compiling_told
+    from carom.cli.overrides import overridden
+    from carom.cli.screen import predicted, results, watched
+    from carom.plan.plan import Plan
+
+    plan = overridden(
+        None if scene is None else Plan.load(scene),
+        scene={
+            "initial": initial,
+            "dimension": dimension,
+            "n": n,
+            "cells": cells,
+            "packing_fraction": packing_fraction,
+            "density": density,
+        },
+        run={
+            "seed": seed,
+            "equilibration": equilibration,
+            "collisions_per_particle": collisions_per_particle,
+            "relative_error": relative_error,
+            "max_walltime": max_walltime,
+            "frames": frames,
+            "checkpoint_every": checkpoint_every,
+        },
+        output={"event_log": event_log, "pictures": pictures},
+    )
+    plan = plan.trusted() if trust_code else plan
+    if explain:
+        from carom.simulation.explanation import explain as explained
+
+        found = explained(plan.build_scene(), neighbors=plan.run.neighbors, event_log=plan.output.event_log)
+        typer.echo(str(found))
+        return
+    with watched() as progress, compiling_told():
+        from carom import studies
+
+        result = studies.run(
+            plan,
+            out,
+            overwrite=overwrite,
+            progress=progress,
+            predicted=predicted,
+            workers=_workers(workers),
+        )
+    results(result, as_json)
+
+
+@friendly
+def resume(
+    folder: Annotated[Path, typer.Argument(help="Folder of a run that was stopped or killed.")],
+    as_json: Json = False,
+    workers: Workers = "1",
+    trust_code: Trusted = False,
+) -> None:
+    """Continue a run or packing that was stopped. The result is bit-identical to an uninterrupted run.
+
+    [bold]Examples[/bold]
+
+    carom resume carom-run
+    carom resume fluid --json
+    """
+    from carom.cli.compiling import compiling_told
+    from carom.cli.screen import packed, predicted, results, watched
+
+    with watched() as progress, compiling_told():
+        from carom import studies
+
+        if studies.holds_packing(folder):
+            packing = studies.resume_packing(folder, progress=progress)
+            packed(packing.summary(), folder, as_json)
+            return
+        result = studies.resume(
+            folder,
+            progress=progress,
+            predicted=predicted,
+            workers=_workers(workers),
+            trust_code=trust_code,
+        )
+    results(result, as_json)
