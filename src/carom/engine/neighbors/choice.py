@@ -7,12 +7,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from carom.densities import unit_ball_volume
 from carom.engine.neighbors import thin
-from carom.engine.neighbors.grid import coordinate_bits
-from carom.engine.neighbors.levels import levels_of, spans_of
+from carom.engine.neighbors.levels import levels_of
+from carom.engine.neighbors.margins import Margins, margins_of, of_dimension, refuse_lists
 from carom.engine.requirements import Contents
 
 DENSEST = (1.0, 0.9069, 0.7405, 0.6169, 0.4653, 0.3729, 0.2953, 0.2537)
@@ -96,24 +94,16 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
     The law is ``2 d (Z - 1) sqrt(kT / m) / (sqrt(pi) sigma)``; ``Z - 1`` is taken as ``2^(d-1) eta / (1 - eta
     / eta_max)``.
     """
-    room = max(1.0 - packing_fraction / _of(DENSEST, dimension), 2.0**-40)
+    room = max(1.0 - packing_fraction / of_dimension(DENSEST, dimension), 2.0**-40)
     excess = 2.0 ** (dimension - 1) * packing_fraction / room
     return 2.0 * math.sqrt(dimension / math.pi) * excess * speed / diameter
 
-
-NEIGHBORS = (5, 10, 12, 26, 40, 60)
-"""Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %)."""
 
 DILUTE = (0.01, 0.51, 0.36, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
 SECTOR = 0.88
 """Side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/performance)."""
-
-SMALLEST_MARGIN = 0.05
-"""Twice the margin of lists of components that differ or grow, at least, in median diameters; else sectors
-are better.
-"""
 
 SMALLEST_GROWTH = 2.0**-30
 """Part of their diameter by which components must be able to grow before they are as wide as the box."""
@@ -126,9 +116,6 @@ WIDEST, MOST_SECTORS = 2.0**17, 2.0**20
 a miss. More than so many sectors are not worth it.
 """
 
-FINEST = 16.0
-"""Steps of a reference point in a margin, at least: a flight is cut short by about one of them."""
-
 LONGEST_PLUNGE = 1024.0
 """Diameters that a pair would fly in an epoch at the speed it has in its deepest well, at most: times are
 then rounded by 1e-13 of a diameter.
@@ -136,21 +123,6 @@ then rounded by 1e-13 of a diameter.
 
 CROWDED = 6.0
 """Components in a sector as wide as the largest, on the average, from which on lists run faster."""
-
-SHORTEST = 1.2
-"""Reach in diameters below which lists are renewed so often that sectors are better."""
-
-
-def _of(table: tuple, dimension: int):
-    return table[min(dimension, len(table)) - 1]
-
-
-def default_shell(packing_fraction: float, dimension: int) -> float:
-    """Return the reach in diameters at which lists are as long as they should be: ``2^d eta s^d = listed +
-    1``.
-    """
-    listed = _of(NEIGHBORS, dimension) + 1
-    return max((listed / packing_fraction) ** (1.0 / dimension) / 2.0, SHORTEST)
 
 
 def choose(
@@ -187,8 +159,6 @@ def choose(
                 "the paths of a pair apart; use neighbors='auto'."
             )
         return _pairs(contents, speed)
-    box, diameter, dimension = contents.box, contents.diameter, contents.dimension
-    packing_fraction = contents.packing_fraction
     if contents.stepped:
         if neighbors not in ("auto", "lists"):
             raise ValueError(
@@ -196,123 +166,118 @@ def choose(
                 "neighbors='auto'."
             )
         neighbors = "lists"
-    # Neighbours must stay the nearest image while both move by the margin, and be listed under no other one.
-    pace = 1.0 if contents.radii is None else float(contents.paces.max())
-    core = diameter if contents.reaches is None else 2.0 * float(contents.reaches.max())
-    widest = diameter + (0.5 * contents.narrowest - core) / (2.0 * pace)
-    if shell is None:
-        reach = min(_default_reach(contents), widest)
-        shortest = SHORTEST * diameter if contents.radii is None else 0.0
-        reach = max(reach, shortest, diameter)
-    else:
-        reach = diameter * shell
-    # A margin that shrinks to nothing in a box too narrow would be used up ever more often.
-    least = diameter
-    if contents.radii is not None and (contents.rates is not None or shell is None):
-        least += SMALLEST_MARGIN * 2.0 * float(np.median(contents.radii))
-    grain = max(spans_of(contents, reach)) * 2.0 ** -coordinate_bits(dimension)
-    thinnest = 0.5 * (reach - diameter) * (1.0 if contents.radii is None else float(contents.paces.min()))
-    coarse = FINEST * grain > thinnest
-    if neighbors == "lists" and coarse and least < reach <= widest:
-        raise ValueError(
-            f"Neighbour lists keep places to {grain:g} in a box of this length, too coarse for margins of "
-            f"{thinnest:g}; use neighbors='sectors', or a larger shell."
-        )
-    if neighbors == "lists" and (reach > widest or reach <= least):
-        needed = 2.0 * (core + 2.0 * pace * (max(reach, least) - diameter))
-        if contents.stepped:
-            raise ValueError(
-                f"The steps of pairs reach {diameter:g}, which needs box edges above {needed:g} to tell "
-                f"images apart; the shortest is {contents.narrowest:g}. Use more components, or less reach."
-            )
-        raise ValueError(
-            f"Neighbour lists with a reach of {reach:g} need box edges of at least {needed:g}, "
-            f"the shortest is {contents.narrowest:g}; use neighbors='sectors', or a smaller shell."
-        )
-    if neighbors == "lists" and not contents.straight:
-        if contents.stepped:
-            raise ValueError(
-                "Steps of pairs are kept in lists, which are for straight flight: leave out motion."
-            )
-        raise ValueError("Neighbour lists are for straight flight; use neighbors='sectors' for this motion.")
-    density = contents.n / math.prod(box)
-    spacing = density ** (-1.0 / dimension)
-    wish = neighbors
+    margins = margins_of(contents, shell)
+    if neighbors == "lists":
+        refuse_lists(contents, margins)
+    density = contents.n / math.prod(contents.box)
+    spacing = density ** (-1.0 / contents.dimension)
     if neighbors == "all" and (lack := thin.fits_everybody(contents)) is not None:
         raise ValueError(f"neighbors='all' needs {lack}; use neighbors='auto'.")
+    wish = neighbors
     if neighbors == "auto":
-        fits = least < reach <= widest and not coarse and contents.straight
-        dense = packing_fraction > dilute(dimension) or (diameter / spacing) ** dimension > CROWDED
-        neighbors = "lists" if fits and (dense or shell is not None) else "sectors"
-    typical = diameter if contents.radii is None else 2.0 * float(contents.radii.mean())
+        dense = contents.packing_fraction > dilute(contents.dimension)
+        dense = dense or (contents.diameter / spacing) ** contents.dimension > CROWDED
+        neighbors = "lists" if margins.fit(contents) and (dense or shell is not None) else "sectors"
     if rate is None:
-        rate = collision_rate(packing_fraction, dimension, typical, speed) if typical > 0.0 else 0.0
-    sizes = contents.reaches
-    margin = 0.5 * (reach - diameter)
-    horizon = math.inf
+        rate = _expected_rate(contents, speed)
     if neighbors == "lists":
-        side = reach
-        if contents.rates is not None:
-            # Until somebody has grown over half of its margin.
-            horizon = 0.5 * margin / float((contents.rates / contents.paces).max())
+        side = margins.reach
     else:
-        sight = max(WIDEST * contents.smallest, max(box) / MOST_SECTORS ** (1.0 / dimension))
-        side = max(diameter * (1.0 + HAIR), min(SECTOR * spacing, max(box), sight))
-        if contents.rates is not None:
-            side = max(side, 1.05 * diameter)
-        elif neighbors == "sectors" and thin.is_thin(contents) and rate > 0.0:
-            side = min(thin.best_side(contents, side, speed / rate), max(box), sight)
+        side, sight = _sector(contents, spacing)
+        if contents.rates is None and neighbors == "sectors" and thin.is_thin(contents) and rate > 0.0:
+            side = min(thin.best_side(contents, side, speed / rate), max(contents.box), sight)
         if wish == "auto" and thin.prefers_everybody(contents, side, speed, rate):
             neighbors = "all"
-    shape = (1,) * dimension if neighbors == "all" else tuple(max(int(edge / side), 1) for edge in box)
-    if neighbors == "sectors" and contents.rates is not None:
-        narrow = min(edge / size for edge, size in zip(box, shape, strict=True))
-        horizon = (1.0 - 2.0**-20) * (narrow - diameter) / (2.0 * float(contents.rates.max()))
-        if horizon * 2.0 * float(contents.rates.max()) < SMALLEST_GROWTH * diameter:
-            raise ValueError(
-                f"The components have grown to a diameter of {diameter:g} in a box of edges "
-                f"{', '.join(f'{edge:g}' for edge in box)}: one as wide as the box would meet itself. Use "
-                "more of them, or a box more nearly cubic."
-            )
-    members = contents.n / math.prod(shape)
-    if sizes is not None and neighbors == "lists":
-        members = levels_of(contents, reach).members
-    # Rows of whole registers. Sectors keep their count there, too, and one that overflows has all built anew.
-    count = int(neighbors == "sectors")
-    most = members + (4.0 if count else 2.0) * math.sqrt(members) + count
+    alone = neighbors == "all"
+    shape = tuple(1 if alone else max(int(edge / side), 1) for edge in contents.box)
+    epoch, width = _epoch(contents, speed, rate, alone)
+    return Scheme(
+        kind=neighbors,
+        shape=shape,
+        cell_capacity=_room_in_cells(contents, neighbors, shape, margins.reach),
+        reach=margins.reach if neighbors == "lists" else 0.0,
+        capacity=_room_in_lists(contents, density, margins.reach) if neighbors == "lists" else 0,
+        epoch=epoch,
+        width=width,
+        heap=max(256, contents.n // 64),
+        horizon=_short(_horizon(contents, neighbors, shape, margins)),
+        step=0 if contents.reaches is None else 8,
+        span=epoch if alone else 0.0,
+    )
+
+
+def _expected_rate(contents: Contents, speed: float) -> float:
+    """Return the collisions of one component a time, where it is not known."""
+    typical = contents.diameter if contents.radii is None else 2.0 * float(contents.radii.mean())
+    if typical > 0.0:
+        return collision_rate(contents.packing_fraction, contents.dimension, typical, speed)
+    return 0.0
+
+
+def _sector(contents: Contents, spacing: float) -> tuple[float, float]:
+    """Return the side of a sector, and how wide one may be at most, unless there were too many [length]."""
+    box, diameter = contents.box, contents.diameter
+    sight = max(WIDEST * contents.smallest, max(box) / MOST_SECTORS ** (1.0 / contents.dimension))
+    side = max(diameter * (1.0 + HAIR), min(SECTOR * spacing, max(box), sight))
+    if contents.rates is not None:
+        side = max(side, 1.05 * diameter)
+    return side, sight
+
+
+def _horizon(contents: Contents, neighbors: str, shape: tuple[int, ...], margins: Margins) -> float:
+    """Return the time after which components that grow need another scheme."""
+    if contents.rates is None:
+        return math.inf
+    box, diameter = contents.box, contents.diameter
+    if neighbors == "lists":  # until somebody has grown over half of its margin
+        return 0.5 * (0.5 * (margins.reach - diameter)) / float((contents.rates / contents.paces).max())
+    if neighbors != "sectors":
+        return math.inf
+    narrow = min(edge / size for edge, size in zip(box, shape, strict=True))
+    horizon = (1.0 - 2.0**-20) * (narrow - diameter) / (2.0 * float(contents.rates.max()))
+    if horizon * 2.0 * float(contents.rates.max()) < SMALLEST_GROWTH * diameter:
+        raise ValueError(
+            f"The components have grown to a diameter of {diameter:g} in a box of edges "
+            f"{', '.join(f'{edge:g}' for edge in box)}: one as wide as the box would meet itself. Use "
+            "more of them, or a box more nearly cubic."
+        )
+    return horizon
+
+
+def _epoch(contents: Contents, speed: float, rate: float, alone: bool) -> tuple[float, float]:
+    """Return the length of an epoch and the width of the calendar's buckets; ``alone`` without sectors."""
     epoch = 1.0
     if speed > 0.0:
-        crossing = 4.0 * max(box) / speed
+        crossing = 4.0 * max(contents.box) / speed
         epoch = _power_of_two(min(16.0 / rate, crossing) if rate > 0.0 else crossing)
     if contents.plunge > 0.0:
         epoch = min(epoch, _power_of_two(LONGEST_PLUNGE * contents.smallest / contents.plunge))
-    if neighbors == "all" and speed > 0.0:
+    if alone and speed > 0.0:
         epoch = thin.epoch_of(contents, speed, rate)
     width = epoch
     if speed > 0.0 and rate > 0.0:
         width = min(_power_of_two(4.0 / (contents.n * rate)), epoch)
-    capacity = 0
-    if neighbors != "lists":
-        reach = 0.0
-    elif sizes is None:
-        listed = density * unit_ball_volume(dimension) * reach**dimension
-        # Most fluids never need more than this; a few longer ones are no reason for room in all of them.
-        capacity = int(listed + 1.25 * math.sqrt(listed) + 1.0)
-    else:
-        capacity = 8
-    return Scheme(
-        kind=neighbors,
-        shape=shape,
-        cell_capacity=-(-int(most + 1.0) // 8) * 8 - count if count else max(-(-int(most) // 4) * 4, 8),
-        reach=reach,
-        capacity=capacity,
-        epoch=epoch,
-        width=width,
-        heap=max(256, contents.n // 64),
-        horizon=_short(horizon),
-        step=0 if sizes is None else 8,
-        span=epoch if neighbors == "all" else 0.0,
-    )
+    return epoch, width
+
+
+def _room_in_cells(contents: Contents, neighbors: str, shape: tuple[int, ...], reach: float) -> int:
+    """Return how many components a cell can hold at first."""
+    members = contents.n / math.prod(shape)
+    if contents.reaches is not None and neighbors == "lists":
+        members = levels_of(contents, reach).members
+    # Rows of whole registers. Sectors keep their count there, too, and one that overflows has all built anew.
+    count = int(neighbors == "sectors")
+    most = members + (4.0 if count else 2.0) * math.sqrt(members) + count
+    return -(-int(most + 1.0) // 8) * 8 - count if count else max(-(-int(most) // 4) * 4, 8)
+
+
+def _room_in_lists(contents: Contents, density: float, reach: float) -> int:
+    """Return how many neighbours a list can hold at first."""
+    if contents.reaches is not None:
+        return 8
+    listed = density * unit_ball_volume(contents.dimension) * reach**contents.dimension
+    # Most fluids never need more than this; a few longer ones are no reason for room in all of them.
+    return int(listed + 1.25 * math.sqrt(listed) + 1.0)
 
 
 def _pairs(contents: Contents, speed: float) -> Scheme:
@@ -337,35 +302,4 @@ def _pairs(contents: Contents, speed: float) -> Scheme:
 
 def dilute(dimension: int) -> float:
     """Return the packing fraction below which sectors run faster than lists."""
-    return _of(DILUTE, dimension)
-
-
-def _default_reach(contents: Contents) -> float:
-    """Return the reach at which lists are as long as they should be, on the average."""
-    sizes = contents.reaches
-    if contents.stepped:
-        filled = contents.n * unit_ball_volume(contents.dimension) / math.prod(contents.box)
-        filled *= (0.5 * contents.diameter) ** contents.dimension
-        return contents.diameter * default_shell(filled, contents.dimension)
-    if sizes is None:
-        return contents.diameter * default_shell(contents.packing_fraction, contents.dimension)
-    dimension = contents.dimension
-    wanted = _of(NEIGHBORS, dimension) + 1
-    density = unit_ball_volume(dimension) / math.prod(contents.box)
-    kinds, numbers = np.unique(np.column_stack([sizes, contents.paces]), axis=0, return_counts=True)
-    if len(kinds) > 64:  # many sizes: some of them stand for all
-        order = np.argsort(sizes)[((np.arange(64) + 0.5) / 64.0 * len(sizes)).astype(int)]
-        kinds, numbers = np.column_stack([sizes, contents.paces])[order], np.full(64, len(sizes) / 64.0)
-    weights = numbers[:, None] * numbers[None, :] / len(sizes)
-
-    def listed(margin: float) -> float:
-        bounds = kinds[:, 0] + margin * kinds[:, 1]
-        return density * float(np.sum(weights * (bounds[:, None] + bounds[None, :]) ** dimension))
-
-    low, high = 0.0, math.prod(contents.box) ** (1.0 / dimension) + contents.diameter
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if listed(middle) < wanted else (low, middle)
-    # Lists of large components among small ones are long; a margin below a tenth would be used up at once.
-    smallest = 0.1 * 2.0 * float(np.median(sizes))
-    return contents.diameter + 2.0 * max(low, smallest)
+    return of_dimension(DILUTE, dimension)
