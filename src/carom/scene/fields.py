@@ -104,9 +104,9 @@ class Maker(Generic[P]):
     """
 
     def __init__(self, make: Callable[Concatenate[Any, P], Any]):
-        self._make = make
+        self.__func__ = make
         self.__doc__ = make.__doc__
 
     def __get__(self, scene: S | None, cls: type[S]) -> Callable[P, S]:
         """Return the function with the class as its first argument."""
-        return cast("Callable[P, S]", MethodType(self._make, cls))
+        return cast("Callable[P, S]", MethodType(self.__func__, cls))
