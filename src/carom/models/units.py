@@ -134,7 +134,7 @@ def ask(rule, unit, event):
 
 @inner
 def draw(unit):
-    """Return a random number in (0, 1], the next of the unit's own stream."""
+    """Return the next random number of the stream of a ``unit``, in (0, 1]."""
     number = uniform(unit.seed, unit.number, unit.drawn)
     unit.drawn += 1
     return number
