@@ -44,10 +44,12 @@ class Statistics:
         Pair collisions per second of wall time spent in the engine.
     worst_overlap : float
         Deepest overlap of two cores seen at a collision, in diameters.
-    energy_drift, momentum_drift : float
-        Change since the start: of the energy, kinetic and potential, relative to the kinetic one (including
-        what inelastic contacts lost and growth added); of the momentum, relative to ``sum(m |v|)`` (NaN where
-        walls or obstacles take it up).
+    energy_drift : float
+        Change of the energy, kinetic and potential, since the start, relative to the kinetic one. What
+        inelastic contacts lost and growth added is included.
+    momentum_drift : float
+        Change of the momentum since the start, relative to ``sum(m |v|)``; NaN where walls or obstacles take
+        it up.
     """
 
     collisions: int
@@ -90,16 +92,17 @@ class Impacts(NamedTuple):
     Attributes
     ----------
     name : str
-        Which one.
+        Name of the wall or obstacle.
     hits : int
         Collisions with it.
     impulse : float
-        Sum of the momentum along its normal [mass length / time]; over time and area this is a pressure.
+        Sum of the momentum along its normal [mass length / time]. Divided by time and area it is a pressure.
     work : float
-        Energy that it gave to components, by moving, at its temperature, or less what it took [energy].
-    spared, lifted : int
-        Contacts that lost nothing for their speed, or because they came too soon; and that were thrown faster
-        than they came, because they would have stayed.
+        Energy that it gave to components: by its motion or temperature, less what contacts lost [energy].
+    spared : int
+        Contacts that lost nothing, because they were slow or came too soon.
+    lifted : int
+        Contacts after which a component left faster than the contact law says, because it would rest.
     """
 
     name: str
