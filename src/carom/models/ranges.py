@@ -1,8 +1,8 @@
-"""Range rules: units with circles around them, which decide by a rule of the user's who comes and goes.
+"""Range rules: units with circles around them, which act by a rule of the user when others come and go.
 
-Wieland's models of combat, which Lubachevsky's article names as a billiard (sec. 10): if within a radius a
-unit detects m of its own and n of the others, it takes course of action c(m, n), until another rule becomes
-applicable. What the engine compiles is in :mod:`carom.models.units`.
+These are Wieland's models of combat, which Lubachevsky's article names as a billiard (sec. 10). If a unit
+detects m of its own and n of the others within a radius, it takes course of action c(m, n), until another
+rule becomes applicable. The compiled model is in :mod:`carom.models.units`.
 """
 
 from __future__ import annotations
