@@ -39,7 +39,7 @@ class Pressure:
     Parameters
     ----------
     blocks : int
-        Stretches of equal length that the run is cut into; the error bar comes from their scatter.
+        Number of blocks of equal time into which the run is cut; their scatter gives the error bar.
 
     Raises
     ------

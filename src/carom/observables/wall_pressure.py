@@ -35,7 +35,7 @@ class WallPressure:
         surface of the ball or container (not of the surface on which centres turn back); 1 in one dimension.
         It is required for planes and for your own obstacles.
     blocks : int
-        Stretches of equal length that the run is cut into; the error bar comes from their scatter.
+        Number of blocks of equal time into which the run is cut; their scatter gives the error bar.
 
     Raises
     ------

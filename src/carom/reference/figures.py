@@ -415,7 +415,7 @@ class Figure2(_Figure):
         return Cycle(self.cycles, self.current_time, i, kind, j_star, m_star)
 
     def scheduled(self, i: int) -> Scheduled:
-        """Old and new event of ball `i` (from 1); the new state is what the event will make of it."""
+        """Old and new event of ball `i` (from 1); the new state is that after the new event."""
         old, new, n = self.old[i], self.new[i], self.billiard.n
         partner, time = self.partner[i][new], self.time[i][new]
         if partner is not LAMBDA and partner < 0:

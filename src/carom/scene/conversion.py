@@ -45,8 +45,8 @@ def from_frame(
     Warns
     -----
     CaromWarning
-        If spheres overlap by no more than single precision explains (a GSD file holds such numbers): they are
-        then moved apart by this small amount.
+        If spheres overlap by no more than the rounding of single precision, as in a GSD file. They are then
+        moved apart by this small amount.
     """
     arguments = of_frame(frame) | {"contact": contact, "obstacles": obstacles}
     if frame.positions.size:

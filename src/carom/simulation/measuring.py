@@ -75,8 +75,8 @@ def measure(
     Warns
     -----
     CaromWarning
-        If ``max_walltime`` came first; if the measured quantity drifts, or changes so slowly that there are
-        fewer than 8 independent samples; if species of different masses have different temperatures. One of a
+        If ``max_walltime`` came first. If the measured quantity drifts, or changes so slowly that there are
+        fewer than 8 independent samples. If species of different masses have different temperatures. One of a
         thousand runs in equilibrium is flagged as drifting, too (``carom.observables.equilibrium``).
     """
     _check_observable(observable)

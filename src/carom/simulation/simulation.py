@@ -65,8 +65,8 @@ class Simulation:
         Count the boxes that each component crosses, for unwrapped positions.
     precision : {"double", "single"}
         Precision in which positions, velocities and times are stored. All computations are in double
-        precision. Single precision saves a fifth of the memory, no time, and leaves overlaps of 1e-7 of the
-        box. It is refused for boxes of more than 8192 diameters, very near close packing, and for fast
+        precision. Single precision saves a fifth of the memory but no time, and leaves overlaps of 1e-7 of
+        the box. It is refused for boxes of more than 8192 diameters, very near close packing, and for fast
         drifts.
     growth : float or (n,) array_like, optional
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic

@@ -55,8 +55,8 @@ class Packing:
     frame : Frame
         The final state. Diameters are reduced by the fraction ``shrunk``, so that nothing overlaps.
     history : structured array
-        ``collisions`` so far, ``packing_fraction``, reduced ``pressure`` PV / NkT and growth ``rate`` (of the
-        mean diameter, over the thermal speed) of every stretch between two rescalings.
+        One row for each stretch between two rescalings: ``collisions`` so far, ``packing_fraction``, reduced
+        ``pressure`` PV / NkT, and growth ``rate`` of the mean diameter over the thermal speed.
     note : str
         Why the compression ended.
     seed : int
