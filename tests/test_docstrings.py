@@ -187,6 +187,7 @@ def missing(find: Callable[[Public], object]) -> dict[str, object]:
 
 def test_every_public_name_begins_with_one_short_sentence():
     assert len(public()) > 600
+    assert missing(lambda x: re.findall(r"^.*-{4,} \S.*$", x.text, re.MULTILINE)) == {}  # a lost heading
 
     def first(x: Public) -> str:
         summary = x.text.partition("\n\n")[0]

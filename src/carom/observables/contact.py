@@ -45,12 +45,14 @@ def contact_value(
         blocks of frames. With fewer than 8 frames the error is that of independent pairs, and ``n_eff`` is
         the number of frames.
 
-    Notes ----- ``ln g`` is a parabola in r - sigma (of lower degree with fewer than five bins), fitted by
-    maximum likelihood to Poisson counts. It is averaged over each shell by three-point Gauss quadrature, so
-    that the width of the bins introduces no bias. The range ends where g, smoothed over three bins, has
-    fallen to half of its first value, and at 0.25 diameters at the latest. The error is by a jackknife over
-    up to 64 blocks of frames. The pseudo-values pass through :func:`carom.observables.blocking`, so that
-    correlated frames do not make it too small.
+    Notes
+    -----
+    ``ln g`` is a parabola in r - sigma (of lower degree with fewer than five bins), fitted by maximum
+    likelihood to Poisson counts. It is averaged over each shell by three-point Gauss quadrature, so that the
+    width of the bins introduces no bias. The range ends where g, smoothed over three bins, has fallen to half
+    of its first value, and at 0.25 diameters at the latest. The error is by a jackknife over up to 64 blocks
+    of frames. The pseudo-values pass through :func:`carom.observables.blocking`, so that correlated frames do
+    not make it too small.
     """
     total = counts.sum(axis=0)
     used = _bins_used(total / ideal, edges)

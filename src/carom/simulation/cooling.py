@@ -27,9 +27,11 @@ class Blocks:
     collisions : float
         Approximate number of pair collisions in a block.
 
-    Notes ----- With blocks of equal time, nearly all collisions of a cooling gas would fall into the first
-    one. The length of a block follows from the temperature at its beginning and from earlier collisions, but
-    never from its own, so that no mean is biased.
+    Notes
+    -----
+    With blocks of equal time, nearly all collisions of a cooling gas would fall into the first one. The
+    length of a block follows from the temperature at its beginning and from earlier collisions, but never
+    from its own, so that no mean is biased.
     """
 
     def __init__(self, sim: Simulation, collisions: float):

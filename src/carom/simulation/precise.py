@@ -31,10 +31,12 @@ def until(
 ) -> Any:
     """Run on until the observable's error bar reaches the goal, and return the estimate.
 
-    Notes ----- The error is computed after a pilot of 64 blocks, and then at the end that the previous error
-    predicted. The stretch never becomes more than four times as long from one time to the next. When there
-    are twice ``observable.blocks`` blocks, neighbours are merged. The length depends on the measured values
-    only, except for ``max_walltime``.
+    Notes
+    -----
+    The error is computed after a pilot of 64 blocks, and then at the end that the previous error predicted.
+    The stretch never becomes more than four times as long from one time to the next. When there are twice
+    ``observable.blocks`` blocks, neighbours are merged. The length depends on the measured values only,
+    except for ``max_walltime``.
     """
     stretch = _Stretch(sim, observable, goal, max_walltime, progress, predicted)
     if not lengthen(goal, FLOOR, stretch.extend, stretch.error_bar, stretch.expect):
