@@ -28,6 +28,11 @@ class Ball:
         Radius [length].
     name : str
         Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
     """
 
     center: tuple[float, ...]

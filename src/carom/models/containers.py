@@ -29,6 +29,11 @@ class SphericalContainer:
         Inner radius [length].
     name : str
         Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
     """
 
     center: tuple[float, ...]

@@ -97,8 +97,9 @@ class Ranges:
     Raises
     ------
     InputError
-        If there are no kinds, no circles, two kinds with one name, or more than 1000 of anything. Also if the
-        rule is not a function of two arguments, or the seed is not an integer of at least 0.
+        If there are no kinds, no circles, or two kinds with one name. If there are more than 1000 kinds,
+        circles of a kind, or numbers of a memory. If the rule is not a function of two arguments, or the seed
+        not an integer of at least 0.
 
     Notes
     -----

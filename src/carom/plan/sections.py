@@ -47,7 +47,7 @@ class SpeciesSpec:
     count : int
         Number of components of the species. All species have a ``count``, or all have a ``fraction``.
     fraction : float
-        Ratio of the number of this species to those of the others; their sum is the n of the scene.
+        Part of the n of the scene that this species has, in any ratio to the parts of the others.
     diameter, mass : float
         Diameter [length] and mass; 1 when left out.
 
@@ -115,6 +115,11 @@ class SceneSpec:
         free flight and ``restitution`` (``carom.models.tables``).
     pinned : int or tuple of ints
         Number of components, drawn by the seed, that stay where they are, or their indices.
+
+    Raises
+    ------
+    InputError
+        If a value has the wrong type or is out of range, or keys contradict each other.
     """
 
     initial: str = "fcc"
@@ -425,6 +430,11 @@ class OutputSpec:
         Whether to write every collision.
     pictures : bool
         Whether to draw pictures.
+
+    Raises
+    ------
+    InputError
+        If a value has the wrong type, or a format is unknown.
     """
 
     trajectory: tuple[str, ...] | None = None
