@@ -18,7 +18,7 @@ from carom.models.outlines import HalfPlane, SolidBehind
 
 @dataclass(frozen=True)
 class Plane:
-    """A flat wall in any orientation: surfaces stay where ``normal . x >= offset``.
+    """A flat wall in any orientation: surfaces stay where ``normal.x >= offset``.
 
     Parameters
     ----------
