@@ -16,7 +16,9 @@ PAGES = sorted(page for page in PAGES if not {"_build", "gallery", "api"} & set(
 # Words per sentence. Readers of English as a second language lose the thread at some 25 words.
 MEAN, LONGEST = 20.0, 70
 
-ABBREVIATIONS = r"\b(?:e\.g|i\.e|et al|eqs?|[Ss]ec|Figs?|Phys|Rev|Lett|Comput|cf|[A-Z])\."
+ABBREVIATIONS = (
+    r"\b(?:e\.g|i\.e|et al|eqs?|[Ss]ec|Figs?|Phys|Rev|Lett|Comput|Chem|Mol|Appl|Mech|Oper|Res|cf|[A-Z])\."
+)
 
 # What was once written, and what says it. A reader should not have to guess.
 GUESSED = {

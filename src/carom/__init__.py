@@ -1,4 +1,7 @@
-"""Carom: event-driven molecular dynamics of hard particles in any dimension."""
+"""Carom: event-driven molecular dynamics of hard particles in any dimension.
+
+Only values and functions that several rooms share live here; all else is in the rooms below.
+"""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ class Sizes(NamedTuple):
     Attributes
     ----------
     packing_fraction : float
-        Part of the box that is filled.
+        Fraction of the box that the components fill.
     cube : float
         The largest diameter to the power d [length^d].
     equal : bool
@@ -33,10 +33,10 @@ class Block(NamedTuple):
     duration : float
         Length of the stretch [time].
     collisions : int
-        Pair collisions in it.
+        Pair collisions in the stretch.
     virial : float
-        Sum of ``r_ij . dp_ij`` over them [mass length^2 / time]. Between equal masses a collision adds ``m
-        sigma |u_n|``. Divided by a time it is an energy.
+        Sum of ``r_ij . dp_ij`` over these collisions [mass length^2 / time]. A collision of equal masses adds
+        ``m sigma |u_n|``. Divided by a time the sum is an energy.
     impulses : tuple of float
         Momentum that each wall and obstacle took up [mass length / time], in the order of their numbers.
     momentum_changes : tuple of float

@@ -37,12 +37,12 @@ def sphere_volume(dimension: int) -> float:
 
 
 def sphere_area(dimension: int, radius: float) -> float:
-    """Return the surface of a sphere: the derivative of its volume by the radius [length^(d-1)]."""
+    """Return the surface area of a sphere with a ``radius`` in ``dimension`` d [length^(d-1)]."""
     return dimension * unit_ball_volume(dimension) * radius ** (dimension - 1)
 
 
 def packing_fraction(n: int, box: Sequence[float], diameter: float = 1.0) -> float:
-    """Return the part of the box's volume that ``n`` spheres fill.
+    """Return the fraction of the volume of a box that ``n`` spheres fill.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def packing_fraction(n: int, box: Sequence[float], diameter: float = 1.0) -> flo
     box : sequence of d floats
         Edges [length].
     diameter : float
-        [length].
+        Diameter of every sphere [length].
     """
     return n * sphere_volume(len(box)) * math.prod(diameter / edge for edge in box)
 
@@ -64,25 +64,25 @@ def reduced_density(
     limit: float | None = None,
     where: str = "any packing",
 ) -> float:
-    """Return the number of spheres in a volume diameter^d, from the one of the two that is given.
+    """Return the number of spheres per diameter^d, from the packing fraction or from the density.
 
     Parameters
     ----------
     dimension : int
         d.
     packing_fraction : float, optional
-        Part of the volume that the spheres fill.
+        Fraction of the volume that the spheres fill.
     density : float, optional
-        Number of spheres in a volume diameter^d.
+        Number of spheres per diameter^d.
     limit : float, optional
-        The highest packing fraction that can be had; the densest known packing when left out.
+        Highest packing fraction that is possible; by default that of the densest known packing.
     where : str
-        What that limit is of, for the message.
+        Name of the structure with this limit, for the message.
 
     Raises
     ------
     InputError
-        If none or both are given, or beyond the limit.
+        If none or both are given, or the value is beyond the limit.
     """
     if (packing_fraction is None) == (density is None):
         found = "neither" if density is None else "both"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Frame(Configuration):
-    """All components at one time; in the paper's words, a global state.
+    """All components at one time: in the paper's words, a global state.
 
     Parameters
     ----------
@@ -77,13 +77,13 @@ class Frame(Configuration):
         return embedded(self) or table("Frame", self._facts().items())
 
     def to_ase(self) -> ase.Atoms:
-        """Return this frame as an ``ase.Atoms`` (see :func:`carom.io.to_ase`)."""
+        """Return this frame as an ``ase.Atoms``; errors are those of :func:`carom.io.to_ase`."""
         from carom.bridges.ase import to_ase
 
         return to_ase(self)
 
     def to_freud(self) -> tuple[freud.box.Box, np.ndarray]:
-        """Return a freud box and (n, 3) float32 positions centred on the origin: a ``system`` for freud.
+        """Return a freud box and positions (n, 3) float32 centred on the origin: a ``system`` for freud.
 
         Raises
         ------
@@ -95,7 +95,7 @@ class Frame(Configuration):
         return to_freud(self)
 
     def to_ovito(self) -> ovito.data.DataCollection:
-        """Return OVITO's data: types, colours, radii, velocities, the cell with its walls and its dimension.
+        """Return OVITO's data: types, colours, radii, velocities, and the cell with its walls and dimension.
 
         Raises
         ------

@@ -1,8 +1,8 @@
 """The scene's unit of time and the engine's: a power of two apart, so that no bit of a run depends on either.
 
-The engine multiplies velocities, up to four of them. With speeds of 1e-150 or 1e150 the products leave the
-range of doubles; in a unit of time in which the fastest component passes about a diameter they do not.
-Lengths and masses are the same on both sides.
+The engine multiplies up to four velocities. With speeds of 1e-150 or 1e150 the products leave the range of
+doubles. They do not in a unit of time in which the fastest component flies about one diameter. Lengths and
+masses are the same on both sides.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class TimeUnit(NamedTuple):
         fastest : float
             Largest speed, of a component along an axis or of a surface that grows [length / time].
         diameter : float
-            The largest [length].
+            Largest diameter [length].
         """
         if fastest == 0.0:
             return cls()
@@ -41,13 +41,13 @@ class TimeUnit(NamedTuple):
     def to_kernel(self, value: Any, power: int) -> Any:
         """Return a number, an array or a Fraction of the dimension ``time**power`` in the engine's units.
 
-        Lengths and masses do not count: power is 1 for times, -1 for velocities, impulses and virials, -2 for
-        energies. What is smaller than the smallest double becomes zero: a speed of 1e-308 of the fastest.
+        Lengths and masses do not count: ``power`` is 1 for times, -1 for velocities, impulses and virials, -2
+        for energies. A ``value`` below the smallest double becomes zero: a speed of 1e-308 of the fastest.
         """
         return _shifted(value, -power * self.exponent)
 
     def to_scene(self, value: Any, power: int) -> Any:
-        """Return in the scene's units what is given in the engine's; as :meth:`to_kernel`."""
+        """Return in the scene's units a ``value`` in the engine's; ``power`` as for :meth:`to_kernel`."""
         return _shifted(value, power * self.exponent)
 
 

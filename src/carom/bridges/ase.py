@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 def to_ase(frame: Configuration) -> ase.Atoms:
-    """Return a frame as an ``ase.Atoms``. Its symbols are X, or the species' names if these are elements.
+    """Return a frame as an ``ase.Atoms``, with the symbol X or species' names that are chemical symbols.
 
     Parameters
     ----------
     frame : Frame
-        At most three dimensions. Missing coordinates become 0, and their axes are not periodic.
+        A frame in at most three dimensions. Missing coordinates become 0, and their axes are not periodic.
 
     Returns
     -------

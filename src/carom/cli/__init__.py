@@ -1,6 +1,6 @@
-"""The command ``carom``.
+"""The command ``carom``: options, screen and exit codes; nothing here computes a result.
 
-Only typer is imported here: the engine, matplotlib and the rest load inside the command that needs them, so
+Only typer is imported here. The engine, matplotlib and the rest load inside the command that needs them, so
 that ``--help`` answers at once.
 """
 

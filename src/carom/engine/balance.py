@@ -30,7 +30,7 @@ class Balance(NamedTuple):
 def make_balance(masses, velocities, still) -> Balance:
     """Return the balance of components (n,) with velocities (n, d), before anything has changed.
 
-    ``still`` tells of each axis whether the momentum along it is conserved.
+    ``still`` says for each axis whether the momentum along it is conserved.
     """
     drift = np.zeros(len(still))
     for _ in range(2):  # the second time with the digits that a fast drift has taken
@@ -55,7 +55,7 @@ def book(balance, change, now):
 
 @required
 def exchanged(balance, a, b, virial, rr, rv, now):
-    """Take note of the energy that a contact of two changes.
+    """Record the change of energy at a contact of two components.
 
     ``a``, ``b`` and ``virial`` are those of ``jump``, in the part that is exchanged; ``rv`` is r.v of the
     centres before the contact.
@@ -74,7 +74,7 @@ def _(balance: Balance, a, b, virial, rr, rv, now):
 
 @required
 def pushed(balance, energy, now):
-    """Take note of the energy that a component gains at an obstacle."""
+    """Record the energy that a component gains at an obstacle."""
 
 
 @pushed.register
@@ -89,8 +89,9 @@ def _(balance: Balance, energy, now):
 
 @required
 def audit(balance, pair, rows, duration):
-    """At the end of an epoch, enter the energy that the velocities have: what rounding adds up to is
-    forgotten, and a gas may cool by any number of decades.
+    """At the end of an epoch, compute the energy from the velocities again.
+
+    Rounding errors therefore do not accumulate, and a gas may cool by any number of decades.
     """
 
 

@@ -1,11 +1,11 @@
-"""The event queue: buckets of time that are only ever appended to, and a small heap for the bucket at hand.
+"""The event queue: buckets of time that are only appended to, and a small heap for the present bucket.
 
-An entry names a component, whose time is that of its new event or of its leaving the sector, whichever comes
-first. Nothing is removed. An entry is good if the time of its component falls into its bucket, and stale
-otherwise; stale entries are dropped when their bucket comes up. A pair event needs one entry: of a component
-that has it before leaving its sector. The buckets cover a *window* of time; what is due later waits in the
-rows and is found by one pass over them when the window is used up. Order is by (time, component), whatever
-the width of the buckets.
+An entry names a component. Its time is that of its new event or of its sector crossing, whichever comes
+first. Entries are not removed. An entry is valid if the time of its component falls into its bucket, and
+stale otherwise; stale entries are dropped when their bucket becomes the present one. A pair event needs one
+entry, of a component that has it before its sector crossing. The buckets cover a *window* of time. Later
+events are found in the rows by one pass over them at the end of the window. The order is by (time,
+component), for any width of the buckets.
 """
 
 from __future__ import annotations
@@ -81,13 +81,13 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
 
 @inner
 def time_of(state, i):
-    """Return the time of the first that is to happen to component i."""
+    """Return the time of the first event of component i, a sector crossing included."""
     return min(np.float64(state.rows[i].due), state.leave[i])
 
 
 @inner
 def push(calendar, time, i):
-    """Put an entry on the heap; the caller has seen to the room."""
+    """Put an entry on the heap; the caller ensures that there is room."""
     control = calendar.control[0]
     due, who = calendar.due, calendar.who
     k = np.uint64(control.waiting)
@@ -185,7 +185,7 @@ def append(calendar, bucket, i):
 
 @inner
 def drain(calendar, state, bucket):
-    """Move what is still good in a bucket to the heap; return False, and do nothing, if the heap has too
+    """Move the valid entries of a bucket to the heap; return False, and do nothing, if the heap has too
     little room.
     """
     control = calendar.control[0]
@@ -266,8 +266,8 @@ def adapt(calendar, longest):
 
 @inner
 def first(calendar, state, neighbors, boundary, motion):
-    """Return the component that is first, left on the heap, or -1 at the end of the window, or -2 for want of
-    room.
+    """Return the component with the first event, which stays on the heap; -1 at the end of the window, -2 if
+    an array is too small.
     """
     control = calendar.control[0]
     while True:

@@ -1,12 +1,12 @@
 """The currents of momentum and heat, and their exact integrals over time: Helfand's moments.
 
-Between two collisions every current is constant, so that its integral is a sum over collisions; a collision
-adds to it what it carries over the distance of the two centres (E. Helfand, Phys. Rev. 119, 1 (1960); B. J.
-Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). Where nobody asks for currents there
-are none, and they cost nothing.
+Between two collisions every current is constant, so that its integral is a sum over collisions. A collision
+adds the momentum and energy that it transfers over the distance of the two centres (E. Helfand, Phys. Rev.
+119, 1 (1960); B. J. Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). Currents that
+are not requested do not exist and cost nothing.
 
-All are taken in the rest frame of the centre of mass. Energy that a pair holds is shared by the two
-(:mod:`carom.engine.held`).
+All currents refer to the rest frame of the centre of mass. The potential energy of a pair is shared by the
+two (:mod:`carom.engine.held`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from carom.models.interface import NEVER, mass
 
 
 class Currents(NamedTuple):
-    """Currents now, what they have added up to, and samples of that at equal times.
+    """Currents now, their integrals so far, and samples of these at equal times.
 
     A tensor is symmetric and kept as its upper triangle, row by row: s = d (d + 1) / 2 numbers.
     """
@@ -129,8 +129,9 @@ def enter(currents, m, kind, v, sign):
 
 @required
 def flowed(currents, model, state, i, j, word, before, step, a, b, now):
-    """Take note of what a collision carries and changes, before the velocities change by ``a r`` and
-    ``-b r``. The pair goes from one step to another.
+    """Record what a collision transfers and changes, before the velocities change by ``a r`` and ``-b r``.
+
+    The pair goes from one step to another.
     """
 
 

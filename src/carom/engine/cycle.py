@@ -1,9 +1,10 @@
 """The main cycle of the paper's Figure 2, written once.
 
 It knows the basic functions ``interaction_time``, ``jump`` and ``advance`` (here ``position`` and
-``velocity``) and nothing of physics. One departure, and why: both halves of a collision are processed in one
-cycle. Taken one at a time, the second is still pending while the first schedules, at the same time and with
-its state from before the collision, and the printed cycle then stalls (docs/concepts).
+``velocity``) and no physics. It departs from the paper in one point: both halves of a collision are processed
+in one cycle. If they were processed one at a time, the second would still be pending, with its state from
+before the collision, when the first is scheduled at the same time. The printed cycle then stalls
+(docs/concepts).
 """
 
 from __future__ import annotations
@@ -82,7 +83,7 @@ def _run(digest):
     def run(
         model, state, neighbors, calendar, tallies, by_species, log, end_epoch, end_time, collisions, cycles
     ):
-        """Run the main cycle and say why it returned.
+        """Run the main cycle and return the reason why it ended.
 
         Parameters
         ----------

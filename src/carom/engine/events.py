@@ -1,4 +1,4 @@
-"""Which event a component has next: pairs are made, parted and entered into the calendar (lines 14 to 23)."""
+"""The next event of a component: pairs are made, separated and entered into the calendar (lines 14 to 23)."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from carom.models.units import NOBODY, Units
 def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     """Schedule the next event of component i (lines 14 to 23 of Figure 2).
 
-    ``word`` is what the search for i found. ``met`` is the word under which i has just collided, or none:
-    those two do not collide again at the same time (condition V), even where by rounding they overlap and
-    approach. In a small box they may collide again under another word.
+    ``word`` is the result of the search for i. ``met`` is the word of the component with which i has just
+    collided, or none. These two do not collide again at the same time (condition V), even if they overlap and
+    approach by rounding. In a small box they may collide again under another word.
     """
     rows = state.rows
     held = np.int64(state.partner[i])
@@ -97,8 +97,9 @@ def release(model, state, calendar, i, held):
 
 @required
 def spread_news(rules, model, state, calendar, now):
-    """Let the next event of a unit that is to be told of news be one of its own, now; leave its partner with
-    an advancement. False where there are no news.
+    """Give the next unit in the queue of news an event of its own, now; its partner gets an advancement.
+
+    Return False if the queue is empty.
     """
 
 
@@ -126,9 +127,7 @@ def _(rules: Units, model, state, calendar, now):
 
 @inner
 def pair_up(model, state, calendar, i, word, due):
-    """Give i and the component that ``word`` names their new event; a third party is left with an
-    advancement.
-    """
+    """Give i and the component that ``word`` names their new event; a third party gets an advancement."""
     rows = state.rows
     j = np.uint64(index(model.boundary, word))
     third = np.int64(state.partner[j])
@@ -161,7 +160,7 @@ def schedule_transit(model, state, neighbors, i, now):
 
 @inner
 def offer_newcomer(model, state, calendar, tally, i, now, word):
-    """Schedule i with a newcomer to its neighbourhood, if they meet before the event that i has."""
+    """Schedule i with a newcomer to its neighbourhood, if they meet before the present event of i."""
     if word < 0:
         return
     rows = state.rows
@@ -178,7 +177,7 @@ def offer_newcomer(model, state, calendar, tally, i, now, word):
 
 @inner
 def start_over(model, state, neighbors, calendar, tally, i, now):
-    """Schedule i anew where its change of sector made its partner's word void."""
+    """Schedule i again if its change of sector made the word of its partner invalid."""
     rows = state.rows
     held = np.int64(state.partner[i])
     held_due = rows[i].due

@@ -1,4 +1,4 @@
-"""Free flights between collisions, and how fast two meet: histograms, where they are asked for."""
+"""Free flights between collisions, and normal speeds at collisions: histograms, if they are requested."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def place(value, width):
 
 @required
 def flown(flights, state, i, j, rr, rv, now):
-    """Take note of the flights that a collision of i and j ends, before their velocities change.
+    """Record the flights that end at a collision of i and j, before their velocities change.
 
     ``rr`` is r.r and ``rv`` r.v of j relative to i at contact.
     """

@@ -1,8 +1,8 @@
-"""Potential energy that components carry along: of the energy of a pair each of the two holds half.
+"""Potential energy that components carry: each component of a pair holds half of the energy of the pair.
 
-Where pairs have steps, the current of energy has besides ``sum m v^2 v / 2`` a part ``sum u_i v_i``, in which
-``u_i`` is half of the energies of all pairs of component i. It changes at collisions only. Hard cores hold
-nothing, and have None in this place.
+If pairs have steps, the current of energy is ``sum m v^2 v / 2 + sum u_i v_i``, in which ``u_i`` is half of
+the energies of all pairs of component i. The second part changes at collisions only. Hard cores hold no
+energy, and have None in this place.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ def _(held: Held, flow, i, v):
 
 @required
 def pass_over(held, flow, i, j, before, step, v, after, w, later):
-    """Take note that i and j go from one step to another, and their velocities from v to ``after`` and from w
-    to ``later``.
+    """Record that i and j go from one step to another, and their velocities from v to ``after`` and from w to
+    ``later``.
     """
 
 

@@ -1,4 +1,4 @@
-"""Periodic boxes: which image of a component is meant.
+"""Periodic boxes: the image of a component that a word names.
 
 A candidate is named by a *word*. In a wide box the word is the candidate's index and the image is the nearest
 one. In a small box one component can be met under several images (the paper's unsectored case), and the word
@@ -77,7 +77,7 @@ def _(boundary: SectorImage):
 
 @required
 def lasting(boundary):
-    """Tell whether a word stays right when its component, or the one that uses it, changes sector."""
+    """Return whether a word stays valid when its component, or the one that uses it, changes sector."""
 
 
 @lasting.register

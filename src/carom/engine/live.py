@@ -1,4 +1,4 @@
-"""Obstacles that move, lose energy or remember: what they do to who touches them, and what it adds up to.
+"""Obstacles that move, lose energy or have a memory: their contacts, and the sums over these.
 
 Scenes without them have none of this. An obstacle is *live* where its value has ``live``.
 """
@@ -26,7 +26,7 @@ class Live(NamedTuple):
 
 
 def is_live(model: Any) -> bool:
-    """Tell whether what is compiled of an obstacle throws back in a way of its own."""
+    """Return whether the model of an obstacle has its own answer to ``recoil``."""
     return registry.answers(recoil, type(model))
 
 
@@ -59,7 +59,7 @@ def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
 
 
 def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> None:
-    """Let pairs, impact and obstacles of a new engine's model go on from those of the old one's."""
+    """Copy the memory of pairs, impact and obstacles from the model of an old engine to that of a new one."""
     take_over(model.pair, old.pair, instant, passed, slower)
     take_over(model.impact, old.impact, instant, passed, slower)
     if model.obstacles is None or model.obstacles.live is None:
@@ -72,7 +72,7 @@ def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> 
 
 @required
 def age_obstacles(obstacles, duration):
-    """Bring what obstacles remember from the start of an epoch to that of the next."""
+    """Refer the times that obstacles remember to the start of the next epoch."""
 
 
 @age_obstacles.register

@@ -1,7 +1,8 @@
 """What is fixed: the one-component interactions, the paper's partners N + k.
 
-The engine keeps all obstacles of a scene in a chain that types can walk along, each with its number, and asks
-each when a component touches it (``encounter``) and where it throws it back (``outward``).
+The engine keeps all obstacles of a scene in a chain, nested so that the compiler knows the type of each link.
+Each obstacle has a number. The engine asks it when a component touches it (``encounter``) and for the normal
+there (``outward``).
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""On which step a pair is: bits of the words in neighbour lists.
+"""The step of a pair: bits of the words in neighbour lists.
 
-Where a pair potential has steps, the word of a list's entry is ``index << bits | step``. Both partners list
+If a pair potential has steps, the word of an entry in a list is ``index << bits | step``. Both partners list
 each other as long as they are near, so that a pair has two entries, which change together at its events. A
-list that is renewed keeps the words of those who stay; who is new to it comes from beyond all steps. Nothing
-is ever derived from a distance but at the start of a run, by the caller, who writes it here.
+renewed list keeps the words of old neighbours; a new neighbour comes from beyond all steps. The step is
+derived from a distance at the start of a run only, by the caller, who writes it here.
 
 Lists of a scene without steps have None in this place, and their words are indices.
 """
@@ -191,7 +191,7 @@ def step_of(boundary, word):
 
 @inner
 def put_step(lists, i, j, step):
-    """Note in the list of i that it and j are on another step."""
+    """Write into the list of i that it and j are on another step."""
     first = start(lists.bounds, i)
     for k in range(first, first + np.uint64(lists.counts[i])):
         if named(lists.steps, lists.words[k]) == j:

@@ -1,4 +1,4 @@
-"""What the engine has to know of a scene."""
+"""The facts of a scene that the engine needs."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Contents:
     contact : (K, K) float64 array, optional
         Distances of contact between species, where they are not the sums of the radii.
     by_radii : bool
-        Whether no two act on each other from further apart than their radii, or ``contact``, say; else all
-        do so up to ``diameter``.
+        Whether no two components act on each other beyond the sum of their radii, or ``contact``. Otherwise
+        all do so up to ``diameter``.
     rates : (n,) float64 array, optional
         Radius gained a time.
     obstacles : tuple of NamedTuples and values
@@ -165,10 +165,10 @@ class Contents:
 
     @property
     def paces(self) -> np.ndarray:
-        """Square roots of thermal speeds in units of their mean, (n,): how margins are shared out.
+        """Square roots of thermal speeds over their mean, (n,): the ratios of the margins.
 
-        A light component uses up its margin sooner, in proportion to ``v / margin``; of all margins that add
-        up to the same, these are used up most seldom.
+        A light component uses up its margin sooner, at a rate proportional to ``v / margin``. Among all
+        margins with the same sum, these need the fewest renewals.
         """
         if self.masses is None:
             return np.ones(self.n)

@@ -1,9 +1,9 @@
-"""Units that decide by rules: who is asked when, and what follows from what they decide.
+"""Units that decide by rules: when a rule is called, and the consequences of its decision.
 
-A rule is asked where a pair crosses a circle, when a timer runs out, and when somebody in a circle has
-changed. The last two are events of one unit alone, like those with an obstacle: their partner is WAKE. Who
-has been removed, or is of another kind now, is news for those in whose circles it is. They are put into a
-queue, which the cycle empties before it goes on: each gets an event of its own at the present time.
+A rule is called when a pair crosses a circle, when a timer runs out, and when a unit in a circle has changed.
+The last two are events of one unit, as those with an obstacle: their partner is WAKE. If a unit is removed or
+changes its kind, all units in whose circles it is must be told. They are put into a queue, which the cycle
+empties before it continues: each gets an event of its own at the present time.
 
 Scenes without rules have none of this.
 """
@@ -36,7 +36,7 @@ from carom.models.units import (
 
 @inner
 def _settle(rules, model, state, neighbors, slot, i, now):
-    """Do what unit i has decided, and bring counters and news up to date where it has changed."""
+    """Carry out the decision of unit i, and update counters and news if it has changed."""
     row = state.rows[i]
     dimension = len(model.boundary.edges)
     before = 0.0
@@ -60,9 +60,9 @@ def _settle(rules, model, state, neighbors, slot, i, now):
 
 @required
 def heed(rules, model, state, neighbors, i, j, word, kind, now):
-    """Ask the rules of those whose circle a pair has crossed; both are at the time now.
+    """Call the rules of the units whose circle a pair has crossed; both are at the time now.
 
-    Both decide on what they see before either has done anything.
+    Both decide on the state before either decision.
     """
 
 

@@ -1,4 +1,4 @@
-"""Whom a component meets next, and when: the minimum of the paper's line 4, over all candidates."""
+"""The next partner of a component, and the time: the minimum of the paper's line 4, over all candidates."""
 
 from __future__ import annotations
 
@@ -128,11 +128,12 @@ class FarSight(NamedTuple):
 
 
 class FarSteps(NamedTuple):
-    """The same for pairs on steps: hard cores that are small beside the reach of the steps around them.
+    """The same for pairs on steps: hard cores that are small compared with the reach of the steps.
 
-    From nearby nobody is asked whether the pair falls on the core, only when. A graze that looks like a miss
-    there would else become the way out of the step, far later, and whoever comes in between would be missed.
-    Crossings of other ends are not computed again: nobody overlaps if one is late by rounding.
+    From nearby only the time of the contact with the core is computed, not whether it occurs. Otherwise a
+    graze that looks like a miss there would become an exit from the step, far later, and events in between
+    would be missed. Crossings of other ends are not computed again: no pair overlaps if one is late by
+    rounding.
     """
 
     nearness: float = 1.0 / FAR**2

@@ -1,9 +1,9 @@
 """The arrays of a run: one row a component.
 
-The paper keeps two events a component. With its delayed update the old event is (position, velocity, time)
-and of the new one only (time, partner) is stored. Here the old event changes at a component's own
-interactions only: a sector crossing or an advancement reads the state, it does not rewrite it, so that
-neither the neighbour scheme nor a sample leaves a trace in the trajectory.
+The paper keeps two events per component. With its delayed update the old event is (position, velocity, time),
+and only (time, partner) is stored of the new one. Here the old event changes at the component's own
+interactions only. A sector crossing or an advancement reads the state but does not rewrite it. Neither the
+neighbour scheme nor a sample therefore affects the trajectory.
 """
 
 from __future__ import annotations

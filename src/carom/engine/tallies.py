@@ -1,4 +1,4 @@
-"""What realised events add up to, and what they are told to."""
+"""Sums over processed events, and the log that they are written to."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def make_log(size: int) -> Log:
 
 @required
 def log_full(log):
-    """Tell whether the next collision would find no room in the log."""
+    """Return whether the log has no room for the next collision."""
 
 
 @log_full.register

@@ -26,7 +26,15 @@ __all__ = ["Reader", "Writer", "convert", "from_ase", "open", "read", "rebuild",
 def universe(
     source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame, *, unwrapped: bool = False
 ) -> MDAnalysis.Universe:
-    """Return an MDAnalysis Universe of a file or of Frames; see ``carom.io.mdanalysis.universe``."""
+    """Return an MDAnalysis Universe of a file or of Frames; see ``carom.io.mdanalysis.universe``.
+
+    Parameters
+    ----------
+    source : path, Reader, Frame or sequence of Frames
+        A trajectory, or frames in memory.
+    unwrapped : bool
+        Whether positions are unwrapped by the image counts.
+    """
     from carom.io import mdanalysis
 
     return mdanalysis.universe(source, unwrapped=unwrapped)

@@ -27,9 +27,9 @@ def convert(
     Parameters
     ----------
     source, target : str or path
-        Files whose suffixes choose the formats. The target is written completely or not at all. It may
-        also be ``.lammpstrj`` or ``.dump``, ``.data`` (LAMMPS, the last frame), ``.dcd`` or ``.pdb``, which
-        are for other programs and cannot be read back.
+        Files whose suffixes choose the formats. The target is written completely or not at all. It may also
+        be for other programs, and is then not readable by Carom: ``.lammpstrj``, ``.dump`` and ``.data``
+        (LAMMPS; ``.data`` holds the last frame), ``.dcd`` or ``.pdb``.
     overwrite : bool
         Whether an existing target may be replaced.
     progress : callable, optional
@@ -62,7 +62,7 @@ def convert(
 
 
 def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:
-    """Write `target` anew from the first `keep` frames of `source`, e.g. after a kill destroyed an .h5md.
+    """Write `target` from the first `keep` frames of `source`, for example after a kill damaged a file.
 
     The frames equal those of `source` bit for bit (except in GSD, which stores float32). An incomplete last
     frame of `source` is ignored. Returns `keep`.

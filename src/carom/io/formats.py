@@ -32,9 +32,10 @@ EXPORTED = {
 
 
 class Reader(ABC):
-    """A trajectory file as a sequence of Frames. A frame is read when it is accessed.
+    """A trajectory file as a sequence of Frames, as :func:`carom.io.open` returns it for a ``path``.
 
-    ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for frame in reader`` work as for a list.
+    A frame is read when it is accessed. ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for
+    frame in reader`` work as for a list.
     """
 
     def __init__(self, path: Path):
@@ -109,10 +110,11 @@ class Reader(ABC):
 
 
 class Writer(ABC):
-    """A trajectory file open for writing. A frame is complete when ``write`` returns.
+    """A trajectory file open for writing, as :func:`carom.io.open` returns it for a ``path`` and a ``scene``.
 
-    All frames of a file have the same numbers of components and dimensions. Either all or none of them have
-    image counts. ``len(writer)`` is the number of frames in the file.
+    A frame is complete when ``write`` returns. All frames of a file have the same numbers of components and
+    dimensions. Either all or none of them have image counts. ``len(writer)`` is the number of frames in the
+    file.
     """
 
     def __init__(self, path: Path, scene: Any = None):

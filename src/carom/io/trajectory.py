@@ -68,12 +68,12 @@ def open(
     path : str or path
         ``.h5md`` or ``.h5`` (H5MD), ``.extxyz`` or ``.xyz`` (extended XYZ), ``.gsd`` (GSD, float32).
     mode : {"r", "w", "x", "a"}
-        Read; write, replacing an existing file; write, but refuse to replace a file; append.
+        Read; write and replace an existing file; write but refuse to replace a file; append.
     scene : Scene, optional
         Scene of the frames. Each frame must have its numbers of components and dimensions.
     keep : int, optional
-        With mode ``"a"``: keep the first `keep` frames and drop those after them, as if they had never been
-        written. By default all complete frames are kept, and one that a kill cut off is dropped.
+        With mode ``"a"``, keep the first `keep` frames and drop later ones. By default all complete frames
+        are kept, and an incomplete last frame is dropped.
 
     Returns
     -------

@@ -27,18 +27,18 @@ class Arc:
     Parameters
     ----------
     center : 2 floats
-        [length].
+        Centre of the circle [length].
     radius : float
-        [length].
+        Radius of the circle [length].
     start, angle : float
-        Where the arc begins, measured from the first axis, and its extent; both counterclockwise [degrees].
+        Direction in which the arc begins, from the first axis, and its extent; counterclockwise [degrees].
     name : str
         Name, for messages and results.
 
     Raises
     ------
     InputError
-        If a number is out of range: the angle is above 0 and at most 360.
+        If a number is out of range. The angle must be above 0 and at most 360.
     """
 
     center: tuple[float, float]
@@ -56,7 +56,7 @@ class Arc:
         object.__setattr__(self, "angle", angle)
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
-        """Raise InputError outside two dimensions, and where it would be cut off by a periodic edge."""
+        """Raise InputError if the box is not two-dimensional, or if a periodic edge would cut the arc."""
         fields.check_dimensions(self.center, box, f"center of {self.name}")
         if len(box) != 2:
             raise InputError(f"{self.name} is for two dimensions, and the box has {len(box)}.")

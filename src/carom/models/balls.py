@@ -23,11 +23,16 @@ class Ball:
     Parameters
     ----------
     center : d floats
-        [length].
+        Centre [length].
     radius : float
-        [length].
+        Radius [length].
     name : str
         Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
     """
 
     center: tuple[float, ...]
@@ -54,7 +59,7 @@ class Ball:
         return SolidBall(self.center, self.radius)
 
     def area(self, box: Sequence[float]) -> float:
-        """Return its surface area [length^(d-1)]."""
+        """Return the surface area of the ball [length^(d-1)]."""
         return sphere_area(len(box), self.radius)
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Disk]:

@@ -51,7 +51,7 @@ class Box(Body):
         fields.check_name(self)
 
     def corners(self) -> np.ndarray:
-        """Return all corners."""
+        """Return all corners, (2^d, d) [length]."""
         return np.array(list(itertools.product(*zip(self.low, self.high, strict=True))))
 
     def model(self) -> Block:

@@ -15,7 +15,7 @@ from carom.models.steps import StepInteraction, Steps
 
 @dataclass(frozen=True)
 class Bonds(StepInteraction):
-    """Bonded pairs, whose distance stays between two limits. Other pairs may interact by steps.
+    """Bonded pairs, whose distance stays between two limits; other pairs may interact by steps.
 
     Parameters
     ----------
@@ -27,7 +27,13 @@ class Bonds(StepInteraction):
         Interaction of pairs that are not bonded: :class:`carom.models.wells.SquareWell` or ``StepTable``. By
         default they pass through each other (ideal chains).
     bond : Steps, optional
-        Instead of ``inner`` and ``outer``: the potential of a bonded pair, with ``outside=math.inf``.
+        Potential of a bonded pair, with ``outside=math.inf``, instead of ``inner`` and ``outer``.
+
+    Raises
+    ------
+    InputError
+        If the pairs are not pairs of different indices, each given once. If neither ``outer`` nor ``bond`` is
+        given, or both are. If ``others`` or ``bond`` is of another type.
 
     Examples
     --------
@@ -85,7 +91,7 @@ class Bonds(StepInteraction):
         return found if self.others is None else {**found, "others": self.others.to_table()}
 
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps | None, ...], ...]:
-        """Return the potentials of pairs that are not bonded, by species."""
+        """Return the potentials of pairs that are not bonded, by species, for cores of a ``diameter``."""
         return ((None,),) if self.others is None else self.others.steps_by_species(diameter)
 
     def bonded(self) -> tuple[np.ndarray, Steps | None]:
@@ -107,7 +113,12 @@ def chains(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
     count, length : int
         Number of chains, and of components in each.
     first : int
-        Number of the first component.
+        Index of the first component.
+
+    Raises
+    ------
+    InputError
+        If ``count`` is less than 1, or ``length`` less than 2.
     """
     count, length = checks.integer(count, "count", low=1), checks.integer(length, "length", low=2)
     starts = [first + k * length for k in range(count)]
@@ -115,7 +126,20 @@ def chains(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
 
 
 def rings(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
-    """Return the bonds of rings, as :func:`chains`; ``length`` is at least 3."""
+    """Return the bonds of ``count`` rings of ``length`` components each, numbered consecutively.
+
+    Parameters
+    ----------
+    count, length : int
+        Number of rings, and of components in each.
+    first : int
+        Index of the first component.
+
+    Raises
+    ------
+    InputError
+        If ``count`` is less than 1, or ``length`` less than 3.
+    """
     count, length = checks.integer(count, "count", low=1), checks.integer(length, "length", low=3)
     ends = [(first + k * length, first + (k + 1) * length - 1) for k in range(count)]
     return [*chains(count, length, first), *ends]

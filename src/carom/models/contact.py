@@ -19,8 +19,9 @@ The square of a distance r is rounded by ``eps r^2``. The distance at contact is
 def first_contact(c, rv, vv):
     """Return the time until r.r has fallen by c, or NEVER (Lubachevsky 1991, eq. 2).
 
-    In the form ``c / (-b + sqrt(b^2 - a c))``, which keeps its digits at grazing contacts. A pair that
-    overlaps by rounding and approaches meets now (sec. 6). No branch: the loop over candidates is vectorised.
+    The form ``c / (-b + sqrt(b^2 - a c))`` keeps its digits at grazing contacts. A pair that overlaps by
+    rounding and approaches meets now (sec. 6). There is no branch, so that the loop over candidates is
+    vectorised.
     """
     discriminant = rv * rv - vv * c
     t = c / (np.sqrt(max(discriminant, 0.0)) - rv)

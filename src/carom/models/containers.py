@@ -24,11 +24,16 @@ class SphericalContainer:
     Parameters
     ----------
     center : d floats
-        [length].
+        Centre [length].
     radius : float
-        Of its inside [length].
+        Inner radius [length].
     name : str
         Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
     """
 
     center: tuple[float, ...]
@@ -83,9 +88,14 @@ class CylindricalContainer:
     center : d floats
         Any point on the cylinder's axis [length].
     radius : float
-        Of its inside [length].
+        Inner radius [length].
     name : str
         Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If there is no such axis, a number is out of range, or the space has one dimension only.
     """
 
     axis: int
@@ -124,7 +134,7 @@ class CylindricalContainer:
         return 2.0 * self.radius
 
     def glides(self, axis: int) -> bool:
-        """Return whether it exchanges no momentum along an axis."""
+        """Return whether the cylinder exchanges no momentum along an axis."""
         return axis == self.axis
 
     def area(self, box: Sequence[float]) -> float:

@@ -40,13 +40,13 @@ class Gravity:
     Raises
     ------
     InputError
-        If an item is no finite number.
+        If a coordinate is not a finite number.
 
     Notes
     -----
-    All components have the same acceleration, so that they meet each other as without the field. They meet
-    walls and obstacles on parabolas. A component that rests on a surface rises to 2^-48 of the longest edge
-    at every contact, because an event-driven run has no lasting contacts.
+    All components have the same acceleration. They therefore meet each other as without the field, and meet
+    walls and obstacles on parabolas. An event-driven run has no lasting contacts: a component that rests on a
+    surface rises to 2^-48 of the longest edge after every contact.
 
     Examples
     --------
@@ -75,17 +75,17 @@ class Gravity:
             )
 
     def conserves(self, axis: int) -> bool:
-        """Return whether it conserves the total momentum along an axis."""
+        """Return whether the field conserves the total momentum along an axis."""
         return self.g[axis] == 0.0
 
     def pace(self, diameter: float) -> float:
-        """Return a speed that the field gives, as in falling by half a diameter [length / time]."""
+        """Return a typical speed: that after a fall by half a ``diameter`` [length / time]."""
         return math.sqrt(self.strength * diameter)
 
     def potential_energy(self, masses: np.ndarray, places: np.ndarray, box: tuple[float, ...]) -> float:
-        """Return the energy of masses (n,) at places (n, d) that are not wrapped [energy].
+        """Return the potential energy of ``masses`` (n,) at unwrapped ``places`` (n, d) [energy].
 
-        Zero is at the end of the box to which the field pulls, so that it is not negative in the box.
+        It is zero at the end of the ``box`` to which the field pulls, so that it is not negative in the box.
         """
         g, edges = np.array(self.g), np.array(box)
         heights = np.where(g > 0.0, edges - places, places)
@@ -107,7 +107,7 @@ class Falling(NamedTuple):
     g: tuple
     """Acceleration along each axis."""
     rest: float
-    """Speed at which what rests is thrown."""
+    """Least speed after a contact with a surface."""
 
 
 @position.register

@@ -42,6 +42,11 @@ class GreatCircles:
         Radius of the sphere [length]. Every edge of the box must be more than four times as long, so that no
         image is near.
 
+    Raises
+    ------
+    InputError
+        If the radius is not positive.
+
     Examples
     --------
     >>> import numpy as np
@@ -65,11 +70,11 @@ class GreatCircles:
         return {"type": "great-circles", "radius": self.radius}
 
     def conserves(self, axis: int) -> bool:
-        """Return False: the forces that hold components on the sphere exchange momentum."""
+        """Return False for every ``axis``: the forces that keep components on the sphere change momentum."""
         return False
 
     def check(self, scene: Any) -> None:
-        """Raise InputError if a scene does not fit on the sphere."""
+        """Raise InputError if the scene does not fit on the sphere."""
         if scene.dimension < 2:
             raise InputError("Great circles need a sphere in two dimensions or more, found one.")
         if not isinstance(scene.interaction, HardCores):
@@ -102,16 +107,16 @@ class GreatCircles:
                 )
 
     def degrees_of_freedom(self, n: int, dimension: int) -> int:
-        """Return the number of degrees of freedom of the velocities."""
+        """Return the degrees of freedom of ``n`` velocities, ``n (dimension - 1)``."""
         return n * (dimension - 1)
 
     def tangent(self, positions: np.ndarray, velocities: np.ndarray, box: Sequence[float]) -> np.ndarray:
-        """Return the part of velocities (n, d) that is tangent to the sphere."""
+        """Return the part of ``velocities`` (n, d) that is tangent to the sphere at ``positions`` (n, d)."""
         arms = (positions - 0.5 * np.asarray(box)) / self.radius
         return velocities - np.einsum("ij,ij->i", arms, velocities)[:, None] * arms
 
     def packing_fraction(self, diameters: np.ndarray, box: Sequence[float]) -> float:
-        """Return the fraction of the sphere that the caps cover."""
+        """Return the fraction of the sphere that caps of ``diameters`` (n,) cover."""
         from scipy.special import betainc
 
         sine = np.minimum(0.5 * np.asarray(diameters) / self.radius, 1.0)
@@ -123,12 +128,12 @@ class GreatCircles:
 
 
 class Circles(NamedTuple):
-    """A sphere."""
+    """Motion on a sphere."""
 
     center: tuple
-    """[length]"""
+    """Centre of the sphere [length]."""
     radius: float
-    """[length]"""
+    """Radius of the sphere [length]."""
 
 
 HALF_TURN_HIGH, HALF_TURN_LOW = 1.57079632673412561417, 6.07710050650619224932e-11
@@ -137,10 +142,10 @@ HALF_TURN_HIGH, HALF_TURN_LOW = 1.57079632673412561417, 6.07710050650619224932e-
 
 @inner
 def cosine_and_sine(angle):
-    """Return cos and sin by arithmetic alone, so that every machine has the same bits; right to 1e-16 for
-    angles up to 1e5.
+    """Return cosine and sine of an ``angle`` by arithmetic alone, so that every machine has the same bits.
 
-    The polynomials are those of fdlibm (Sun Microsystems, 1993).
+    They are accurate to 1e-16 for angles up to 1e5. The polynomials are those of fdlibm (Sun Microsystems,
+    1993).
     """
     turns = np.rint(angle * (2.0 / math.pi))
     x = (angle - turns * HALF_TURN_HIGH) - turns * HALF_TURN_LOW
@@ -161,7 +166,7 @@ def cosine_and_sine(angle):
 
 @inner
 def speed_of(v):
-    """Return the length of a velocity."""
+    """Return the magnitude of the velocity ``v``, (d,)."""
     square = 0.0
     for axis in range(len(v)):
         square += v[axis] * v[axis]
@@ -213,15 +218,23 @@ class Gap(NamedTuple):
     """The gap of two components: ``r.r - (contact + rate t)^2`` along their great circles."""
 
     me: Any
+    """Old event of the one."""
     other: Any
+    """Old event of the other."""
     center: tuple
+    """Centre of the sphere [length]."""
     mine: float
     """Angular speed of the one [1 / time]."""
     its: float
+    """Angular speed of the other [1 / time]."""
     now: float
+    """Time since the beginning of the epoch."""
     contact: float
+    """Distance of contact now [length]."""
     rate: float
+    """Rate at which the distance of contact grows."""
     bound: float
+    """Bound on the magnitude of the second derivative of the gap."""
 
 
 @value.register

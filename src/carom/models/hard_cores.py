@@ -43,7 +43,7 @@ class HardCores:
         return float(self.contact[np.ix_(occur, occur)].max())
 
     def model(self, particles: Particles) -> EqualCores | UnequalCores | SpeciesCores:
-        """Return the model that the engine compiles: the simplest sufficient one."""
+        """Return the model that the engine compiles: the simplest one that suffices."""
         if self.contact is not None:
             return SpeciesCores(
                 particles.with_ghost(particles.species, np.int64),
@@ -136,7 +136,7 @@ def _(pair: UnequalCores, i, j, now):
 
 @lanes("kinds")
 class SpeciesCores(NamedTuple):
-    """Hard cores that touch at a distance of their own for every pair of species (non-additive)."""
+    """Hard cores with a contact distance for every pair of species (non-additive)."""
 
     kinds: np.ndarray
     """Species, (n + 1,) int64."""
@@ -145,7 +145,7 @@ class SpeciesCores(NamedTuple):
     species: int
     """K."""
     radii: np.ndarray
-    """At obstacles, (n + 1,) float64 [length]."""
+    """Radii at obstacles, (n + 1,) float64 [length]."""
     masses: np.ndarray
     """(n + 1,) float64."""
 

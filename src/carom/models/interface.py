@@ -6,6 +6,37 @@ its type with ``@question.register``. The value that users write makes the model
 
 Arrays with one item a component have n + 1 items: the last is for a ghost, which nobody meets
 (:meth:`Particles.with_ghost`). Times and speeds are in the engine's unit of time (:meth:`Particles.speed`).
+
+These parameters mean the same everywhere:
+
+pair, motion, impact, obstacle, walls, model : model
+    The model that is asked.
+i, j : int
+    Components: indices of the model's arrays.
+rr, rv, vv : float
+    r.r [length^2], r.v and v.v of j relative to i, at the time ``now``.
+now : float
+    Time since the beginning of the epoch.
+axis : int
+    Number of an axis, from 0. A vector is asked for one coordinate at a time.
+x, v : float or (d,) float64 arrays
+    Position of a centre [length] and velocity: one coordinate or all of them.
+t : float
+    Time from now.
+radius, growth : float
+    Radius of a component [length], and the rate at which it grows.
+normal : (d,) float64 array
+    Unit vector.
+scene : Scene
+    The scene, already checked but for this value.
+particles : Particles
+    The components.
+positions, radii : (n, d) and (n,) arrays
+    Centres and radii [length].
+box : sequence of d floats
+    Edges [length].
+periodic : sequence of d bools
+    Which axes are periodic.
 """
 
 from __future__ import annotations
@@ -27,18 +58,18 @@ NEVER = np.inf
 
 @dataclass(frozen=True)
 class Particles:
-    """What a value may need to make its model: the components, in the engine's unit of time.
+    """The components, from which a value makes its model, in the engine's unit of time.
 
     Attributes
     ----------
     box : tuple of d floats
         Edges [length].
     radii, masses : (n,) float64 arrays
-        Of each component [length], [mass].
+        Radius [length] and mass of each component.
     species : (n,) int64 array or None
         Species of each component.
     rates : (n,) float64 array or None
-        Radius that each gains a time, where diameters grow.
+        Rate at which each radius grows, where diameters grow [length / time].
     equal : bool
         Whether all have one diameter and one mass.
     unit : TimeUnit
@@ -54,28 +85,34 @@ class Particles:
     unit: TimeUnit
 
     def with_ghost(self, values: Any, dtype: Any = np.float64) -> np.ndarray:
-        """Return one value a component as an array with one item more, which is like the first."""
+        """Return ``values``, one a component, as an array of ``dtype`` that ends with a copy of the first."""
         values = np.asarray(values)
         return np.concatenate([values, values[:1]]).astype(dtype)
 
     def speed(self, value: Any) -> Any:
-        """Return a speed in the engine's unit of time: exact, since units differ by a power of two."""
+        """Return a speed ``value`` in the engine's unit of time: exact, as units differ by a power of two."""
         return self.unit.to_kernel(value, -1)
 
 
 class Interaction(Protocol):
     """A pair interaction as users write it.
 
-    It may also have ``check(scene)``, which raises :class:`carom.errors.InputError` where the scene cannot be
-    simulated; ``penetrable = True``, where components may be nearer than the mean of their diameters (a scene
-    refuses that otherwise); and ``by_radii = True``, where no two act on each other from further apart than
-    the sum of their radii, or ``contact``, so that neighbours may be found by their sizes.
+    It may also have:
 
-    One whose pairs have steps (:func:`step_time`) also has ``steps(particles)``, which returns how many there
-    are and, for every pair of species, on which one they are beyond each other's reach, (K, K) ints; and
-    ``steps_of(pairs, distances, species, diameter)``, the steps of pairs (m, 2) at the start. Its model has
-    ``energy``, of a pair on each step, and ``events``, (steps, 4) int64, in which the engine counts the kinds
-    of events on each.
+    - ``check(scene)``, which raises :class:`carom.errors.InputError` if the scene cannot be simulated;
+    - ``penetrable = True``, if components may be nearer than the mean of their diameters, which a scene
+      refuses otherwise;
+    - ``by_radii = True``, if no two components act on each other beyond the sum of their radii, or
+      ``contact``. Neighbours are then found by their sizes.
+
+    An interaction whose pairs have steps (:func:`step_time`) also has:
+
+    - ``steps(particles)``, which returns the number of steps, and the step of pairs beyond each other's reach
+      for every pair of species, (K, K) ints;
+    - ``steps_of(pairs, distances, species, diameter)``, the steps of pairs (m, 2) at the start.
+
+    Its model has ``energy``, the energy of a pair on each step. It also has ``events``, (steps, 4) int64, in
+    which the engine counts the kinds of events on each step.
     """
 
     def reach(self, scene: Any) -> float:
@@ -88,9 +125,12 @@ class Interaction(Protocol):
 class Motion(Protocol):
     """A motion as users write it.
 
-    It may also have ``check(scene)``; ``conserves(axis)``, whether it leaves the total momentum along an axis
-    as it is (true if left out); and ``straight = False``, where components do not fly straight and uniformly
-    between two events; ``curved = True``, where they do not even do so relative to each other.
+    It may also have:
+
+    - ``check(scene)``, as an :class:`Interaction`;
+    - ``conserves(axis)``, whether it conserves the total momentum along an axis (true if left out);
+    - ``straight = False``, if components do not fly straight and uniformly between two events;
+    - ``curved = True``, if they do not fly straight relative to each other either.
     """
 
     def model(self, particles: Particles) -> Any:
@@ -100,7 +140,8 @@ class Motion(Protocol):
 class Impact(Protocol):
     """What a contact of two components loses, as users write it.
 
-    It may also have ``check(scene)``; and ``elastic = True``, where no contact loses energy.
+    It may also have ``check(scene)``, as an :class:`Interaction`, and ``elastic = True``, if no contact loses
+    energy.
     """
 
     def model(self, particles: Particles) -> Any:
@@ -108,10 +149,10 @@ class Impact(Protocol):
 
 
 def lanes(*names: str) -> Callable[[type[M]], type[M]]:
-    """Name the fields, arrays of one value a component, that ``interaction_time`` reads of candidate j.
+    """Name the fields that ``interaction_time`` reads of candidate j: arrays of one value a component.
 
-    A class decorator. The search loads them for eight candidates at a time; fields that are not named are
-    loaded one by one, which is slower and gives the same bits.
+    This is a class decorator; ``names`` are names of fields. The search loads these fields for eight
+    candidates at a time. Other fields are loaded one by one, which is slower and gives the same bits.
     """
 
     def decorate(model: type[M]) -> type[M]:
@@ -141,16 +182,17 @@ def interaction_time(pair, i, j, rr, rv, vv, now):
 
     Notes
     -----
-    Compiled, this stands in the loop over candidates. The loop is vectorised if the function has no branch
-    and no store, and if :func:`lanes` names the fields that it reads of j. A pair that touches and
-    approaches interacts now: 0 (Lubachevsky 1991, sec. 6).
+    The compiled function stands in the loop over candidates. The loop is vectorised if the function has no
+    branch and no store, and if :func:`lanes` names the fields that it reads of j. The time is 0 for a pair
+    that touches and approaches (Lubachevsky 1991, sec. 6).
     """
 
 
 @required
 def jump(pair, i, j, rr, rv, now):
-    """Return what an elastic contact adds to the velocities: ``v_i += a r``, ``v_j -= b r`` with r from i to
-    j.
+    """Return what an elastic contact adds to the velocities: ``v_i += a r``, ``v_j -= b r``.
+
+    The vector r points from i to j.
 
     Returns
     -------
@@ -168,32 +210,27 @@ CORE, IN, OUT, BOUNCE = 0, 1, 2, 3
 
 
 def step_bits(count: int) -> int:
-    """Return the number of bits that number ``count`` steps: at least 2, which the kinds of events need."""
+    """Return the number of bits that ``count`` steps need: at least 2, for the four kinds of events."""
     return max((count - 1).bit_length(), 2)
 
 
 @required
 def step_time(pair, i, j, step, rr, rv, vv, now):
-    """Time from now until components i and j, which are on a step, reach one of its ends, or NEVER.
+    """Time from now until components i and j, which are on ``step``, reach one of its ends, or NEVER.
 
-    As :func:`interaction_time`, and the loop over candidates wants the same of it.
-
-    Parameters
-    ----------
-    step : int
-        The step that the pair is on: an index of the model's arrays, which have ``2**step_bits(count)`` items
-        for so many steps.
+    The step is an index of the model's arrays, which have ``2**step_bits(count)`` items for ``count`` steps.
+    The other parameters, and the conditions for a vectorised loop, are those of :func:`interaction_time`.
     """
 
 
 @required
 def step_jump(pair, i, j, step, rr, rv, now):
-    """Return what reaching the end of a step does to a pair.
+    """Return what happens to a pair that reaches an end of its ``step``.
 
     Returns
     -------
     a, b, virial : float
-        As :func:`jump` does.
+        As from :func:`jump`.
     step : int
         The step that the pair is on from now on.
     kind : int
@@ -203,7 +240,7 @@ def step_jump(pair, i, j, step, rr, rv, now):
 
 @optional
 def step_core_square(pair, step):
-    """Return the square of a step's inner end, where a pair is thrown back there; else 0 [length^2].
+    """Return the square of the inner end of ``step`` if it is a hard core, else 0 [length^2].
 
     The deepest overlap of a run is measured with it.
     """
@@ -212,7 +249,7 @@ def step_core_square(pair, step):
 
 @optional
 def contact_time(pair, i, j, rr, rv, vv, now):
-    """Time from now until i and j interact, where ``interaction_time`` said that they do.
+    """Time from now until i and j interact, after ``interaction_time`` found that they do.
 
     The two times are rounded differently, so a grazing contact may look like a miss here. It then counts as
     a contact at the closest approach.
@@ -257,30 +294,34 @@ def mass(pair, i):
 
 @optional
 def taken_up(pair, i, j, momentum):
-    """Take note of the momentum that a contact of i and j exchanged [mass length / time]; by default of
-    nothing.
+    """Record the ``momentum`` that a contact of i and j exchanged [mass length / time].
+
+    By default nothing is recorded.
     """
     return
 
 
 @optional
 def age(pair, duration):
-    """Bring arrays that depend on time from the start of an epoch to that of the next; default: nothing."""
+    """Refer arrays that depend on time to the start of the next epoch, ``duration`` later.
+
+    By default there are none.
+    """
     return
 
 
 @optional
 def begin(pair, pairs, steps):
-    """Take note of the step (m,) on which each of the pairs (m, 2) within reach starts; called from Python.
+    """Record ``steps`` (m,), on which the ``pairs`` (m, 2) within reach start; called from Python.
 
-    The lists may be built several times before the first event. By default there is nothing to note.
+    The lists may be built several times before the first event. By default nothing is recorded.
     """
     return
 
 
 @optional
 def complaint(pair):
-    """Return why the run cannot go on, a sentence, or None; called from Python, some times a second."""
+    """Return a sentence that says why the run cannot continue, or None; called often from Python."""
     return
 
 
@@ -289,20 +330,20 @@ def complaint(pair):
 
 @required
 def position(motion, axis, x, v, t):
-    """Return the coordinate a time ``t`` after it was ``x`` with the velocity ``v``; ``t`` may be
-    negative.
+    """Return the coordinate at a time ``t`` after it was ``x`` with the velocity ``v``.
+
+    The time may be negative.
     """
 
 
 @required
 def velocity(motion, axis, v, t):
-    """Return the velocity's coordinate a time ``t`` after it was ``v``."""
+    """Return the velocity's coordinate at a time ``t`` after it was ``v``."""
 
 
 @optional
 def exit_time(motion, axis, x, v, low, high):
-    """Return the time until a coordinate leaves the interval from ``low`` to ``high``, and whether it is at
-    the upper end.
+    """Return the time until a coordinate leaves the interval from ``low`` to ``high``, and at which end.
 
     Parameters
     ----------
@@ -311,21 +352,21 @@ def exit_time(motion, axis, x, v, low, high):
     axis : int
         The axis.
     x, v : float
-        Coordinate and velocity now; x is in the interval, but for rounding.
+        Coordinate and velocity now; x is in the interval up to rounding.
     low, high : float
         The ends [length].
 
     Returns
     -------
     t : float
-        Not negative; NEVER if it stays.
+        The time, not negative; NEVER if the coordinate stays inside.
     up : int
-        1 or 0.
+        1 at the upper end, 0 at the lower one.
 
     Notes
     -----
-    The default is that of straight, uniform motion: only the end ahead can be reached. A motion that bends
-    answers for both, and its value says ``straight = False``.
+    The default is for straight, uniform motion, where only the end ahead can be reached. A motion on curved
+    paths answers for both ends, and its value has ``straight = False``.
     """
     up = np.int64(v > 0.0)
     end = high if up else low
@@ -337,7 +378,7 @@ def exit_time(motion, axis, x, v, low, high):
 
 @optional
 def carry(motion, x, v, t, there, then):
-    """Move all coordinates of a component at once, where they depend on each other.
+    """Move all coordinates of a component at once, if they depend on each other.
 
     Parameters
     ----------
@@ -346,15 +387,15 @@ def carry(motion, x, v, t, there, then):
     x, v : (d,) arrays
         Position [length] and velocity.
     t : float
-        Time.
+        Duration of the motion.
     there, then : (d,) arrays
-        Where a curved motion writes position and velocity after that time; they may be x and v.
+        A curved motion writes position and velocity after that time into them; they may be x and v.
 
     Returns
     -------
     x, v, t
-        From where :func:`position` and :func:`velocity` go on, axis by axis, and for how long. By default
-        nothing has moved; a curved motion returns ``there, then, 0.0``.
+        State from which :func:`position` and :func:`velocity` continue, axis by axis, and the remaining
+        time. By default nothing has moved; a curved motion returns ``there, then, 0.0``.
     """
     return x, v, t
 
@@ -370,40 +411,40 @@ def thrust(motion, axis, x, r, rr):
     axis : int
         The axis.
     x : float
-        The component's coordinate [length].
+        Coordinate of the component [length].
     r : float
-        That of the vector to the other [length], whose direction it is by default.
+        Coordinate of the vector to the other component [length]; by default the direction is that of r.
     rr : float
-        Square of that vector [length^2].
+        Square of the length of that vector [length^2].
     """
     return r
 
 
 @optional
 def meeting_time(motion, me, other, now, contact, rate, limit, span):
-    """Return the time from now until two components touch that do not fly straight relative to each other.
+    """Return the time from now until two components touch, for paths that are curved relative to each other.
 
     Parameters
     ----------
     motion : model
         The motion.
     me, other : records
-        Their old events: fields x and v, (d,), and t.
+        The old events of both: fields x and v, (d,), and t.
     now : float
         Time since the beginning of the epoch.
     contact, rate : float
-        The distance of contact now [length], and its growth a time.
+        Distance of contact now [length], and the rate at which it grows.
     limit : float
-        A contact later than that is of no interest; NEVER may be said for it.
+        Latest time of interest. For a later contact NEVER may be returned.
     span : float
-        How far to look, the same in all calls, so that a contact has the same bits in all.
+        Time up to which to search. It is the same in all calls, so that a contact has the same bits in all.
 
     Returns
     -------
     t : float
-        Not negative, or NEVER.
+        The time, not negative, or NEVER.
     clamped : bool
-        Whether the two are in contact already, by rounding.
+        Whether the two are already in contact, by rounding.
     """
     return NEVER, False
 
@@ -433,7 +474,8 @@ def _(impact: None, rr, rv):
 def exchanged_part(impact, i, j, rr, rv, now):
     """Return :func:`transfer` for the components i and j at the time ``now`` of the epoch.
 
-    For a contact law that remembers; by default it does not depend on who meets when. Asked once a contact.
+    It is for contact laws with memory, and is asked once per contact. By default it does not depend on i, j
+    and ``now``.
     """
     return transfer(impact, rr, rv)
 
@@ -445,11 +487,15 @@ def exchanged_part(impact, i, j, rr, rv, now):
 class Obstacle(Protocol):
     """The interface of an obstacle.
 
-    It may also have ``glides(axis)``, whether it takes up no momentum along an axis; ``area(box)``, its
-    surface [length^(d-1)]; ``inside(box)``, the width of the room in a container [length]; ``outline(box,
-    periodic)`` and ``surface(box, periodic)``, shapes to draw in two and in three dimensions: see
-    ``carom.models.outlines``; and ``live(particles)``, which then takes the place of ``model()`` in the
-    engine, for an obstacle that moves, loses energy or remembers.
+    It may also have:
+
+    - ``glides(axis)``, whether it takes up no momentum along an axis;
+    - ``area(box)``, its surface area [length^(d-1)];
+    - ``inside(box)``, the inner width of a container [length];
+    - ``outline(box, periodic)`` and ``surface(box, periodic)``, shapes to draw in two and in three dimensions
+      (``carom.models.outlines``);
+    - ``live(particles)``, which replaces ``model()`` in the engine, for an obstacle that moves, loses energy
+      or has a memory.
     """
 
     @property
@@ -459,26 +505,27 @@ class Obstacle(Protocol):
     def gap(
         self, positions: np.ndarray, radii: np.ndarray, box: Sequence[float], periodic: Sequence[bool]
     ) -> np.ndarray:
-        """Return each component's distance from the obstacle, surface to surface, (n,); negative inside
-        [length].
+        """Return each component's distance from the obstacle, surface to surface, (n,) [length].
+
+        It is negative for components that overlap the obstacle.
 
         Parameters
         ----------
         positions : (n, d) array
             Centres [length].
         radii : (n,) array
-            [length].
+            Radii [length].
         box : sequence of d floats
             Edges [length].
         periodic : sequence of d bools
-            Which axes are.
+            Which axes are periodic.
         """
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the obstacle does not fit this box."""
 
     def model(self) -> Any:
-        """Return what the engine compiles: a NamedTuple for whose type questions are answered."""
+        """Return the model that the engine compiles: a NamedTuple whose type answers the questions."""
 
 
 @required
@@ -496,8 +543,8 @@ def encounter(obstacle, x, v, radius, growth):
 
     Notes
     -----
-    A component that touches and approaches, or is a hair inside by rounding and goes deeper, touches now; one
-    that moves away does not.
+    The time is 0 for a component that touches and approaches, or that is inside by rounding and goes deeper.
+    A component that moves away does not touch.
     """
 
 
@@ -508,13 +555,13 @@ def outward(obstacle, x, axis):
 
 @optional
 def repeated(obstacle):
-    """Tell whether the obstacle stands in every image of the box; by default it does not."""
+    """Return whether the ``obstacle`` stands in every image of the box; by default it does not."""
     return False
 
 
 @optional
 def anchor(obstacle, axis):
-    """Return a coordinate of the obstacle's centre, by whose periodic image the obstacle's is named."""
+    """Return a coordinate of the obstacle's centre, whose periodic image is that of the obstacle."""
     return 0.0
 
 
@@ -538,15 +585,15 @@ def member(crowd, k):
 def soonest_wall(walls, x, v, radius, growth):
     """Return the time until a component touches a wall of the box, or NEVER, and the number of that wall.
 
-    The lower wall of an axis has the number ``2 axis``, the upper one the next. Parameters as of
-    :func:`encounter`.
+    The lower wall of an axis has the number ``2 axis``, the upper one ``2 axis + 1``.
     """
 
 
 @required
 def wall_normal(walls, number, axis):
-    """Return a coordinate of the unit vector from a wall into the box; 0 for the number of another
-    obstacle.
+    """Return a coordinate of the unit vector from wall ``number`` into the box.
+
+    It is 0 if the number is not that of a wall.
     """
 
 
@@ -562,7 +609,7 @@ def meeting(motion, obstacle, x, v, radius, growth, now):
     motion, obstacle : models
         The motion, and an obstacle.
     x, v, radius, growth
-        As of :func:`encounter`.
+        As for :func:`encounter`.
     now : float
         Time since the beginning of the epoch.
     """
@@ -580,7 +627,7 @@ def arrival(obstacle, x, v, radius, growth, now):
 
 @required
 def fall(obstacle, g, x, v, radius, growth, now):
-    """Return :func:`encounter` on a parabola: everybody has the acceleration ``g``, d floats."""
+    """Return :func:`encounter` on a parabola: every component has the acceleration ``g``, d floats."""
 
 
 @optional
@@ -591,23 +638,23 @@ def wall_meeting(motion, walls, x, v, radius, growth):
 
 @optional
 def rest_speed(model):
-    """Return the least speed at which a component leaves what it touches; by default 0.
+    """Return the least speed at which a component leaves an obstacle after a contact; by default 0.
 
-    Asked of the motion, and of obstacles. In a uniform field, or on what accelerates, one that rests would
-    touch for ever, and a contact that goes on has no next event.
+    It is asked of the motion, and of obstacles. In a uniform field, or on an obstacle that accelerates, a
+    component at rest would stay in contact, and a lasting contact has no next event.
     """
     return 0.0
 
 
 @optional
 def pull(motion, normal):
-    """Return the acceleration against a unit vector, (d,) float64: onto the surface with that normal."""
+    """Return the acceleration towards a surface with the unit ``normal``."""
     return 0.0
 
 
 @optional
 def thrown(motion, approach):
-    """Return the normal velocity that an elastic contact adds, for a speed of approach."""
+    """Return the normal velocity that an elastic contact adds, for a normal speed ``approach`` before it."""
     return 2.0 * approach
 
 
@@ -615,8 +662,7 @@ def thrown(motion, approach):
 def push(motion, change, v, normal):
     """Add ``change`` along a unit normal to the velocity ``v``, in place.
 
-    A motion that has to keep energy over very many bounces does it in more digits: see
-    ``carom.models.gravity``.
+    A motion that conserves energy over very many bounces adds with more digits (``carom.models.gravity``).
 
     Parameters
     ----------
@@ -648,9 +694,9 @@ def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     x, v : (d,) float64 arrays
         Position of its centre, and velocity.
     normal : (d,) float64 array
-        Unit vector along which it is thrown back.
+        Unit vector along which the component is thrown back.
     growth, now : float
-        Rate at which its radius grows; time since the beginning of the epoch.
+        Rate at which its radius grows, and time since the beginning of the epoch.
     """
     approach = growth
     for axis in range(len(v)):
@@ -660,7 +706,7 @@ def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
 
 @optional
 def surface_speed(obstacle, normal, now):
-    """Return how fast an obstacle moves along a unit vector, (d,) float64, at a time of the epoch; or 0."""
+    """Return the velocity of an obstacle along the unit ``normal`` at the time ``now``; by default 0."""
     return 0.0
 
 
@@ -672,17 +718,17 @@ def at_time(obstacle, now):
 
 @optional
 def take_over(model, before, instant, passed, slower):
-    """Copy what ``before``, the model of the same type that is replaced, remembers; called from Python.
+    """Copy the memory of ``before``, a model of the same type that is replaced; called from Python.
 
     Parameters
     ----------
     model, before : models
-        Of an obstacle or an impact: the new one, and the one whose place it takes.
+        The new model of an obstacle or an impact, and the model that it replaces.
     instant : Fraction
-        The present since the start of the run [time of the new one]: its epochs begin there.
+        Present time since the start of the run, in the unit of the new model. Its epochs begin then.
     passed : float
-        The present in the epoch of the other [its time].
+        Present time since the beginning of the epoch, in the unit of the old model.
     slower : int
-        The unit of time of the new one is longer by ``2**slower``.
+        The unit of time of the new model is longer by ``2**slower``.
     """
     return

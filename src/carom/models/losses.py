@@ -1,9 +1,9 @@
 """Losses at contacts: a restitution, constant or by speed, and remedies against inelastic collapse.
 
 Inelastic components collide infinitely often in a finite time (inelastic collapse). There are two remedies.
-Contacts below a speed are elastic; or a contact is elastic if one of the two had its last contact less than
-t_c ago, the duration of a contact of real grains (Luding and McNamara, Granular Matter 1 (1998) 113: the TC
-model).
+Either contacts below a speed are elastic, or a contact is elastic if one of the two had its last contact less
+than t_c ago. The second is the TC model, in which t_c is the duration of a contact of real grains (Luding and
+McNamara, Granular Matter 1 (1998) 113).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from carom.models.interface import Particles, age, exchanged_part, take_over, tr
 
 @dataclass(frozen=True)
 class Loss:
-    """Energy loss at contacts: the impact of a scene, or of a :class:`carom.models.surfaces.Surface`.
+    """Energy loss at contacts, for a scene (``impact``) or a :class:`carom.models.surfaces.Surface`.
 
     Parameters
     ----------
@@ -32,8 +32,8 @@ class Loss:
     elastic_below : float, optional
         Normal relative speed below which a contact is elastic [length / time].
     at_speed : float, optional
-        If given, the restitution depends on the speed u: ``1 - (1 - restitution) (u / at_speed)^power``, and
-        not negative. At ``at_speed`` it is ``restitution``.
+        Speed at which the restitution is ``restitution`` [length / time]. At a normal relative speed u it is
+        ``1 - (1 - restitution) (u / at_speed)^power``, but not negative. By default it does not depend on u.
     power : float
         The exponent; by default 1/5, that of viscoelastic spheres.
 
@@ -73,14 +73,14 @@ class Loss:
             )
 
     def to_table(self) -> dict[str, Any]:
-        """Return what files hold of it: what was given."""
+        """Return the arguments that were given, for a file."""
         given = {key: value for key, value in asdict(self).items() if value is not None}
         if self.at_speed is None:
             del given["power"]
         return {"type": "loss", **given}
 
     def law(self, particles: Particles) -> Law:
-        """Return what the engine compiles of the restitution."""
+        """Return the compiled form of the restitution."""
         unit = particles.unit
         return Law(
             self.restitution,
@@ -91,31 +91,33 @@ class Loss:
         )
 
     def model(self, particles: Particles) -> Losing:
-        """Return what the engine compiles of contacts of two components."""
+        """Return the model that the engine compiles for contacts of two components."""
         return Losing(self.law(particles), never_touched(particles), np.zeros(1, np.int64))
 
 
 class Law(NamedTuple):
-    """Restitution by speed, and the two cures of inelastic collapse."""
+    """Restitution by speed, and the two remedies against inelastic collapse."""
 
     restitution: float
+    """Restitution at the speed ``at_speed``."""
     at_speed: float
-    """Speed at which the restitution is that; 0 where it does not depend on the speed."""
+    """Speed at which the restitution is that; 0 if it does not depend on the speed."""
     power: float
+    """Exponent of the speed."""
     threshold: float
     """Speed below which a contact is elastic."""
     contact_time: float
-    """A contact so soon after the last is elastic."""
+    """A contact within this time after the last one is elastic."""
 
 
 def never_touched(particles: Particles) -> np.ndarray:
-    """Return the time of the last contact of each component, (n + 1,): long ago."""
+    """Return the time of the last contact of each of the ``particles`` at the start, (n + 1,): -infinity."""
     return np.full(len(particles.radii) + 1, -np.inf)
 
 
 @inner
 def kept(law, speed):
-    """Return the part of a normal relative speed that a contact leaves."""
+    """Return the fraction of a normal relative ``speed`` that remains after a contact by a ``law``."""
     if law.at_speed == 0.0:
         return law.restitution
     return max(1.0 - (1.0 - law.restitution) * (speed / law.at_speed) ** law.power, 0.0)
@@ -125,10 +127,11 @@ class Losing(NamedTuple):
     """Contacts of two components that lose energy."""
 
     law: Law
+    """The restitution."""
     last: np.ndarray
-    """When each had its last contact, in the epoch, (n + 1,) float64."""
+    """Time of the last contact of each component, in the epoch, (n + 1,) float64."""
     spared: np.ndarray
-    """How many contacts were elastic for their speed, or because they came too soon, (1,) int64."""
+    """Number of contacts that were elastic because they were slow or came too soon, (1,) int64."""
 
 
 @transfer.register

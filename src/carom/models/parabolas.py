@@ -1,7 +1,8 @@
-"""Contacts on parabolas, with what is fixed and with what moves.
+"""Contacts on parabolas, with fixed and with moving obstacles.
 
-A fixed plane is met by a quadratic equation. What is round, or moves, is met at a bracketed root
-(:mod:`carom.models.roots`), which is looked for as long as the two can be near each other.
+The contact with a fixed plane is the root of a quadratic equation. The contact with a round or moving
+obstacle is a bracketed root (:mod:`carom.models.roots`), which is searched as long as the two can be near
+each other.
 """
 
 from __future__ import annotations
@@ -47,8 +48,8 @@ class Course(NamedTuple):
 def first_landing(height, speed, acceleration):
     """Return the first time at which ``height + speed t + acceleration t^2 / 2`` is <= 0 and falling.
 
-    In the forms that keep their digits. What is a hair inside and moves out lands when it comes back, or
-    where it turns, if it does not get out.
+    The forms of the roots keep their digits. A component that is inside by rounding and moves out lands when
+    it comes back, or at its turning point if it does not get out.
     """
     if height <= 0.0 and (speed < 0.0 or (speed == 0.0 and acceleration < 0.0)):
         return 0.0

@@ -1,7 +1,14 @@
 """Paths: how floors, walls and containers move to and fro along a line, as functions of time.
 
-A path is a value (:class:`Path`) with its compiled twin, which answers :func:`place` and :func:`pace`. One of
-your own is a file like this one: any function with a continuous slope, and a bound on its acceleration.
+A path is a value (:class:`Path`) with its compiled twin, which answers :func:`place` and :func:`pace`. A path
+of your own is a file like this one: any function of time with a continuous slope and a bounded acceleration.
+
+path : model
+    The compiled twin of a path.
+t : float
+    Time since the start of the run.
+unit : TimeUnit
+    The engine's unit of time.
 """
 
 from __future__ import annotations
@@ -23,18 +30,18 @@ from carom.units import TimeUnit
 class Path(Protocol):
     """A path as users write it.
 
-    The bounds must hold, because they ensure that no contact is missed: displacements stay between ``lowest``
-    and ``highest``, accelerations within ``acceleration``, and the path repeats after ``period`` (longer than
-    the run, if it does not repeat).
+    The bounds ensure that no contact is missed, so they must hold. Displacements stay between ``lowest`` and
+    ``highest``, and accelerations within ``acceleration``. The path repeats after ``period``, which is longer
+    than the run if it does not repeat.
     """
 
     @property
     def lowest(self) -> float:
-        """The least displacement [length]."""
+        """Least displacement [length]."""
 
     @property
     def highest(self) -> float:
-        """The largest displacement [length]."""
+        """Largest displacement [length]."""
 
     @property
     def acceleration(self) -> float:
@@ -45,23 +52,24 @@ class Path(Protocol):
         """Time after which it repeats itself."""
 
     def model(self, unit: TimeUnit) -> Any:
-        """Return what the engine compiles, with its times in the engine's unit."""
+        """Return the model that the engine compiles, with its times in the engine's unit."""
 
 
 @required
 def place(path, t):
-    """Return the displacement at a time since the start of the run, which is reduced by whole periods."""
+    """Return the displacement at a time since the start of the run, reduced by whole periods [length]."""
 
 
 @required
 def pace(path, t):
-    """Return its rate of change."""
+    """Return the velocity at that time: the derivative of :func:`place`."""
 
 
 class Still(NamedTuple):
     """No displacement."""
 
     still: bool = True
+    """Always true: Numba has no empty tuples of a class."""
 
 
 @place.register
@@ -81,11 +89,16 @@ class Sine:
     Parameters
     ----------
     amplitude : float
-        [length].
+        Largest displacement [length].
     period : float
-        [time].
+        Period [time].
     phase : float
         Phase at the start, in periods.
+
+    Raises
+    ------
+    InputError
+        If the amplitude or the period is not positive, or the phase is not a finite number.
 
     Examples
     --------
@@ -132,8 +145,11 @@ class Swing(NamedTuple):
     """``amplitude sin(frequency t + phase)``."""
 
     amplitude: float
+    """Largest displacement [length]."""
     frequency: float
+    """Angular frequency."""
     phase: float
+    """Phase at time zero, in radians."""
 
 
 @place.register
@@ -153,15 +169,15 @@ class Parabolas:
     Parameters
     ----------
     pieces : sequence of (duration, acceleration)
-        [time], [length / time^2].
+        Duration [time] and acceleration [length / time^2] of each stretch.
     speed : float
         Speed at the start, where the displacement is zero [length / time].
 
     Raises
     ------
     InputError
-        If displacement or speed do not return to their start after the last piece: a jump of the speed would
-        be an infinite acceleration.
+        If a number is out of range, or if displacement or speed do not return to their start after the last
+        piece: a jump of the speed would be an infinite acceleration.
 
     Examples
     --------
@@ -257,11 +273,13 @@ class Arcs(NamedTuple):
     """Pieces of parabolas."""
 
     times: np.ndarray
-    """When each begins, and the end, (k + 1,) float64."""
+    """Time at which each piece begins, and the end, (k + 1,) float64."""
     places: np.ndarray
+    """Displacement at the beginning of each piece, (k,) float64 [length]."""
     speeds: np.ndarray
+    """Speed at the beginning of each piece, (k,) float64."""
     bends: np.ndarray
-    """Acceleration of each, (k,) float64."""
+    """Acceleration of each piece, (k,) float64."""
 
 
 @place.register

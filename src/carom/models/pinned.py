@@ -1,8 +1,8 @@
 """Pinned components: hard cores that stay where they are, as if their mass were infinite.
 
-A porous medium, a Lorentz gas of many scatterers, a glass with some particles frozen. They are found through
-sectors and lists like all components, so that a thousand of them cost no more than a thousand moving ones.
-Two pinned components may overlap.
+They model a porous medium, a Lorentz gas of many scatterers, or a glass with some frozen particles. The
+engine finds them through sectors and lists like all components, so that a thousand of them cost no more than
+a thousand moving ones. Two pinned components may overlap.
 """
 
 from __future__ import annotations
@@ -31,13 +31,15 @@ def mask(given: Any, n: int) -> np.ndarray | None:
 
     Parameters
     ----------
-    given : None, or (n,) array_like of bool, or of the ints that name them
-        Who is.
+    given : None, (n,) array_like of bool, or array_like of ints
+        Which components are pinned: a bool for each, or their indices.
+    n : int
+        Number of components.
 
     Raises
     ------
     InputError
-        If it is neither, or all components are pinned.
+        If ``given`` is none of these, or all components are pinned.
     """
     if given is None:
         return None
@@ -70,7 +72,7 @@ class Pinned:
     Parameters
     ----------
     which : (n,) bool array
-        Those that do.
+        Which components stay.
     """
 
     which: np.ndarray
@@ -104,7 +106,7 @@ class PinnedCores(NamedTuple):
     masses: np.ndarray
     """(n + 1,) float64."""
     impulse: np.ndarray
-    """Momentum that each took up along the normals of its contacts, (n + 1,) float64."""
+    """Momentum that each component took up along the normals of its contacts, (n + 1,) float64."""
 
 
 @interaction_time.register

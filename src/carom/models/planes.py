@@ -18,21 +18,22 @@ from carom.models.outlines import HalfPlane, SolidBehind
 
 @dataclass(frozen=True)
 class Plane:
-    """A flat wall in any orientation: centres stay where normal . x >= offset + radius.
+    """A flat wall in any orientation: surfaces stay where ``normal.x >= offset``.
 
     Parameters
     ----------
     normal : d floats
-        Points to the allowed side; of any length. Zero along periodic axes.
+        Vector to the allowed side, of any length. It must be zero along periodic axes.
     offset : float
-        ``normal . x`` on the plane, in units of the normal's length.
+        ``normal . x`` of the points x on the plane, with this normal: the distance of the plane from the
+        origin [length] times the length of the normal.
     name : str
         Name, for messages and results.
 
     Raises
     ------
     InputError
-        If the normal is zero or a number is none.
+        If the normal is zero, or a number is not finite.
     """
 
     normal: tuple[float, ...]
@@ -71,7 +72,7 @@ class Plane:
         return HalfSpace(*self._unit())
 
     def glides(self, axis: int) -> bool:
-        """Return whether it exchanges no momentum along an axis."""
+        """Return whether the plane exchanges no momentum along an axis."""
         return self.normal[axis] == 0.0
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HalfPlane]:

@@ -1,8 +1,8 @@
-"""Range rules: units with circles around them, which decide by a rule of the user's who comes and goes.
+"""Range rules: units with circles around them, which act by a rule of the user when others come and go.
 
-Wieland's models of combat, which Lubachevsky's article names as a billiard (sec. 10): if within a radius a
-unit detects m of its own and n of the others, it takes course of action c(m, n), until another rule becomes
-applicable. What the engine compiles is in :mod:`carom.models.units`.
+These are Wieland's models of combat, which Lubachevsky's article names as a billiard (sec. 10). If a unit
+detects m of its own and n of the others within a radius, it takes course of action c(m, n), until another
+rule becomes applicable. The compiled model is in :mod:`carom.models.units`.
 """
 
 from __future__ import annotations
@@ -38,12 +38,17 @@ class Kind:
     name : str
         Name, for messages and results.
     circles : sequence of floats
-        Radii of its circles, rising [length]. May be empty: such a unit sees nobody but can be seen.
+        Radii of its circles, increasing [length]. A unit without circles sees no other unit but can be seen.
     timer : float
         Time after the start at which the rule is first called without another cause [time]; by default never.
         With 0 the rule is called for every unit of the kind at the start.
     memory : sequence of floats
         Initial values of numbers that the rule keeps for each unit: ammunition, health, a home.
+
+    Raises
+    ------
+    InputError
+        If the name is empty, the circles do not increase, or a number is out of range.
 
     Examples
     --------
@@ -76,7 +81,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class Ranges:
-    """An interaction for a scene: units fly straight until a rule of the user changes that.
+    """An interaction of units that fly straight until a rule of the user changes their velocity.
 
     Parameters
     ----------
@@ -88,6 +93,13 @@ class Ranges:
         changes its kind. It reads ``event`` and ``unit``, and writes into ``unit`` what the unit does next.
     seed : int
         Seed of the random numbers that :func:`draw` returns.
+
+    Raises
+    ------
+    InputError
+        If there are no kinds, no circles, or two kinds with one name. If there are more than 1000 kinds,
+        circles of a kind, or numbers of a memory. If the rule is not a function of two arguments, or the seed
+        not an integer of at least 0.
 
     Notes
     -----
@@ -137,7 +149,7 @@ class Ranges:
 
     @property
     def distances(self) -> np.ndarray:
-        """The radii of all circles of all kinds, falling [length]."""
+        """Radii of all circles of all kinds, decreasing [length]."""
         radii = np.unique([radius for kind in self.kinds for radius in kind.circles])
         return radii[::-1]
 
@@ -197,13 +209,17 @@ class Ranges:
                             )
 
     def steps(self, particles: Particles) -> tuple[int, np.ndarray]:
-        """Return the number of steps, and the outermost one: pairs outside all circles."""
+        """Return the number of steps, and the step of pairs outside all circles, (1, 1): 0."""
         return len(self.distances) + 1, np.zeros((1, 1), np.int64)
 
     def steps_of(
         self, pairs: np.ndarray, distances: np.ndarray, species: np.ndarray | None, diameter: float
     ) -> np.ndarray:
-        """Return how many circle radii exceed the distance (m,) of each pair at the start, (m,)."""
+        """Return the step of each of ``pairs`` (m, 2) at the start, (m,) int64.
+
+        It is the number of circle radii that exceed the distance of the pair, one of ``distances`` (m,). It
+        does not depend on ``species`` and ``diameter``.
+        """
         radii = self.distances[::-1]
         return len(radii) - np.searchsorted(radii, distances, side="right")
 

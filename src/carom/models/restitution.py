@@ -25,8 +25,8 @@ class Restitution:
     restitution : float
         This fraction, in (0, 1]; 1 is elastic.
     elastic_below : float, optional
-        Normal relative speed below which a contact is elastic [length / time]. It keeps inelastic components
-        from colliding infinitely often in a finite time, so it must be positive where restitution < 1. The
+        Normal relative speed below which a contact is elastic [length / time]. It prevents inelastic
+        collapse, infinitely many collisions in a finite time, so it must be positive if restitution < 1. The
         default is 1e-3 of the thermal speed.
 
     Raises
@@ -60,17 +60,17 @@ class Restitution:
         return self.restitution == 1.0
 
     def at(self, speed: float) -> Restitution:
-        """Return the same with its threshold, for a thermal speed [length / time]."""
+        """Return the value with its threshold, for a thermal ``speed`` [length / time]."""
         return self if self.elastic_below is not None else self.below(CAUTIOUS * speed)
 
     def below(self, speed: float) -> Restitution:
-        """Return the same with a threshold [length / time]: zero, too, where nothing moves."""
+        """Return the value with the threshold ``speed`` [length / time], which is zero if nothing moves."""
         result = copy(self)
         object.__setattr__(result, "elastic_below", speed)
         return result
 
     def model(self, particles: Particles) -> Inelastic | None:
-        """Return what the engine compiles: None where contacts are elastic."""
+        """Return the model that the engine compiles, or None if contacts are elastic."""
         if self.elastic:
             return None
         threshold = float(particles.speed(self.elastic_below))
@@ -83,11 +83,9 @@ class Inelastic(NamedTuple):
     restitution: float
     """Normal speed after over normal speed before a contact."""
     threshold: float
-    """Normal speed below which a contact is elastic, so that no number of contacts piles up in a finite time
-    (inelastic collapse).
-    """
+    """Normal speed below which a contact is elastic, against inelastic collapse."""
     spared: np.ndarray
-    """How many contacts were elastic for that reason, (1,) int64."""
+    """Number of contacts that were elastic for that reason, (1,) int64."""
 
 
 @transfer.register

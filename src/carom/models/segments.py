@@ -24,10 +24,10 @@ class Segment(Body):
     Parameters
     ----------
     start, end : d floats
-        [length].
+        The two ends [length].
     radius : float
-        Distance of its surface from the line [length]; 0 is a thin wall, which components hit from both
-        sides.
+        Distance of the surface from the line [length]. With 0 the segment is a thin wall, which components
+        hit from both sides.
     name : str
         Name, for messages and results.
 
@@ -50,7 +50,7 @@ class Segment(Body):
         fields.check_name(self)
 
     def corners(self) -> np.ndarray:
-        """Return the two ends."""
+        """Return the two ends, (2, d) [length]."""
         return np.array([self.start, self.end])
 
     def model(self) -> Stick:
@@ -66,7 +66,7 @@ class Segment(Body):
         )
 
     def area(self, box: Sequence[float]) -> float:
-        """Return its surface area, for a thin wall that of both sides [length^(d-1)]."""
+        """Return the surface area, for a thin wall that of both sides [length^(d-1)]."""
         d, length = len(box), float(np.linalg.norm(np.subtract(self.end, self.start)))
         ball = d * unit_ball_volume(d) * self.radius ** (d - 1)
         return ball + length * (d - 1) * unit_ball_volume(d - 1) * self.radius ** (d - 2) if d > 1 else 2.0
@@ -126,13 +126,13 @@ def polygon(
     Parameters
     ----------
     corners : (k, d) array_like
-        In order [length].
+        Corners in order [length].
     radius : float
-        Of each side [length].
+        Thickness of each side, as for :class:`Segment` [length].
     closed : bool
         Whether the last corner is joined to the first.
     name : str
-        Sides are called "name, side k".
+        Name of the polygon; that of side k is "name, side k".
 
     Raises
     ------

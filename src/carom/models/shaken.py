@@ -44,9 +44,14 @@ class Shaken:
     obstacle : obstacle
         A plane, a ball or a container, at displacement zero.
     direction : d floats
-        Direction of the motion; of any length.
+        Direction of the motion, a vector of any length but zero.
     path : Path
         Displacement as a function of time: :class:`carom.models.paths.Sine`, ``Parabolas`` or your own.
+
+    Raises
+    ------
+    InputError
+        If the direction is zero, or the path is not a path or has bounds that are not finite.
 
     Examples
     --------
@@ -85,11 +90,11 @@ class Shaken:
 
     @property
     def fastest(self) -> float:
-        """Bound on its speed, as a sine of this acceleration and period has [length / time]."""
+        """Bound on the speed of the obstacle [length / time]."""
         return float(self.path.acceleration * self.path.period / (2.0 * math.pi))
 
     def gap(self, positions, radii, box, periodic):
-        """Return the distance of each component's surface from it at the start, (n,) [length]."""
+        """Return the distance of each component's surface from the obstacle at the start, (n,) [length]."""
         away = place(self.path.model(TimeUnit()), 0.0) * np.array(self.direction)
         return self.obstacle.gap(np.asarray(positions) - away, radii, box, periodic)
 
@@ -112,7 +117,7 @@ class Shaken:
                 )
 
     def glides(self, axis: int) -> bool:
-        """Return whether it exchanges no momentum along an axis."""
+        """Return whether the obstacle exchanges no momentum along an axis."""
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def to_table(self) -> dict[str, Any]:
@@ -126,7 +131,7 @@ class Shaken:
         }
 
     def model(self) -> Any:
-        """Return the obstacle where it is not displaced, as it is compiled."""
+        """Return the model of the obstacle without displacement."""
         return self.obstacle.model()
 
     def live(self, particles: Particles) -> Displaced:
@@ -154,7 +159,7 @@ class Shaken:
         )
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return the shapes to draw in two dimensions: where it is not displaced."""
+        """Return the shapes to draw in two dimensions: the obstacle without displacement."""
         return self.obstacle.outline(box, periodic)
 
 
@@ -162,11 +167,13 @@ class Displaced(NamedTuple):
     """A body that is displaced along a course."""
 
     body: Any
+    """Model of the obstacle without displacement."""
     course: Course
+    """The motion along the line."""
     free: tuple
     """Acceleration of a component without field: zeros."""
     rest: float
-    """Speed at which what rests on it is thrown."""
+    """Least speed, relative to the body, after a contact."""
     begin: np.ndarray
     """Time of the path when the counting of epochs began, (1,) float64."""
     phase: np.ndarray

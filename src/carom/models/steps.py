@@ -33,15 +33,21 @@ class Steps:
     Parameters
     ----------
     distances : sequence of m floats
-        Where the energy changes, rising [length].
+        Distances at which the energy changes, increasing [length].
     energies : sequence of m floats
-        Energy of a pair between the previous distance and this one. The first may be ``math.inf``, a hard
-        core [energy].
+        Energy of a pair between the previous distance and this one [energy]. The first may be ``math.inf``, a
+        hard core.
     outside : float
         Energy beyond the last distance, ``math.inf`` for a bond [energy].
     leaving : sequence of m floats, optional
-        Energies on the way out, for hysteretic steps. A pair that enters and leaves again loses the
-        difference. By default equal to ``energies``.
+        Energies on the way out, for hysteretic steps [energy]. A pair that enters and leaves again loses the
+        difference. By default they are equal to ``energies``.
+
+    Raises
+    ------
+    InputError
+        If there are no distances, or they do not increase. If an energy is infinite that is neither a core
+        nor a bond.
 
     Examples
     --------
@@ -103,8 +109,9 @@ class Steps:
 
     @property
     def levels(self) -> list[tuple[float, float, float, float, float]]:
-        """The steps from the outside inwards: inner end, outer end, the energy needed to cross each end, and
-        the energy of a pair on the step.
+        """The steps from the outside inwards.
+
+        Each has its inner end, outer end, the energies needed to cross these, and the energy of a pair on it.
         """
         into = (*self.energies, self.outside)
         out = (*(self.energies if self.leaving is None else self.leaving), self.outside)

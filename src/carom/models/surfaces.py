@@ -81,9 +81,14 @@ class Surface(_Covered):
     loss : Loss
         What a contact loses, in the frame of the surface.
 
+    Raises
+    ------
+    InputError
+        If ``loss`` is not a Loss.
+
     Notes
     -----
-    A component leaves the surface at least so fast that it flies for half of ``contact_time``, or at
+    A component leaves the surface so fast that it flies for half of ``contact_time``, or at least at
     ``restitution * elastic_below``. A resting component makes such small hops.
 
     Examples
@@ -101,7 +106,7 @@ class Surface(_Covered):
             raise InputError(f"The loss of a Surface must be a Loss, found {checks.describe(self.loss)}.")
 
     def glides(self, axis: int) -> bool:
-        """Return whether it exchanges no momentum along an axis."""
+        """Return whether the obstacle exchanges no momentum along an axis."""
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def to_table(self) -> dict[str, Any]:
@@ -127,6 +132,11 @@ class Thermal(_Covered):
         Temperature of that gas [energy].
     seed : int
         Seed of its random numbers; every component has its own stream.
+
+    Raises
+    ------
+    InputError
+        If the temperature is not positive, or the seed is not an integer of at least 0.
 
     Notes
     -----
@@ -173,19 +183,24 @@ class Lossy(NamedTuple):
     """A body whose contacts lose energy."""
 
     body: Any
+    """Model of the obstacle."""
     law: Law
+    """The restitution."""
     last: np.ndarray
-    """When each component touched it last, in the epoch, (n + 1,) float64."""
+    """Time of the last contact of each component with it, in the epoch, (n + 1,) float64."""
     spared: np.ndarray
-    """Contacts that were elastic, and that threw faster than they had to, (2,) int64."""
+    """Contacts that were elastic, and contacts with a least speed after them, (2,) int64."""
 
 
 class Thermostat(NamedTuple):
-    """A body that throws back at a temperature."""
+    """A body that throws components back with the speeds of a temperature."""
 
     body: Any
+    """Model of the obstacle."""
     kT: float
+    """Temperature."""
     seed: int
+    """Seed of the random numbers."""
     drawn: np.ndarray
     """Numbers that each component has drawn, (n + 1,) int64."""
 

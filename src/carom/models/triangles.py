@@ -53,7 +53,7 @@ class Triangle(Body):
             raise InputError(f"The corners of {self.name} lie on a line: give a Segment.")
 
     def corners(self) -> np.ndarray:
-        """Return the three corners."""
+        """Return the three corners, (3, d) [length]."""
         return np.array([self.a, self.b, self.c])
 
     def model(self) -> Facet:

@@ -1,11 +1,11 @@
 """Units that decide by rules, as the engine compiles them: circles, counters, and what a rule is handed.
 
-All circles of all kinds are one ladder of distances, and the step of a pair is the number of them that it is
-inside of. A step says everything: which unit is inside whose circle follows from the kinds of both, also
-after one has changed. Crossings exchange no momentum; what they do is to change counters, and to ask rules.
+The radii of all circles of all kinds are one sequence of distances. The step of a pair is the number of these
+that exceed its distance. The step and the kinds of both determine which unit is inside whose circle, also
+after a unit has changed its kind. Crossings exchange no momentum; they change counters and call rules.
 
-A rule is written for records in the scene's units, and the velocity that it leaves there is that of the unit
-from then on. Lubachevsky (1991), sec. 10, after Wieland.
+A rule reads and writes records in the scene's units. The velocity that it writes is that of the unit from
+then on. Lubachevsky (1991), sec. 10, after Wieland.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def ask(rule, unit, event):
 
 @inner
 def draw(unit):
-    """Return a random number in (0, 1], the next of the unit's own stream."""
+    """Return the next random number of the stream of a ``unit``, in (0, 1]."""
     number = uniform(unit.seed, unit.number, unit.drawn)
     unit.drawn += 1
     return number

@@ -22,9 +22,14 @@ class SquareWell(StepInteraction):
     Parameters
     ----------
     width : float
-        Diameter of the well in diameters of the core, above 1: lambda.
+        Diameter of the well in diameters of the core, lambda > 1.
     depth : float
-        Energy of a pair in the well, below zero [energy]: epsilon.
+        Depth of the well, epsilon: a pair in it has the energy ``-depth`` [energy].
+
+    Raises
+    ------
+    InputError
+        If the width is not above 1 by more than rounding, or the depth is not a finite number.
 
     Examples
     --------
@@ -47,11 +52,11 @@ class SquareWell(StepInteraction):
         return {"type": "square-well", "width": self.width, "depth": self.depth}
 
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps, ...], ...]:
-        """Return the one potential of all pairs."""
+        """Return the one potential of all pairs, for cores of a ``diameter``."""
         return ((Steps((diameter, self.width * diameter), (math.inf, -self.depth)),),)
 
     def check(self, scene: Any) -> None:
-        """Raise InputError if diameters differ."""
+        """Raise InputError if the diameters of the ``scene`` differ."""
         super().check(scene)
         if np.ptp(scene.diameters) > 0.0:
             raise InputError(
@@ -67,7 +72,12 @@ class StepTable(StepInteraction):
     Parameters
     ----------
     table : Steps, or (K, K) nested sequence of Steps
-        Symmetric.
+        Potential of all pairs, or of each pair of species: a symmetric matrix.
+
+    Raises
+    ------
+    InputError
+        If the table is not a square, symmetric matrix of Steps, or a potential has an energy ``outside``.
 
     Examples
     --------
@@ -104,7 +114,7 @@ class StepTable(StepInteraction):
         return {"type": "steps", "table": [[steps.to_table() for steps in row] for row in self.table]}
 
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps, ...], ...]:
-        """Return the table."""
+        """Return the table; it does not depend on the ``diameter``."""
         return self.table
 
 
@@ -128,10 +138,10 @@ def from_potential(
     core : float
         Diameter of the hard core that replaces its steep part [length].
     count : int
-        How many steps; with ``spacing="energy"``, how many there would be if u rose or fell all the way.
+        Number of steps. With ``spacing="energy"`` it is the number for a monotonic potential.
     spacing : {"volume", "energy"}
-        Steps of equal volume, each with the average of u over it; or steps that differ by equal energies, at
-        the distances where u is half way between two of them.
+        Steps of equal volume, each with the average of u over it. Or steps at equal differences of energy:
+        the energy changes where u is half way between two of them.
     dimension : int
         d, for volumes.
 

@@ -1,4 +1,7 @@
-"""What is measured from frames and tallies, each number with its error bar."""
+"""What is measured from frames and tallies, each number with its error bar.
+
+Nothing here runs a simulation or sees the engine's arrays.
+"""
 
 from carom.observables.bond_order import BondOrder, BondOrderEstimate
 from carom.observables.combined import combined

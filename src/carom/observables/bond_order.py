@@ -50,19 +50,21 @@ class BondOrder:
     voronoi : bool
         Alternatively, neighbours share a face of the Voronoi tessellation (by freud, 2D and 3D).
     rmax : float, optional
-        Largest distance at which the correlation of local orders is measured [length]; by default it is not.
+        Largest distance at which the correlation of local orders is measured [length]. By default it is not
+        measured.
     width : float
         Width of the bins of the correlation [length].
     species : int, optional
-        Only components of this species, and bonds between them.
+        Species to measure, with the bonds between its components; by default all components.
     blocks : int
         Number of frames that ``measure`` takes.
 
     Raises
     ------
     InputError
-        If the ways to choose neighbours contradict each other; from :meth:`update`, if there are too few
-        components, or the box is too small; from :meth:`result`, before any frame.
+        If a number is out of range (l is at most 12), or more than one choice of neighbours is given. From
+        :meth:`update`, if there are too few components, or the box is too small. From :meth:`result`, before
+        any frame.
 
     Examples
     --------
@@ -237,15 +239,16 @@ class BondOrderEstimate:
     local_order : Estimate
         Mean of ``|psi_l|``, or q_l, over components.
     global_order : Estimate
-        Length of the mean over components: ``|Psi_l|``, or Q_l.
+        Modulus of the mean over components: ``|Psi_l|``, or Q_l.
     global_square : Estimate
-        Mean of its square, which does not vanish in a fluid of n components but falls as 1 / n.
+        Mean of its square. In a fluid of n components it does not vanish, but falls as 1 / n.
     neighbors : Estimate
         Number of neighbours of a component.
     edges : (b + 1,) array
         Edges of the bins of the correlation [length].
     correlation : list of Estimate
-        Mean of ``q_i . q_j`` over pairs in a bin: ``g_6(r) / g(r)`` in the plane; nan where no pair was seen.
+        Mean of ``q_i . q_j`` over pairs in a bin; ``g_6(r) / g(r)`` for d = 2 and l = 6. It is nan if no pair
+        was seen.
     """
 
     l: int

@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 
 def combined(first: ArrayLike, second: ArrayLike) -> Estimate:
-    """Return the mean of two unbiased estimators with the weights of least variance.
+    """Return the mean of two unbiased estimators, weighted for the least variance.
 
     Parameters
     ----------
     first, second : (n,) array_like of float
-        Both estimators of each block; blocks are independent of each other.
+        Both estimators of each block. Blocks must be independent of each other.
 
     Raises
     ------
     InputError
-        If there are not two series of one length, of at least 8 blocks.
+        If the two series differ in length, or have fewer than 8 blocks.
 
     Notes
     -----

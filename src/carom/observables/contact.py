@@ -36,22 +36,23 @@ def contact_value(
     edges : (m + 1,) float array
         Edges of the bins [length]; the first is the diameter.
     dimension : int
+        d.
 
     Returns
     -------
     Estimate or None
-        None for a diameter of zero, or where no pair was seen near contact. Its ``n_eff`` and ``tau`` are in
-        blocks of frames; with fewer than 8 frames the error is that of independent pairs, and ``n_eff`` is
+        None for a diameter of zero, or if no pair was seen near contact. Its ``n_eff`` and ``tau`` are in
+        blocks of frames. With fewer than 8 frames the error is that of independent pairs, and ``n_eff`` is
         the number of frames.
 
     Notes
     -----
-    ``ln g`` is a parabola in r - sigma, where there are bins enough, averaged over each shell by
-    three-point Gauss quadrature (so that the bins' width introduces no bias), and fitted by maximum
-    likelihood to Poisson counts. The range ends where g, smoothed over three bins, has fallen to half of its
-    first value, and at 0.25 diameters at the latest. The error is by a jackknife over up to 64 blocks of
-    frames, whose pseudo-values pass through :func:`carom.observables.blocking`: correlated frames
-    do not make it too small.
+    ``ln g`` is a parabola in r - sigma (of lower degree with fewer than five bins), fitted by maximum
+    likelihood to Poisson counts. It is averaged over each shell by three-point Gauss quadrature, so that the
+    width of the bins introduces no bias. The range ends where g, smoothed over three bins, has fallen to half
+    of its first value, and at 0.25 diameters at the latest. The error is by a jackknife over up to 64 blocks
+    of frames. The pseudo-values pass through :func:`carom.observables.blocking`, so that correlated frames do
+    not make it too small.
     """
     total = counts.sum(axis=0)
     used = _bins_used(total / ideal, edges)

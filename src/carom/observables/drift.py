@@ -1,4 +1,4 @@
-"""Whether a stretch of a run was in equilibrium: a test for drift, and one for what has not moved."""
+"""Whether a stretch of a run was in equilibrium: a test for drift, and one for immobile particles."""
 
 from __future__ import annotations
 
@@ -26,21 +26,22 @@ def drift(values: Sequence[float], parts: int = PARTS) -> float:
     Parameters
     ----------
     values : sequence of float
-        Equally spaced, of a series that is stationary if the run was in equilibrium.
+        Equally spaced values of a series, which is stationary if the run was in equilibrium.
     parts : int
-        Consecutive means that are compared.
+        Number of consecutive means that are compared.
 
     Returns
     -------
     float
-        0 for a series too short or constant. Beyond 3.3 in one of a thousand stationary series.
+        The trend; 0 for a series too short or constant. One of a thousand stationary series has one beyond
+        3.3.
 
     Notes
     -----
-    The slope of the means against their number, over its error from the scatter about the line: Student's t
-    with ``parts - 2`` degrees of freedom, turned into the normal number of the same probability. A relaxation
-    not much shorter than the run inflates it, too: then the run is too short for its error bar, and is
-    flagged as it should be.
+    The slope of the means against their number is divided by its error from the scatter about the line. This
+    is Student's t with ``parts - 2`` degrees of freedom, which is converted to the normal number of the same
+    probability. A relaxation not much shorter than the run inflates it, too. The run is then too short for
+    its error bar, and is rightly flagged.
     """
     x = np.asarray(values, dtype=np.float64)
     parts = min(parts, x.size)
@@ -60,14 +61,14 @@ def drift(values: Sequence[float], parts: int = PARTS) -> float:
 
 
 def together(drifts: Sequence[float]) -> float:
-    """Return the trend that independent runs have in common, as a standard normal number (Stouffer)."""
+    """Return the common trend of independent runs from their ``drifts``, as a standard normal (Stouffer)."""
     return math.fsum(drifts) / math.sqrt(len(drifts)) if drifts else 0.0
 
 
 def drifts(values: Sequence[float]) -> bool:
-    """Return whether independent runs, given their trends, were out of equilibrium.
+    """Return whether independent runs with the trends ``values`` were out of equilibrium.
 
-    Either by the trend they share, or by the largest of their own; each with half of ``LEVEL``.
+    The common trend and the largest single trend are tested, each at half of ``LEVEL``.
     """
     if not values:
         return False

@@ -77,7 +77,8 @@ class Dynamics:
     Raises
     ------
     InputError
-        From :meth:`update`, if frames have no image counts, or are not equally spaced in time.
+        From :meth:`update`, if frames have no image counts, or are not equally spaced in time. From
+        :meth:`result`, if there are fewer than 9 frames.
 
     Examples
     --------
@@ -161,8 +162,10 @@ class Dynamics:
             )
 
     def means(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return times (l,), and means over all origins (l, 4) of: squared displacement, its square,
-        v(0).v(t), and the product of the mean velocity at both ends with the displacement.
+        """Return times (l,) and four means over all origins of time, (l, 4).
+
+        They are the means of the squared displacement, of its square, and of v(0).v(t). The fourth is the
+        mean of the displacement times the average of the velocities at both ends.
         """
         rows = self._rows(1)
         return (
@@ -334,8 +337,9 @@ class DynamicsEstimate:
     Attributes
     ----------
     dimension : int
+        d.
     times : (l,) array
-        Evenly spaced up to 15 frames, then by their logarithm [time].
+        Times between two frames, evenly spaced up to 15 frames and then logarithmically [time].
     mean_square : list of Estimate
         Mean square displacement at each time [length^2].
     non_gaussian : list of Estimate
@@ -343,10 +347,10 @@ class DynamicsEstimate:
     velocity_autocorrelation : list of Estimate
         ``<v(0).v(t)> / d`` [length^2 / time^2].
     running_diffusion : list of Estimate
-        ``<v(0).(r(t) - r(0))> / d``: the integral of the velocity autocorrelation up to the time, with no
-        time step; the coefficient of self-diffusion where it no longer changes [length^2 / time].
+        ``<v(0).(r(t) - r(0))> / d``: the exact integral of the velocity autocorrelation up to the time. Its
+        plateau is the coefficient of self-diffusion [length^2 / time].
     velocity_square : Estimate
-        The velocity autocorrelation at time zero.
+        The velocity autocorrelation at time zero [length^2 / time^2].
     wave_numbers : (s,) array
         Lengths q of the wave vectors [1 / length].
     structure_factor : list of Estimate

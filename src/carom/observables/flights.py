@@ -20,13 +20,13 @@ class FlightSums(NamedTuple):
     times, paths : (K, b) int64 arrays
         Histograms of free times and free paths of each species.
     speeds : (K, K, b) int64 array
-        Of relative normal speeds, in the rows of the smaller species.
+        Histograms of relative normal speeds, in the row of the species with the smaller number.
     flown : (K, 3) array
-        Flights, sum of their times [time], of their paths [length].
+        Number of flights, sum of their times [time], and sum of their paths [length].
     met : (K, K, 3) array
-        Collisions, sum of normal speeds [length / time], of their squares.
+        Number of collisions, sum of the normal speeds [length / time], and sum of their squares.
     returns : (K, 2) array
-        Collisions of components that had collided before; of these, with the partner of the last time.
+        Number of collisions of components that had collided before, and of those with the same partner again.
     """
 
     times: np.ndarray
@@ -49,6 +49,7 @@ class Distribution:
         Probability density and its standard error. Values beyond the last edge are included in the
         normalisation.
     mean : Estimate
+        Mean of the quantity itself.
     """
 
     edges: np.ndarray
@@ -101,13 +102,13 @@ def flights_of(
     Parameters
     ----------
     blocks : list of FlightSums
-        Of stretches of a run in equilibrium.
+        Sums over stretches of a run in equilibrium.
     durations : list of float
-        [time]
+        Duration of each stretch [time].
     counts : (K,) array
-        Components of each species.
+        Number of components of each species.
     widths : (3,) array
-        Of bins of time, path and speed.
+        Widths of the bins of time, path and speed.
     """
     kinds = len(counts)
     with warnings.catch_warnings():

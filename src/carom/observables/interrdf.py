@@ -35,21 +35,22 @@ def rdf_mdanalysis(
     universe : MDAnalysis.Universe or path
         A path that MDAnalysis opens by itself, e.g. an ``.h5md`` file that Carom wrote.
     bins : int
+        Number of bins.
     rmin, rmax : float
-        Range [length]; from 0 to half of the shortest edge.
+        Range [length]; by default from 0 to half of the shortest edge.
     dimension : int, optional
-        2 or 3; without it, 2 if no particle of the first frame has left the plane z = 0.
+        2 or 3; by default 2 if all particles of the first frame lie in the plane z = 0, else 3.
     selection : str
-        Of particles, in MDAnalysis's language.
+        The particles, in MDAnalysis's selection language.
     other : str, optional
-        Of the particles around those, for a partial g(r); none may be in both.
+        The particles around them, for a partial g(r). No particle may be in both selections.
     diameter : float
-        For the packing fraction in the result, of all particles, and its distance at contact [length].
+        Diameter of all particles [length], for the packing fraction and the distance at contact.
 
     Returns
     -------
     RadialDistribution
-        With the errors of independent pairs, and no contact value: positions are single precision there.
+        It has the errors of independent pairs, and no contact value: MDAnalysis has single precision.
 
     Raises
     ------
@@ -62,8 +63,8 @@ def rdf_mdanalysis(
     Notes
     -----
     In 3D ``exclusion_block=(1, 1)`` leaves out each particle with itself, so that g tends to 1. InterRDF
-    divides by the volumes of spherical shells, always: in 2D its raw counts are normalised here, by ``N (N -
-    1) pi (r2^2 - r1^2) / area`` for each frame.
+    always divides by the volumes of spherical shells. In 2D its raw counts are therefore normalised here, by
+    ``N (N - 1) pi (r2^2 - r1^2) / area`` for each frame.
     """
     import MDAnalysis
     from MDAnalysis.analysis.rdf import InterRDF

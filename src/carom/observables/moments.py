@@ -15,7 +15,7 @@ PARTS = ("kinetic", "cross", "collisional")
 
 @dataclass(frozen=True, eq=False)
 class HelfandMoments:
-    """Time integrals of the currents of momentum and heat, at equal times.
+    """Time integrals of the currents of momentum and heat, at m equally spaced times.
 
     They refer to the rest frame of the centre of mass. Kinetic parts are exact between collisions;
     collisional parts change only at collisions.
@@ -25,12 +25,13 @@ class HelfandMoments:
     every : float
         Time from one sample to the next [time].
     stress : (2, m, d, d) array
-        Kinetic and collisional: integral of ``sum m v_a v_b``; sum of ``dp_a r_b`` [mass length^2 / time].
+        Kinetic part, the integral of ``sum m v_a v_b``, and collisional part, the sum of ``dp_a r_b``
+        [mass length^2 / time].
     heat : (2, m, d) array
-        Kinetic and collisional: integral of ``sum e v_a``, where e is ``m v^2 / 2`` and, of pairs with steps,
-        half of each pair's energy; sum of ``de r_a`` [energy length].
+        Kinetic part, the integral of ``sum e v_a``, and collisional part, the sum of ``de r_a``
+        [energy length]. The energy e is ``m v^2 / 2``, plus half of the energy of each pair with steps.
     displacement : (K, m, d) array
-        Sum of the displacements of each species [length]; K = 0 where the scene has none.
+        Sum of the displacements of each species [length]; K = 0 if the scene has no species.
     """
 
     every: float

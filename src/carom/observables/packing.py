@@ -46,14 +46,14 @@ class PackingNetwork:
     gap : float
         Pairs are in contact if their gap is below this fraction of the contact distance.
     void : (float, float)
-        The largest gap of a contact and the smallest one of no contact; the latter is at most ``REACH``.
+        Largest gap of a contact, and smallest gap of a near pair without contact, at most ``REACH``.
     gaps : (p,) array
-        Gap over contact distance of all near pairs, in increasing order; negative where they overlap.
+        Gap over contact distance of all near pairs, in increasing order; negative for pairs that overlap.
     bonds : (m, 2) int array
-        Pairs in contact, i < j; or a component and, as n + k, wall k (lower, upper, axis after axis, where
-        there are walls), or, after these, an obstacle.
+        Pairs in contact, i < j; or a component i and n + k, the number of a wall or an obstacle. The walls
+        come first, axis after axis, lower before upper.
     vectors : (m, d) array
-        From i to the image of j that it touches, or to the wall or obstacle [length].
+        Vector from i to the touching image of j, or to the wall or obstacle [length].
     backbone : (n,) bool array
         Which components are not rattlers.
     sided : bool
@@ -74,7 +74,7 @@ class PackingNetwork:
 
     @property
     def rattlers(self) -> np.ndarray:
-        """Numbers of the components that the others do not hold in place."""
+        """Indices of the components that their neighbours do not hold in place."""
         return np.flatnonzero(~self.backbone)
 
     @property
@@ -84,7 +84,7 @@ class PackingNetwork:
 
     @property
     def held(self) -> np.ndarray:
-        """Which contacts belong to the backbone, (m,) bool: neither end is a rattler."""
+        """Which contacts belong to the backbone, (m,) bool: those without a rattler."""
         fixed = np.ones(2 * self.frame.dimension + len(self.obstacles), dtype=bool)
         solid = np.append(self.backbone, fixed)
         return solid[self.bonds].all(axis=1)
@@ -105,10 +105,10 @@ class PackingNetwork:
     def isostatic(self) -> int:
         """Number of contacts of an isostatic backbone.
 
-        It is the number of degrees of freedom, ``d N_b`` minus one for each rigid motion of the whole, plus
-        one for the state of stress: ``d (N_b - 1) + 1`` on a torus (Donev, Torquato and Stillinger, Phys.
-        Rev. E 71, 011105 (2005)). Along walls the whole can be shifted, and in a round container rotated.
-        None without a backbone.
+        It is the number of degrees of freedom plus one for the state of stress. The degrees of freedom are
+        ``d N_b`` minus one for each rigid motion of the whole. In a periodic box the sum is ``d (N_b - 1) +
+        1`` (Donev, Torquato and Stillinger, Phys. Rev. E 71, 011105 (2005)). Along walls the whole can be
+        shifted, and in a round container rotated. It is None without a backbone.
         """
         solid = int(self.backbone.sum())
         return self.frame.dimension * solid - self._together() + 1 if solid else 0
@@ -127,15 +127,15 @@ class PackingNetwork:
 
     @property
     def distinct(self) -> bool:
-        """Whether contacts can be told from near contacts.
+        """Whether contacts can be distinguished from near contacts.
 
         Notes
         -----
-        The void is at least a decade wide, and begins where forces end. At a reduced pressure p a contact of
-        force f has a gap of about 1 / (p f), with f in units of the mean force. Forces are distributed as
-        f^theta where they are small, theta > 0 (Charbonneau et al., Phys. Rev. Lett. 114, 125504 (2015)), so
-        that the weakest of m is about 1 / m of the typical one, or more: no contact has a gap of more than m
-        times the median of all.
+        Two conditions must hold. The void is at least a decade wide, and it begins where forces end. At a
+        reduced pressure p a contact with force f has a gap of about 1 / (p f), with f in units of the mean
+        force. Small forces are distributed as f^theta, theta > 0 (Charbonneau et al., Phys. Rev. Lett. 114,
+        125504 (2015)). The weakest of m forces is therefore at least about 1 / m of the typical one, and no
+        contact has a gap of more than m times the median of all.
         """
         m = int(np.searchsorted(self.gaps, self.gap))
         if m == 0:
@@ -205,14 +205,14 @@ def packing_network(
 
     Notes
     -----
-    A rattler has fewer than d + 1 contacts, or contacts on one side only: no combination of their directions
-    with positive coefficients is zero, so that it can be moved away from all of them. A component held only
-    by rattlers is a rattler, too: rattlers are removed until none is left.
+    A rattler has fewer than d + 1 contacts, or contacts on one side only. Then no combination of their
+    directions with positive coefficients is zero, and it can be moved away from all of them. A component held
+    only by rattlers is a rattler, too: rattlers are removed until none is left.
 
     If spheres were compressed too fast for their forces to balance, contacts are missing at any pressure.
     Removing rattlers then removes all spheres. Compress more slowly, from a reduced pressure of some hundreds
-    on; or, with ``sided=False``, count contacts only. Grains of a crystal vanish in the same way: a disk at a
-    straight edge of one has its neighbours on one side.
+    on; or, with ``sided=False``, count contacts only. Crystalline grains vanish in the same way, because a
+    disk at the straight edge of a grain has its neighbours on one side.
     """
     pairs, vectors, gaps = _near(frame, contact, obstacles)
     if not len(gaps):

@@ -23,12 +23,12 @@ class PairDistribution:
     bins, width, rmax, pair, contact
         As for :func:`carom.rdf`.
     blocks : int
-        Frames, where ``measure`` takes them.
+        Number of frames that ``measure`` takes.
 
     Raises
     ------
     InputError
-        From :meth:`update`, as :func:`carom.rdf` does; from :meth:`result`, before any frame.
+        From :meth:`update`, as from :func:`carom.rdf`; from :meth:`result`, before any frame.
 
     Examples
     --------
@@ -53,9 +53,9 @@ class PairDistribution:
         self._counted = Histograms(wanted, bins=self.bins, width=self.width, rmax=self.rmax)
 
     def update(self, frame: Frame) -> None:
-        """Take in the next frame."""
+        """Add the next frame."""
         self._counted.update(frame)
 
     def result(self) -> RadialDistribution:
-        """Return g(r) so far."""
+        """Return g(r) of all frames so far."""
         return self._counted.result()[""]

@@ -26,12 +26,16 @@ MOST_SPECIES = 4
 
 
 def species_of(scene: Scene) -> np.ndarray | None:
-    """Return the species (n,) of a mixture: those it names, or its diameters, the largest first.
+    """Return the species (n,) of a ``scene`` for g_ij(r).
+
+    They are those of the scene if each has one diameter. Otherwise each diameter is a species, the largest
+    first.
 
     Returns
     -------
     (n,) int64 array or None
-        None where there are more than four, as in a polydisperse fluid: no pair of sizes occurs often enough.
+        None if there are more than four, as in a polydisperse fluid: no pair of sizes occurs often enough.
+        Also None if a contact matrix goes with species of several diameters.
     """
     given = scene.species
     if given is not None and all(np.ptp(scene.diameters[given == k]) == 0.0 for k in np.unique(given)):
@@ -41,7 +45,7 @@ def species_of(scene: Scene) -> np.ndarray | None:
 
 
 def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str, RadialDistribution]:
-    """g_ij(r) of every pair of species, in the bins that :func:`carom.rdf` takes by itself.
+    """g_ij(r) of every pair of species, in the default bins of :func:`carom.rdf`.
 
     Parameters
     ----------
@@ -53,8 +57,9 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
     Returns
     -------
     dict of str to RadialDistribution
-        By the names of the two species, "large-small", or their numbers, "0-1". Left out are pairs that do
-        not occur, and those with no room for g(r) in half of the box; all where :func:`species_of` is None.
+        The g_ij(r) by the names of the two species, "large-small", or their numbers, "0-1". Pairs that do not
+        occur are left out, and pairs whose contact lies beyond half of the box. It is empty if
+        :func:`species_of` is None.
     """
     species = species_of(scene)
     if species is None:
@@ -82,8 +87,15 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
 def write_partial(distributions: Mapping[str, RadialDistribution], path: str | os.PathLike[str]) -> None:
     """Write a table with the columns ``r_lo, r_hi, g, error, counts`` of each pair, named "g large-small".
 
-    The bins of every pair begin where it touches; a pair with fewer bins than another leaves its cells empty.
+    The bins of every pair begin at its contact. A pair with fewer bins than another leaves its cells empty.
     Lines that begin with # before the table say what was measured.
+
+    Parameters
+    ----------
+    distributions : mapping of str to RadialDistribution
+        The g_ij(r) by name, as from :func:`partial_rdf`.
+    path : path
+        Where to write.
 
     Raises
     ------

@@ -130,7 +130,7 @@ class Prediction:
     Attributes
     ----------
     relative_error : float
-        Relative error reached so far.
+        Relative standard error reached so far.
     collisions : float
         Pair collisions still to come.
     seconds : float

@@ -39,7 +39,7 @@ class Pressure:
     Parameters
     ----------
     blocks : int
-        Stretches of equal length that the run is cut into; the error bar comes from their scatter.
+        Number of blocks of equal time into which the run is cut; their scatter gives the error bar.
 
     Raises
     ------
@@ -56,7 +56,13 @@ class Pressure:
             )
 
     def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> PressureEstimate:
-        """Pressure of any scene, from blocks of its run: :meth:`estimate` with what the scene says."""
+        """Pressure of any scene, from blocks of its run at the temperature ``kT``; see :meth:`estimate`.
+
+        Raises
+        ------
+        InputError
+            If components are pinned or do not fly straight: the virial is then not the pressure.
+        """
         if scene.pinned is not None:
             raise InputError(
                 "The virial gives no pressure where components are pinned: forces from outside hold them. "
@@ -101,18 +107,21 @@ class Pressure:
         blocks : sequence of Block
             Sums over the collisions of successive stretches of the run.
         n, dimension : int
+            Number of particles, and of dimensions.
         volume : float
-            Of the box [length^d].
-        diameter, mass : float
-            Of every particle; of a mixture the largest diameter, and any mass [length], [mass].
+            Volume of the box [length^d].
+        diameter : float
+            Diameter of every particle, in a mixture the largest [length].
         kT : float
             Twice the kinetic energy about the motion of the centre of mass over the degrees of freedom,
             d (n - 1) in a periodic box [energy]. Not used for blocks that hold their own kT.
+        mass : float
+            Mass of every particle, in a mixture any mass [mass].
         packing_fraction : float, optional
-            Of a mixture; else it follows from the diameter.
+            Packing fraction of a mixture; by default it follows from the diameter.
         simple : bool
             Whether all particles are equal and elastic, and alone in a periodic box. Otherwise contact
-            values and the route from the collision rate, which need that, are left out.
+            values and Z from the collision rate are left out.
         exchanges : bool
             Whether kT changes in exchange with a potential energy (``carom.wells``), and not
             because contacts lose energy.
@@ -120,6 +129,7 @@ class Pressure:
         Returns
         -------
         PressureEstimate
+            Z, the pressure and what follows from them.
 
         Raises
         ------
@@ -136,16 +146,17 @@ class Pressure:
         -----
         ``Z = 1 + W / (d n kT t)`` with the virial W, the sum of ``r_ij . dp_ij`` over the collisions in the
         time t. With this kT it is the canonical Z of n particles; with ``2 K / (d n)`` instead it would be
-        wrong by 1 / n. One particle has Z = 1 exactly. It does not depend on diameters or masses, and so
-        holds for mixtures as well. Between the walls of a box it is the average over the axes of ``force on a
-        wall times free length of the axis / (n kT)``; for the force itself see
+        wrong by 1 / n. One particle has Z = 1 exactly. The formula does not depend on diameters or masses,
+        and so holds for mixtures as well. Between the walls of a box it is the average over the axes of
+        ``force on a wall times free length of the axis / (n kT)``; for the force itself see
         :class:`~carom.observables.WallPressure`.
 
-        Where contacts lose energy, or diameters grow, kT changes: its integral over each block replaces ``kT
+        If contacts lose energy, or diameters grow, kT changes: its integral over each block replaces ``kT
         t``. While a gas cools, blocks are weighted by their collisions, and Z is that of inelastic spheres at
-        constant density. While diameters grow, Z is ``<P> V / (n <kT>)`` with averages over time, the packing
-        fraction is averaged in the same way. The contact value is the average of g(sigma+) with the weight kT
-        times packing fraction of each block. Errors exclude the trend along the stretch, a cubic in time.
+        constant density. While diameters grow, Z is ``<P> V / (n <kT>)`` with averages over time, and the
+        packing fraction is averaged in the same way. The contact value is the average of g(sigma+) with the
+        weight kT times packing fraction of each block. Errors exclude the trend along the stretch, a cubic in
+        time.
         """
         for name, value in (("volume", volume), ("diameter", diameter), ("kT", kT), ("mass", mass)):
             if not (math.isfinite(value) and value > 0.0):
@@ -205,38 +216,40 @@ class Pressure:
 
 @dataclass(frozen=True)
 class PressureEstimate:
-    """Pressure of a fluid: by the virial and, of equal particles, by the collision rate.
+    """Pressure of a fluid, from the virial and, for equal particles, from the collision rate.
 
     Parameters
     ----------
     compressibility_factor : Estimate
-        Z = P V / (n kT), canonical, of this n.
+        Z = P V / (n kT), canonical, of n particles.
     collision_rate : Estimate
-        Collisions of one particle per time; each counts for both partners.
+        Collisions of one particle per time; each collision counts for both partners.
     reduced_pressure : Estimate
-        P sigma^d / kT; of a mixture sigma is the largest diameter.
+        P sigma^d / kT; in a mixture sigma is the largest diameter.
     contact_value : Estimate
         g(sigma+) that Z implies, with g normalised by (n - 1) / V; nan for one particle, and where the
         particles are not ``simple``.
     compressibility_factor_from_rate : Estimate
-        Z from the number of collisions alone, ``Z - 1 = omega sqrt(pi) sigma / (2 d c_D) sqrt(m / kT)``:
-        it must agree with the first within a few errors, which are correlated. It is nan on a line, where
-        collisions only exchange the velocities of the start: their number depends on those, W does not. Nan
-        where the particles are not ``simple``.
+        Z from the collision rate omega, ``Z - 1 = omega sqrt(pi) sigma / (2 d c_D) sqrt(m / kT)``. It must
+        agree with the first within a few standard errors, which are correlated. It is nan if the particles
+        are not ``simple``, and on a line: collisions there only exchange the initial velocities, on which
+        their number depends, but W does not.
     n, dimension : int
+        Number of particles, and of dimensions.
     packing_fraction : float
+        Packing fraction.
     block_durations, block_values : tuple of float
         Duration [time] and Z of each block.
     simple : bool
         Whether all particles are equal and elastic, and alone in a periodic box.
     kT : float
-        Temperature, its average over time where contacts change it [energy].
+        Temperature; its average over time if contacts change it [energy].
     pressure : Estimate
         P, averaged over time in the same way [energy / length^d].
     note : str
-        A sentence on the meaning of Z and P where kT or diameters change; else empty.
+        A sentence on the meaning of Z and P if kT or diameters change; else empty.
     steady : bool
-        Whether a constant value is expected: not while diameters grow.
+        Whether a constant value is expected, which is not so while diameters grow.
     """
 
     compressibility_factor: Estimate
@@ -281,7 +294,12 @@ class PressureEstimate:
         return "the pressure"
 
     def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:
-        """Z of the infinite fluid, by ``finite_size_correction``.
+        """Z of the infinite fluid, by the correction of order 1 / n from theory.
+
+        Parameters
+        ----------
+        equation : callable, optional
+            Equation of state that gives the correction; by default the best one known for the dimension.
 
         Raises
         ------
@@ -291,7 +309,7 @@ class PressureEstimate:
         Warns
         -----
         CaromWarning
-            If the box is too small for it: ``finite_size_doubt``.
+            If the box is too small for this correction.
         """
         if not self.simple and equation is None:
             raise InputError(

@@ -22,14 +22,14 @@ SEEN = ("frame", "block")
 
 @runtime_checkable
 class Observable(Protocol):
-    """Interface of what :meth:`carom.Simulation.measure` takes.
+    """Interface of an observable, for :meth:`carom.Simulation.measure`.
 
-    It may have ``blocks``, the number of stretches of equal time that the run is cut into (256 without it),
-    and ``result()``. An observable of frames sees one at the start, and one at the end of each stretch.
+    It may have ``blocks``, the number of stretches of equal time that the run is cut into (256 by default),
+    and ``result()``. An observable of frames gets one at the start, and one at the end of each stretch.
     """
 
     def update(self, seen: Any, /) -> Any:
-        """Add the next :class:`carom.Frame` or :class:`carom.Block`; return its value, or nothing."""
+        """Add ``seen``, the next :class:`carom.Frame` or :class:`carom.Block`; return its value or None."""
 
 
 def sees(observable: Any) -> str:
@@ -67,12 +67,12 @@ def averages(values: Sequence[Any]) -> Any:
     Returns
     -------
     Estimate, or an array of them
-        In the shape of a value.
+        Each mean, in the shape of a value.
 
     Raises
     ------
     InputError
-        If they are not real numbers, or differ in shape.
+        If the values are not real numbers, or differ in shape.
     """
     if any(np.iscomplexobj(value) for value in values):
         raise InputError(

@@ -27,22 +27,23 @@ class RadialDistribution:
     edges : (m + 1,) float64 array
         Edges of the bins [length]; the first is exactly the diameter.
     g, error : (m,) float64 arrays
-        g(r) averaged over each shell, and its standard error: by blocking over the frames where there are 16
-        or more, otherwise that of independent pairs. A bin that never saw a pair has the error of one pair.
+        g(r) averaged over each shell, and its standard error: by blocking over 16 frames or more, otherwise
+        that of independent pairs. A bin without any pair has the error of one pair.
     counts : (m,) int64 array
         Pairs seen in all frames.
     n, dimension, frames : int
+        Number of particles, of dimensions and of frames.
     diameter : float
         Distance at contact [length]; for two species the distance at which they touch.
     packing_fraction : float
-        Of all components together.
+        Packing fraction of all components together.
     contact_value : Estimate or None
-        g(sigma+), extrapolated (see :func:`carom.observables.contact.contact_value`); None where bins are not
-        aligned at contact.
+        g(sigma+), extrapolated (see :func:`carom.observables.contact.contact_value`); None if no bin begins
+        at contact.
     pair : (int, int) or None
-        The species of the two particles; None where all particles are counted.
+        The species of the two particles; None if all particles are counted.
     running : two (m,) arrays or None
-        What :meth:`coordination` returns.
+        Running coordination numbers, which :meth:`coordination` returns.
     """
 
     edges: np.ndarray
@@ -64,10 +65,10 @@ class RadialDistribution:
         return 0.5 * (self.edges[:-1] + self.edges[1:])
 
     def coordination(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return how many neighbours are nearer than the upper edge of each bin, with errors, (m,) each.
+        """Return the mean number of neighbours up to the upper edge of each bin, and its error, (m,) each.
 
-        Of two species: how many of the second one each component of the first has. Errors are by blocking
-        over the frames where there are 16 or more, otherwise those of independent pairs.
+        For two species it is the number of neighbours of the second one around a component of the first.
+        Errors are by blocking over 16 frames or more, otherwise those of independent pairs.
 
         Raises
         ------
@@ -79,7 +80,7 @@ class RadialDistribution:
         return self.running
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a file: ``.csv`` (see :meth:`to_csv`) or ``.npz`` (numpy arrays, no pickle), by its suffix.
+        """Write the file ``path``: ``.csv`` (see :meth:`to_csv`) or ``.npz`` (NumPy arrays), by its suffix.
 
         Raises
         ------
@@ -106,7 +107,7 @@ class RadialDistribution:
         return pandas.DataFrame({"r": self.r, "g": self.g, "error": self.error})
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write columns ``r_lo, r_hi, g, error, counts``, every float with all its digits.
+        """Write the columns ``r_lo, r_hi, g, error, counts`` to the file ``path``, with all digits.
 
         Lines that begin with # before them say what was measured.
 

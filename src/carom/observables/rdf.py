@@ -40,7 +40,7 @@ def rdf(
     Parameters
     ----------
     frames : iterable of Frame
-        Of the same n, dimension, diameters, species and box; read once, one at a time.
+        Frames with the same n, dimension, diameters, species and box. They are read once, one at a time.
     bins : int, optional
         Number of bins from contact to `rmax`.
     width : float, optional
@@ -48,9 +48,9 @@ def rdf(
     rmax : float, optional
         End of the last bin [length]. By default it follows from `bins` and `width`, or it is half of the
         shortest edge but at most five diameters. If `width` does not divide the range, the last bin ends
-        before it.
+        before `rmax`.
     pair : two ints or strs, optional
-        Numbers or names of the species, equal or not, each of one diameter.
+        Numbers or names of the two species, which may be the same. Each must have one diameter.
     contact : float, optional
         Distance at which the two species touch [length], if it is not the mean of their diameters. For a
         pair, "diameter" above means this distance.
@@ -62,16 +62,16 @@ def rdf(
     Raises
     ------
     InputError
-        If there is no frame, frames differ, an axis has walls (the fluid is not the same everywhere, and g
-        depends on more than r), diameters are unequal and no pair is given, a species is unknown, a pair
-        overlaps, all three of bins, width and rmax are given, or `rmax` exceeds half of the shortest edge
-        (beyond it the shells leave the box) or does not exceed the diameter.
+        If there is no frame, or frames differ. If an axis has walls: the fluid is then not homogeneous, and g
+        depends on more than r. If diameters are unequal and no pair is given, a species is unknown, or a pair
+        overlaps. If bins, width and rmax are all given. If `rmax` does not exceed the diameter, or exceeds
+        half of the shortest edge, beyond which the shells leave the box.
 
     Notes
     -----
-    ``g = counts / (n (n - 1) / 2 shell / V)`` with the exact volume of each shell: 1 at large distances for
-    an ideal gas of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n.
-    The pairs of two species are ``n_i n_j``, of one with itself ``n_i (n_i - 1) / 2``.
+    ``g = counts / (n (n - 1) / 2 shell / V)`` with the exact volume of each shell. It is 1 for an ideal gas
+    of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n. For two species
+    the number of pairs is ``n_i n_j``, for one species ``n_i (n_i - 1) / 2``.
 
     Compiled code counts the pairs over sorted cells (``carom.observables.pairs``), in double precision, in as
     many threads as Numba uses (``NUMBA_NUM_THREADS``); their number does not change the result. Pairs in
@@ -93,10 +93,12 @@ def distributions(
 
     Parameters
     ----------
-    frames, bins, width, rmax
+    frames
         As for :func:`carom.rdf`.
     wanted : mapping of str to (pair, contact)
-        What to compute, by name, in the words of :func:`carom.rdf`.
+        What to compute, by name: ``pair`` and ``contact`` as for :func:`carom.rdf`.
+    bins, width, rmax
+        As for :func:`carom.rdf`.
 
     Raises
     ------
@@ -110,7 +112,7 @@ def distributions(
 
 
 class Histograms:
-    """Histograms of distances, frame by frame: what every g(r) is made of.
+    """Histograms of distances, frame by frame, from which every g(r) is made.
 
     Parameters
     ----------
@@ -132,7 +134,7 @@ class Histograms:
         self._counts: dict[str, list[np.ndarray]] = {name: [] for name in wanted}
 
     def update(self, frame: Frame) -> None:
-        """Take in the next frame."""
+        """Add the next frame."""
         if self._first is None:
             self._begin(frame)
             self._first = frame
@@ -155,7 +157,13 @@ class Histograms:
             self._asked[name] = (chosen, _bin_edges(diameter, min(first.box), *self._binning))
 
     def result(self) -> dict[str, RadialDistribution]:
-        """Return g(r) of all frames so far, by name."""
+        """Return g(r) of all frames so far, by name.
+
+        Raises
+        ------
+        InputError
+            If no frame was added.
+        """
         if self._first is None:
             raise InputError("No frame was given; sample some with Simulation.sample(every=0.5, count=100).")
         return {
@@ -268,7 +276,13 @@ def _packing_fraction(frame: Frame) -> float:
 
 
 def checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
-    """Return where the bins end, not beyond half of the shortest edge of the box."""
+    """Return where the bins from ``rmin`` end: at ``rmax``, or at half of the ``shortest`` edge [length].
+
+    Raises
+    ------
+    InputError
+        If ``rmax`` exceeds half of the shortest edge, or does not exceed ``rmin``.
+    """
     half = 0.5 * shortest
     end = half if rmax is None else float(rmax)
     # The edge of a box in a file of single precision is rounded, and so may be its half.
@@ -364,13 +378,13 @@ def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) 
 
 
 def ideal_counts(edges: np.ndarray, pairs: float, box: tuple[float, ...]) -> np.ndarray:
-    """Pairs (m,) in each shell of one frame of an ideal gas."""
+    """Return how many of ``pairs`` pairs of an ideal gas lie in each shell between ``edges`` of a ``box``."""
     shells = ball_volume(len(box)) * np.diff((2.0 * edges) ** len(box))
     return pairs * shells / math.prod(box)
 
 
 def independent_errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """Return the errors (m,) of g, were all pairs independent."""
+    """Return the errors (m,) of g for independent pairs: ``counts`` seen, ``expected`` for an ideal gas."""
     return np.sqrt(np.maximum(counts, 1)) / expected
 
 

@@ -30,19 +30,19 @@ FEW_SAMPLES = 4.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """A mean with its standard error and what the error rests on.
+    """A mean with its standard error, and what this error is based on.
 
     Parameters
     ----------
     mean, error : float
-        Mean and its standard error (one sigma), in the units of the samples. The error is ``inf`` when
-        the series is too short to know it.
+        Mean and its standard error (one sigma), in the units of the samples. The error is ``inf`` if the
+        series is too short.
     n_eff : float
         Independent samples that would give the same error: (sample variance) / error^2. It exceeds the
         number of samples where neighbours are anticorrelated.
     tau : float
-        Samples per independent one, ``samples / n_eff``; 1 for independent samples, (1 + a) / (1 - a) for an
-        AR(1) series. Twice the integrated autocorrelation time of Sokal's convention.
+        Samples per independent sample, ``samples / n_eff``: 1 for independent samples, (1 + a) / (1 - a) for
+        an AR(1) series. It is twice the integrated autocorrelation time in Sokal's convention.
     blocks : int
         Block means from which the error was computed.
 
@@ -90,10 +90,9 @@ class Estimate:
     def degrees_of_freedom(self) -> float:
         """Degrees of freedom of the error: ``(min(blocks, n_eff) - 1) / 3``, at least 1.
 
-        The variance of m blocks is known to ``2 / (m - 1)``, squared and relative, and the factor ``(1 + r) /
-        (1 - r)`` by which :func:`carom.observables.blocking` multiplies it to ``4 / m`` more, as r is known
-        to ``1 / m``: three times as much in all. For larger blocks the variance is estimated from the number
-        of blocks only, however many independent samples they contain.
+        The relative variance of the variance of m blocks is ``2 / (m - 1)``. The factor ``(1 + r) / (1 - r)``
+        of :func:`carom.observables.blocking` adds ``4 / m``, as the variance of r is ``1 / m``: three times
+        as much in all. Only the number of blocks counts, however many independent samples they contain.
         """
         return max((min(float(self.blocks), self.n_eff) - 1.0) / 3.0, 1.0)
 
@@ -108,6 +107,7 @@ class Estimate:
         Returns
         -------
         low, high : float
+            Ends of the interval.
 
         Raises
         ------
@@ -122,13 +122,13 @@ class Estimate:
         return self.mean - half, self.mean + half
 
     def scaled(self, factor: float, offset: float = 0.0) -> Estimate:
-        """Estimate of ``offset + factor * x`` where this one is of ``x``; `factor` and `offset` are exact."""
+        """Estimate of ``offset + factor * x`` if this one is of ``x``; `factor` and `offset` are exact."""
         error = abs(factor) * self.error if factor else 0.0
         return Estimate(offset + factor * self.mean, error, self.n_eff, self.tau, self.blocks)
 
     @classmethod
     def exact(cls, mean: float) -> Estimate:
-        """Estimate of what is known without sampling: error 0."""
+        """Estimate of a quantity whose ``mean`` is known without sampling: its error is 0."""
         return cls(float(mean), 0.0, math.inf, 1.0, 1)
 
 
@@ -143,7 +143,7 @@ def blocking(samples: ArrayLike) -> Estimate:
     Returns
     -------
     Estimate
-        With error ``inf`` for one sample, and 0 for a constant series.
+        Its error is ``inf`` for one sample, and 0 for a constant series.
 
     Raises
     ------
@@ -158,17 +158,17 @@ def blocking(samples: ArrayLike) -> Estimate:
     Notes
     -----
     Neighbours are averaged in pairs, again and again (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461 (1989)).
-    The level is the first at which this one and all later ones look uncorrelated by the chi-squared statistic
-    ``M_j = sum_{k >= j} n_k r_k^2`` of their lag-one correlations r_k (Jonsson, Phys. Rev. E 98, 043304
-    (2018)), of which only positive ones count here. Levels end at 16 blocks.
+    The chosen level is the first at which this one and all later ones look uncorrelated. The test is the
+    chi-squared statistic ``M_j = sum_{k >= j} n_k r_k^2`` of their lag-one correlations r_k (Jonsson, Phys.
+    Rev. E 98, 043304 (2018)), of which only positive ones count here. Levels end at 16 blocks.
 
-    Short series fail that plain recipe: r is biased low by (1 + 4 r) / n (Marriott and Pope, Biometrika 41,
-    390 (1954)), and correlation that is too weak to be detected, or left at the last level, makes the error
-    too small: its 95 % intervals held the truth in 87 % of AR(1) series of 64 samples with tau 4, in 57 %
-    with tau 19. Hence r is freed of that bias, and the squared error is multiplied by (1 + r) / (1 - r), the
-    factor of the AR(1) process with the r of the chosen level. It tends to 1 for long series; with it the
-    figures are 94 % and 92 %. That r is itself uncertain is in :attr:`Estimate.degrees_of_freedom`; the
-    figures are 97 % and 95 % then.
+    This recipe fails for short series. First, r is biased low by (1 + 4 r) / n (Marriott and Pope, Biometrika
+    41, 390 (1954)). Second, correlation that is too weak to be detected, or left at the last level, makes the
+    error too small. The 95 % intervals contained the truth in 87 % of AR(1) series of 64 samples with tau 4,
+    and in 57 % with tau 19. Hence r is corrected for its bias, and the squared error is multiplied by ``(1 +
+    r) / (1 - r)``, the factor of the AR(1) process with the r of the chosen level. The factor tends to 1 for
+    long series; with it the figures are 94 % and 92 %. The uncertainty of r enters
+    :attr:`Estimate.degrees_of_freedom`, with which the figures are 97 % and 95 %.
     """
     x = np.asarray(samples, dtype=np.float64)
     if x.ndim != 1 or x.size == 0:
@@ -202,7 +202,7 @@ def _blocked(x: np.ndarray, n: int) -> Estimate:
 
 
 def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
-    """Ratio of two sums, ``sum(a) / sum(b)``, over blocks that may differ in length, with its error.
+    """Ratio of two sums, ``sum(a) / sum(b)``, over blocks of any lengths, with its error.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ class Sides(NamedTuple):
     Attributes
     ----------
     distance : float
-        [length].
+        The distance [length].
     inside, outside : float
         g just below and just above it; 0 inside a hard core.
     inside_error, outside_error : float
@@ -35,25 +35,27 @@ class Sides(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class StepSums:
-    """Events at the ends of every step since the start of a run; later sums less earlier ones are a stretch.
+    """Events at the ends of every step since the start of a run.
 
-    Steps are numbered from the outside inwards.
+    Later sums minus earlier ones are those of the stretch between. Steps are numbered from the outside
+    inwards.
 
     Attributes
     ----------
     time : float
-        Since the start [time].
+        Time since the start [time].
     kT_time : float
-        Integral of kT over it [energy time].
+        Integral of kT over this time [energy time].
     n, dimension : int
+        Number of components, and of dimensions.
     volume, mass : float
-        Of the box [length^d], of a component; NaN where masses differ.
+        Volume of the box [length^d], and mass of a component; NaN if masses differ.
     inner, outer : (S,) arrays
-        Where each step ends, 0 and infinity where it does not [length].
+        Inner and outer end of each step [length]; 0 and infinity if it has none.
     energies : (S,) array
-        Of a pair on each step [energy].
+        Energy of a pair on each step [energy].
     pairs : (S,) int array
-        Pairs on each step now; those beyond reach of each other are not counted.
+        Pairs on each step now. Pairs beyond reach of each other are not counted.
     events : (S, 4) int array
         Events of pairs on each step, by kind: thrown back at the inner end (core), across it (in), across the
         outer end (out), thrown back there (bounce).
@@ -107,7 +109,7 @@ class StepSums:
 
     @property
     def bonds_per_particle(self) -> float:
-        """Others whom a component has within reach now, on the average; one in a well is bonded to it."""
+        """Mean number of components within reach of one now; a pair in a well counts as bonded."""
         return 2.0 * float(self.pairs.sum()) / self.n
 
     def sides(self) -> list[Sides]:
@@ -115,9 +117,8 @@ class StepSums:
 
         Notes
         -----
-        Of pairs at a distance r, which are ``n (n - 1) / 2 V * S_d r^(d-1) g(r) dr``, half move inwards, at a
-        mean normal speed that the flux ``sqrt(kT / (pi m))`` stands for. It is for one kind of components and
-        no bonds.
+        There are ``n (n - 1) / (2 V) S_d r^(d-1) g(r) dr`` pairs at a distance r. Their flux inwards is
+        ``sqrt(kT / (pi m))`` times their density. All components must be of one kind, without bonds.
 
         Raises
         ------
@@ -155,7 +156,7 @@ class StepSums:
         Raises
         ------
         InputError
-            As :meth:`sides`.
+            As from :meth:`sides`.
         """
         density = (self.n - 1) / self.volume
         jumps = sum(side.distance**self.dimension * (side.outside - side.inside) for side in self.sides())
@@ -168,9 +169,9 @@ def heat_capacity(kT: Sequence[float], degrees_of_freedom: int) -> float:
     Parameters
     ----------
     kT : sequence of floats
-        At times that are equally far apart, over many relaxation times [energy].
+        Temperatures at equally spaced times, over many relaxation times [energy].
     degrees_of_freedom : int
-        :attr:`carom.Simulation.degrees_of_freedom`, f.
+        f, as :attr:`carom.Simulation.degrees_of_freedom`.
 
     Notes
     -----
@@ -180,7 +181,7 @@ def heat_capacity(kT: Sequence[float], degrees_of_freedom: int) -> float:
     Raises
     ------
     InputError
-        If there are less than two values.
+        If there are fewer than two values.
     """
     values = np.asarray(kT, dtype=np.float64)
     if values.ndim != 1 or len(values) < 2:

@@ -1,4 +1,4 @@
-"""Structure on the way: the density along an axis, an observable of frames."""
+"""Structure during a run: the density along an axis, an observable of frames."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class ProfileEstimate:
     edges : (b + 1,) array
         Edges of the slabs [length].
     density : list of Estimate
-        [1 / length^d]
+        Number density in each slab [1 / length^d].
     """
 
     edges: np.ndarray

@@ -28,14 +28,14 @@ class WallPressure:
     Parameters
     ----------
     obstacle : int or str
-        Its number or name: the walls of each axis without periodicity, "lower wall of axis 0" before "upper
-        wall of axis 0", then the scene's obstacles; as :attr:`carom.Simulation.obstacles` lists them.
+        Its number or name, as :attr:`carom.Simulation.obstacles` lists them: the walls of each axis without
+        periodicity, "lower wall of axis 0" before "upper wall of axis 0", then the scene's obstacles.
     area : float, optional
-        Area by which the force is divided [length^(d-1)]. By default that of the wall, or of the surface of
-        the ball or container itself (not of the surface where centres turn around); 1 in one dimension.
-        Required for planes and for your own obstacles.
+        Area by which the force is divided [length^(d-1)]. By default it is that of the wall, or of the
+        surface of the ball or container (not of the surface on which centres turn back); 1 in one dimension.
+        It is required for planes and for your own obstacles.
     blocks : int
-        Stretches of equal length that the run is cut into; the error bar comes from their scatter.
+        Number of blocks of equal time into which the run is cut; their scatter gives the error bar.
 
     Raises
     ------
@@ -60,6 +60,7 @@ class WallPressure:
         blocks : sequence of Block
             Sums over the stretches of the run.
         scene : Scene
+            The scene of the run.
         kT : float
             Temperature [energy]; the pressure is not divided by it.
 
@@ -75,12 +76,11 @@ class WallPressure:
 
         Notes
         -----
-        The force on a wall or container comes from the momentum balance of the whole fluid
-        (``carom.observables.momentum_balance``), so that sound waves do not correlate the blocks. It differs
-        from the momentum received per time by a term that does not grow with the run. So it does on balls and
-        on planes along an axis. On slanting planes and your own obstacles most of the sound is taken off by a
-        regression on their distances (``carom.observables.surface_changes``). Where blocks hold neither, the
-        momentum received is used.
+        The force on walls, containers, balls and planes along an axis comes from the momentum balance of the
+        whole fluid (``carom.observables.momentum_balance``), so that sound waves do not correlate the blocks.
+        It differs from the momentum received per time by a term that does not grow with the run. For slanting
+        planes and your own obstacles, a regression on their distances removes most of the sound
+        (``carom.observables.surface_changes``). If blocks hold neither, the momentum received is used.
         """
         names = obstacle_names(scene)
         k = self._number(names)

@@ -1,4 +1,4 @@
-"""Movies of trajectories, MP4 or GIF, in the light and the colours of the viewer."""
+"""Movies of trajectories, MP4 or GIF, with the light and the colours of the viewer."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ def movie(
     path : path
         ``.mp4`` (H.264; needs the package imageio-ffmpeg) or ``.gif``.
     fps : int
-        Frames in a second.
+        Frames per second.
     size : int
         Length of the longer edge [pixels].
     colour : {"species", "speed", "psi_6", "rattlers"}
-        What colours show; psi_6, of the six nearest neighbours, in 2D. Rattlers are those of
+        Meaning of the colours. psi_6 is that of the six nearest neighbours, for d = 2. Rattlers are those of
         :func:`carom.observables.packing_network` in each frame.
     obstacles : sequence of obstacles, optional
         Obstacles to draw; by default those of the ``scene.toml`` in the same folder.

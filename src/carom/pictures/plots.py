@@ -58,8 +58,9 @@ def pressure(
     Parameters
     ----------
     estimate : PressureEstimate
+        The measured pressure.
     equations : mapping of str to callable, optional
-        Equations of state to draw, by label; each is shifted to the finite n of the run. Without it, the
+        Equations of state to draw, by label; each is shifted to the finite n of the run. By default the
         usual one and the best one known for the dimension.
     path : path, optional
         Where to save the picture; the suffix is the format (png, pdf, svg).
@@ -71,7 +72,7 @@ def pressure(
     Raises
     ------
     InputError
-        If the estimate holds no block.
+        If the estimate has no blocks.
     FileError
         If the picture cannot be saved.
 
@@ -127,6 +128,7 @@ def rdf(
     Parameters
     ----------
     distribution : RadialDistribution
+        The measured g(r).
     contact_value : Estimate, optional
         The contact value that the pressure implies, to compare with the extrapolated one.
     path : path, optional
@@ -172,7 +174,7 @@ def rdf(
 def partial_rdf(
     distributions: Mapping[str, RadialDistribution], *, path: str | os.PathLike[str] | None = None
 ) -> Figure:
-    """g(r) of every pair of species of a mixture, each from its own contact on.
+    """g(r) of every pair of species of a mixture, each from its contact on.
 
     Parameters
     ----------
@@ -231,11 +233,11 @@ def snapshot(
     Parameters
     ----------
     frame : Frame
-        In 1D rods on a line; in 2D disks, with periodic copies where they cross the border; in 3D shaded
-        spheres in parallel projection, near ones in front; beyond that the first two coordinates, which the
+        In 1D it is drawn as rods on a line, in 2D as disks, with periodic copies at the border, and in 3D as
+        shaded spheres in parallel projection. From 4D on only the first two coordinates are drawn, which the
         title says.
     obstacles : sequence of obstacles, optional
-        Planes, balls and containers of the scene, and all others that say how; drawn in 2D and 3D.
+        Obstacles of the scene, drawn in 2D and 3D. Those of your own class need ``outline`` or ``surface``.
     path : path, optional
         Where to save the picture.
 
@@ -270,12 +272,12 @@ def snapshot(
 
 
 def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None) -> Figure:
-    """A packing's network of contacts: bonds of the backbone, rattlers dotted.
+    """Network of contacts of a packing: bonds of the backbone, rattlers dotted.
 
     Parameters
     ----------
     network : PackingNetwork
-        Of a packing in two or three dimensions; in three the spheres of the backbone are left out.
+        Network of a packing in two or three dimensions. In three, the spheres of the backbone are not drawn.
     path : path, optional
         Where to save the picture.
 
@@ -313,11 +315,12 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
 
 
 def gaps(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None) -> Figure:
-    """How many pairs have a gap below h: the void between contacts and near contacts, and the chosen gap.
+    """Number of pairs with a gap below h, with the void between contacts and near contacts.
 
     Parameters
     ----------
     network : PackingNetwork
+        Network of a packing.
     path : path, optional
         Where to save the picture.
 
@@ -358,13 +361,18 @@ def compression(
     Parameters
     ----------
     history : structured array
-        ``packing_fraction`` and ``pressure``, as a :class:`carom.studies.Packing` has it.
+        Fields ``packing_fraction`` and ``pressure``, as in :class:`carom.studies.Packing`.
     jamming_fraction : float
-        NaN where it is not known: then the density itself is the abscissa.
+        Packing fraction of the jammed state. If it is NaN, the packing fraction itself is the abscissa.
     dimension : int
         d.
     path : path, optional
         Where to save the picture.
+
+    Raises
+    ------
+    FileError
+        If the picture cannot be saved.
     """
     figure, axes = _figure(7.0, 4.2)
     fraction, pressure = history["packing_fraction"], history["pressure"]
@@ -411,7 +419,7 @@ def _lay_out(figure: Figure, axes: Axes) -> None:
 
 
 def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
-    """Save a figure, if a path is given, and return it; FileError if it cannot be written."""
+    """Save a ``figure`` if a ``path`` is given, and return it; FileError if it cannot be written."""
     if path is not None:
         try:
             if Path(path).suffix.lower() == ".png":

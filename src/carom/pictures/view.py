@@ -22,13 +22,14 @@ ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "t
 
 
 class View:
-    """One page of HTML with everything in it, which needs no network and no server.
+    """One self-contained page of HTML, which needs no network and no server.
 
     Attributes
     ----------
     title : str
+        Title of the page.
     data : dict
-        What the page shows, ready for JSON.
+        Contents of the page, as JSON values.
     """
 
     def __init__(self, data: dict[str, Any], title: str):
@@ -48,12 +49,12 @@ class View:
         return template
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the page.
+        """Write the page to the file ``path``.
 
         Raises
         ------
         FileError
-            If it cannot be written.
+            If the file cannot be written.
         """
         path = Path(path)
         with replacing(path) as temporary, writing(path):
@@ -86,7 +87,8 @@ def view(
     Parameters
     ----------
     source : path, Frame, sequence of Frames, Reader, Packing, PackingNetwork, Scene or Simulation
-        A path is a trajectory, an event log (a replay in exact time), or the folder of a run or packing.
+        What to show. A path leads to a trajectory, to an event log (shown in exact time), or to the folder of
+        a run or a packing.
     path : path, optional
         Where to write the page.
     obstacles : sequence of obstacles, optional
@@ -96,12 +98,12 @@ def view(
     title : str, optional
         Title of the page.
     interaction : value, optional
-        Interaction of an event log, if no file holds it: range rules, which are called again.
+        Interaction of an event log, needed if no file holds it: range rules, which are called again.
 
     Returns
     -------
     View
-        Shown by a notebook; ``save(path)`` writes it.
+        The page. A notebook shows it; ``save(path)`` writes it.
 
     Raises
     ------
@@ -201,7 +203,7 @@ def _of_path(
 
 
 def is_log(path: Path) -> bool:
-    """Tell whether a file is an event log."""
+    """Return whether the file ``path`` is an event log."""
     if path.suffix != ".h5" or not path.is_file():
         return False
     import h5py
@@ -214,7 +216,7 @@ def is_log(path: Path) -> bool:
 
 
 def rules_beside(source: Path) -> Interaction | None:
-    """Return the range rules that the scene file of a folder, or beside a log, names; runs their code."""
+    """Return the range rules that the scene file in or next to ``source`` names; this runs their code."""
     folder = source if source.is_dir() else source.parent
     if not (folder / "scene.toml").exists():
         return None
@@ -224,7 +226,7 @@ def rules_beside(source: Path) -> Interaction | None:
 
 
 def standing_beside(trajectory: Path) -> Sequence[Obstacle]:
-    """Return the obstacles of the scene file in a trajectory's folder, if there is one."""
+    """Return the obstacles of the scene file in the folder of a ``trajectory``, if there is one."""
     plan = trajectory.parent / "scene.toml"
     if not plan.exists():
         return ()

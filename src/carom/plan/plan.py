@@ -28,9 +28,9 @@ class Plan:
     Parameters
     ----------
     scene : SceneSpec
-        By default 2048 spheres at packing fraction 0.45, from fcc.
+        What to simulate; by default 2048 spheres at packing fraction 0.45, from fcc.
     run : RunSpec
-        How long.
+        How long to simulate.
     output : OutputSpec
         What to write.
     """
@@ -41,14 +41,14 @@ class Plan:
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a TOML file; a relative ``file`` in it, also of a rule, is taken from its folder.
+        """Read the TOML file ``path``; a relative ``file`` in it refers to the folder of the TOML file.
 
         Raises
         ------
         FileError
-            If it is missing, unreadable, too large or not text in UTF-8.
+            If the file is missing, unreadable, too large or not text in UTF-8.
         InputError
-            As :meth:`from_toml`, with the name of the file.
+            As from :meth:`from_toml`, with the name of the file.
         """
         path = Path(path)
         text = _read(path)
@@ -67,13 +67,13 @@ class Plan:
 
     @classmethod
     def from_toml(cls, text: str) -> Self:
-        """Read a plan from TOML; sections and keys that are left out have their defaults.
+        """Read a plan from TOML ``text``; sections and keys that are left out have their defaults.
 
         Raises
         ------
         InputError
-            If it is no TOML (with the line), a section or key is unknown (with the nearest known one), a
-            value has the wrong type or range, or keys contradict each other.
+            If the text is not TOML, or a section or key is unknown. If a value has the wrong type or range,
+            or keys contradict each other. The message gives the line, or the nearest known key.
         """
         # The parser loads lazily: a plan is not part of every import.
         import tomllib
@@ -97,7 +97,7 @@ class Plan:
         return cls(**values)
 
     def to_toml(self) -> str:
-        """Return the plan as TOML from which :meth:`from_toml` makes an equal one."""
+        """Return the plan as TOML, from which :meth:`from_toml` makes an equal plan."""
         lines: list[str] = []
         for section in dataclasses.fields(self):
             spec = getattr(self, section.name)
@@ -116,12 +116,12 @@ class Plan:
         return "\n".join(lines)
 
     def trusted(self) -> Self:
-        """Return the plan with leave to run the code that its scene names: the file of a range rule.
+        """Return the plan with permission to run the code that its scene names: the file of a range rule.
 
         Raises
         ------
         InputError
-            If that file cannot be read, or was edited since its digest was noted.
+            If that file cannot be read, or was edited since its digest was recorded.
         """
         rules = self.scene.interaction
         if not isinstance(rules, RuleFile):

@@ -43,13 +43,18 @@ class SpeciesSpec:
     Parameters
     ----------
     name : str
-        What to call it; its number when left out.
+        Name of the species; its number when left out.
     count : int
-        How many; or, for all species,
+        Number of components of the species. All species have a ``count``, or all have a ``fraction``.
     fraction : float
-        its part of the n of the scene, in any ratio to the others.
+        Part of the n of the scene that this species has, in any ratio to the parts of the others.
     diameter, mass : float
-        [length], [mass]; 1 when left out.
+        Diameter [length] and mass; 1 when left out.
+
+    Raises
+    ------
+    InputError
+        If a value has the wrong type or is out of range.
     """
 
     name: str | None = None
@@ -69,7 +74,9 @@ class SpeciesSpec:
 
 @dataclass(frozen=True)
 class SceneSpec:
-    """What to simulate: the section ``[scene]``. What is None, or empty, is left out.
+    """What to simulate: the section ``[scene]``.
+
+    A value that is None or empty is left out.
 
     Parameters
     ----------
@@ -82,32 +89,37 @@ class SceneSpec:
     dimension : int
         d, for "cubic", "dn" and "random" (3 when left out).
     packing_fraction, density : float
-        Part of the volume filled, or spheres in diameter^d.
+        Fraction of the volume that is filled, or number of spheres per diameter^d.
     box : tuple of floats
         Edges [length], for "random", instead of a density.
     diameter, mass : float
-        [length], [mass]; 1 when left out.
+        Diameter [length] and mass; 1 when left out.
     kT : float
         Temperature [energy]; 1 when left out. With "file" it replaces the velocities of the file.
     file : str
-        What to start from.
+        Trajectory to start from.
     frame : int
-        Which frame of it; -1, the last, when left out.
+        Number of its frame; -1, the last, when left out.
     periodic : bool or tuple of bools
-        Which axes are; the others have walls at 0 and at the edge. All when left out.
+        Which axes are periodic, all when left out. The others have walls at 0 and at the edge.
     restitution, elastic_below : float
         As in :class:`carom.Scene`.
     contact : tuple of tuples of floats
         Contact distances between the species.
     species : tuple of SpeciesSpec, or of mappings with its fields
-        What the mixture consists of.
+        Species of a mixture.
     obstacles : tuple of obstacles, or of mappings as ``{"kind": "ball", "center": ..., "radius": ...}``
         See :mod:`carom.models.obstacles`.
     interaction, motion, impact : values, or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
-        How two act on each other, how all move, and what contacts lose, where that is not usual
-        (``carom.models.tables``).
+        How two components act on each other, how all move, and what contacts lose. When left out, hard cores,
+        free flight and ``restitution`` (``carom.models.tables``).
     pinned : int or tuple of ints
-        So many components, drawn by the seed, stay where they are; or these.
+        Number of components, drawn by the seed, that stay where they are, or their indices.
+
+    Raises
+    ------
+    InputError
+        If a value has the wrong type or is out of range, or keys contradict each other.
     """
 
     initial: str = "fcc"
@@ -239,8 +251,9 @@ class SceneSpec:
         Raises
         ------
         InputError
-            If the scene cannot be, e.g. packed too densely; FileError if the file to start from cannot be
-            read.
+            If the scene is impossible, for example packed too densely.
+        FileError
+            If the file to start from cannot be read.
         """
         if self.initial == "file":
             from carom.io import read
@@ -319,12 +332,12 @@ class SceneSpec:
         return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)
 
     def own(self) -> dict[str, Any]:
-        """Return what checkpoints and event logs of the scene do not hold: range rules of a file, by name.
+        """Return what checkpoints and event logs do not hold: range rules from a file, by argument name.
 
         Raises
         ------
         InputError
-            If nobody said that their code may run, or it cannot.
+            If the code of the rule was not allowed to run (:meth:`Plan.trusted`), or fails.
         """
         rules = self.interaction
         return {"interaction": rules.ranges()} if isinstance(rules, RuleFile) else {}
@@ -354,18 +367,25 @@ class RunSpec:
     ----------
     seed : int
         Source of all randomness.
-    equilibration, collisions_per_particle : float
-        Collisions per particle before, and during, the measurement (10 000).
+    equilibration : float
+        Collisions per particle before the measurement.
+    collisions_per_particle : float
+        Collisions per particle during the measurement; 10 000 when left out.
     relative_error : float
-        Instead of ``collisions_per_particle``: measure until the error of Z is this part of it.
+        Alternatively, measure until the standard error of Z is this fraction of Z.
     max_walltime : float
-        Seconds, of all sessions, after which ``relative_error`` is given up.
+        Wall time of all sessions after which the run ends even if ``relative_error`` is not reached [s].
     frames : int
-        How many frames to sample; left out, 100, or fewer that keep all files within 200 MB.
+        Number of frames to sample. When left out 100, or fewer so that all files stay within 200 MB.
     checkpoint_every : float
-        Seconds between checkpoints.
+        Wall time between two checkpoints [s].
     neighbors : str
         "auto", "sectors", "lists" or "all".
+
+    Raises
+    ------
+    InputError
+        If a value has the wrong type or is out of range, or keys contradict each other.
     """
 
     seed: int = 1
@@ -405,11 +425,16 @@ class OutputSpec:
     Parameters
     ----------
     trajectory : tuple of str
-        Formats: "h5md", "extxyz", "gsd". Left out, the first two, or H5MD alone where both exceed 20 MB.
+        Formats: "h5md", "extxyz", "gsd". When left out the first two, or H5MD alone if both exceed 20 MB.
     event_log : bool
         Whether to write every collision.
     pictures : bool
-        Whether to draw.
+        Whether to draw pictures.
+
+    Raises
+    ------
+    InputError
+        If a value has the wrong type, or a format is unknown.
     """
 
     trajectory: tuple[str, ...] | None = None

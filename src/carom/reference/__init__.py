@@ -1,6 +1,6 @@
 """Slow and right: the naive algorithm in any arithmetic, and the paper's figures with their amendments.
 
-Nothing here shares code with the engine, so that it cannot share its faults: this is the oracle of the tests.
+This is the oracle of the tests. Nothing here shares code with the engine, so that it cannot share its faults.
 """
 
 from carom.reference.any_model import Step, follow

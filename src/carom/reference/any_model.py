@@ -19,11 +19,11 @@ class Step(NamedTuple):
     Attributes
     ----------
     time : float
-        When [time].
+        Time of the interaction [time].
     i, j : int
         The two components.
     positions, velocities : (n, d) arrays
-        Of all, positions not wrapped.
+        Unwrapped positions [length] and velocities [length / time] of all components.
     """
 
     time: float
@@ -49,7 +49,7 @@ def follow(
     Parameters
     ----------
     positions, velocities : (n, d) arrays
-        At the start [length], [length / time].
+        Positions [length] and velocities [length / time] at the start.
     box : tuple of d floats
         Edges [length].
     interaction_time, jump, position, velocity, transfer : callables

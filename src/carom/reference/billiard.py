@@ -20,17 +20,22 @@ _CHANNEL = 2**14
 
 
 class State(NamedTuple):
-    """State of one component: unwrapped position (d,), velocity (d,), and what never changes.
+    """State of one component: unwrapped position (d,), velocity (d,), diameter, mass and sector.
 
     `sector` holds the unwrapped integer coordinates of the sector, or None in an unsectored space. It is part
     of the state because rounding must not decide on which side of a boundary a ball is.
     """
 
     position: np.ndarray
+    """Unwrapped position of the centre, (d,) [length]."""
     velocity: np.ndarray
+    """[length / time]"""
     diameter: Any
+    """[length]"""
     mass: Any
+    """[mass]"""
     sector: tuple[int, ...] | None
+    """Unwrapped coordinates of the sector."""
 
 
 class Billiard:
@@ -39,16 +44,16 @@ class Billiard:
     Parameters
     ----------
     positions, velocities : (n, d) arrays
-        At time 0 [length], [length / time].
+        Positions [length] and velocities [length / time] at time 0.
     box : (d,) sequence
         Edges of the table [length].
     diameter : number or (n,) sequence
         Diameters [length].
     masses : (n,) sequence, optional
-        All 1 if omitted.
+        Masses; by default all 1.
     sectors : sequence of d int, optional
-        Sectors along each edge: at least 3, and no side below the largest diameter. Without it the space is
-        not sectored, and a collision is the earliest one over all images that can be met.
+        Number of sectors along each edge, at least 3, with no side below the largest diameter. By default
+        there are no sectors, and a collision is the earliest one over all images that can be met.
     arithmetic, digits
         As for :class:`carom.reference.NaiveSystem`.
 
@@ -111,7 +116,8 @@ class Billiard:
     def interaction_time(self, state1: State, time1: Any, state2: State, time2: Any) -> Any:
         """Time of the next collision of two components by themselves, or NEVER.
 
-        With sectors, NEVER also for components that are not in the same or in neighbouring sectors.
+        The components have `state1` at `time1` and `state2` at `time2`. With sectors the time is also NEVER
+        for components that are not in the same or in neighbouring sectors.
         """
         time = max(time1, time2)
         x1 = state1.position + state1.velocity * (time - time1)
@@ -149,7 +155,7 @@ class Billiard:
         return r - np.rint((r / self.box).astype(float)).astype(np.int64) * self.box
 
     def crossing_time(self, state: State, time: Any, obstacle: int) -> Any:
-        """Time at which a component reaches face `obstacle` (1 to K) of its sector.
+        """Time at which a component in `state` at `time` reaches face `obstacle` (1 to K) of its sector.
 
         Odd faces are the lower ones: 1, 2 along the first axis, 3, 4 along the second, and so on.
         """
@@ -167,7 +173,7 @@ class Billiard:
         )
 
     def cross(self, state: State, obstacle: int) -> State:
-        """Enter the sector behind face `obstacle`: a jump of nothing but the membership."""
+        """State of a component in `state` after it crosses face `obstacle`: only the sector changes."""
         assert state.sector is not None
         axis, upper = divmod(obstacle - 1, 2)
         sector = list(state.sector)
@@ -175,7 +181,7 @@ class Billiard:
         return state._replace(sector=tuple(sector))
 
     def jump(self, state1: State, state2: State) -> tuple[State, State]:
-        """Both states immediately after an elastic collision.
+        """Both states immediately after an elastic collision of components in `state1` and `state2`.
 
         At contact no image is nearer than the one that is touched, so the nearest one is meant.
         """

@@ -39,18 +39,18 @@ class Cycle(NamedTuple):
     Attributes
     ----------
     number : int
-        Of the cycle, from 1.
+        Number of the cycle, from 1.
     time : number
         ``current_time`` [time].
     ball : int
-        i*, whose event was processed.
+        i*, the ball whose event was processed.
     kind : str
-        What this event was: ``"start"``, ``"collision"`` (first half), ``"second half"``, ``"crossing"`` or
+        Kind of this event: ``"start"``, ``"collision"`` (first half), ``"second half"``, ``"crossing"`` or
         ``"advancement"``.
     partner : int or None
-        j*, with whom a collision was scheduled.
+        j*, the ball with which a collision was scheduled.
     third_party : int or None
-        m*, whose event was turned into an advancement.
+        m*, the ball whose event was turned into an advancement.
     """
 
     number: int
@@ -64,17 +64,25 @@ class Cycle(NamedTuple):
 class Scheduled(NamedTuple):
     """The old and the new event of one ball, as the paper's Figures 4 and 5 draw them.
 
-    `new_position` and `new_velocity` are None, and `new_time` is infinite, where nothing is scheduled.
-    `partner` is the ball (from 1) of a scheduled collision, or None.
+    The old event has `old_time`, `old_position` and `old_velocity`. If nothing is scheduled, `new_position`
+    and `new_velocity` are None, and `new_time` is infinite. `partner` is the ball (from 1) of a scheduled
+    collision, or None.
     """
 
     old_time: Any
+    """[time]"""
     old_position: Any
+    """Unwrapped position (d,) [length]."""
     old_velocity: Any
+    """(d,) [length / time]"""
     new_time: Any
+    """[time]"""
     new_position: Any
+    """Unwrapped position (d,) [length]."""
     new_velocity: Any
+    """(d,) [length / time]"""
     partner: int | None
+    """Number of the partner, from 1."""
 
 
 class _Figure:
@@ -90,7 +98,7 @@ class _Figure:
     Attributes
     ----------
     current_time : number
-        Of the last cycle [time].
+        Time of the last cycle [time].
     cycles, crossings, advancements : int
         Cycles done, sector crossings and advancements processed.
     first_is_third : int
@@ -269,13 +277,13 @@ class _Figure:
 class Figure1(_Figure):
     """The simulation algorithm of Figure 1: new states are computed when an event is scheduled."""
 
-    __doc__ += (_Figure.__doc__ or "").partition("\n")[2]
+    __doc__ += "\n" + (_Figure.__doc__ or "").partition("\n")[2]
 
     def _settled(self, i: int, j: int) -> bool:
         return self.partner[j][self.new[j]] == i
 
     def cycle(self) -> Cycle | None:
-        """Do one turn of the main loop; None if no component has an event left."""
+        """Do one turn of the main loop; return None if no component has an event left."""
         time, state, partner, new, old = self.time, self.state, self.partner, self.new, self.old
         i = self._next_ball()  # line 2
         if time[i][new[i]] == NEVER:
@@ -337,14 +345,14 @@ class Figure1(_Figure):
 class Figure2(_Figure):
     """The version with delayed update of Figure 2: new states are computed when an event is processed."""
 
-    __doc__ += (_Figure.__doc__ or "").partition("\n")[2]
+    __doc__ += "\n" + (_Figure.__doc__ or "").partition("\n")[2]
 
     def _settled(self, i: int, j: int) -> bool:
         pending = self.partner[j][self.new[j]]
         return pending is not LAMBDA and pending < 0
 
     def cycle(self) -> Cycle | None:
-        """Do one turn of the main loop; None if no component has an event left."""
+        """Do one turn of the main loop; return None if no component has an event left."""
         time, state, partner, new, old, n = (
             self.time,
             self.state,
@@ -407,7 +415,7 @@ class Figure2(_Figure):
         return Cycle(self.cycles, self.current_time, i, kind, j_star, m_star)
 
     def scheduled(self, i: int) -> Scheduled:
-        """Old and new event of ball `i` (from 1); the new state is what the event will make of it."""
+        """Old and new event of ball `i` (from 1); the new state is that after the new event."""
         old, new, n = self.old[i], self.new[i], self.billiard.n
         partner, time = self.partner[i][new], self.time[i][new]
         if partner is not LAMBDA and partner < 0:

@@ -72,7 +72,7 @@ class Contacts(NamedTuple):
 
 
 class NoMeetingFound(CaromError):
-    """No pair met within the longest search; perhaps none ever will."""
+    """No pair collided within the longest search; perhaps none ever will."""
 
 
 class Meeting(NamedTuple):

@@ -32,12 +32,12 @@ class Collision(NamedTuple):
     Attributes
     ----------
     time : number
-        When [time], in the arithmetic of the run.
+        Time of the collision [time], in the arithmetic of the run.
     i, j : int
-        The two spheres, i < j; or a sphere and, as n + k, wall or obstacle k.
+        The two spheres, i < j; or a sphere i and n + k, the number of wall or obstacle k.
     image : tuple of d ints
-        ``x[j] + image * box - x[i]`` is at contact, with unwrapped positions x, or the center of a fixed ball
-        for x[j]. Zeros for walls, planes and containers.
+        ``x[j] + image * box - x[i]`` is the vector between the centres at contact, with unwrapped positions
+        x. For a fixed ball x[j] is its centre. The image is zero for walls, planes and containers.
     impulse : number
         Momentum >= 0 passed from i to j along the line of centres [mass length / time]; ``m |u_n|`` for equal
         masses m that approach with the normal speed ``|u_n|`` and collide elastically.
@@ -63,19 +63,18 @@ class NaiveSystem:
     diameter : number or sequence of n numbers
         Diameter sigma [length]; unequal spheres meet at the mean of their diameters.
     masses : sequence of n numbers, optional
-        All 1 if omitted.
+        Masses; by default all 1.
     arithmetic : {"mpmath", "float", "fraction"}
-        Arithmetic of all computations. ``"fraction"`` is exact: in one dimension and for head-on meetings
-        the roots are rational; the first meeting that could be the next one and whose root is irrational
-        raises InputError.
+        Arithmetic of all computations. ``"fraction"`` is exact. It needs rational roots, as in one dimension
+        and for head-on collisions: a next collision with an irrational root raises InputError.
     digits : int
         Decimal digits of ``"mpmath"``.
     time : number
         The time of the given state [time].
     species, contact : (n,) ints and (K, K) numbers, optional
-        Contact distances between species, instead of the mean of the diameters.
+        Species, and contact distances between them instead of the mean of the diameters [length].
     growth : number or sequence of n numbers
-        How fast the diameters grow, at least zero [length / time]. Not together with ``contact``.
+        Rate at which the diameters grow, at least zero [length / time]. Not together with ``contact``.
     periodic : bool or sequence of d bools
         An axis that is not periodic has walls at 0 and at its edge, which the surfaces do not pass.
     obstacles : sequence of mappings
@@ -89,23 +88,24 @@ class NaiveSystem:
     hits : (K,) int array
         Collisions with each wall (lower, upper, axis after axis, where there are walls) and obstacle.
     impulses : (K,) array of numbers
-        Momentum that each has taken [mass length / time].
+        Momentum that each wall and obstacle took up [mass length / time].
 
     Raises
     ------
     InputError
         If shapes or values do not fit.
     OverlapError
-        If two spheres overlap, or one overlaps its own image or an obstacle; relative depths below 2^-40
-        count as rounding. Later, if a sphere grows as large as the box.
+        If two spheres overlap, or one overlaps its own image or an obstacle. Relative depths below 2^-40
+        count as rounding. Later also if a sphere grows as large as the box.
 
     Notes
     -----
-    With growth, the normal relative velocity u_n of surfaces that move apart at g by themselves becomes
-    ``g - e (u_n - g)``: ``2 g - u_n`` where the restitution e is 1, so that no pair sticks.
+    With growth, let the distance of contact grow at the rate g. The normal relative velocity u_n of two
+    components becomes ``g - e (u_n - g)``, which is ``2 g - u_n`` for elastic contacts, e = 1. They then
+    separate faster than they grow.
 
-    Simultaneous collisions are processed in the order (time, i, j), where times count as equal only if they
-    are the same number. Spheres that touch without approaching do not collide.
+    Simultaneous collisions are processed in the order (time, i, j). Times are equal only if they are the same
+    number. Spheres that touch without approaching do not collide.
 
     Examples
     --------
@@ -282,7 +282,7 @@ class NaiveSystem:
         return best
 
     def advance_to(self, time: Any) -> list[Collision]:
-        """Advance to `time`, realising all collisions up to and including it, and return them.
+        """Advance to `time`, process all collisions up to and including it, and return them.
 
         Raises
         ------
@@ -392,9 +392,9 @@ class NaiveSystem:
 def collisions(positions: Any, velocities: Any, box: Any, **settings: Any) -> Iterator[Collision]:
     """Return an iterator over the collisions of hard spheres in a box, in the order of time.
 
-    Parameters, errors and the order of simultaneous collisions are those of :class:`NaiveSystem`; the input
-    is checked at once, before the first collision is asked for. The iterator ends only when there can
-    never be another collision.
+    Parameters, errors and the order of simultaneous collisions are those of :class:`NaiveSystem`. The input
+    is checked at once, before the first collision is requested. The iterator ends only when no other
+    collision is possible.
 
     Examples
     --------

@@ -49,8 +49,8 @@ def from_frame(
     Warns
     -----
     CaromWarning
-        If spheres overlap by no more than single precision explains (a GSD file holds such numbers): they are
-        then moved apart by this small amount.
+        If spheres overlap by no more than the rounding of single precision, as in a GSD file. They are then
+        moved apart by this small amount.
     """
     arguments = of_frame(frame) | {"contact": contact, "obstacles": obstacles}
     if frame.positions.size:
@@ -67,21 +67,21 @@ def from_ase(
     diameter: float | ArrayLike | Mapping[str, float] | None = None,
     walls: bool = False,
 ) -> S:
-    """Make a scene from positions, cell, masses, momenta, radii and kinds of an ``ase.Atoms``.
+    """Make a scene from an ``ase.Atoms``: positions, cell, masses, momenta, radii and kinds.
 
     Parameters
     ----------
     atoms : ase.Atoms
-        In a cell with right angles along the axes. Its periodic axes are the scene's: with ``pbc`` "T T
-        F" and all z equal it is a scene of disks, d = 2. Different chemical symbols become species of
-        these names; so do the numbers of an array ``kind``, as Carom writes it.
+        Atoms in a rectangular cell along the axes. The scene keeps the periodic axes: ``pbc`` "T T F" with
+        all z equal gives a scene of disks, d = 2. Different chemical symbols become species with these
+        names, and so do the numbers of an array ``kind``, which Carom writes.
     diameter : float, (n,) array_like or mapping, optional
         One diameter for all, one for each sphere, or one for each chemical symbol, such as ``{"Ar": 3.4,
         "Ne": 2.75}``, in the unit of length of ``atoms`` (angstrom in ASE). Omit it if ``atoms`` has an array
         ``radius``.
     walls : bool
-        Whether axes that are not periodic, but along which coordinates differ, become axes with walls at
-        the faces of the cell; otherwise they are refused.
+        Whether axes that are not periodic, but along which coordinates differ, get walls at the faces of
+        the cell. By default such axes are refused.
 
     Raises
     ------

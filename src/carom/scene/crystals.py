@@ -64,7 +64,10 @@ def fcc(
     diameter: float = 1.0,
     mass: float = 1.0,
 ) -> S:
-    """Place spheres on the face-centred cubic lattice (d = 3), four per cell; see :meth:`cubic`."""
+    """Place spheres on the face-centred cubic lattice (d = 3), four per cell.
+
+    Parameters and errors are those of :meth:`carom.Scene.cubic`.
+    """
     return on(
         cls,
         lattices.dn(3),
@@ -88,7 +91,7 @@ def triangular(
     """Place disks on the triangular lattice (d = 2), two per cell of edges a and sqrt(3) a.
 
     One number of cells counts those along x; along y their number is chosen so that the box is nearly a
-    square. The other arguments are those of :meth:`carom.Scene.cubic`.
+    square. Other parameters and errors are those of :meth:`carom.Scene.cubic`.
     """
     return on(
         cls,
@@ -111,7 +114,10 @@ def dn(
     diameter: float = 1.0,
     mass: float = 1.0,
 ) -> S:
-    """Place spheres on the lattice D_n (d >= 3), 2^(d-1) per cell; arguments as :meth:`carom.Scene.cubic`."""
+    """Place spheres on the lattice D_n (d >= 3), 2^(d-1) per cell.
+
+    Parameters and errors are those of :meth:`carom.Scene.cubic`.
+    """
     lattice = lattices.dn(_box.dimensions(dimension, low=3))
     return on(
         cls,
@@ -134,7 +140,10 @@ def lattice(
     diameter: float = 1.0,
     mass: float = 1.0,
 ) -> S:
-    """Place spheres on a dense lattice: a row, triangular, fcc, D_n (d = 1, 2, 3, more)."""
+    """Place spheres on a dense lattice: a row, triangular, fcc, D_n (d = 1, 2, 3, more).
+
+    Parameters and errors are those of :meth:`carom.Scene.cubic`.
+    """
     lattice = lattices.densest(_box.dimensions(dimension))
     return on(
         cls,
@@ -161,8 +170,8 @@ def on(
 ) -> S:
     """Place spheres on any ``carom.scene.lattices.Lattice``.
 
-    The arguments are those of :meth:`carom.Scene.cubic` and :class:`carom.Scene`. Along axes with walls the
-    lattice is compressed to make room for the spheres at the walls.
+    Parameters and errors are those of :meth:`carom.Scene.cubic` and :class:`carom.Scene`. Along axes with
+    walls the lattice is compressed to make room for the spheres at the walls.
     """
     sigma = checks.positive(diameter, "diameter")
     # The densest packing of all first: beyond it no other lattice helps.

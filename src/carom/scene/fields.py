@@ -61,7 +61,7 @@ class Fields:
 
     @property
     def packing_fraction(self) -> float:
-        """Volume of the spheres over that of the box, eta; the volume of obstacles is not subtracted."""
+        """Volume of the spheres over that of the box, eta; obstacles do not reduce the volume of the box."""
         part = getattr(self.motion, "packing_fraction", _box.packing_fraction)
         return float(part(self.diameters, self.box))
 
@@ -72,12 +72,12 @@ class Fields:
 
     @property
     def simple(self) -> bool:
-        """Whether all are equal and elastic, in a periodic box without obstacles."""
+        """Whether all components are equal and elastic, in a periodic box without obstacles."""
         usual = all(self.usual(kind) for kind in choice.USUAL)
         return usual and self.equal and not self.walls and not self.obstacles and self.restitution == 1.0
 
     def usual(self, kind: str) -> bool:
-        """Return whether an interaction, motion or impact follows from the other keywords."""
+        """Return whether a ``kind`` of value, such as "interaction", follows from the other keywords."""
         value = getattr(self, kind)
         return type(value) is choice.USUAL[kind] or isinstance(value, Pinned)
 

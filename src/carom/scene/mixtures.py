@@ -44,11 +44,11 @@ def random(
     n : int
         Number of spheres.
     dimension : int, optional
-        d; that of the box, or 3.
+        d; by default that of the box, or 3.
     packing_fraction, density, box : optional
         At most one of the three: the fraction of a cube's volume that is filled, the number of spheres per
-        diameter^d, or the edges. By default packing fraction 0.3 (from d = 4 on half of random close
-        packing).
+        diameter^d, or the edges. The default is the packing fraction 0.3, and from d = 4 on half of random
+        close packing.
     diameter, mass, periodic, obstacles
         As in :class:`carom.Scene`.
     seed : int or numpy.random.Generator
@@ -115,18 +115,20 @@ def mixture(
         Diameter and mass of each species [length], [mass]; masses are 1 by default.
     names : sequence of K str, optional
         Names of the species.
-    contact, periodic, obstacles
+    contact
         As in :class:`carom.Scene`.
     dimension : int, optional
-        d; that of the box or the lattice, or 3.
+        d; by default that of the box or the lattice, or 3.
     packing_fraction, density, box : optional
-        At most one of the three, as in :meth:`carom.Scene.random`; a density is the number of spheres in a
-        volume of the *largest* diameter to the power d.
+        At most one of the three, as in :meth:`carom.Scene.random`; density = N sigma_max^d / V, with the
+        *largest* diameter.
     lattice : str or Lattice, optional
-        "cubic", "fcc", "triangular" or "dn"; needs a packing fraction or a density at which the largest
+        "cubic", "fcc", "triangular" or "dn". It needs a packing fraction or a density at which the largest
         spheres fit side by side.
     cells : int or d ints, optional
         Cells of the lattice along each axis; by default enough for all spheres.
+    periodic, obstacles
+        As in :class:`carom.Scene`.
     seed : int or numpy.random.Generator
         Source of randomness.
 

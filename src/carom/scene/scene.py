@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 
 class Scene(Fields):
-    """Hard spheres of any dimension in a box, with walls and obstacles. All input is checked here.
+    """Hard spheres of any dimension in a box, with walls and obstacles.
+
+    All input is checked here.
 
     Parameters
     ----------
@@ -72,8 +74,8 @@ class Scene(Fields):
     motion : value, optional
         How components move between events; by default free flight.
     impact : value, optional
-        What a contact of two components loses; by default it follows from ``restitution``. docs/models
-        explains these three.
+        What a contact of two components loses; by default it follows from ``restitution``. The page
+        docs/models explains ``interaction``, ``motion`` and ``impact``.
 
     Raises
     ------
@@ -92,15 +94,15 @@ class Scene(Fields):
     mass : float
         The common mass; the mean where they differ.
     diameters, masses : (n,) arrays
-        Of each component, read-only.
+        Diameter [length] and mass of each component, read-only.
     equal : bool
-        Whether all have one diameter and one mass, without a contact matrix.
+        Whether all components have one diameter and one mass, without a contact matrix.
     species : (n,) int64 array or None
     species_names : tuple of str
     contact : (K, K) array or None
     periodic : tuple of d bools
     obstacles : tuple
-        Without the walls of the axes.
+        The obstacles, without the walls of the axes.
     restitution : float
     pinned : (n,) bool array or None
     elastic_below : float or None
@@ -202,6 +204,11 @@ class Scene(Fields):
     def with_(self, **changes: Any) -> Self:
         """Return the same scene with some arguments of :class:`Scene` changed, checked again as a whole.
 
+        Parameters
+        ----------
+        **changes
+            The arguments to change, by name. A new ``restitution`` resets ``elastic_below`` to its default.
+
         Raises
         ------
         InputError
@@ -236,7 +243,7 @@ class Scene(Fields):
         return type(self)(**{**arguments, **changes})
 
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Return the scene as arrays, and values that JSON holds, by name; for :meth:`from_arrays`."""
+        """Return the scene as arrays and as values that JSON holds, by name, for :meth:`from_arrays`."""
         arrays = {"positions": self.positions}
         attributes: dict[str, Any] = {
             "box": list(self.box),

@@ -1,7 +1,7 @@
 """One at a time: a simulation is used by one thread, and does not run while it is already running.
 
-Compiled code runs beside other threads and rewrites arrays in place. A second thread in them would find half
-of an event, or an index that points nowhere, and end the program.
+Compiled code runs at the same time as other threads and rewrites arrays in place. A second thread could read
+half of an event, or an invalid index, and crash the program.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a checkpoint holds: everything that a run goes on from, bit for bit."""
+"""Contents of a checkpoint: everything that a run needs to continue, bit for bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's conditions I to V for models of one's own: tried on random pairs, in any dimension."""
+"""The paper's conditions I to V for models of your own, tested on random pairs in any dimension."""
 
 from __future__ import annotations
 
@@ -58,11 +58,11 @@ class Failure:
     Attributes
     ----------
     condition : str
-        One of ``SENTENCES``.
+        The condition, one of ``SENTENCES``.
     dimension : int
         d.
     numbers : dict of str to value
-        The pair, and what was found.
+        State of the pair, and the values that violate the condition.
     """
 
     condition: str
@@ -81,9 +81,9 @@ class Conditions:
     Attributes
     ----------
     tried : dict of str to int
-        How many pairs each condition was tried on.
+        Number of pairs on which each condition was tested.
     failures : tuple of Failure
-        The first of each condition and dimension.
+        The first failure of each condition and dimension.
     """
 
     tried: dict[str, int]
@@ -125,12 +125,13 @@ def check(
     Returns
     -------
     Conditions
-        Printed, a table; ``passed`` says whether all hold.
+        ``print`` shows it as a table; ``passed`` says whether all conditions hold.
 
     Raises
     ------
     InputError
-        If the value is none of the three, or a required question is not answered.
+        If the value is neither an interaction, a motion nor an impact, or a required question is not
+        answered.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Blocks of a gas that cools: of about as many collisions each, as the time between two of them grows."""
+"""Blocks of a cooling gas: about equally many collisions in each, as the time between collisions grows."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def cools(sim: Running) -> bool:
-    """Tell whether contacts lose energy, and nothing that grows brings any."""
+    """Return whether contacts lose energy, and growth adds none."""
     contents = sim.machine.contents
     return not contents.elastic and contents.rates is None
 
@@ -23,14 +23,15 @@ class Blocks:
     Parameters
     ----------
     sim : Running
+        The simulation.
     collisions : float
-        Pair collisions of a block, about.
+        Approximate number of pair collisions in a block.
 
     Notes
     -----
-    Blocks of equal time would leave nearly all collisions of a gas that cools to the first of them. The
-    length of each follows from the temperature at its beginning and from the collisions before, never from
-    its own, so that no mean is biased.
+    With blocks of equal time, nearly all collisions of a cooling gas would fall into the first one. The
+    length of a block follows from the temperature at its beginning and from earlier collisions, but never
+    from its own, so that no mean is biased.
     """
 
     def __init__(self, sim: Running, collisions: float):

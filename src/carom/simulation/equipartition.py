@@ -1,4 +1,4 @@
-"""The temperatures of species whose masses differ: whether energy is shared out among them."""
+"""The temperatures of species with different masses: a test of equipartition."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ MOST = 16
 class Thermometer:
     """Looks at the temperature of each species of a run now and then.
 
-    Species of different masses exchange energy slowly: a sphere a thousand times as heavy as those around it
-    takes a thousand collisions. Species that have the same mass, inelastic contacts, which keep species at
-    different temperatures for ever, and diameters that grow are not looked at.
+    Species of different masses exchange energy slowly: a sphere a thousand times as heavy as its neighbours
+    takes a thousand collisions. The test is not applied to species of one mass, to growing diameters, and to
+    inelastic contacts, which keep species at different temperatures.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a scene requires and what not: the models compiled in, the arrays, the neighbour scheme and why."""
+"""What a scene requires and what not: its models, its arrays, its neighbour scheme and the reason for it."""
 
 from __future__ import annotations
 
@@ -28,11 +28,13 @@ class Array:
     Attributes
     ----------
     name : str
-        Where the engine keeps it, such as ``state.rows``.
+        Its place in the engine, such as ``state.rows``.
     shape : tuple of int
+        Its shape.
     dtype : str
         Type of an item; the fields of a record, with its size.
     nbytes : int
+        Memory [bytes].
     """
 
     name: str
@@ -50,11 +52,11 @@ class Explanation:
     scene : str
         The scene in one line.
     n : int
-        Components.
+        Number of components.
     models : dict of str to str
-        The model of each kind that is compiled in, by the name of its type.
+        The compiled model of each kind, by the name of its type.
     absent : tuple of str
-        What this scene does not require: no array, no branch, no byte of it exists.
+        Features that this scene does not use, and that therefore cost no array, no branch and no byte.
     arrays : tuple of Array
         All arrays, the largest first.
     neighbors : str
@@ -70,7 +72,7 @@ class Explanation:
 
     @property
     def bytes_per_particle(self) -> float:
-        """Memory of all arrays over the number of components."""
+        """Memory of all arrays, divided by the number of components [bytes]."""
         return sum(array.nbytes for array in self.arrays) / self.n
 
     def __str__(self) -> str:
@@ -117,7 +119,7 @@ def explain(
     Returns
     -------
     Explanation
-        Printed, a page.
+        ``print`` shows it as a page.
 
     Raises
     ------

@@ -25,8 +25,9 @@ def free_flights(
     time: float | None = None,
     blocks: int = 64,
 ) -> FlightsEstimate:
-    """Continue the run and return free times, free paths, collision rates and normal speeds; does not affect
-    the trajectory.
+    """Continue the run and return free times, free paths, collision rates and normal speeds.
+
+    This does not affect the trajectory.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def helfand(
     Returns
     -------
     HelfandMoments
-        See ``carom.observables.moments``. Exact, since every current is constant between two collisions.
+        Exact, since every current is constant between two collisions; see ``carom.observables.moments``.
 
     Raises
     ------

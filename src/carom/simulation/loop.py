@@ -1,4 +1,4 @@
-"""The running loop: the compiled cycle, some 10 ms at a time, and between two calls all that may stop it."""
+"""The loop of a run: the compiled cycle, some 10 ms at a time, with all checks between two calls."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def advance(
     walltime: float | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Block:
-    """Run on until so many more collisions, an instant, or seconds: see :meth:`carom.Simulation.run`.
+    """Continue for a number of collisions, to an instant, or for seconds: see :meth:`carom.Simulation.run`.
 
-    Where the collisions asked for cannot be had, a :class:`carom.CaromWarning` says so.
+    A :class:`carom.CaromWarning` is issued if the requested collisions cannot happen.
 
     Raises
     ------

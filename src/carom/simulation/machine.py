@@ -1,4 +1,4 @@
-"""What runs: the engine of a scene with its clock, and how both are renewed on the way."""
+"""The engine of a scene with its clock, and how both are rebuilt during a run."""
 
 from __future__ import annotations
 
@@ -88,11 +88,11 @@ class Machine:
     velocities : (n, d) array
         At the start [length / time].
     contents : Contents
-        What the engine has to know of the scene, in ``unit``.
+        The facts of the scene that the engine needs, in ``unit``.
     unit : TimeUnit
         The engine's unit of time.
     wish : tuple
-        What was asked for of the neighbour scheme.
+        The requested neighbour scheme and reach.
     scheme : Scheme, optional
         The neighbour scheme; chosen for the scene, if left out.
 

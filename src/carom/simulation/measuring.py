@@ -36,8 +36,7 @@ def measure(
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ):
-    """Continue the run and measure :class:`~carom.observables.Pressure`, or your own observable with
-    ``update``.
+    """Continue the run and measure :class:`~carom.observables.Pressure`, or another observable.
 
     The stretch is cut into ``observable.blocks`` blocks of equal *time*, for every kind of limit: blocks that
     end with a collision would bias the mean. A number of collisions is converted to a time by the rate seen
@@ -47,7 +46,7 @@ def measure(
 
     Parameters
     ----------
-    observable : Pressure, WallPressure, or a class of one's own
+    observable : Pressure, WallPressure, or an object of your own class
         What is measured. Your own class has ``update(frame)`` or ``update(block)``, and ``result()`` unless
         ``update`` returns numbers (:class:`carom.observables.Observable`).
     collisions, collisions_per_particle, time : float, optional
@@ -76,8 +75,8 @@ def measure(
     Warns
     -----
     CaromWarning
-        If ``max_walltime`` came first; if the measured quantity drifts, or changes so slowly that there are
-        fewer than 8 independent samples; if species of different masses have different temperatures. One of a
+        If ``max_walltime`` came first. If the measured quantity drifts, or changes so slowly that there are
+        fewer than 8 independent samples. If species of different masses have different temperatures. One of a
         thousand runs in equilibrium is flagged as drifting, too (``carom.observables.equilibrium``).
     """
     _check_observable(observable)

@@ -32,7 +32,7 @@ class Statistics:
     advancements : int
         Events that lost their partner to a third party.
     advancement_fraction : float
-        Advancements over all processed events, a collision counting as two, as in the paper's section 6.
+        Advancements over all processed events. A collision counts as two events (the paper's sec. 6).
     third_party_first : int
         Pairs that scheduled each other again right after colliding: the paper's m* = i*.
     clamped_roots : int
@@ -41,10 +41,12 @@ class Statistics:
         Pair collisions per second of wall time spent in the engine.
     worst_overlap : float
         Deepest overlap of two cores seen at a collision, in diameters.
-    energy_drift, momentum_drift : float
-        Change since the start: of the energy, kinetic and potential, relative to the kinetic one (including
-        what inelastic contacts lost and growth added); of the momentum, relative to ``sum(m |v|)`` (NaN where
-        walls or obstacles take it up).
+    energy_drift : float
+        Change of the energy, kinetic and potential, since the start, relative to the kinetic one. What
+        inelastic contacts lost and growth added is included.
+    momentum_drift : float
+        Change of the momentum since the start, relative to ``sum(m |v|)``; NaN where walls or obstacles take
+        it up.
     """
 
     collisions: int
@@ -87,16 +89,17 @@ class Impacts(NamedTuple):
     Attributes
     ----------
     name : str
-        Which one.
+        Name of the wall or obstacle.
     hits : int
         Collisions with it.
     impulse : float
-        Sum of the momentum along its normal [mass length / time]; over time and area this is a pressure.
+        Sum of the momentum along its normal [mass length / time]. Divided by time and area it is a pressure.
     work : float
-        Energy that it gave to components, by moving, at its temperature, or less what it took [energy].
-    spared, lifted : int
-        Contacts that lost nothing for their speed, or because they came too soon; and that were thrown faster
-        than they came, because they would have stayed.
+        Energy that it gave to components: by its motion or temperature, less what contacts lost [energy].
+    spared : int
+        Contacts that lost nothing, because they were slow or came too soon.
+    lifted : int
+        Contacts after which a component left faster than the contact law says, because it would rest.
     """
 
     name: str

@@ -1,7 +1,7 @@
-"""How much compiled code does in one call: as much as takes some hundredths of a second.
+"""The work of compiled code in one call: some hundredths of a second.
 
-Ctrl-C, a limit of wall time and a progress bar are looked at between two calls. An event takes a microsecond
-in three dimensions, and a second among the images of a box in twelve.
+Ctrl-C, a limit of wall time and a progress bar are handled between two calls. An event takes a microsecond in
+three dimensions, and a second among the images of a box in twelve.
 """
 
 from __future__ import annotations

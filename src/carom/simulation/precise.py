@@ -1,4 +1,4 @@
-"""A measurement that goes on until its error bar fits."""
+"""A measurement that continues until its error bar is small enough."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ def until(
 
     Notes
     -----
-    The error is looked at after a pilot of 64 blocks and then where the last look predicted the end, the
-    stretch never more than four times as long as at the look before. When there are twice
-    ``observable.blocks`` blocks, neighbours are merged. The length depends on what was measured and on
-    nothing else, except for ``max_walltime``.
+    The error is computed after a pilot of 64 blocks, and then at the end that the previous error predicted.
+    The stretch never becomes more than four times as long from one time to the next. When there are twice
+    ``observable.blocks`` blocks, neighbours are merged. The length depends on the measured values only,
+    except for ``max_walltime``.
     """
     stretch = _Stretch(sim, observable, goal, max_walltime, progress, predicted)
     if not lengthen(goal, FLOOR, stretch.extend, stretch.error_bar, stretch.expect):

@@ -1,4 +1,4 @@
-"""From a scene to what the engine has to know of it."""
+"""From a scene to the facts that the engine needs."""
 
 from __future__ import annotations
 

@@ -1,13 +1,13 @@
 """States from an event log: the run again without its engine, bit for bit.
 
-The log holds the initial state with all of its scene, and of every collision its time, the two components (or
-the component and the wall or obstacle), the periodic image and the impulse. Between two of its collisions a
-component flies freely, so that this is enough. Rounding is the engine's: a position is advanced at the
-component's own collisions and at the beginning of every epoch, by the same operations in the same order, and
-nowhere else. The impulse is computed anew and must come out as logged.
+The log holds the initial state with its scene. For every collision it holds the time, the two components (or
+the component and the wall or obstacle), the periodic image and the impulse. This is sufficient, because a
+component flies freely between two collisions. Rounding is the engine's: a position is advanced only at the
+component's own collisions and at the beginning of every epoch, by the same operations in the same order. The
+impulse is computed again and must equal the logged one.
 
-What happens at an event is asked of the models of the scene, in the unit of time of the engine; from
-Python, the same functions run uncompiled.
+The models of the scene say what happens at an event, in the unit of time of the engine. Their functions run
+uncompiled, from Python.
 """
 
 from __future__ import annotations
@@ -65,14 +65,15 @@ class Replay:
     ----------
     path : path
         An event log that :class:`carom.Simulation` wrote.
-    obstacles, interaction, motion, impact : optional
-        Those of the scene that are of your own class, because a file holds no code.
+    **own
+        ``obstacles``, ``interaction``, ``motion`` and ``impact`` of the scene, if they are of your own class:
+        a file holds no code.
 
     Raises
     ------
     FileError
-        If the file is missing, truncated, foreign, lacks a part of the initial state, or needs a value of
-        your own class that is not given.
+        If the file is missing, truncated or foreign. If it lacks a part of the initial state, or needs a
+        value of your own class that is not given.
 
     Examples
     --------
@@ -175,20 +176,20 @@ class Replay:
 
     @property
     def decided(self) -> np.ndarray | None:
-        """Of which kind each unit is now, (n,) int64, -1 where it was removed; None without range rules."""
+        """Present kind of each unit, (n,) int64, -1 if it was removed; None without range rules."""
         if not self._decide:
             return None
         return np.where(self._pair.present[:-1] > 0, self._pair.kinds[:-1], -1)
 
     def step(self) -> bool:
-        """Realise the next collision of the log, of two components or with an obstacle.
+        """Process the next collision of the log, of two components or with an obstacle.
 
-        Returns False, and does nothing, if there is none.
+        It returns False, and does nothing, if there is none.
 
         Raises
         ------
         FileError
-            If the logged impulse is not the one that the states give.
+            If the logged impulse does not follow from the states.
         """
         if self._next is None:
             return False
@@ -207,20 +208,20 @@ class Replay:
         return True
 
     def advance_to(self, time: float) -> None:
-        """Realise all collisions up to and including a time.
+        """Process all collisions up to and including a time.
 
-        A collision's own time need not be a double (it is an epoch and an offset): to stop at one, use
-        :meth:`step`.
+        The time of a collision is an epoch and an offset, and need not be a double. Use :meth:`step` to stop
+        exactly at a collision.
 
-        After the last collision of the log all components fly on: the log does not say how long the run
-        lasted.
+        After the last collision of the log all components continue to fly, because the log does not hold the
+        length of the run.
 
         Raises
         ------
         InputError
-            If the time is not finite, or past already.
+            If the time is not finite, or lies in the past.
         FileError
-            If a logged impulse is not the one that the states give.
+            If a logged impulse does not follow from the states.
         """
         if not math.isfinite(time) or time < self.time:
             raise InputError(
@@ -235,7 +236,7 @@ class Replay:
         self._offset = offset
 
     def frame(self) -> Frame:
-        """Return all components at the present time, equal to ``Simulation.frame()`` of the logged run."""
+        """Return all components at the present time, bit-identical to ``Simulation.frame()`` of the run."""
         x, v = self._moved(np.arange(len(self._x)), self._offset)
         crossings = np.floor(x * self._inverse)
         x -= crossings * self._box
@@ -431,12 +432,12 @@ def replay(path: str | PathLike[str], *, time: float, **own: Any) -> Frame:
     time : float
         Time since the start of the run [sigma sqrt(m / kT)].
     **own
-        As of :class:`Replay`.
+        As for :class:`Replay`.
 
     Raises
     ------
     FileError
-        If the file is no event log, or a logged impulse is not the one that the states give.
+        If the file is not an event log, or a logged impulse does not follow from the states.
     InputError
         If the time is negative or not finite.
     """

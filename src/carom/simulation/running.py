@@ -68,8 +68,9 @@ class Running:
     @property
     @looks
     def kT(self) -> float:
-        """Temperature [energy]: twice the kinetic energy over the :attr:`degrees_of_freedom`, about the
-        motion of the centre of mass along every axis on which the momentum is conserved.
+        """Temperature: twice the kinetic energy over the :attr:`degrees_of_freedom` [energy].
+
+        The motion of the centre of mass is subtracted along every axis on which momentum is conserved.
         """
         return temperature.temperature(self.machine)
 
@@ -105,15 +106,17 @@ class Running:
         Raises
         ------
         InputError
-            If the scene has none.
+            If the scene has no such units.
         """
         return units.present(self.machine)
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Degrees of freedom of the velocities: d n, minus one for every axis along which momentum is
-        conserved; so d (n - 1) in a periodic box. Walls and obstacles take up momentum; a single component is
-        free along all axes.
+        """Degrees of freedom of the velocities: d (n - 1) in a periodic box.
+
+        They are d n, minus one for every axis along which momentum is conserved. Walls and obstacles take up
+        momentum. A single component is free along all axes, and a pinned one along none. On great circles
+        they are n (d - 1).
         """
         return degrees_of_freedom(self.scene)
 
@@ -136,8 +139,9 @@ class Running:
     @property
     @looks
     def pinned_impulse(self) -> np.ndarray:
-        """Momentum that each pinned component received so far along the normals of its contacts, (n,); zero
-        for moving components [mass length / time].
+        """Momentum that each pinned component received so far, (n,) [mass length / time].
+
+        It is the sum over the component's contacts, each along its normal. It is zero for moving components.
 
         Raises
         ------
@@ -149,7 +153,7 @@ class Running:
     @property
     @looks
     def collisions_by_species(self) -> np.ndarray:
-        """Pair collisions since the start of every pair of species, (K, K), symmetric.
+        """Pair collisions of every pair of species since the start, (K, K), symmetric.
 
         Raises
         ------
@@ -161,8 +165,9 @@ class Running:
     @property
     @looks
     def virial_by_species(self) -> np.ndarray:
-        """Sum of ``r_ij . dp_ij`` since the start of every pair of species, (K, K), symmetric
-        [mass length^2 / time].
+        """Sum of ``r_ij . dp_ij`` of every pair of species since the start [mass length^2 / time].
+
+        It is a (K, K) array, symmetric.
 
         Raises
         ------
@@ -174,22 +179,23 @@ class Running:
     @property
     @looks
     def obstacles(self) -> tuple[Impacts, ...]:
-        """Hits and momentum of walls and obstacles since the start, in the order of their numbers: the walls
-        of each axis without periodicity, lower before upper, then the scene's obstacles.
+        """Hits and momentum of each wall and obstacle since the start, in the order of their numbers.
+
+        The walls of each axis without periodicity come first, lower before upper, then the scene's obstacles.
         """
         return mechanics.impacts(self.machine)
 
     @property
     @looks
     def spared_contacts(self) -> int:
-        """Contacts that were elastic because they were slower than ``Scene.elastic_below``."""
+        """Contacts of two components that lost nothing: too slow, or too soon after the last contact."""
         spared = getattr(self.machine.engine.model.impact, "spared", None)
         return 0 if spared is None else int(spared[0])
 
     @property
     @looks
     def statistics(self) -> Statistics:
-        """Counters of the run so far, and its numerical errors."""
+        """Counters and numerical errors of the run so far."""
         return mechanics.statistics(self.machine)
 
     @watchable("Running")
@@ -225,8 +231,8 @@ class Running:
         Raises
         ------
         InputError
-            If no limit is given, or one is not a number of at least zero; or if a time cannot be reached,
-            because growing components jam before it or have no room at all. The state is then that at which
+            If no limit is given, or one is not a number of at least zero. Also if a time cannot be reached,
+            because growing components jam before it or have no room at all; the state is then that at which
             the run stopped.
         BusyError
             If another thread uses this simulation, or if this is called by a callback of a run.
@@ -262,13 +268,25 @@ class Running:
         return self.machine.frame()
 
     def estimate(self, observable, blocks: Sequence[Block]):
-        """Return the observable's estimate from blocks of this run, such as :meth:`blocks` yields."""
+        """Return the estimate of an ``observable`` from ``blocks``, such as :meth:`blocks` yields.
+
+        Raises
+        ------
+        InputError
+            If diameters grow and a block does not hold their averages, as :attr:`tally`.
+        """
         if self.machine.contents.rates is not None and any(block.sizes is None for block in blocks):
             raise InputError("Sums since the start do not know how diameters grew; use blocks of run().")
         return observable.of_scene(blocks, self.scene, kT=self.kT)
 
     def blocks(self, duration: float, count: int) -> Iterator[Block]:
-        """Continue the run for ``count`` blocks of equal time and yield each."""
+        """Continue the run for ``count`` blocks of the time ``duration`` [time] and yield each.
+
+        Raises
+        ------
+        InputError
+            If the duration or the count is negative, and as from :meth:`run`.
+        """
         start, step = self.machine.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
         before = mechanics.momenta_at_walls(self.machine)
         for k in range(1, checks.integer(count, "count", low=0) + 1):
@@ -281,9 +299,14 @@ class Running:
             before = after
 
     def time_for(self, collisions: float) -> float:
-        """Return the time that this number of pair collisions takes, from the rate so far.
+        """Return the time that a number of pair collisions takes at the rate so far [time].
 
-        A run with fewer than 1000 collisions so far first runs a pilot of 1000.
+        With fewer than 1000 collisions so far, the run first continues up to 1000.
+
+        Raises
+        ------
+        InputError
+            If nothing collides in this scene.
         """
         collisions = checks.number(collisions, "collisions", low=0.0)
         if self.scene.n == 1 or self.machine.start.energy == 0.0:

@@ -43,13 +43,13 @@ class Simulation(Running):
     neighbors : {"auto", "lists", "sectors", "all"}
         Neighbour scheme; changes the speed, not the physics.
     shell : float, optional
-        Reach of the neighbour lists in diameters.
+        Reach of the neighbour lists in diameters. It asks for lists; by default it follows from the density.
     images : bool
         Count the boxes that each component crosses, for unwrapped positions.
     precision : {"double", "single"}
         Precision in which positions, velocities and times are stored. All computations are in double
-        precision. Single precision saves a fifth of the memory, no time, and leaves overlaps of 1e-7 of the
-        box. It is refused for boxes of more than 8192 diameters, very near close packing, and for fast
+        precision. Single precision saves a fifth of the memory but no time, and leaves overlaps of 1e-7 of
+        the box. It is refused for boxes of more than 8192 diameters, very near close packing, and for fast
         drifts.
     growth : float or (n,) array_like, optional
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
@@ -132,8 +132,8 @@ class Simulation(Running):
     def rescale(self, kT: float = 1.0, *, growth: float | ArrayLike | None = None) -> None:
         """Scale all velocities to the temperature ``kT``; momentum that is conserved is set to zero.
 
-        Meant for growing diameters: every contact adds energy, but only the ratio of growth rate and thermal
-        speed matters. The events of all components are predicted again.
+        It is meant for growing diameters. Every contact then adds energy, but only the ratio of growth rate
+        to thermal speed matters. The events of all components are predicted again.
 
         Parameters
         ----------
@@ -179,7 +179,12 @@ class Simulation(Running):
         path : path
             An HDF5 file, replaced atomically.
         **extra
-            Small values that JSON can hold, stored with it (e.g. what the caller was doing).
+            Small values that JSON can hold, such as notes of the caller; stored with the checkpoint.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
         """
         checkpoint.save(path, self.machine, extra)
 

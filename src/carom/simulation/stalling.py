@@ -1,4 +1,4 @@
-"""Whether a run can reach its end: components without room collide for ever before any time."""
+"""Whether a run can reach its end: without room, components collide infinitely often in a finite time."""
 
 from __future__ import annotations
 

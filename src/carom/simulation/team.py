@@ -64,7 +64,7 @@ class Shares:
     wall : float
         Wall time in windows [s].
     load, run, compare, store, merge, lost : float
-        Of it: filling rims, running, comparing, handing back, adding up, and windows that were run again.
+        Parts of ``wall``: filling rims, running, comparing, copying back, adding up, and repeated windows.
     busy : float
         CPU time of all workers together in ``run`` [s]: what is missing to ``run`` times the workers is
         waiting.

@@ -21,19 +21,19 @@ class UnitsNow:
     Attributes
     ----------
     kinds : (n,) int64 array
-        Of which kind each is: its place in ``Ranges.kinds``.
+        Kind of each unit: its index in ``Ranges.kinds``.
     present : (n,) bool array
-        Which have not been removed.
+        Which units have not been removed.
     counts : (n, circles, kinds) int64 array
-        How many units of each kind are in each circle of each unit; zero of circles that its kind has not.
+        Units of each kind in each circle of each unit; zero for circles that a unit does not have.
     memory : (n, m) float64 array
-        The numbers of the rule's own.
+        The numbers that the rule keeps for each unit.
     timers : (n,) float64 array
-        In how much time each is asked without a cause; infinite for never [time].
+        Time until each unit's timer runs out; infinite for never [time].
     targets : (n,) int64 array
-        At whom each aims, or -1.
+        Target of each unit, or -1.
     asked : dict of str to int
-        How often the rule was asked since the start, by cause.
+        Number of calls of the rule since the start, by cause.
     """
 
     kinds: np.ndarray

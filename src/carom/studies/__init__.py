@@ -1,4 +1,7 @@
-"""Whole studies: runs with a folder of results, packings, equations of state, transport, spherical codes."""
+"""Whole studies: runs with a folder of results, packings, equations of state, transport, spherical codes.
+
+Nothing here knows how a component moves: that is the simulation's.
+"""
 
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.search import CodeInterrupted, spherical_code

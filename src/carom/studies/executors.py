@@ -52,7 +52,7 @@ R = TypeVar("R")
 
 
 class Stopped(Exception):
-    """A task saw that it was told to stop."""
+    """A task ended because it was told to stop."""
 
 
 class Engine:
@@ -63,9 +63,9 @@ class Engine:
     name : str
         Name, for the provenance.
     capacity : int or None
-        Tasks that it takes at a time; None without limit.
+        Number of tasks that it takes at a time; None without limit.
     local : bool
-        Whether functions run in this process, where they must look themselves whether to stop.
+        Whether functions run in this process. They must then check themselves whether to stop.
     """
 
     name = ""
@@ -73,11 +73,11 @@ class Engine:
     local = False
 
     def submit(self, function: Callable[[T], R], value: T) -> Future[R]:
-        """Start a task."""
+        """Start the task ``function(value)``."""
         raise NotImplementedError
 
     def recovered(self, future: Future[Any]) -> bool:
-        """Return whether the engine can continue after the failure of a worker."""
+        """Return whether the engine can continue after the worker of a ``future`` failed."""
         return False
 
     def listen(self) -> None:
@@ -93,7 +93,7 @@ class Serial(Engine):
     name, capacity, local = "serial", 1, True
 
     def submit(self, function: Callable[[T], R], value: T) -> Future[R]:
-        """Run the task to its end."""
+        """Run the task ``function(value)`` to its end."""
         future: Future[R] = Future()
         try:
             future.set_result(function(value))
@@ -103,26 +103,26 @@ class Serial(Engine):
 
 
 class Pool(Engine):
-    """An Executor of the caller's, which stays open."""
+    """An ``executor`` of the caller, which stays open, with a ``name`` for the provenance."""
 
     def __init__(self, executor: Executor, name: str | None = None):
         self.executor = executor
         self.name = name or type(executor).__name__
 
     def submit(self, function: Callable[[T], R], value: T) -> Future[R]:
-        """Hand the task to the executor."""
+        """Hand the task ``function(value)`` to the executor."""
         return self.executor.submit(function, value)
 
 
 class OwnPool(Pool):
-    """An Executor that ends with the study."""
+    """An ``executor`` that ends with the study, with a ``name`` for the provenance."""
 
     def __init__(self, executor: Executor, name: str):
         super().__init__(executor, name)
         self.local = isinstance(executor, ThreadPoolExecutor)
 
     def close(self, now: bool) -> None:
-        """Shut the executor down."""
+        """Shut the executor down, ``now`` or after its tasks."""
         self.executor.shutdown(wait=not now, cancel_futures=now)
 
 
@@ -132,13 +132,13 @@ class Processes(Engine):
     Parameters
     ----------
     workers : int
+        Number of processes.
 
     Notes
     -----
-    Workers are started afresh (spawn), on every system. They do not import the caller's main module, which
-    holds no function of theirs, so that scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to
-    the leading process and end when it ends, however it does. When they compile, they send a message to the
-    leading process (``carom.compiling.news``).
+    Workers are started by spawning, on every system. They do not import the caller's main module, so that
+    scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to the leading process, and end whenever
+    it ends. When they compile, they send a message to the leading process (``carom.compiling.news``).
     """
 
     def __init__(self, workers: int):
@@ -150,7 +150,7 @@ class Processes(Engine):
         self._busy: dict[Future[Any], ProcessPoolExecutor] = {}
 
     def submit(self, function: Callable[[T], R], value: T) -> Future[R]:
-        """Hand the task to a worker that has none."""
+        """Hand the task ``function(value)`` to a free worker."""
         for done in [future for future in self._busy if future.done()]:
             self._idle.append(self._busy.pop(done))
         pool = self._idle.pop() if self._idle else self._pool()
@@ -159,20 +159,20 @@ class Processes(Engine):
         return future
 
     def recovered(self, future: Future[Any]) -> bool:
-        """Forget the pool whose worker died; the next task gets a new one."""
+        """Discard the pool whose worker failed with a ``future``; the next task gets a new pool."""
         pool = self._busy.pop(future, None)
         if pool is not None:
             pool.shutdown(wait=False)
         return True
 
     def listen(self) -> None:
-        """Say here that workers compile, if they do."""
+        """Report in this process that workers compile, if they do."""
         while self._news.poll():
             self._news.recv_bytes()
             news.tell()
 
     def close(self, now: bool) -> None:
-        """End all workers, at once or after their tasks."""
+        """End all workers, ``now`` or after their tasks."""
         if now:
             self._lead.close()
         for pool in [*self._busy.values(), *self._idle]:
@@ -235,13 +235,13 @@ def cores() -> int:
 
 @contextlib.contextmanager
 def engine(choice: Any = None, workers: int | None = None) -> Iterator[Engine]:
-    """Open an engine for the body, and end it: at once if the body raises.
+    """Open an engine for the body of a ``with``, and close it; at once if the body raises.
 
     Parameters
     ----------
     choice : optional
-        "processes", "threads", "serial" or "mpi" (inside ``mpiexec ... python -m mpi4py.futures``); the
-        address of a Dask scheduler, e.g. "tcp://host:8786"; an Executor; a Dask Client; or a number of
+        "processes", "threads", "serial" or "mpi" (inside ``mpiexec ... python -m mpi4py.futures``). Or the
+        address of a Dask scheduler, such as "tcp://host:8786", an Executor, a Dask Client, or a number of
         processes. By default MPI if it is running, otherwise one process per core.
     workers : int, optional
         Processes or threads; as many as cores if left out.
@@ -249,7 +249,7 @@ def engine(choice: Any = None, workers: int | None = None) -> Iterator[Engine]:
     Raises
     ------
     InputError
-        If it is none of these, or a package that it needs is missing.
+        If the choice is none of these, or a package that it needs is missing.
     """
     chosen = _choose(choice, workers)
     try:
@@ -261,12 +261,9 @@ def engine(choice: Any = None, workers: int | None = None) -> Iterator[Engine]:
 
 
 def check(choice: Any = None, workers: int | None = None) -> None:
-    """Raise InputError for what :func:`engine` cannot open; opens nothing.
+    """Raise InputError if :func:`engine` could not open this choice; nothing is opened.
 
-    Raises
-    ------
-    InputError
-        As :func:`engine`.
+    Parameters and errors are those of :func:`engine`.
     """
     if workers is not None:
         checks.integer(workers, "workers", low=1)
@@ -365,19 +362,20 @@ def run(
     failed: Callable[[int, BaseException], object],
     stop: Callable[[], bool] = lambda: False,
 ) -> bool:
-    """Run tasks, in the order given, and hand over each result as it comes.
+    """Run tasks in the given order, and pass on each result when it arrives.
 
     Parameters
     ----------
     function : callable
-        A module's function, which workers can import.
+        A function of a module, which workers can import.
     values : sequence
-        One a task, plain enough to be pickled.
+        One value per task, which can be pickled.
     where : Engine
+        Where to run the tasks.
     done, failed : callable
-        Called in this thread with the task's index and its result, or what it raised.
+        Called in this thread with the index of the task and its result, or its exception.
     stop : callable
-        Called from time to time; if it returns true, tasks are no longer waited for.
+        Called from time to time; if it returns true, the function does not wait for more tasks.
 
     Returns
     -------
@@ -418,7 +416,7 @@ def run(
 
 
 def reason(error: BaseException) -> str:
-    """Return what a task raised as a clause for a sentence."""
+    """Return an ``error`` of a task as a clause for a sentence."""
     if isinstance(error, BrokenExecutor):
         return "its worker was killed, or ran out of memory"
     text = (str(error).strip() or "no message").splitlines()[0].rstrip(".")

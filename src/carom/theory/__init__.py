@@ -1,10 +1,10 @@
 """What is known about hard particles: equations of state, contact values, collision rates; with sources.
 
 An equation of state here is a function from the packing fraction ``eta`` of infinitely many particles to the
-compressibility factor ``Z = P V / (N kT)``. All functions take floats or arrays and return the same kind.
-None includes freezing. Those of the fluid are meant for the stable fluid, up to eta = 0.69 (2D, where
-accuracy fades from 0.6 on), 0.494 (3D), about 0.29 (4D), 0.17 (5D) and 0.10 (6D); those of the solid from
-0.545 (3D) to close packing.
+compressibility factor ``Z = P V / (N kT)``. It takes a float or an array and returns the same kind. No
+equation includes freezing. Those of the fluid are meant for the stable fluid: up to eta = 0.69 (2D, less
+accurate from 0.6 on), 0.494 (3D), about 0.29 (4D), 0.17 (5D) and 0.10 (6D). Those of the solid are meant from
+0.545 (3D) to close packing. Nothing here simulates or measures.
 """
 
 from carom.theory.arithmetic import Equation

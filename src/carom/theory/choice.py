@@ -25,7 +25,7 @@ def best(dimension: int) -> Equation:
     Returns
     -------
     callable
-        :func:`tonks` (exact) in 1D, :func:`pieprzyk` in 3D, otherwise :func:`virial_pade` of that dimension.
+        :func:`tonks` (exact) in 1D, :func:`pieprzyk` in 3D, otherwise :func:`virial_pade` in that dimension.
 
     Raises
     ------
@@ -46,8 +46,8 @@ def solid(dimension: int) -> Equation:
     Returns
     -------
     callable
-        :func:`almarza` in 3D, otherwise :func:`free_volume` of that dimension, which is right only at close
-        packing (and exact in 1D).
+        :func:`almarza` in 3D, otherwise :func:`free_volume` in that dimension, which is accurate only near
+        close packing (and exact in 1D).
 
     Raises
     ------
@@ -76,7 +76,7 @@ def equations(dimension: int) -> dict[str, Equation]:
     Parameters
     ----------
     dimension : int
-        Beyond 6 there is none.
+        d. Beyond 6 there are none.
     """
     if dimension == 1:
         return {"Tonks (exact)": tonks}

@@ -23,11 +23,11 @@ class Coexistence:
     Attributes
     ----------
     pressure : float
-        P sigma^3 / kT.
+        Pressure, P sigma^3 / kT.
     freezing, melting : float
         Packing fraction of the fluid, and of the crystal.
     chemical_potential : float
-        mu / kT, with a thermal wavelength of one diameter.
+        Chemical potential, mu / kT, with a thermal wavelength of one diameter.
     """
 
     pressure: float
@@ -48,11 +48,13 @@ def coexistence(
     Parameters
     ----------
     fluid, solid : callable
-        Z as a function of the packing fraction; the fluid's is needed from 0 to 0.51, the crystal's from
-        0.53 to 0.57.
+        Z as a function of the packing fraction. That of the fluid is needed from 0 to 0.51, that of the
+        crystal from 0.53 to 0.57.
     free_energy : float
-        Excess free energy of the crystal a particle [kT] at the number density `density` [sigma^-3]: an
-        equation of state gives differences only.
+        Excess free energy per particle of the crystal at `density` [kT]. It is needed because an equation of
+        state gives differences only.
+    density : float
+        Number density of the crystal to which `free_energy` belongs [sigma^-3].
 
     Raises
     ------

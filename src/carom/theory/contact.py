@@ -17,22 +17,27 @@ def contact_value(
     Parameters
     ----------
     compressibility_factor, packing_fraction : float or array
+        Z and eta.
     dimension : int
+        d.
     n : int, optional
-        Number of particles, if g is normalised by (N - 1) / V as in :mod:`carom.observables.rdf`; infinitely
-        many without it.
+        Number of particles, if g is normalised by (N - 1) / V as in :mod:`carom.observables.rdf`. By default
+        infinitely many.
 
     Notes
     -----
-    The virial theorem of hard spheres, ``Z - 1 = 2^(d - 1) eta g(sigma+)``, for N particles times (N - 1) /
-    N.
+    The virial theorem of hard spheres is ``Z - 1 = 2^(d - 1) eta g(sigma+)``. For N particles the right side
+    has the factor (N - 1) / N.
     """
     pairs = 1.0 if n is None else (n - 1.0) / n
     return (compressibility_factor - 1.0) / (2.0 ** (dimension - 1) * checked(packing_fraction) * pairs)
 
 
 def compressibility_factor(contact: Any, packing_fraction: Any, dimension: int, n: int | None = None) -> Any:
-    """Z that a contact value implies: the inverse of :func:`contact_value`."""
+    """Z that a ``contact`` value implies: the inverse of :func:`contact_value`.
+
+    The other parameters are those of :func:`contact_value`.
+    """
     pairs = 1.0 if n is None else (n - 1.0) / n
     return 1.0 + 2.0 ** (dimension - 1) * checked(packing_fraction) * pairs * contact
 
@@ -53,17 +58,18 @@ def collision_rate(
     compressibility_factor : float or array
         Z, of N particles if `n` is given.
     dimension : int
+        d.
     n : int, optional
-        Number of particles at constant energy and zero momentum in a periodic box; infinitely many without
-        it.
+        Number of particles at constant energy and zero momentum in a periodic box. By default infinitely
+        many.
     diameter, mass, kT : float
-        Length, mass and energy units.
+        Diameter [length], mass and temperature [energy].
 
     Notes
     -----
-    ``2 d (Z - 1) / sqrt(pi) sqrt(kT / m) / sigma``, times :func:`speed_factor` of d (N - 1). A collision
-    counts for both partners: a system has half of N times this. Chapman and Cowling, The Mathematical Theory
-    of Non-uniform Gases, sec. 16.2.
+    ``2 d (Z - 1) / sqrt(pi) sqrt(kT / m) / sigma``, times :func:`speed_factor` of d (N - 1) for N particles.
+    A collision counts for both partners, so that N particles have N / 2 times this rate. Chapman and Cowling,
+    The Mathematical Theory of Non-uniform Gases, sec. 16.2.
     """
     correction = 1.0 if n is None else speed_factor(dimension * (n - 1))
     speed = math.sqrt(kT / mass)
@@ -81,10 +87,13 @@ def mean_free_time(
     mass: float = 1.0,
     kT: float = 1.0,
 ) -> Any:
-    """Mean time between two collisions of a particle: ``1 / collision_rate(...)``, same parameters."""
+    """Mean time between two collisions of a particle: ``1 / collision_rate(...)``.
+
+    Parameters are those of :func:`collision_rate`.
+    """
     return 1.0 / collision_rate(compressibility_factor, dimension, n=n, diameter=diameter, mass=mass, kT=kT)
 
 
 def ball_volume(dimension: int, diameter: float = 1.0) -> float:
-    """Volume of a d-dimensional ball [length^d]: ``pi^(d/2) / Gamma(d/2 + 1) (diameter / 2)^d``."""
+    """Volume of a ball in ``dimension`` d [length^d]: ``pi^(d/2) / Gamma(d/2 + 1) (diameter / 2)^d``."""
     return math.pi ** (0.5 * dimension) / math.gamma(0.5 * dimension + 1.0) * (0.5 * diameter) ** dimension

@@ -16,6 +16,7 @@ def finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
     Parameters
     ----------
     packing_fraction : float or array
+        eta.
     n : int
         Number of particles N.
     equation : callable
@@ -23,10 +24,10 @@ def finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
 
     Notes
     -----
-    ``-(1 / 2N) d ln[d(eta Z)/d eta] / d ln eta``: the canonical ensemble forbids the fluctuations of density.
-    Exact in 1D. In 3D it is good to 3e-4 for N = 108 at a density of 0.5; at 0.8 it needs more particles.
-    Lebowitz and Percus, Phys. Rev. 124, 1673 (1961). Derivatives are five-point differences with the relative
-    step eps^(1/6), good to about eps^(2/3).
+    ``-(1 / 2N) d ln[d(eta Z)/d eta] / d ln eta``, because the canonical ensemble has no fluctuations of
+    density. It is exact in 1D. In 3D its error is 3e-4 for N = 108 at a density of 0.5; at 0.8 it needs more
+    particles. Lebowitz and Percus, Phys. Rev. 124, 1673 (1961). Derivatives are five-point differences with
+    the relative step eps^(1/6), accurate to about eps^(2/3).
     """
     eta = checked(packing_fraction)
     step = np.finfo(np.float64).eps ** (1.0 / 6.0) * eta
@@ -46,13 +47,12 @@ def speed_factor(degrees_of_freedom: float) -> float:
     Parameters
     ----------
     degrees_of_freedom : float
-        D of the velocities: d (N - 1) on a torus with zero total momentum, d N in a box with walls.
+        D of the velocities: d (N - 1) in a periodic box with zero total momentum, d N in a box with walls.
 
     Notes
     -----
-    ``c_D = sqrt(D / 2) Gamma(D / 2) / Gamma((D + 1) / 2)``, 1 + 1 / (4 D) for large D, from the mean of
-    ``|v|`` over the sphere ``v^2 = D``. At constant energy the virial, quadratic in speeds, has no such
-    factor.
+    ``c_D = sqrt(D / 2) Gamma(D / 2) / Gamma((D + 1) / 2)``, which is 1 + 1 / (4 D) for large D. It follows
+    from the mean of ``|v|`` over the sphere ``v^2 = D``. The virial, quadratic in speeds, has no such factor.
     """
     half = 0.5 * degrees_of_freedom
     return math.exp(0.5 * math.log(half) + math.lgamma(half) - math.lgamma(half + 0.5))
@@ -61,12 +61,22 @@ def speed_factor(degrees_of_freedom: float) -> float:
 def crystal_finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
     """``Z_N - Z`` of N particles that form one crystal in a periodic box, to leading order in 1 / N.
 
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the crystal.
+    n : int
+        Number of particles N.
+    equation : callable
+        Z of the infinite crystal.
+
     Notes
     -----
-    ``-(Z - 1) / N``: of N particles N - 1 vibrate, and all modes contribute equally to the pressure.
-    Exact in 1D, and to leading order near close packing, where the configurations scale as ``(V - V_0)^(d (N
-    - 1))``. Long waves depend more on the volume than others, so that the true shift is somewhat larger: for
-    fcc by 2.3 / N at eta = 0.56 (of 13.4 / N), and by 1.1 / N at 0.65 (of 24.3 / N), as extrapolation shows
-    (``carom eos --eta 0.56,0.65 --n 108,256,500,1372 --relative-error 2e-4``).
+    ``-(Z - 1) / N``: of N particles N - 1 vibrate, and all modes contribute equally to the pressure. It is
+    exact in 1D. It is exact to leading order near close packing, where the volume of configurations scales as
+    ``(V - V_0)^(d (N - 1))``. Long waves depend more on the volume than others, so that the true shift is
+    somewhat larger. For fcc it is larger by 2.3 / N at eta = 0.56 (of 13.4 / N), and by 1.1 / N at 0.65 (of
+    24.3 / N). These figures are from ``carom eos --eta 0.56,0.65 --n 108,256,500,1372 --relative-error
+    2e-4``.
     """
     return -(equation(checked(packing_fraction)) - 1.0) / n

@@ -11,6 +11,11 @@ from carom.theory.arithmetic import checked
 def carnahan_starling(packing_fraction: Any) -> Any:
     """Z of hard spheres (d = 3), Carnahan and Starling: simple, and up to 0.3 % low.
 
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the spheres.
+
     Notes
     -----
     ``Z = (1 + eta + eta^2 - eta^3) / (1 - eta)^3``. J. Chem. Phys. 51, 635 (1969).
@@ -22,10 +27,15 @@ def carnahan_starling(packing_fraction: Any) -> Any:
 def kolafa_labik_malijevsky(packing_fraction: Any) -> Any:
     """Z of hard spheres (d = 3), Kolafa, Labik and Malijevsky: within 1e-4 of simulation in the fluid.
 
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the spheres.
+
     Notes
     -----
-    A series in ``x = eta / (1 - eta)`` that keeps B_2 to B_6. Phys. Chem. Chem. Phys. 6, 2335 (2004). The
-    coefficients are tested against a table of six decimals, not against the print.
+    A series in ``x = eta / (1 - eta)`` with the exact B_2 to B_6. Phys. Chem. Chem. Phys. 6, 2335 (2004). The
+    coefficients are tested against a table of six decimals, not against the paper.
     """
     return _polynomial_in_x(
         packing_fraction,
@@ -47,11 +57,16 @@ def kolafa_labik_malijevsky(packing_fraction: Any) -> Any:
 def pieprzyk(packing_fraction: Any) -> Any:
     """Z of hard spheres (d = 3), Kolafa-Labik-Malijevsky refitted by Pieprzyk et al.: the best one.
 
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the spheres.
+
     Notes
     -----
-    Called mKLM: the same series, fitted to larger simulations; 1e-5 up to freezing. Pieprzyk, Bannerman,
-    Branka, Chudak and Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019); the coefficients as they stand in
-    the program pyenskog (DynamO) of the same authors.
+    It is called mKLM: the same series, fitted to larger simulations, accurate to 1e-5 up to freezing.
+    Pieprzyk, Bannerman, Branka, Chudak and Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019). The coefficients
+    are those in the program pyenskog (DynamO) of the same authors.
     """
     return _polynomial_in_x(
         packing_fraction,
@@ -74,6 +89,11 @@ def pieprzyk(packing_fraction: Any) -> Any:
 def henderson(packing_fraction: Any) -> Any:
     """Z of hard disks (d = 2), Henderson: simple, and 0.5 % high at eta = 0.5.
 
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the disks.
+
     Notes
     -----
     ``Z = (1 + eta^2 / 8) / (1 - eta)^2``. Mol. Phys. 30, 971 (1975).
@@ -84,6 +104,11 @@ def henderson(packing_fraction: Any) -> Any:
 
 def santos_lopez_de_haro_yuste(packing_fraction: Any) -> Any:
     """Z of hard disks (d = 2), Santos, Lopez de Haro and Yuste: exact B_2, and a pole at close packing.
+
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the disks.
 
     Notes
     -----
@@ -101,8 +126,9 @@ def tonks(packing_fraction: Any, n: int | None = None) -> Any:
     Parameters
     ----------
     packing_fraction : float or array
+        eta of the rods.
     n : int, optional
-        Rods on a ring; infinitely many without it.
+        Number of rods on a ring; by default infinitely many.
 
     Notes
     -----

@@ -28,12 +28,13 @@ def bmcsl(packing_fraction: Any, fractions: ArrayLike, diameters: ArrayLike) -> 
     Parameters
     ----------
     packing_fraction : float or array
+        eta of all spheres together.
     fractions, diameters : (s,) array_like
-        Of each species.
+        Number fraction and diameter of each species.
 
     Notes
     -----
-    J. Chem. Phys. 53, 471 (1970); 54, 1523 (1971). One species gives Carnahan and Starling's.
+    J. Chem. Phys. 53, 471 (1970); 54, 1523 (1971). One species gives :func:`carnahan_starling`.
     """
     eta = checked(packing_fraction)
     x, sigma = _species(fractions, diameters)
@@ -44,11 +45,12 @@ def bmcsl(packing_fraction: Any, fractions: ArrayLike, diameters: ArrayLike) -> 
 
 
 def bmcsl_contact_value(packing_fraction: Any, fractions: ArrayLike, diameters: ArrayLike) -> np.ndarray:
-    """Contact values g_ij (d = 3) that go with :func:`bmcsl`.
+    """Contact values g_ij (d = 3) that give the Z of :func:`bmcsl`; parameters as for :func:`bmcsl`.
 
     Returns
     -------
     (s, s) float64 array, symmetric
+        g_ij at contact.
 
     Notes
     -----
@@ -64,6 +66,8 @@ def bmcsl_contact_value(packing_fraction: Any, fractions: ArrayLike, diameters: 
 
 def jenkins_mancini(packing_fraction: Any, fractions: ArrayLike, diameters: ArrayLike) -> Any:
     """Z of a mixture of hard disks (d = 2), Jenkins and Mancini: Henderson's equation for mixtures.
+
+    Parameters are those of :func:`bmcsl`, for disks.
 
     Notes
     -----
@@ -85,17 +89,19 @@ def santos_yuste_lopez_de_haro(
     Parameters
     ----------
     packing_fraction : float or array
+        eta of all particles together.
     fractions, diameters : (s,) array_like
-        Of each species.
+        Number fraction and diameter of each species.
     dimension : int
+        d.
     equation : callable, optional
-        Z of equal particles; :func:`carom.theory.best` without it.
+        Z of equal particles; by default that of :func:`carom.theory.best`.
 
     Notes
     -----
     ``Z = 1 + 2^(d-1) eta sum_ij x_i x_j sigma_ij^d g_ij / <sigma^d>`` with the contact values of
-    :func:`santos_yuste_lopez_de_haro_contact_value`. Mol. Phys. 96, 1 (1999). In 2D within 0.1 % at eta = 0.6
-    and a diameter ratio of 1.4.
+    :func:`santos_yuste_lopez_de_haro_contact_value`. Mol. Phys. 96, 1 (1999). In 2D it is within 0.1 % at eta
+    = 0.6 and a diameter ratio of 1.4.
     """
     eta = checked(packing_fraction)
     if np.ndim(eta):
@@ -118,11 +124,14 @@ def santos_yuste_lopez_de_haro_contact_value(
     dimension: int,
     equation: Equation | None = None,
 ) -> np.ndarray:
-    """Contact values g_ij of a mixture in any dimension, from that of equal particles.
+    """Contact values g_ij of a mixture in any dimension, from the contact value g of equal particles.
+
+    Parameters are those of :func:`santos_yuste_lopez_de_haro`.
 
     Returns
     -------
     (s, s) float64 array, symmetric
+        g_ij at contact.
 
     Notes
     -----
@@ -141,9 +150,16 @@ def santos_yuste_lopez_de_haro_contact_value(
 def mixture_second_virial(fractions: ArrayLike, diameters: ArrayLike, dimension: int) -> float:
     """Exact second coefficient ``beta_2`` of ``Z = 1 + beta_2 eta + ...`` of an additive mixture.
 
+    Parameters
+    ----------
+    fractions, diameters : (s,) array_like
+        Number fraction and diameter of each species.
+    dimension : int
+        d.
+
     Notes
     -----
-    ``B_2 = sum_ij x_i x_j 2^(d-1) v(sigma_ij)``, over the mean volume of a particle.
+    It is ``B_2 = sum_ij x_i x_j 2^(d-1) v(sigma_ij)``, divided by the mean volume of a particle.
     """
     x, sigma = _species(fractions, diameters)
     contact = 0.5 * (sigma[:, None] + sigma)
@@ -164,22 +180,23 @@ def species_collision_rate(
     Parameters
     ----------
     number_density : float
-        Of that species [length^-d].
+        Number density of that species, n_j [length^-d].
     contact : float
-        g_ij at contact.
+        Contact value, g_ij.
     diameter : float
-        Distance sigma_ij at contact [length].
+        Distance at contact, sigma_ij [length].
     reduced_mass : float
-        ``m_i m_j / (m_i + m_j)`` [mass].
+        ``mu = m_i m_j / (m_i + m_j)`` [mass].
     dimension : int
+        d.
     kT : float
-        [energy]
+        Temperature [energy].
 
     Notes
     -----
-    ``n_j g_ij S_d sigma_ij^(d-1) sqrt(kT / (2 pi mu))`` with the surface S_d of the unit sphere; exact.
-    Finite systems at constant energy have :func:`carom.theory.speed_factor` times this. Chapman and Cowling,
-    The Mathematical Theory of Non-uniform Gases, sec. 5.21.
+    ``n_j g_ij S_d sigma_ij^(d-1) sqrt(kT / (2 pi mu))`` with the surface area S_d of the unit sphere; exact.
+    Finite systems at constant energy have :func:`carom.theory.speed_factor` times this rate. Chapman and
+    Cowling, The Mathematical Theory of Non-uniform Gases, sec. 5.21.
     """
     surface = 2.0**dimension * dimension * ball_volume(dimension)
     flux = math.sqrt(kT / (2.0 * math.pi * reduced_mass))

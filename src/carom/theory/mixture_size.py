@@ -29,19 +29,26 @@ def mixture_finite_size_shift(
     Parameters
     ----------
     packing_fraction : float
+        eta of all particles together.
     fractions, diameters : (s,) array_like
-        Of each species; fractions are positive and sum to 1.
+        Number fraction, positive, and diameter of each species.
     dimension, n : int
+        d, and the number of particles N.
     equation : callable
         Z of the infinite mixture from packing fraction, fractions and diameters.
+
+    Raises
+    ------
+    InputError
+        If a fraction is not positive, or fractions and diameters differ in number.
 
     Notes
     -----
     ``-(1 / 2N) d ln K / d ln eta`` at fixed composition, with ``K = det(delta_ij + rho_j d^2 a / d rho_i d
-    rho_j)`` and the excess free energy a = beta A / V. The number of *every* species is fixed, so that the
+    rho_j)`` and the excess free energy a = beta A / V. The number of *every* species is fixed, so that
     fluctuations of composition are missing, too. The grand canonical sum over numbers N_i has the Gaussian
-    factor ``sqrt(det <dN_i dN_j>)``, of which this is the derivative with respect to the volume. For one
-    species, and for equal species with different names, it is :func:`carom.theory.finite_size_shift`.
+    factor ``sqrt(det <dN_i dN_j>)``. The shift is the derivative of its logarithm with respect to the volume.
+    For one species, and for equal species with different names, it is :func:`carom.theory.finite_size_shift`.
     """
     x, sigma = np.asarray(fractions, np.float64), np.asarray(diameters, np.float64)
     if x.shape != sigma.shape or x.ndim != 1 or not (x > 0.0).all():

@@ -20,6 +20,11 @@ _FCC = CLOSE_PACKING[3]
 def speedy(packing_fraction: Any) -> Any:
     """Z of the fcc crystal of hard spheres (d = 3), Speedy: within 1e-3 from melting to close packing.
 
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the crystal, below close packing.
+
     Notes
     -----
     ``Z = 3 / (1 - z) - a (z - b) / (z - c)`` with ``z = eta / eta_0`` and (a, b, c) = (0.5921, 0.7072,
@@ -32,11 +37,16 @@ def speedy(packing_fraction: Any) -> Any:
 def almarza(packing_fraction: Any) -> Any:
     """Z of the fcc crystal of hard spheres (d = 3), Almarza: the best one at melting.
 
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the crystal, below close packing.
+
     Notes
     -----
-    Given as a function of the pressure, ``beta p (v - v_0) = sum_k c_k y^k`` with ``y = 1 / (beta p
-    sigma^3)``; solved here for p by Newton's method from the free-volume law. J. Chem. Phys. 130, 184106
-    (2009), eq. 19.
+    The paper gives a function of the pressure, ``beta p (v - v_0) = sum_k c_k y^k`` with ``y = 1 / (beta p
+    sigma^3)``. It is solved here for p by Newton's method, which starts from the free-volume law. J. Chem.
+    Phys. 130, 184106 (2009), eq. 19.
     """
     coefficients = (3.0, -1.807846, 11.56350, 141.6000, -2609.260, 19328.09)
     slopes = tuple(k * c for k, c in enumerate(coefficients))[1:]
@@ -58,6 +68,11 @@ def almarza(packing_fraction: Any) -> Any:
 def hall(packing_fraction: Any) -> Any:
     """Z of the fcc crystal of hard spheres (d = 3), Hall: the classic fit.
 
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the crystal, below close packing.
+
     Notes
     -----
     ``Z = (12 - 3 b) / b + 2.557696 + 0.1253077 b + ...`` with ``b = 4 (1 - eta / eta_0)``. J. Chem. Phys.
@@ -74,9 +89,9 @@ def free_volume(packing_fraction: Any, dimension: int) -> Any:
     Parameters
     ----------
     packing_fraction : float or array
-        Below close packing.
+        eta of the crystal, below close packing.
     dimension : int
-        1 to 6.
+        d, 1 to 6.
 
     Raises
     ------
@@ -85,8 +100,8 @@ def free_volume(packing_fraction: Any, dimension: int) -> Any:
 
     Notes
     -----
-    ``Z = 1 / (1 - (eta / eta_0)^(1/d))``: exact in 1D, and to leading order near close packing, ``Z -> d /
-    (V / V_0 - 1)``, in every dimension. Salsburg and Wood, J. Chem. Phys. 37, 798 (1962).
+    ``Z = 1 / (1 - (eta / eta_0)^(1/d))``. It is exact in 1D. In every dimension it is exact to leading order
+    near close packing, ``Z -> d / (V / V_0 - 1)``. Salsburg and Wood, J. Chem. Phys. 37, 798 (1962).
     """
     z = _below_close_packing(packing_fraction, dimension) / CLOSE_PACKING[dimension]
     return 1.0 / (1.0 - z ** (1.0 / dimension))

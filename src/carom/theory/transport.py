@@ -32,11 +32,11 @@ class Enskog:
     Attributes
     ----------
     self_diffusion : float
-        [length^2 / time]
+        Coefficient of self-diffusion, D [length^2 / time].
     shear_viscosity, bulk_viscosity : float
-        [mass length^(2 - d) / time]
+        Shear viscosity eta and bulk viscosity zeta [mass length^(2 - d) / time].
     thermal_conductivity : float
-        [length^(2 - d) / time], Boltzmann's constant being 1.
+        Thermal conductivity, lambda, with Boltzmann's constant 1 [length^(2 - d) / time].
     """
 
     self_diffusion: float
@@ -61,23 +61,31 @@ def enskog(
     compressibility_factor, packing_fraction : float
         Z and eta, of infinitely many particles.
     dimension : int
-        At least 2. From 5 on the first Sonine order is returned, some 1 % too small.
+        d, at least 2. From 5 on the first Sonine order is returned, which is some 1 % too small.
     diameter, mass, kT : float
-        Length, mass and energy units.
+        Diameter [length], mass and temperature [energy].
 
     Raises
     ------
     InputError
-        On a line, where particles cannot pass each other; or without collisions.
+        If d is less than 2, as particles on a line cannot pass each other; or if Z is not above 1.
 
     Notes
     -----
-    With y = Z - 1, and coefficients of the dilute gas ``eta_0 = (d + 2) Gamma(d / 2) / (8 pi^((d - 1) / 2))
-    sqrt(m kT) / sigma^(d - 1)`` and ``lambda_0 = d (d + 2)^2 Gamma(d / 2) / (16 (d - 1) pi^((d - 1) / 2))
-    sqrt(kT / m) / sigma^(d - 1)``: ``zeta = 2 n sigma y sqrt(m kT / pi) / d``, ``eta = eta_0 / chi (1 + 2 y /
-    (d + 2))^2 + d zeta / (d + 2)``, ``lambda = lambda_0 / chi (1 + 3 y / (d + 2))^2 + d zeta / (2 m)``, ``D =
-    sqrt(pi) sigma sqrt(kT / m) / (4 y)``, with the contact value chi. J. F. Lutsko, Phys. Rev. E 72, 021306
-    (2005); D. M. Gass, J. Chem. Phys. 54, 1898 (1971) in the plane.
+    Let y = Z - 1, n the number density and chi the contact value. The coefficients of the dilute gas are
+
+    - ``eta_0 = (d + 2) Gamma(d / 2) / (8 pi^((d - 1) / 2)) sqrt(m kT) / sigma^(d - 1)``,
+    - ``lambda_0 = d (d + 2)^2 Gamma(d / 2) / (16 (d - 1) pi^((d - 1) / 2)) sqrt(kT / m) / sigma^(d - 1)``.
+
+    In the first Sonine order, those of the dense fluid are
+
+    - ``zeta = 2 n sigma y sqrt(m kT / pi) / d``, in every order,
+    - ``eta = eta_0 / chi (1 + 2 y / (d + 2))^2 + d zeta / (d + 2)``,
+    - ``lambda = lambda_0 / chi (1 + 3 y / (d + 2))^2 + d zeta / (2 m)``,
+    - ``D = sqrt(pi) sigma sqrt(kT / m) / (4 y)``.
+
+    The Sonine factors multiply eta_0, lambda_0 and D. J. F. Lutsko, Phys. Rev. E 72, 021306 (2005); D. M.
+    Gass, J. Chem. Phys. 54, 1898 (1971) for d = 2.
     """
     y, d = compressibility_factor - 1.0, dimension
     if d < 2 or not y > 0.0:
@@ -100,11 +108,16 @@ def enskog(
 def erpenbeck_wood(packing_fraction: Any) -> Any:
     """Return D over Enskog's value for infinitely many spheres (d = 3), up to freezing.
 
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the spheres.
+
     Notes
     -----
-    ``1 + 0.05403 v + 6.3656 v^2 - 10.9425 v^3`` with ``v = n sigma^3 / sqrt 2``, fitted to molecular dynamics
-    with the finite size and the long-time tail corrected for: J. J. Erpenbeck and W. W. Wood, Phys. Rev. A
-    43, 4254 (1991).
+    ``1 + 0.05403 v + 6.3656 v^2 - 10.9425 v^3`` with ``v = n sigma^3 / sqrt 2``. It was fitted to molecular
+    dynamics, corrected for the finite size and the long-time tail. J. J. Erpenbeck and W. W. Wood, Phys. Rev.
+    A 43, 4254 (1991).
     """
     v = 6.0 * packing_fraction / math.pi / math.sqrt(2.0)
     return 1.0 + v * (0.05403 + v * (6.3656 - 10.9425 * v))
@@ -124,19 +137,21 @@ def diffusion_shift(
     Parameters
     ----------
     n : int
+        Number of spheres.
     density, shear_viscosity : float
-        [1 / length^3], [mass / (length time)]
+        Number density [1 / length^3] and shear viscosity [mass / (length time)].
     self_diffusion : float
-        Of infinitely many [length^2 / time]; 0 for Yeh and Hummer's formula.
+        D of infinitely many spheres [length^2 / time]; 0 gives the formula of Yeh and Hummer.
     mass, kT : float
+        Mass of a sphere, and temperature [energy].
 
     Notes
     -----
-    ``2.837297 kT / (6 pi m n (nu + D) L)`` with ``nu = eta / (m n)``: the flow that a particle makes meets
-    its own images. It is the difference of the sum over the waves of a periodic box and the integral over
-    all, each wave with the decay ``(nu + D) k^2`` of mode coupling. B. Duenweg and K. Kremer, J. Chem. Phys.
-    99, 6983 (1993), and I.-C. Yeh and G. Hummer, J. Phys. Chem. B 108, 15873 (2004), have ``D << nu``, as in
-    a liquid.
+    ``2.837297 kT / (6 pi m rho (nu + D) L)`` with the number density rho, the edge L and ``nu = eta / (m
+    rho)``. The flow around a particle acts on its periodic images. The deficit is the integral over all waves
+    minus the sum over those of the periodic box, where a wave decays with ``(nu + D) k^2`` by mode coupling.
+    B. Duenweg and K. Kremer, J. Chem. Phys. 99, 6983 (1993), and I.-C. Yeh and G. Hummer, J. Phys. Chem. B
+    108, 15873 (2004), assume ``D << nu``, as in a liquid.
     """
     edge = (n / density) ** (1.0 / 3.0)
     friction = shear_viscosity + mass * density * self_diffusion
@@ -154,11 +169,22 @@ def velocity_tail(
 ) -> float:
     """Return the amplitude a of the long-time tail ``<v(0).v(t)> / d = a t^(-d/2)`` by mode coupling.
 
+    Parameters
+    ----------
+    density : float
+        Number density, rho [length^-d].
+    self_diffusion, shear_viscosity : float
+        D [length^2 / time] and eta [mass length^(2 - d) / time].
+    dimension : int
+        d.
+    mass, kT : float
+        Mass of a particle, and temperature [energy].
+
     Notes
     -----
-    ``a = (d - 1) / d kT / (m n) (4 pi (D + nu))^(-d/2)`` with ``nu = eta / (m n)``: M. H. Ernst, E. H. Hauge
-    and J. M. J. van Leeuwen, Phys. Rev. Lett. 25, 1254 (1970). In d = 2 its integral, D, grows with the
-    logarithm of time without end.
+    ``a = (d - 1) / d kT / (m rho) (4 pi (D + nu))^(-d/2)`` with ``nu = eta / (m rho)``. M. H. Ernst, E. H.
+    Hauge and J. M. J. van Leeuwen, Phys. Rev. Lett. 25, 1254 (1970). For d = 2 the integral of the tail
+    diverges with the logarithm of time, and so does D.
     """
     d, nu = dimension, shear_viscosity / (mass * density)
     return (d - 1.0) / d * kT / (mass * density) * (4.0 * math.pi * (self_diffusion + nu)) ** (-0.5 * d)
@@ -167,11 +193,20 @@ def velocity_tail(
 def normal_speed(speed: Any, *, reduced_mass: float = 0.5, kT: float = 1.0) -> Any:
     """Return the probability density of the relative normal speed u at a collision: exact at every density.
 
+    Parameters
+    ----------
+    speed : float or array
+        u [length / time].
+    reduced_mass : float
+        mu [mass].
+    kT : float
+        Temperature [energy].
+
     Notes
     -----
-    ``(mu u / kT) exp(-mu u^2 / (2 kT))`` with the reduced mass mu: the Maxwell distribution of the normal
-    component, times u for how often such a pair meets. N components at constant energy have no faster ones
-    than their energy allows: a correction of order 1 / N.
+    ``(mu u / kT) exp(-mu u^2 / (2 kT))``: the Maxwell distribution of the normal component, times u for the
+    rate of such collisions. At constant energy the speeds of N components are bounded, a correction of order
+    1 / N.
     """
     u = np.asarray(speed, dtype=np.float64)
     density = reduced_mass * u / kT * np.exp(-0.5 * reduced_mass * u * u / kT)

@@ -1,8 +1,8 @@
-"""Bounds: spheres around reference points which the surfaces of components do not leave.
+"""Bounds: spheres around reference points that the surfaces of components do not leave.
 
-A model of bounds says how large they are, how far each component may go in its own, how much room its list
-has and on which level it is. There are three, chosen by type: for components of one diameter, of several, and
-for those that grow.
+A model of bounds gives their radii, the distance that each component may move inside its bound, the room of
+its list, and its level. There are three models, chosen by type: for one diameter, for several diameters, and
+for growing components.
 """
 
 from __future__ import annotations

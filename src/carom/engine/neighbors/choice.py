@@ -1,4 +1,4 @@
-"""Which neighbour scheme a scene gets, and how large its arrays are: a rule that was measured
+"""The neighbour scheme of a scene, and the sizes of its arrays: a rule that was measured
 (docs/performance).
 """
 
@@ -132,7 +132,7 @@ def choose(
     shell: float | None = None,
     rate: float | None = None,
 ) -> Scheme:
-    """Choose the scheme for a scene; a shell asked for means lists where they fit.
+    """Choose the scheme for a scene; a given ``shell`` means lists if they fit.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def choose(
     speed : float
         Root mean square speed [length / time].
     neighbors : {"auto", "lists", "sectors", "all"}
-        The scheme, if the user has a wish.
+        The requested scheme.
     shell : float, optional
         Reach of the lists in (largest) diameters.
     rate : float, optional

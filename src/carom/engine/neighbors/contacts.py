@@ -1,8 +1,8 @@
-"""Contacts to come: of every component, whom it meets soon if neither changes its flight before.
+"""Future contacts of every component, for as long as neither partner changes its flight.
 
-Where a search finds all contacts until some time and keeps them, the next search is seldom needed: a contact
-holds for as long as both fly as they did when it was found. Whoever has changed has a new *version*, by which
-contacts with its former flight are told.
+A search finds all contacts until some time and keeps them, so that the next search is seldom needed. A
+contact is valid as long as both partners fly as they did when it was found. A component that changes its
+flight gets a new *version*, which identifies contacts with its former flight.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def clear(contacts, i):
 
 @inner
 def stands(contacts, contact):
-    """Tell whether the other of a contact still flies as it did."""
+    """Return whether the partner of a contact still flies as it did when the contact was found."""
     return contacts.versions[np.uint64(contact.other)] == contact.version
 
 

@@ -1,17 +1,17 @@
 """Everybody: no sectors at all. A component is searched among all others, along their relative path through
 the images of the box.
 
-In a thin system a flight crosses the box several times between two collisions, and sectors are crossed
-hundreds of times for nothing. Here the straight path of a pair is followed from one image to the next: in
-units of the edges contacts lie near points of whole numbers, and along the axis in which the pair moves
-fastest the path passes one plane of them after the other, at equal intervals. Where it does, the other
-coordinates say whether it comes near a whole number. Those whose paths may come near are found with few
-digits and side by side (``paths``); they are then followed with all digits.
+In a dilute system a component crosses the box several times between two collisions, and would cross hundreds
+of sectors in vain. Here the straight path of a pair is followed from one image to the next. In units of the
+edges, contacts lie near points with integer coordinates. Along the axis in which the pair moves fastest, the
+path passes one plane of these points after the other, at equal intervals. There the other coordinates say
+whether it comes near such a point. Candidates are found with few digits, many at a time (``paths``), and are
+then followed with all digits.
 
-A search covers the rest of the epoch, and all contacts that it finds are kept (``contacts``). When an epoch
-begins, every pair is looked at once, and all events are chosen together. In the epoch only the two that have
-collided are searched. One whose partner has collided with somebody else, or was taken away, takes the next of
-its contacts: whoever has changed since has searched everybody, and has told those whom it found.
+A search covers the rest of the epoch, and all contacts that it finds are kept (``contacts``). At the
+beginning of an epoch every pair is searched once, and all events are chosen together. During the epoch only
+the two that have collided are searched. A component that has lost its partner takes the next of its contacts:
+components that have changed since have searched all others, and have entered the contacts on both sides.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from carom.compiling.registry import optional, required
 
 @required
 def candidates(neighbors, boundary, i, half):
-    """Return the words of all that component i can meet before one of them has a one-component event.
+    """Return the words of all components that i can meet before a one-component event of either.
 
     ``half`` (0 or 1) says which of two rooms to use where the words have to be put together.
 
@@ -24,12 +24,12 @@ def candidates(neighbors, boundary, i, half):
 
 @required
 def first_met(neighbors, model, state, i, now, half, avoided):
-    """Return the word of whom component i meets first of all it can meet, ``avoided`` left out, or -1."""
+    """Return the word of the component that i meets first, ``avoided`` left out, or -1."""
 
 
 @required
 def first_newcomer(neighbors, model, state, i, now, words, begin, count):
-    """Return the word of whom component i meets first of those that a transit brought into view, or -1."""
+    """Return the word of the component that i meets first among the newcomers of a transit, or -1."""
 
 
 @required
@@ -39,9 +39,9 @@ def transit_time(neighbors, motion, boundary, state, i, now):
 
 @optional
 def change_home(neighbors, motion, boundary, state, i, now):
-    """Put component i, whose velocity is new, into the sector that it will stay in longest.
+    """Put component i, whose velocity is new, into the sector in which it will stay longest.
 
-    Everybody near it has to be searched anyway. By default it stays where it is.
+    Its neighbours must be searched anyway. By default it stays where it is.
     """
     return
 

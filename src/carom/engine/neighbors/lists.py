@@ -1,13 +1,13 @@
 """Neighbour lists: the sector's idea with a sphere for a sector.
 
-Every component has a reference point, and a sphere around it which its surface does not leave: its *bound*.
-Two components are listed with each other while their bounds touch. A component whose surface has come to its
-bound takes a new reference point and renews its list, alone. Reference points are fractions of the box in
-integers, all axes in one word of 64 bits: differences then are the nearest image's by themselves, and exact.
+Every component has a reference point, and a sphere around it that its surface does not leave: its *bound*.
+Two components are listed with each other while their bounds overlap. A component whose surface reaches its
+bound takes a new reference point and renews its list; other lists are not renewed. Reference points are
+fractions of the box in integers, all axes in one word of 64 bits. Their differences are exact, and are those
+to the nearest image without further work.
 
-Who is near is looked up in cells. Components of very different bounds are kept in grids of their own, each
-with cells as wide as the largest bounds in it (*levels*), so that small ones are not looked for in large
-cells.
+Neighbours are found in cells. Components with bounds of very different size are kept in separate grids
+(*levels*), each with cells as wide as the largest bounds in it.
 """
 
 from __future__ import annotations
@@ -144,14 +144,14 @@ def unlist(lists, i, j):
 
 @inner
 def listed_fully(lists, i):
-    """Tell whether the list of i has no room left."""
+    """Return whether the list of i is full."""
     count = np.uint64(lists.counts[i])
     return start(lists.bounds, i) + count == start(lists.bounds, i + np.uint64(1))
 
 
 @inner
 def enlist(lists, i, j):
-    """Add j to the list of i; the caller has seen to the room."""
+    """Add j to the list of i; the caller ensures that there is room."""
     count = lists.counts[i]
     lists.words[start(lists.bounds, i) + np.uint64(count)] = fresh_word(lists.steps, i, j)
     lists.counts[i] = count + 1

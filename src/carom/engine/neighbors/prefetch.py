@@ -1,14 +1,17 @@
-"""Looking ahead: memory is asked for while earlier events are processed.
+"""Prefetching: memory is requested while earlier events are processed.
 
-Events come from all over the box, and in a large system nearly every row they touch is far down the memory
-hierarchy. But who is next is known: the calendar names it, several buckets before its time. What it will
-touch is found in three or four steps, each a bucket after the one before, so that no step waits: what belongs
-to the component; what that names (for a collision with lists, the partner and the candidates' rows; where a
-list is renewed, the cells); what that names (the rows of the partner's candidates; the reference points in
-the cells). Who collides may change its sector: there the third step foretells how the two will fly on, and
-asks for the sectors that they will look into, and the fourth for who is in those. Only requests are made:
-nothing is written, and a wrong guess costs a request. They are made to the second-level cache, which answers
-more of them at a time than the first, and holds them until they are needed.
+Successive events are far from each other in the box. In a large system nearly every row that they touch is
+therefore missing in the caches. But the calendar names the next components several buckets ahead. The memory
+of an event is found in three or four steps, each one bucket after the previous one, so that no step waits:
+
+1. the data of the component;
+2. what these name: with lists the partner and the rows of the candidates, or the cells if a list is renewed;
+3. what these name: the rows of the partner's candidates, or the reference points in the cells. With sectors,
+   the sectors in which both will be after their collision;
+4. the members of those sectors.
+
+Only requests are made: nothing is written, and a wrong guess costs one request. They go to the second-level
+cache, which serves more requests at a time than the first, and keeps the lines until they are needed.
 """
 
 from __future__ import annotations
@@ -41,8 +44,9 @@ def prefetch_event(neighbors, motion, boundary, state, i, step):
 
 @optional
 def stages(neighbors):
-    """Return how many steps it takes to ask for everything that an event will touch: buckets ahead, and
-    answers on the way. By default nothing is asked for.
+    """Return the number of steps in which the memory of an event is requested: the buckets to look ahead.
+
+    By default nothing is requested.
     """
     return 0
 

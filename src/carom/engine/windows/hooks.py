@@ -1,4 +1,4 @@
-"""What a part records while it runs: each of its collisions, and every decision about each component."""
+"""Records of a part while it runs: its collisions, and a digest of all decisions about each component."""
 
 from __future__ import annotations
 

@@ -250,8 +250,9 @@ def _load(digest):
 
 def _agree(digest):
     def agree(mine, other, truth, flags, owners, owner):
-        """Tell whether a part and the ``owner`` of some cells of its zone saw the same of all components that
-        are in these cells now or were when the window began.
+        """Return whether a part and the ``owner`` of some cells of its zone agree about all components there.
+
+        These are the components that are in the cells now, or were at the beginning of the window.
 
         ``truth`` is the state at the beginning of the window.
         """

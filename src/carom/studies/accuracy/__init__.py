@@ -1,4 +1,4 @@
-"""The speed-accuracy front: methods, what is measured of them, the table and its picture.
+"""The speed-accuracy front: methods, their measures, the table and its picture.
 
-Only here do the engine and the reference methods meet.
+Only here do the engine and the reference methods meet; nothing here is needed to simulate.
 """

@@ -29,20 +29,20 @@ class SphericalCode:
     cosine : mpf
         Cosine of the smallest angle.
     residual : mpf
-        The largest difference of a contact's ``x_i . x_j`` from the cosine, or of ``(x_i . x_i - 1) / 2``
-        from 0.
+        Largest residual of the equations: of ``x_i . x_j - cosine`` at contacts, and of ``(x_i . x_i - 1) /
+        2``.
     digits : int
         Number of known decimal digits of coordinates and cosine.
     contacts : (m, 2) array
         Pairs at the smallest angle that bear a force.
     forces : (m,) array
-        Along the contacts, all positive; they add up to 1.
+        Forces along the contacts, all positive, with the sum 1.
     rattlers : (r,) array
-        Numbers of the points that no contact holds.
+        Indices of the points that no contact holds.
     rigid : bool
         Whether the code is a strict local optimum, apart from rattlers and rotations.
     seed : int or None
-        The first seed that led to it; None if it was not searched for.
+        The first seed that led to this code; None without a search.
     angles : dict of int to float
         Smallest angle found from each seed [degrees]; NaN if its caps did not jam.
     reached : int
@@ -66,22 +66,22 @@ class SphericalCode:
 
     @property
     def n(self) -> int:
-        """Points."""
+        """Number of points."""
         return len(self.coordinates)
 
     @property
     def k(self) -> int:
-        """Dimensions of the space of the sphere."""
+        """Number of dimensions of the space around the sphere."""
         return self.coordinates.shape[1]
 
     @property
     def points(self) -> np.ndarray:
-        """The points in doubles, (n, k)."""
+        """Points in double precision, (n, k)."""
         return self.coordinates.astype(np.float64)
 
     @property
     def precise_angle(self) -> Any:
-        """The smallest angle, a number of ``mpmath`` [degrees]."""
+        """Smallest angle, a number of ``mpmath`` [degrees]."""
         import mpmath
 
         with mpmath.workdps(self.digits + GUARD):
@@ -89,11 +89,11 @@ class SphericalCode:
 
     @property
     def angle(self) -> float:
-        """The smallest angle [degrees]."""
+        """Smallest angle [degrees]."""
         return float(self.precise_angle)
 
     def summary(self) -> dict[str, Any]:
-        """Return the contents of a table: numbers and strings."""
+        """Return the results as numbers and strings, by name."""
         import mpmath
 
         return {
@@ -117,13 +117,13 @@ class SphericalCode:
         Parameters
         ----------
         path : path
-            ``.json`` for all that :meth:`load` reads; with any other suffix one point a line, coordinates
-            with all digits, as in public tables.
+            With the suffix ``.json`` the whole code, for :meth:`load`. With any other suffix a table of the
+            points, one per line with all digits, as public tables have.
 
         Raises
         ------
         FileError
-            If it cannot be written.
+            If the file cannot be written.
         """
         import mpmath
 
@@ -155,12 +155,12 @@ class SphericalCode:
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> SphericalCode:
-        """Return the code of a JSON file.
+        """Return the code in the JSON file ``path``.
 
         Raises
         ------
         FileError
-            If it is missing, damaged, or holds something else.
+            If the file is missing, damaged, or holds something else.
         """
         import mpmath
 
@@ -193,7 +193,7 @@ class SphericalCode:
             )
 
     def plot(self, path: str | PathLike[str] | None = None, **options: Any) -> Any:
-        """Draw the caps of a code on S^2 (see ``carom.pictures.caps.caps``)."""
+        """Draw the caps of a code on S^2; ``path`` and ``options`` are for ``carom.pictures.caps.caps``."""
         from carom.pictures.caps import caps
 
         return caps(self.points, 0.5 * self.angle, self.contacts, path=path, **options)

@@ -70,39 +70,39 @@ def spherical_code(
 ) -> SphericalCode:
     """Search for n points on the sphere S^(k-1) whose smallest angle is as large as possible.
 
-    From every seed, random points move on great circles and grow into caps until they jam (Smith; the paper's
-    sec. 10). Beside that, sets of points that repel each other lead to other codes, in a hundredth of the
-    time. Hops lead from the better of both to better codes. The contacts are then solved for by Newton's
-    method, those of the best code in ``mpmath``.
+    For every seed, random points move on great circles and grow into caps until they jam (Smith; the paper's
+    sec. 10). In addition, sets of points that repel each other lead to other codes, in a hundredth of the
+    time. Hops improve the better of both. Newton's method then solves the equations of the contacts, for the
+    best code in ``mpmath``.
 
     Parameters
     ----------
     n : int
-        Points, 2 to 1000.
+        Number of points, 2 to 1000.
     k : int
-        Dimensions of the space of the sphere, at least 2: 3 for the usual sphere.
+        Number of dimensions of the space around the sphere, at least 2; 3 for the usual sphere.
     seeds : int or sequence of int
         Number of seeds, counted from 0; or the seeds themselves.
     rate : float, optional
-        Growth rate of the diameters over the thermal speed. By default even seeds grow slowly, at 0.01, and
-        odd ones fast, at 0.2: slow growth orders, and fast growth ends in more different codes.
+        Growth rate of the diameters over the thermal speed. By default it is 0.01 for even seeds and 0.2 for
+        odd ones: slow growth orders the points, and fast growth leads to more different codes.
     hops : int
-        How many times each seed moves one to three of its points into holes and optimises again. A result
-        that is not worse is kept. 0 for none.
+        Number of hops for each seed. A hop moves one to three points into holes and optimises again; a result
+        that is not worse is kept.
     starts : int, optional
         Number of sets of points that repel each other, for every seed. By default 50, and fewer for more than
-        60 points; 0 for growth alone.
+        60 points. With 0 the caps only grow.
     digits : int
         Decimal digits of the result.
     executor, workers : optional
-        Where the seeds run: see :func:`carom.studies.executors.engine`. The result is the same everywhere.
+        Where the seeds run, as for :func:`carom.studies.executors.engine`. The result is the same everywhere.
     progress : callable, optional
         Called as ``progress("Searching", fraction)``.
 
     Returns
     -------
     SphericalCode
-        For k = 2 and for n <= 2 k, where the optimum is known, that optimum without a search.
+        The best code. For k = 2 and for n <= 2 k it is the known optimum, without a search.
 
     Raises
     ------

@@ -24,7 +24,7 @@ class Transport(Measured):
     Attributes
     ----------
     spec : TransportSpec
-        What was asked for.
+        The requested study.
     records, failures, folder, engine, seconds
         As in ``carom.studies.outcome.Outcome``.
     """
@@ -41,10 +41,10 @@ class Transport(Measured):
         return "\n".join([*lines, *self.remarks()])
 
     def cells(self) -> list[tuple[str, ...]]:
-        """Return what is printed of each coefficient.
+        """Return the printed columns for each coefficient.
 
-        These are the packing fraction, N, the name, the value, Enskog's, the ratio of the two, and the times
-        between which the slope is taken. Where N is infinite, Erpenbeck and Wood's value stands for Enskog's.
+        These are the packing fraction, N, the name, the value, Enskog's value, the ratio of the two, and the
+        times between which the slope is taken. For infinite N, Erpenbeck and Wood's value replaces Enskog's.
         """
         rows: list[tuple[str, ...]] = []
         for each in self.table:
@@ -62,7 +62,7 @@ class Transport(Measured):
         return rows
 
     def remarks(self) -> list[str]:
-        """Return the remarks about the points, a line each."""
+        """Return the remarks about the points, one line each."""
         said: dict[str, None] = {}
         for each in self.table:
             place = f"* eta = {each.packing_fraction:g}, N = {each.n}"
@@ -70,7 +70,7 @@ class Transport(Measured):
         return list(said)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write one line per coefficient; unknown numbers are empty.
+        """Write one line per coefficient to the file ``path``; unknown numbers are empty.
 
         Raises
         ------
@@ -80,13 +80,25 @@ class Transport(Measured):
         write_csv(path, COLUMNS, (list(each.values()) for each in self.rows()))
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
-        """Draw the coefficients divided by Enskog's, and their convergence with time."""
+        """Draw the coefficients divided by Enskog's, and their convergence in time; save them to ``path``.
+
+        Raises
+        ------
+        FileError
+            If the picture cannot be saved.
+        """
         from carom.studies.coefficients import pictures
 
         return pictures.study(self, path)
 
     def report(self, path: str | os.PathLike[str]) -> None:
-        """Write a self-contained page (HTML) with the table, the pictures and their origin."""
+        """Write a self-contained page (HTML) of table, pictures and provenance to the file ``path``.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
         from carom.studies.coefficients.pictures import write_report
 
         write_report(self, Path(path))

@@ -37,17 +37,23 @@ class TransportSpec(StudySpec):
 
     Parameters
     ----------
-    packing_fractions, n, replicas, dimension, seed, initial, neighbors, scene
-        As in :class:`carom.studies.StudySpec`; by default 500 particles and 4 replicas.
+    packing_fractions, n, replicas, dimension
+        As in :class:`carom.studies.StudySpec`, but d >= 2; by default 500 particles and 4 replicas.
     relative_error : float
         Relative error of shear viscosity and thermal conductivity at each point, all replicas together; 0.01
         if neither length is given. It sets the length before the run.
     collisions_per_particle : float
         Alternatively, the length of each run.
     equilibration : float
-        Collisions per particle before that.
+        Collisions per particle before the measurement.
+    seed, initial
+        As in :class:`carom.studies.StudySpec`.
     blocks : int
         Blocks per run, which give the error bars.
+    frames : int
+        Not used: transport needs no order parameter.
+    neighbors, scene
+        As in :class:`carom.studies.StudySpec`.
 
     Raises
     ------
@@ -123,7 +129,7 @@ class TransportSpec(StudySpec):
         return float(f"{max(free_times, fewest):.4g}")
 
     def settings(self) -> dict[str, Any]:
-        """Return the settings that all tasks share; studies in one folder must agree in them."""
+        """Return the settings that all tasks share, which must be the same for all studies in one folder."""
         return {**super().settings(), "study": "transport"}
 
 

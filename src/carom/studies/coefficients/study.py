@@ -30,19 +30,20 @@ def transport(
     out: str | PathLike[str] | None = None,
     progress: Callable[[Progress[Transport]], object] | None = None,
 ) -> Transport:
-    """Measure self-diffusion, shear and bulk viscosity and thermal conductivity; of mixtures mutual and
-    thermal diffusion, too.
+    """Measure self-diffusion, shear and bulk viscosity and thermal conductivity of fluids.
+
+    For mixtures, mutual and thermal diffusion are measured, too.
 
     Parameters
     ----------
     packing_fractions : float or iterable of float
-        Six of the fluid if left out.
+        Packing fractions; six of the fluid if left out.
     n : int or iterable of int
         Numbers of particles; 500 if left out.
     replicas : int
         Independent runs of each point; 4 if left out.
     dimension : int
-        3 if left out. In two dimensions no coefficient exists; see ``Row.exists``.
+        d; 3 if left out. In two dimensions the coefficients diverge with the size of the system.
     relative_error : float
         Relative error of shear viscosity and thermal conductivity at each point; 0.01 if no length is given.
     collisions_per_particle : float
@@ -50,14 +51,14 @@ def transport(
     equilibration : float
         Collisions per particle before the measurement; 300 if left out.
     seed : int
-        1 if left out. Each task has a stream of its own.
+        Seed; 1 if left out. Each task has its own random stream.
     blocks : int
-        Blocks of a run; 16 if left out.
+        Blocks per run; 16 if left out.
     scene : mapping
         Further keys of a scene, as in the section ``[scene]`` of a file: diameter, mass, kT, species.
     executor : optional
-        "processes" (default), "threads", "serial", "mpi", the address of a Dask scheduler, a Dask Client, or
-        any Executor; see :func:`carom.studies.executors.engine`.
+        Where the runs take place: "processes" (default), "threads", "serial", "mpi", the address of a Dask
+        scheduler, a Dask Client, or any Executor; see :func:`carom.studies.executors.engine`.
     workers : int, optional
         Processes or threads; as many as cores if left out.
     out : path, optional
@@ -68,12 +69,14 @@ def transport(
     Returns
     -------
     Transport
+        The coefficients at every point.
 
     Raises
     ------
     InputError
-        If the study cannot be run as it is; FileError if `out` holds another study, is in use, or cannot be
-        written to at the start.
+        If the study cannot be run as it is.
+    FileError
+        If `out` holds another study, is in use, or cannot be written to at the start.
     Interrupted
         After Ctrl-C or SIGTERM; with `out`, finished tasks are kept.
 
@@ -84,8 +87,8 @@ def transport(
 
     Notes
     -----
-    Helfand's moments are exact between collisions, so that no number depends on a time step.
-    ``carom.studies.coefficients.windows`` has the rule for where slopes are taken.
+    Helfand's moments are exact between collisions, so that no result depends on a time step. The rule for the
+    times of the slopes is in ``carom.studies.coefficients.windows``.
     """
     given = {
         "packing_fractions": packing_fractions,

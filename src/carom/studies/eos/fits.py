@@ -1,4 +1,4 @@
-"""Results of a whole study: virial coefficients from its dilute points, and 1/N extrapolation."""
+"""Results of a whole study: virial coefficients from its dilute points, and extrapolation in 1 / N."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class Virials:
     values, errors : (m,) tuple of float
         ``beta_k = B_k / v^(k-1)`` of ``Z = 1 + sum_k beta_k eta^(k-1)``, from k = 2 on.
     known : (m,) tuple of float
-        The published ones; nan where none is known.
+        Published coefficients; nan for unknown ones.
     points : int
-        Points fitted.
+        Number of fitted points.
     chi2 : float
         Chi squared of these points; somewhat less than their number if the fit is good.
     """
@@ -64,10 +64,11 @@ def virials(
     Parameters
     ----------
     rows : sequence of Row
+        Points of a study.
     up_to : float, optional
         Highest packing fraction used; 0.75 of freezing if left out.
     order : int
-        Highest coefficient, B_2 to B_7.
+        Order of the highest coefficient to fit, 2 to 7.
     known : sequence of float, optional
         Published coefficients to compare with, from B_2 on; by default those of equal particles.
 
@@ -78,13 +79,13 @@ def virials(
 
     Notes
     -----
-    Weighted least squares for ``Z - 1 = sum_j c_j y^j`` in ``y = eta / (1 - eta)``, where the coefficients
-    stay of the order of ``B_2 = 2^(d-1)`` instead of growing; ``beta_k = sum_j c_j C(k - 2, j - 1)``. A
-    polynomial that is truncated where the data need no further term gives errors too small by a factor of up
-    to ten, because the missing terms bias the others. Ten terms are therefore fitted, and those beyond the
-    third have the prior ``0 +- 2^(d-1)``. On data made from the known equations of state, with relative
-    errors of 6e-5 and 5e-4, in 2 to 4 dimensions, the deviations of B_2 to B_4 from the known ones are then
-    0.4 to 1.0 of their errors (root mean square).
+    The fit is by weighted least squares for ``Z - 1 = sum_j c_j y^j`` in ``y = eta / (1 - eta)``. There the
+    coefficients stay of the order of ``B_2 = 2^(d-1)`` instead of growing; ``beta_k = sum_j c_j C(k - 2,
+    j - 1)``. A polynomial of the lowest sufficient order would have errors too small by a factor of up to
+    ten, because the missing terms bias the others. Ten terms are therefore fitted, and those beyond the third
+    have the prior ``0 +- 2^(d-1)``. This was tested on data from the known equations of state in 2 to 4
+    dimensions, with relative errors of 6e-5 and 5e-4. The deviations of B_2 to B_4 are 0.4 to 1.0 standard
+    errors (root mean square).
     """
     order = checks.integer(order, "order", low=2, high=7)
     used = [
@@ -133,16 +134,17 @@ class Extrapolation:
     Attributes
     ----------
     packing_fraction : float
+        Packing fraction.
     sizes : tuple of int
-        Sizes that the line is fitted to.
+        Numbers of particles in the fit.
     compressibility_factor, error : float
-        At 1 / N = 0.
+        Z at 1 / N = 0 and its standard error.
     slope, slope_error : float
-        Of Z against 1 / N.
+        Slope of Z against 1 / N and its standard error.
     theory_slope : float
-        The slope by the theory of order 1 / N; nan if there is none.
+        The slope by theory, to order 1 / N; nan if there is none.
     chi2 : float
-        Of the line, with ``len(sizes) - 2`` degrees of freedom.
+        Chi squared of the line, with ``len(sizes) - 2`` degrees of freedom.
     """
 
     packing_fraction: float
@@ -158,12 +160,13 @@ class Extrapolation:
 def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
     """Extrapolate Z to 1 / N = 0 at every packing fraction with two sizes or more.
 
-    Points that have not equilibrated are left out, and those without an error bar.
+    The ``rows`` are the points of a study. Points that have not equilibrated are left out, as are those
+    without an error bar.
 
     Notes
     -----
-    The next order, ``1 / N^2``, shows in small and dense systems. The smallest size is left out as long as
-    chi squared of the line is larger than in one of a thousand cases.
+    The next order, ``1 / N^2``, is visible in small and dense systems. The smallest size is left out as long
+    as chi squared of the line is larger than in one of a thousand cases.
     """
     groups: dict[tuple[float, str], list[Row]] = {}
     for row in rows:

@@ -30,7 +30,7 @@ class EquationOfState(Measured):
     Attributes
     ----------
     spec : StudySpec
-        What was asked for.
+        The requested study.
     records, failures, folder, engine, seconds
         As in ``carom.studies.outcome.Outcome``.
     equation : callable or None
@@ -38,7 +38,7 @@ class EquationOfState(Measured):
     """
 
     def with_theory(self, equation: Equation) -> EquationOfState:
-        """Return the study compared with another equation of state, e.g. ``theory.henderson``."""
+        """Return the study compared with another ``equation`` of state, e.g. ``theory.henderson``."""
         return dataclasses.replace(self, equation=equation)
 
     def __repr__(self) -> str:
@@ -59,7 +59,7 @@ class EquationOfState(Measured):
         return notebook.table(repr(self).strip("<>"), [line.split(None, 6) for line in lines], head.split())
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the table, one line per point; unknown numbers are empty.
+        """Write the table to the file ``path``, one line per point; unknown numbers are empty.
 
         Raises
         ------
@@ -91,7 +91,7 @@ class EquationOfState(Measured):
         *,
         equations: Mapping[str, Equation] | None = None,
     ) -> Figure:
-        """Draw Z, its deviation from theory in units of the error, and the pressure.
+        """Draw Z, its deviation from theory in standard errors, and the pressure.
 
         Parameters
         ----------
@@ -99,13 +99,24 @@ class EquationOfState(Measured):
             Where to save the picture; the suffix is the format.
         equations : mapping of str to callable, optional
             Equations of state to draw; the first is compared with the data. By default the usual ones.
+
+        Raises
+        ------
+        FileError
+            If the picture cannot be saved.
         """
         from carom.studies.eos import pictures
 
         return pictures.study(self, equations=equations, path=path)
 
     def report(self, path: str | os.PathLike[str]) -> None:
-        """Write a self-contained page (HTML) of tables, pictures and provenance."""
+        """Write a self-contained page (HTML) of tables, pictures and provenance to the file ``path``.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
         from carom.studies.eos.html import write
 
         write(self, Path(path))

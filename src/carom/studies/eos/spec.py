@@ -59,28 +59,29 @@ class StudySpec:
     Parameters
     ----------
     packing_fractions : tuple of float
-        Twelve of the fluid if left out.
+        Packing fractions; twelve of the fluid if left out.
     n : int or tuple of int
         Numbers of particles. On a lattice, the nearest number that fills it is taken.
     replicas : int
         Independent runs of each point.
     dimension : int
-        1 to 12.
+        d, 1 to 12.
     relative_error : float
         Relative error of Z at each point, all replicas together; 7e-5 if neither length is given.
     collisions_per_particle : float
         Alternatively, the length of each run.
     equilibration : float
-        Collisions per particle before that.
+        Collisions per particle before the measurement.
     seed : int
+        Seed of the study; each run has its own random stream.
     initial : str
         "random", "fcc", "triangular", "cubic", "dn", or "auto": random up to the middle of the coexistence
         region, and the densest lattice above.
     blocks : int
         Blocks per run, which give error bars and drift.
     frames : int
-        Frames per run for the order parameter; by default 8 from just below freezing on, to detect a drift,
-        and none elsewhere.
+        Frames per run for the order parameter and its drift. By default 8 from just below freezing on, and
+        none at lower densities.
     neighbors : str
         As in :class:`carom.Simulation`.
     scene : mapping
@@ -243,7 +244,7 @@ class StudySpec:
         )
 
     def settings(self) -> dict[str, Any]:
-        """Return the settings that all tasks share; studies in one folder must agree in them."""
+        """Return the settings that all tasks share, which must be the same for all studies in one folder."""
         shared = {name: value for name, value in self.words().items() if name not in GRID}
         if self.relative_error is not None:
             # The length of a run then depends on how many share the work.

@@ -48,13 +48,13 @@ def equation_of_state(
     Parameters
     ----------
     packing_fractions : float or iterable of float
-        Twelve of the fluid if left out.
+        Packing fractions; twelve of the fluid if left out.
     n : int or iterable of int
         Numbers of particles; 4000 if left out.
     replicas : int
         Independent runs of each point; 2 if left out.
     dimension : int
-        3 if left out.
+        d; 3 if left out.
     relative_error : float
         Relative error of Z at each point; 7e-5 if no length is given.
     collisions_per_particle : float
@@ -62,15 +62,15 @@ def equation_of_state(
     equilibration : float
         Collisions per particle before the measurement; 1000 if left out.
     seed : int
-        1 if left out. Each task has its own random stream, independent of the other tasks and of the
+        Seed; 1 if left out. Each task has its own random stream, independent of the other tasks and of the
         executor.
     initial : str
         "auto", "random", or the name of a lattice; see :class:`StudySpec`.
     scene : mapping
         Further keys of a scene, as in the section ``[scene]`` of a file.
     executor : optional
-        "processes" (default), "threads", "serial", "mpi", the address of a Dask scheduler, a Dask Client, or
-        any Executor; see :func:`carom.studies.executors.engine`.
+        Where the runs take place: "processes" (default), "threads", "serial", "mpi", the address of a Dask
+        scheduler, a Dask Client, or any Executor; see :func:`carom.studies.executors.engine`.
     workers : int, optional
         Processes or threads; as many as cores if left out.
     out : path, optional
@@ -86,12 +86,14 @@ def equation_of_state(
     Returns
     -------
     EquationOfState
+        Z at every point, and derived results.
 
     Raises
     ------
     InputError
-        If the study cannot be run as it is; FileError if `out` holds another study, is in use, or cannot be
-        written to at the start.
+        If the study cannot be run as it is.
+    FileError
+        If `out` holds another study, is in use, or cannot be written to at the start.
     Interrupted
         After Ctrl-C or SIGTERM; with `out`, finished tasks are kept.
 

@@ -1,4 +1,4 @@
-"""From the results of single runs to one row a point: means, errors, chi squared, and what is suspicious."""
+"""From the results of single runs to one row per point: means, errors, chi squared, tests of equilibrium."""
 
 from __future__ import annotations
 
@@ -30,33 +30,36 @@ class Row:
     packing_fraction, n, dimension
         The point, as simulated.
     phase : str
-        "fluid", "solid" or "coexistence": what the runs should be; see :func:`phase`.
+        Expected phase: "fluid", "solid" or "coexistence"; see :func:`phase`.
     replicas : int
-        Runs that are done.
+        Number of finished runs.
     compressibility_factor, error : float
-        Z of n particles and its standard error: the mean weighted by the inverse squares of the errors.
+        Z of n particles and its standard error: the mean over replicas weighted by their lengths; see
+        :func:`combined`.
     infinite : float
-        Z of infinitely many particles, by theory's correction of order 1 / n; nan where there is none. It has
-        the same error.
+        Z of infinitely many particles, by the correction of order 1 / n from theory; nan if there is none. It
+        has the same error.
     pressure, pressure_error : float
-        P sigma^d / kT, of n particles, with the largest diameter of a mixture for sigma.
+        P sigma^d / kT, of n particles; in a mixture sigma is the largest diameter.
     theory, deviation : float
-        Z by the chosen equation of state, and ``infinite - theory`` in units of the error.
+        Z by the chosen equation of state, and ``infinite - theory`` in standard errors.
     chi2 : float
-        Of the replicas about their mean, with ``replicas - 1`` degrees of freedom; nan for one.
+        Chi squared of the replicas about their mean, with ``replicas - 1`` degrees of freedom; nan for one.
     drift : float
-        Trend of the pressure that the replicas share, a standard normal number in equilibrium.
+        Common trend of the pressure of the replicas, a standard normal number in equilibrium.
     order, order_error : float
         Mean of the modulus of the order parameter (psi_6 or Q_6), and its error from the replicas.
     susceptibility : float
         ``n (<|psi|^2> - <|psi|>^2)``.
     moved : float
-        Median displacement of the particles before the measurement [mean spacing], the least of the replicas.
+        Median displacement of the particles before the measurement [mean spacing]; the smallest of the
+        replicas.
     equilibrated : bool
         Whether all tests of equilibrium passed; other points are left out of fits.
     remarks : tuple of str
-        What the tests found.
+        Results of the tests in words.
     collisions : int
+        Pair collisions of all replicas.
     seconds : float
         Wall time of all replicas, on their workers [s].
     """
@@ -93,8 +96,8 @@ def table(records: Sequence[Record], equation: Equation | None = None) -> list[R
     records : sequence of dict
         Results of single runs, in any order.
     equation : callable, optional
-        Equation of state to compare with and to correct for the finite size; by phase and dimension without
-        it, and none for mixtures.
+        Equation of state to compare with and to correct for the finite size. By default it follows from phase
+        and dimension.
     """
     points: dict[tuple[float, int, int], list[Record]] = {}
     for record in records:
@@ -114,9 +117,16 @@ def combined(
 ) -> tuple[float, float, float]:
     """Return mean, error and chi squared of independent estimates of one quantity, weighted by their lengths.
 
-    Their squared errors times their lengths are estimates of the same number, of which the mean is taken: a
-    weight that followed each error would prefer the runs whose error came out too small. An unknown error
-    (infinite) leaves its value out; with none known, the mean is plain and its error infinite.
+    Parameters
+    ----------
+    values, errors, lengths : sequences of float
+        Estimates, their standard errors, and the lengths of their runs.
+
+    Notes
+    -----
+    Squared error times length estimates the same number for all runs, and the mean of these is taken. Weights
+    from the single errors would prefer runs with errors that are too small by chance. A value with an
+    infinite error is left out. If all errors are infinite, the mean is unweighted and its error infinite.
     """
     known = [(v, e, t) for v, e, t in zip(values, errors, lengths, strict=True) if 0.0 < e < math.inf]
     if not known:
@@ -132,9 +142,22 @@ def combined(
 def phase(packing_fraction: float, dimension: int, initial: str, *, mixture: bool = False) -> str:
     """Return the phase that a run should be in.
 
-    "fluid" below freezing, and beyond it what began at random; "solid" what began as a crystal beyond
-    freezing; and in 2D "coexistence" between freezing and melting of equal disks, where either start becomes
-    the other.
+    Parameters
+    ----------
+    packing_fraction : float
+        Packing fraction.
+    dimension : int
+        d.
+    initial : str
+        "random", or the name of a lattice.
+    mixture : bool
+        Whether the scene is a mixture.
+
+    Returns
+    -------
+    str
+        "fluid" below freezing. Above freezing "fluid" for a random start, and "solid" for a crystal. In 2D
+        "coexistence" between freezing and melting of equal disks.
     """
     freezing, melting = theory.FREEZING.get(dimension, 1.0), theory.MELTING.get(dimension, 1.0)
     if packing_fraction <= freezing:
@@ -145,7 +168,10 @@ def phase(packing_fraction: float, dimension: int, initial: str, *, mixture: boo
 
 
 def compared(record: Record) -> bool:
-    """Return whether a run may be compared with theory: elastic, additive, without walls and obstacles."""
+    """Return whether the run of a ``record`` may be compared with theory.
+
+    It must be elastic, additive, and without walls and obstacles.
+    """
     scene = record["task"]["scene"]
     return not (record["result"]["confined"] or "contact" in scene or "restitution" in scene)
 
@@ -158,10 +184,11 @@ def usual_equation(
     Parameters
     ----------
     dimension : int
+        d.
     phase : str
-        As :func:`phase` has it.
+        As from :func:`phase`.
     species : sequence of (float, int)
-        Diameters, and how many particles have each.
+        Diameters, and the number of particles with each.
     """
     if phase == "solid" and dimension == 3 and len(species) == 1:
         return theory.almarza
@@ -177,7 +204,19 @@ def usual_equation(
 
 
 def finite_size_shift(state: str, packing_fraction: float, n: int, equation: Equation | None) -> float:
-    """Return ``Z_N - Z`` of a phase by theory; nan where there is none."""
+    """Return ``Z_N - Z`` of n particles in a phase by theory; nan without an equation of state.
+
+    Parameters
+    ----------
+    state : str
+        The phase, as from :func:`phase`.
+    packing_fraction : float
+        Packing fraction.
+    n : int
+        Number of particles.
+    equation : callable or None
+        Equation of state of infinitely many particles.
+    """
     if equation is None:
         return math.nan
     law = theory.crystal_finite_size_shift if state == "solid" else theory.finite_size_shift

@@ -125,7 +125,7 @@ def points(
     n, dimension : int
         Number of points, and of dimensions.
     counts, diameters : sequences
-        Number of each species instead of n, and their approximate final diameters.
+        Number of points of each species, instead of n, and their approximate final diameters [length].
     periodic : bool or d bools
         False gives an axis two hard walls.
     seed : int or numpy.random.Generator
@@ -136,6 +136,11 @@ def points(
     Scene
         Its diameters are ``POINT`` times those given. The given diameters would fill 0.64 / 2^(d - 3) of the
         cubic box, so that the final diameters are close to them.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
     """
     if counts is None:
         counts = [checks.integer(n, "n", low=2)]
@@ -176,13 +181,13 @@ def pack(
     scene : Scene
         The start: :func:`points`, or spheres of any density, in a box of any kind.
     rate : float, optional
-        Growth rate of the mean diameter over the thermal speed: gamma. By default 0.02 up to a reduced
+        Growth rate of the mean diameter over the thermal speed, gamma. By default it is 0.02 up to a reduced
         pressure of 1e3, then 1e-3.
     until_pressure : float, optional
         Reduced pressure PV / NkT to reach; 1e10 if neither it nor a number of collisions is given. Beyond
         1e13 gaps are lost in rounding.
     collisions : int, optional
-        End after this number of pair collisions, at any pressure.
+        Number of pair collisions after which the compression ends, at any pressure.
     stages : sequence of (rate, until_pressure), optional
         Stages instead of one rate and pressure, e.g. fast, then slow. The last pressure may be None.
     common : bool
@@ -203,19 +208,23 @@ def pack(
     Returns
     -------
     Packing
+        The final state, and the history of the compression.
 
     Raises
     ------
     InputError
         If an argument is out of range, nothing moves, or the spheres become as wide as the box.
+    FileError
+        If the folder holds a packing and ``overwrite`` is false, or it cannot be written.
     PackingInterrupted
         After Ctrl-C; its ``packing`` is the packing so far.
 
     Notes
     -----
     Between two rescalings there are ``HEATING / rate`` collisions per particle, at most ``LONGEST``. Z comes
-    from the virial of each stretch, with the mean of kT before and after it. To raise Z by a factor e takes
-    some ``3.4 / rate`` collisions per particle (d = 3): growth at 1e-3 from 1e3 to 1e12 takes 70 000.
+    from the virial of each stretch, with the mean of kT before and after it. An increase of Z by a factor e
+    takes some ``3.4 / rate`` collisions per particle (d = 3). At the rate 1e-3, growth from Z = 1e3 to 1e12
+    takes 70 000.
 
     Examples
     --------
@@ -249,6 +258,13 @@ def pack(
 def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
     """Continue the compression in a folder; the result is bit-identical to an uninterrupted one.
 
+    Parameters
+    ----------
+    out : path
+        The folder of the compression.
+    progress : callable, optional
+        As in :func:`pack`.
+
     Raises
     ------
     FileError
@@ -270,7 +286,7 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
 
 
 def holds_packing(out: str | PathLike[str]) -> bool:
-    """Return whether a folder holds a compression that can be continued."""
+    """Return whether the folder ``out`` holds a compression that can be continued."""
     return PackingFolder(Path(out)).checkpoint.is_file()
 
 

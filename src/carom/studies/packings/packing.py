@@ -55,11 +55,12 @@ class Packing:
     frame : Frame
         The final state. Diameters are reduced by the fraction ``shrunk``, so that nothing overlaps.
     history : structured array
-        ``collisions`` so far, ``packing_fraction``, reduced ``pressure`` PV / NkT and growth ``rate`` (of the
-        mean diameter, over the thermal speed) of every stretch between two rescalings.
+        One row for each stretch between two rescalings: ``collisions`` so far, ``packing_fraction``, reduced
+        ``pressure`` PV / NkT, and growth ``rate`` of the mean diameter over the thermal speed.
     note : str
         Why the compression ended.
     seed : int
+        Seed of the compression.
     shrunk : float
         Fraction by which diameters were reduced: the deepest overlap left by rounding.
     obstacles : tuple of obstacles
@@ -75,17 +76,17 @@ class Packing:
 
     @property
     def n(self) -> int:
-        """Components."""
+        """Number of components."""
         return self.frame.n
 
     @property
     def dimension(self) -> int:
-        """Dimensions of space."""
+        """Number of dimensions, d."""
         return self.frame.dimension
 
     @property
     def packing_fraction(self) -> float:
-        """Fraction of the box that is filled."""
+        """Fraction of the box that the components fill."""
         volume = sphere_volume(self.dimension) * float(np.sum(self.frame.diameters**self.dimension))
         return volume / math.prod(self.frame.box)
 
@@ -101,10 +102,11 @@ class Packing:
 
     @functools.cached_property
     def network(self) -> PackingNetwork:
-        """Contacts, rattlers and backbone; :func:`carom.observables.packing_network` has more ways.
+        """Contacts, rattlers and backbone; :func:`carom.observables.packing_network` has more options.
 
-        Where contacts on one side alone make so many rattlers that nobody is left, because the compression
-        was fast or crystalline grains have straight edges, rattlers are those with fewer than d + 1 contacts.
+        After a fast compression, or in crystalline grains with straight edges, no backbone may remain if
+        contacts on one side make a rattler. Rattlers are then identified by contact count only: fewer than
+        d + 1 contacts.
         """
         network = packing_network(self.frame, obstacles=self.obstacles)
         if network.backbone.any():
@@ -113,17 +115,17 @@ class Packing:
 
     @property
     def rattlers(self) -> np.ndarray:
-        """Numbers of the rattlers."""
+        """Indices of the rattlers."""
         return self.network.rattlers
 
     @property
     def jamming_fraction(self) -> float:
-        """Packing fraction at which the pressure will diverge; NaN if the pressure is too low to tell.
+        """Packing fraction at which the pressure will diverge; NaN if the pressure is too low.
 
         Notes
         -----
-        From the free-volume law ``Z = d (N_b - 1) / N / (1 - eta / eta_J)`` of a jammed backbone of N_b
-        components (Salsburg and Wood 1962; Donev, Torquato and Stillinger 2005). Below Z = 1e3, all
+        It follows from the free-volume law ``Z = d (N_b - 1) / N / (1 - eta / eta_J)`` of a jammed backbone
+        of N_b components (Salsburg and Wood 1962; Donev, Torquato and Stillinger 2005). Below Z = 1e3, all
         components count as backbone.
         """
         backbone = self.n
@@ -141,7 +143,15 @@ class Packing:
         return Scene.from_frame(self.frame, obstacles=self.obstacles)
 
     def to_h5md(self, path: str | PathLike[str]) -> None:
-        """Write the frame to an H5MD file, or to a format that another suffix chooses."""
+        """Write the frame to the file ``path``: H5MD, or another format that its suffix chooses.
+
+        Raises
+        ------
+        InputError
+            If the suffix is unknown, or the format cannot hold the frame.
+        FileError
+            If the file cannot be written.
+        """
         with io.open(path, "w") as writer:
             assert isinstance(writer, io.Writer)
             writer.write(self.frame)
@@ -153,7 +163,13 @@ class Packing:
         return pandas.DataFrame(self.history)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the history as a table."""
+        """Write the history as a table to the file ``path``.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
         path = Path(path)
         with writing(path), path.open("w", newline="", encoding="utf-8") as file:
             table = csv.writer(file)
@@ -161,13 +177,16 @@ class Packing:
             table.writerows(self.history.tolist())
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
-        """Draw the contacts and the rattlers (see :func:`carom.plots.packing`; d = 2 or 3)."""
+        """Draw the contacts and the rattlers.
+
+        Parameters and errors are those of :func:`carom.plots.packing`.
+        """
         from carom.pictures import plots
 
         return plots.packing(self.network, path=path)
 
     def summary(self) -> dict[str, Any]:
-        """Return the results as plain numbers, null where there is none."""
+        """Return the results as JSON values; a number that does not exist is None."""
         summary = {
             "version": __version__,
             "seed": self.seed,
@@ -206,7 +225,7 @@ class Packing:
         Parameters
         ----------
         folder : path
-            Where; it must exist. It gets ``packing.h5md``, ``packing.extxyz`` (d <= 3) and ``history.csv``.
+            An existing folder, for ``packing.h5md``, ``packing.extxyz`` (d <= 3) and ``history.csv``.
         pictures : bool
             Whether to draw ``packing.png``, ``compression.png`` and ``gaps.png``.
 
@@ -214,6 +233,11 @@ class Packing:
         -------
         dict
             The summary.
+
+        Raises
+        ------
+        FileError
+            If a file cannot be written.
         """
         folder = Path(folder)
         for form in ("h5md", "extxyz") if self.dimension <= LARGEST_EXTENDED else ("h5md",):

@@ -47,7 +47,7 @@ class Promise(Protocol):
 
     @property
     def cpu_seconds(self) -> float:
-        """The CPU time that is promised."""
+        """Promised CPU time [s]."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +57,15 @@ class Outcome:
     Attributes
     ----------
     plan : RunPlan
+        The plan that was run.
     value : Estimate
         The quantity of the infinite system, with the statistical error.
     bias : float
         Possible remaining bias after the correction to infinite size.
     cpu_seconds : float
-        CPU time of all runs.
+        CPU time of all runs [s].
     records : list of dict
-        The runs.
+        Results of the single runs.
     remarks : tuple of str
         Doubts about the result.
     """
@@ -78,17 +79,17 @@ class Outcome:
 
     @property
     def error(self) -> float:
-        """The error that was reached, bias included."""
+        """Error that was reached, bias included."""
         return math.hypot(self.value.error, self.bias)
 
     @property
     def error_ratio(self) -> float:
-        """Reached error in units of the promised one."""
+        """Reached error over promised error."""
         return self.error / self.plan.error
 
     @property
     def time_ratio(self) -> float:
-        """CPU time taken in units of the promised one."""
+        """CPU time used over promised CPU time."""
         return self.cpu_seconds / self.plan.cpu_seconds
 
     def words(self) -> dict[str, Any]:
@@ -108,7 +109,13 @@ class Outcome:
         }
 
     def save(self, folder: str | PathLike[str]) -> Path:
-        """Write outcome.json to a folder, and return its path."""
+        """Write ``outcome.json`` to a ``folder``, and return its path.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
         path = Path(folder) / NAME
         with replacing(path) as temporary, writing(path):
             temporary.write_text(json.dumps(self.words(), indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -52,28 +52,32 @@ class Size:
 
 @dataclass(frozen=True)
 class RunPlan:
-    """What to run, what it should reach, and what it will cost here.
+    """What to run, which error it should reach, and what it will cost on this machine.
 
     Attributes
     ----------
     target : Target
+        The quantity, and the error to reach.
     system : System
+        The system to simulate.
     value : float
         Expected value of the quantity, as accurate as the pilot.
     estimator : str
-        The one with the smallest variance; :attr:`route` says it in words.
+        The estimator with the smallest variance; :attr:`route` describes it.
     ratios : dict
-        Variance of every estimator, in units of that of the chosen one.
+        Variance of every estimator over that of the chosen one.
     design : Design
         N, replicas, equilibration, length, the promised error and the promised CPU time.
     cores : int
+        Number of cores that are available.
     hours : float or None
-        Cores and wall time that are available.
+        Wall time that is available [h].
     seed : int
+        Seed of the runs.
     sizes : tuple of Size
-        What other numbers of particles would cost.
+        Cost with other numbers of particles.
     pilot_seconds : float
-        CPU time of the pilots.
+        CPU time of the pilots [s].
     """
 
     target: Target
@@ -90,12 +94,12 @@ class RunPlan:
 
     @property
     def error(self) -> float:
-        """The error that is promised, bias included, in the unit of the quantity."""
+        """Promised error, bias included, in the unit of the quantity."""
         return self.design.error
 
     @property
     def cpu_seconds(self) -> float:
-        """The CPU time that is promised."""
+        """Promised CPU time [s]."""
         return self.design.cpu_seconds
 
     @property
@@ -121,15 +125,15 @@ class RunPlan:
         workers: int | None = None,
         progress: Callable[[float, str], object] | None = None,
     ) -> Outcome:
-        """Run the plan as a study, and say what was promised and what was reached.
+        """Run the plan as a study, and compare the result with the promise.
 
         Parameters
         ----------
         out : path, optional
             Folder with a file for each run; an interrupted plan continues there.
         executor, workers : optional
-            As for :func:`carom.studies.equation_of_state`; in this process if left out for one run, and in as
-            many processes as the plan has cores for several.
+            As for :func:`carom.studies.equation_of_state`. By default one run is in this process, and several
+            are in as many processes as the plan has cores.
         progress : callable, optional
             Called with the finished fraction, and a sentence.
         """
@@ -165,7 +169,13 @@ class RunPlan:
         }
 
     def save(self, folder: str | PathLike[str]) -> Path:
-        """Write plan.json to a folder, and return its path."""
+        """Write ``plan.json`` to a ``folder``, and return its path.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
         path = Path(folder) / NAME
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -175,12 +185,12 @@ class RunPlan:
 
     @classmethod
     def load(cls, folder: str | PathLike[str]) -> RunPlan:
-        """Return the plan in a folder.
+        """Return the plan in a ``folder``.
 
         Raises
         ------
         FileError
-            If there is none, or one of another version of Carom.
+            If there is no plan, or one of another version of Carom.
         """
         path = Path(folder) / NAME
         try:
@@ -262,17 +272,19 @@ def plan(
     Parameters
     ----------
     target : str or Target
-        ``"Z=1e-4"``: the quantity of the infinite system, and its relative error, the bias of the finite size
-        included. Quantities are Z, P (or pressure), g(contact) and D; ``"Z=+-0.002"`` is an absolute error.
+        The quantity of the infinite system and its error, the bias of the finite size included. ``"Z=1e-4"``
+        has a relative error, ``"Z=+-0.002"`` an absolute one. Quantities are Z, P (or pressure), g(contact)
+        and D.
     packing_fraction : float
         Packing fraction of hard spheres with diameter, mass and kT 1. Give this or ``scene``.
+    dimension : int
+        d.
+    species : sequence of mappings, optional
+        Species of a mixture, such as ``{"fraction": 0.5, "diameter": 1.4, "mass": 2.0}``.
     scene : path, Plan or System
         A scene. The plan may change its number of particles.
-    dimension : int
-    species : sequence of mappings, optional
-        Of a mixture: ``{"fraction": 0.5, "diameter": 1.4, "mass": 2.0}`` each.
     n : int, optional
-        Plan with this number of particles only.
+        Number of particles; by default the plan chooses it.
     cores : int, optional
         Number of cores; by default all of this machine.
     hours : float, optional
@@ -280,19 +292,21 @@ def plan(
     seed : int
         Seed of the runs and of the pilots.
     pilot_seconds : float
-        CPU time that each of two pilots may take.
+        CPU time that each of two pilots may take [s].
     progress : callable, optional
         Called with the finished fraction of the pilot, and a sentence.
 
     Returns
     -------
     RunPlan
+        The plan; ``plan.run()`` runs it.
 
     Raises
     ------
     InputError
-        If the target cannot be planned for: phases that coexist, no equilibrium within pilot or hours,
-        no size whose bias is small enough, more CPU time than available. The message says what is possible.
+        If the target cannot be reached: phases coexist, there is no equilibrium within pilot or hours, the
+        bias is too large at every size, or the CPU time is more than available. The message says what is
+        possible.
 
     Examples
     --------

@@ -42,7 +42,7 @@ class Target:
     Raises
     ------
     InputError
-        If the quantity is not known, or the error not from 1e-9 to 1 (relative), or not positive.
+        If the quantity is not known, or the error is not positive. A relative error must be from 1e-9 to 1.
     """
 
     quantity: str
@@ -59,10 +59,14 @@ class Target:
 
     @classmethod
     def parse(cls, text: str) -> Target:
-        """Return the target that a text names, such as ``Z=1e-4``.
+        """Return the target that a ``text`` names, such as ``Z=1e-4``.
 
-        A plain number and one with % are relative, as ``relative_error=`` is everywhere; one with +- is
-        absolute.
+        A plain number or one with % is a relative error, as ``relative_error=``; one with +- is absolute.
+
+        Raises
+        ------
+        InputError
+            If the text does not name a target.
         """
         name, sign, error = (part.strip() for part in str(text).partition("="))
         if not sign or name not in QUANTITIES:

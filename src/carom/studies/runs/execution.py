@@ -27,11 +27,11 @@ class RunResult:
     Attributes
     ----------
     folder : Path
-        Where its files are.
+        Folder with the files of the run.
     summary : dict
-        What ``summary.json`` holds.
+        Contents of ``summary.json``.
     new : bool
-        Whether the run was not finished before.
+        Whether the run was finished just now, and not before.
     """
 
     folder: Path
@@ -81,6 +81,7 @@ def run(
     Returns
     -------
     RunResult
+        The folder and the summary.
 
     Raises
     ------
@@ -124,33 +125,33 @@ def resume(
     workers : int or "auto"
         Threads; their number may differ from before.
     trust_code : bool
-        Whether the Python file of a range rule may run: as ``Plan.trusted()`` lets it.
+        Whether the Python file of a range rule may run, as after ``Plan.trusted()``.
 
     Returns
     -------
     RunResult
-        With ``new=False`` if the run was finished already.
+        It has ``new=False`` if the run was finished already.
 
     Raises
     ------
     InputError
-        If the scene has a range rule of a file whose code may not run, or which was edited.
+        If the scene has a range rule from a file that may not run, or that was edited.
     FileError
-        If the folder holds no run, another process is running in it, or its checkpoint is damaged or of
-        another version of Carom; if its scene file was edited; if a file that the run wrote is damaged and
-        cannot be made anew. Nothing in the folder was changed then.
+        If the folder holds no run, or another process is running in it. If its checkpoint is damaged or of
+        another version of Carom, or its scene file was edited. If a file that the run wrote is damaged and
+        cannot be restored. Nothing in the folder was changed then.
     Interrupted
         As in :func:`run`.
 
     Warns
     -----
     CaromWarning
-        If a trajectory is damaged or missing, and was made anew from another.
+        If a trajectory is damaged or missing, and was restored from another.
 
     Notes
     -----
-    Everything is verified before any file is changed: the checkpoint, and, by the checksums in it, the frames
-    and events that were written before it.
+    Everything is verified before any file is changed: the checkpoint, and, by its checksums, the frames and
+    events that were written before it.
     """
     folder = existing_run(Path(out))
     if folder.summary.is_file():
