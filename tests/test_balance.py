@@ -20,8 +20,9 @@ from carom.simulation.preparation import contents_of
 
 
 def cooling_rods():
-    """Two rods on a ring that lose half of their speed in every contact, until it is 2^-12 of the first. Their
-    common velocity is no heat, however many epochs pass.
+    """Two rods on a ring that lose half of their speed in every contact, until it is 2^-12 of the first.
+
+    Their common velocity is no heat, however many epochs pass.
     """
     length, e, u, common = 5.0, 0.5, 2.0, 0.25
     velocities = [[common + u / 2], [common - u / 2]]

@@ -301,7 +301,7 @@ class Simulation:
     @property
     @looks
     def spared_contacts(self) -> int:
-        """Contacts that were elastic because they were slow (``elastic_below``) or soon (``contact_time``)."""
+        """Contacts that were elastic for they were slow (``elastic_below``) or soon (``contact_time``)."""
         spared = getattr(self.machine.engine.model.impact, "spared", None)
         return 0 if spared is None else int(spared[0])
 
