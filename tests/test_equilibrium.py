@@ -49,7 +49,7 @@ def test_a_trend_of_six_errors_is_seen():
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_decay_at_the_start_is_seen(way):
-    # It bends the line of a trend, and correlates the rest about it: the trend alone is seen in one of 25.
+    # It bends the line of a trend, and correlates the rest about it: a trend is seen in none of these.
     rng = np.random.default_rng(4)
     decay = 6.0 * way * np.exp(-np.arange(256) / 64.0)
     runs = [series(rng, 0.6, 256) + decay for _ in range(100)]

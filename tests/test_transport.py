@@ -43,6 +43,24 @@ def test_enskog_is_that_of_the_literature():
     )
 
 
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_enskog_is_given_in_the_units_of_diameter_mass_and_temperature(d):
+    one = theory.enskog(3.0, 0.2, d)
+    found = theory.enskog(3.0, 0.2, d, diameter=2.0, mass=4.0, kT=9.0)
+    speed = math.sqrt(9.0 / 4.0)
+    assert found.self_diffusion == pytest.approx(one.self_diffusion * 2.0 * speed)
+    for name in ("shear_viscosity", "bulk_viscosity"):
+        assert getattr(found, name) == pytest.approx(getattr(one, name) * 4.0 * speed / 2.0 ** (d - 1))
+    assert found.thermal_conductivity == pytest.approx(one.thermal_conductivity * speed / 2.0 ** (d - 1))
+
+
+def test_the_fit_of_erpenbeck_and_wood_has_its_published_digits():
+    # Phys. Rev. A 43, 4254 (1991): 1 + 0.05403 v + 6.3656 v^2 - 10.9425 v^3, v = n sigma^3 / sqrt 2.
+    for v, right in ((0.1, 1.0581165), (0.5, 1.2506025), (0.625, 0.8488225)):
+        eta = v * math.sqrt(2.0) * math.pi / 6.0
+        assert theory.erpenbeck_wood(eta) == pytest.approx(right, abs=1e-7)
+
+
 @pytest.mark.parametrize(
     ("diameters", "counts", "dimension", "scene", "title"),
     [
