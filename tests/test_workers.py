@@ -93,9 +93,9 @@ def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp
     half = carom.Scene.fcc(cells=(12, 12, 6), packing_fraction=0.3)
     box = np.ldexp(np.rint(np.ldexp(half.box, 20)), -20)
     x = np.ldexp(np.rint(np.ldexp(half.positions, 20)), -20)
-    v = np.random.default_rng(3).standard_normal(x.shape)
+    up, v = np.array([0.0, 0.0, box[2]]), np.random.default_rng(3).standard_normal(x.shape)
     twice = carom.Scene(
-        np.concatenate([x, x + [0.0, 0.0, box[2]]]), box * [1.0, 1.0, 2.0], velocities=np.concatenate([v, v])
+        np.concatenate([x, x + up]), box * np.array([1.0, 1.0, 2.0]), velocities=np.concatenate([v, v])
     )
     logs, frames = [], []
     for workers in (1, 2):
