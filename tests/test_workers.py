@@ -64,6 +64,24 @@ def test_one_bit_in_the_zone_is_seen(what):
     assert not team._agree(0)
 
 
+@pytest.mark.parametrize("what", ["members", "face", "place", "turn"])
+def test_another_place_in_the_sectors_of_the_zone_is_seen(what):
+    sim = carom.Simulation(fluid(), seed=3, workers=2)
+    sim.run(time=0.2)
+    team = sim.machine.team
+    mine, flags = team._parts[0].share, team._partition.flags[0]
+    assert team._agree(0)
+    if what == "members":
+        members = mine.neighbors.members
+        cell = next(c for c in range(len(flags)) if flags[c] == ZONE and members[c, -1] > 1)
+        members[cell, :2] = members[cell, 1::-1].copy()
+    else:
+        seen = next(i for i in range(len(mine.here)) if flags[home(mine.neighbors, np.uint64(i))] == ZONE)
+        array = getattr(mine.neighbors, what)
+        array[seen if array.ndim == 1 else (seen, 0)] ^= 1
+    assert not team._agree(0)
+
+
 def test_a_run_saved_by_some_workers_is_resumed_by_others(tmp_path):
     alone = carom.Simulation(fluid(), seed=3)
     alone.run(collisions_per_particle=2.0)
