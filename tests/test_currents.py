@@ -134,10 +134,14 @@ def test_mean_squares_of_a_random_walk_are_known():
     steps = rng.standard_normal((2, count, d, d))
     stress = np.cumsum(0.5 * (steps + np.swapaxes(steps, 2, 3)), axis=1)
     heat = np.cumsum(rng.standard_normal((2, count, d)), axis=1)
-    found = mean_squares(HelfandMoments(0.5, stress, heat, np.zeros((0, count, d))), [1, 4], 0.0)
+    displacement = np.cumsum(rng.standard_normal((1, count, d)), axis=1)
+    found = mean_squares(HelfandMoments(0.5, stress, heat, displacement), [1, 4], 0.0)
     # Off the diagonal a step has the variance 1/2; in every direction, as the tensor is isotropic.
     six_sigma = 6.0 * math.sqrt(2.0 * 4 / count)
     for k, lag in enumerate((1, 4)):
         assert found.shear[:, k] == pytest.approx([0.5 * lag, 0.0, 0.5 * lag], abs=lag * six_sigma)
         assert found.heat[:, k] == pytest.approx([lag, 0.0, lag], abs=lag * six_sigma)
         assert found.times[k] == 0.5 * lag
+        # Of one component: heat is the sum of two parts, and independent of the displacement.
+        expected = np.diag([2.0, 1.0]) * lag
+        assert found.fluxes[:, :, k] == pytest.approx(expected, abs=2.0 * lag * six_sigma)

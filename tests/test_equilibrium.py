@@ -11,9 +11,9 @@ from scipy.stats import binom
 
 import carom
 from carom.errors import CaromWarning
-from carom.observables.drift import LEVEL
+from carom.observables.drift import LEVEL, relaxation
 from carom.observables.equilibrium import doubts, doubts_about, equipartition
-from carom.observables.statistics import Estimate, blocking
+from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
 from carom.simulation.equipartition import Thermometer
 
 
@@ -44,6 +44,27 @@ def test_a_trend_of_six_errors_is_seen():
         x = rng.standard_normal(256) + 6.0 * math.sqrt(3.0) / 16.0 * np.linspace(1.0, -1.0, 256)
         seen += bool(doubts("Z", blocking(x), x))
     assert seen > 80
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_decay_at_the_start_is_seen(way):
+    # It bends the line of a trend, and correlates the rest about it: a trend is seen in none of these.
+    rng = np.random.default_rng(4)
+    decay = 6.0 * way * np.exp(-np.arange(256) / 64.0)
+    runs = [series(rng, 0.6, 256) + decay for _ in range(100)]
+    said = [doubts("the pressure", blocking(x), x) for x in runs]
+    assert sum(bool(sentences) for sentences in said) > 60
+    assert any("its first quarter is" in text for sentences in said for text in sentences)
+    # Of nearly all others blocking has said that the error bar is a guess.
+    silent = [x for sentences, x in zip(said, runs, strict=True) if not sentences]
+    assert sum(blocking(x).n_eff >= FEW_SAMPLES for x in silent) < 5
+
+
+def test_what_does_not_change_relaxes_not():
+    assert relaxation([3.7] * 64) == 0.0
+    assert relaxation(0.1 + 1e-18 * np.arange(64)) == 0.0
+    assert relaxation([1.0, 2.0] * 15) == 0.0  # too few to say
 
 
 def test_slow_changes_are_no_error_bar():

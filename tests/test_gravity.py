@@ -120,6 +120,24 @@ def test_work_is_accounted(tmp_path):
     assert math.isclose(work, change, rel_tol=1e-10)
 
 
+def test_contacts_are_spared_by_the_time_since_the_last_one_in_every_epoch(tmp_path):
+    from carom.io.events import read_events
+
+    scene = bed(contact_time=0.02)
+    with simulation(scene, tmp_path) as sim:
+        sim.run(time=6.0 * sim.epoch_length)
+        length, found = sim.epoch_length, sim.spared_contacts
+    log = read_events(tmp_path / "log.h5")
+    last = np.full(scene.n, -math.inf)
+    expected = 0
+    for time, i, j in zip(log.epoch * length + log.time, log.i, log.j, strict=True):
+        if j < scene.n:
+            expected += time - max(last[i], last[j]) < 0.02
+            last[i] = last[j] = time
+    assert log.epoch[-1] == 5
+    assert found == expected > 0
+
+
 def test_a_checkpoint_in_flight_changes_no_bit(tmp_path):
     scene = bed(0.8, n=12)
     (tmp_path / "whole").mkdir()

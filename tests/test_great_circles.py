@@ -11,6 +11,7 @@ import carom
 from carom.errors import InputError, OverlapError
 from carom.models.great_circles import GreatCircles, cosine_and_sine
 from carom.reference import great_circles as oracle
+from carom.scene.temperature import temperature
 from carom.simulation.replay import Replay
 
 EPS = float(np.finfo(float).eps)
@@ -80,6 +81,15 @@ def test_energy_and_angular_momentum_are_kept_and_nobody_leaves_the_sphere():
     assert sim.statistics.worst_overlap < 1e-12
 
 
+def test_caps_have_a_degree_of_freedom_for_every_direction_on_the_sphere_and_no_fewer():
+    # Collisions keep no momentum on a sphere: a single cap has (d - 1) kT = m v^2.
+    for k in (2, 3, 4):
+        place, speed = np.full((1, k), 4.0), np.zeros((1, k))
+        place[0, 0], speed[0, 1] = 5.0, 3.0
+        scene = carom.Scene(place, box=(8.0,) * k, diameter=0.2, mass=2.0, motion=GreatCircles())
+        assert temperature(scene, speed) == pytest.approx(2.0 * 9.0 / (k - 1), rel=EPS)
+
+
 def test_two_points_on_one_great_circle_swap_their_speeds():
     scene = carom.Scene(
         [[5.0, 4.0, 4.0], [4.0, 5.0, 4.0]],
@@ -135,6 +145,18 @@ def test_growth_is_resumed_bit_for_bit(tmp_path):
     assert (again.frame().positions == sim.frame().positions).all()
     assert (again.diameters == sim.diameters).all()
     assert sim.packing_fraction == pytest.approx(8 * 0.5 * (1 - math.sqrt(1 - 0.25 * sim.diameters[0] ** 2)))
+
+
+def test_caps_at_rest_grow_until_they_touch():
+    # Two a quarter of a great circle apart, and one far from both that moves.
+    places = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-math.sqrt(0.5), -math.sqrt(0.5), 0.0]]
+    speeds = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.01]]
+    scene = carom.Scene(
+        4.0 + np.array(places), box=(8.0,) * 3, diameter=0.4, velocities=speeds, motion=GreatCircles()
+    )
+    sim = carom.Simulation(scene, growth=0.25)
+    sim.run(collisions=1)
+    assert sim.time == pytest.approx((math.sqrt(2.0) - 0.4) / 0.25, rel=16 * EPS)
 
 
 def test_the_motion_keeps_the_papers_conditions():

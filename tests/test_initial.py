@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from carom import densities
 from carom.errors import InputError
-from carom.scene import placement
+from carom.scene import lattices, placement
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
@@ -66,6 +66,17 @@ def test_every_lattice_can_be_closest_packed_and_no_closer(name):
     assert build(packing_fraction=limit).n == n
     with pytest.raises(InputError, match=f"{limit:.6f}"):
         build(packing_fraction=limit * (1 + 1e-9))
+
+
+@pytest.mark.parametrize(("packing_fraction", "moved"), [(0.45, True), (0.3, True), (0.2, False)])
+def test_a_lattice_between_walls_keeps_half_a_diameter_from_them(packing_fraction, moved):
+    # The outermost layers of fcc are a fourth of a cell from the faces of the box: 0.42, 0.48 and 0.55.
+    scene = Scene.fcc(3, packing_fraction=packing_fraction)
+    found = lattices.between_walls(scene.positions, scene.box, (True, True, False), 1.0)
+    np.testing.assert_array_equal(found[:, :2], scene.positions[:, :2])
+    assert bool((found != scene.positions).any()) is moved
+    assert found[:, 2].min() >= 0.5 * (1 - 4 * EPS)
+    assert found[:, 2].max() <= scene.box[2] - 0.5 * (1 - 16 * EPS)
 
 
 @pytest.mark.parametrize("scale", [2.0**-40, 1.0, 2.0**13])

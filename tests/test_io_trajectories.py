@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import carom.io
-from carom.bridges.embedding import momenta
+from carom.bridges.embedding import edges, momenta, periodic
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 
@@ -261,6 +261,13 @@ def test_wrong_modes_and_keeps_are_input_errors(tmp_path):
     with pytest.raises(InputError, match=r"\.pdb.*\.h5md"):
         carom.io.open(tmp_path / "a.pdb", "w")
     assert len(carom.io.read(path, ":")) == 4
+
+
+def test_axes_that_a_frame_lacks_are_as_long_as_its_longest_and_not_periodic():
+    assert edges((2.0, 5.0)) == (2.0, 5.0, 5.0)
+    assert edges((3.0,)) == (3.0, 3.0, 3.0)
+    assert periodic((True,)) == (True, False, False)
+    assert edges((1.0, 2.0, 3.0, 4.0)) == (1.0, 2.0, 3.0, 4.0)
 
 
 # ------------------------------------------------------------------------------------------------ bad frames

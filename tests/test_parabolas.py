@@ -209,6 +209,20 @@ def test_a_thermal_wall_draws_from_a_gas_of_its_temperature():
     assert list(wall.drawn) == [1334 * 5, 1333 * 5, 1333 * 5, 0]
 
 
+def test_a_thermal_wall_prefers_no_direction_and_no_draw_is_used_twice():
+    wall = Thermal(Plane((0.0, 0.0, 1.0), 0.0), kT=1.0, seed=5).live(particles(3))
+    count = 6000
+    v = np.empty((count, 3))
+    for k in range(count):
+        v[k] = (0.1, 0.2, -1.0)
+        recoil(wall, Falling((0.0, 0.0, 0.0), 0.0), k % 3, 1.0, np.zeros(3), v[k], np.eye(3)[2], 0.0, 0.0)
+    # By reflection x y^2 is nothing on average, for any two axes along the wall; its variance is 3. Numbers
+    # that share a draw have 0.28. Along the normal the mean square is 2: x z^2 has the variance 8.
+    for a, b, variance in ((0, 1, 3.0), (1, 0, 3.0), (0, 2, 8.0), (1, 2, 8.0)):
+        assert abs((v[:, a] * v[:, b] ** 2).mean()) < 6.0 * math.sqrt(variance / count)
+    assert abs((v[:, 0] * v[:, 1]).mean()) < 6.0 / math.sqrt(count)
+
+
 def test_draws_are_uniform_and_of_their_own():
     draws = np.array([uniform(7, i, k) for i in range(40) for k in range(250)])
     counts = np.histogram(draws, 20, (0.0, 1.0))[0]

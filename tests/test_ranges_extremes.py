@@ -48,6 +48,10 @@ def starts(unit, event):
             unit.velocity[axis] = draw(unit) - 0.5
 
 
+def remembers(unit, event):
+    unit.memory[0 if event.cause == ENTERED else 1] = event.time
+
+
 def answers(unit, event):
     return 1.0
 
@@ -141,6 +145,19 @@ def test_units_at_their_limits_are_counted_right_and_runaways_end_in_a_sentence(
         timeout=500,
     )
     assert done.returncode == 0, done.stderr
+
+
+def rounds():
+    """One flies round the box and crosses the circle of one at rest: 2.2 after each round of 10, for 1.6."""
+    flights = {"positions": [[5.0, 5.0], [2.0, 5.6]], "velocities": [[0.0, 0.0], [1.0, 0.0]]}
+    sim = carom.Simulation(scene(remembers, [1.0], [1e-12], n=2, memory=(0.0, 0.0), **flights))
+    sim.run(time=475.0)
+    assert sim.epoch_length < 40.0
+    assert sim.units.memory[0] == pytest.approx([472.2, 473.8], rel=1e-12)
+
+
+def test_a_rule_is_told_the_time_since_the_start_in_every_epoch():
+    plain_python("-W", "ignore", "-c", "import test_ranges_extremes as t; t.rounds()")
 
 
 def zeno():

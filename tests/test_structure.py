@@ -31,6 +31,27 @@ def test_an_ideal_profile_is_counted_by_hand():
     assert [e.mean for e in found.density] == [0.25, 0.0, 0.5, 0.0]
 
 
+def test_the_profile_of_a_species_counts_that_species_alone():
+    positions = np.array([[0.5, 0.5], [2.5, 1.0], [2.75, 3.0], [1.5, 2.0]])
+    frame = Frame(
+        time=0.0,
+        step=0,
+        positions=positions,
+        velocities=np.zeros((4, 2)),
+        box=(4.0, 4.0),
+        diameters=np.full(4, 0.25),
+        masses=np.ones(4),
+        images=None,
+        species=np.array([0, 1, 0, 2]),
+    )
+    expected = {0: [0.25, 0.0, 0.25, 0.0], 1: [0.0, 0.0, 0.25, 0.0], 2: [0.0, 0.25, 0.0, 0.0]}
+    for species, right in expected.items():
+        profile = DensityProfile(bins=4, species=species)
+        for _ in range(2):
+            profile.update(frame)
+        assert [e.mean for e in profile.result().density] == right
+
+
 def test_an_axis_that_is_none_is_refused():
     frame = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3)).frame()
     with pytest.raises(InputError, match="axis"):

@@ -95,6 +95,17 @@ def test_of_a_few_blocks_the_momentum_stays_as_it_is():
     assert found.mean == ratio(impulses, durations).mean
 
 
+@pytest.mark.parametrize(("n", "groups"), [(64, 64), (160, 64), (20, 20)])
+def test_an_error_bar_knows_what_a_regression_takes_by_chance(n, groups):
+    # A regression on m columns of noise takes m of the n - 1 parts of the scatter of n stretches.
+    rng = np.random.default_rng(6)
+    impulses, changes, durations = 1.0 + rng.normal(size=n), rng.normal(size=(n, 2)), np.ones(n)
+    found, flux = freed(impulses, changes, durations)
+    starts = np.linspace(0, n, groups + 1).astype(int)[:-1]
+    left = ratio(np.add.reduceat(flux, starts), np.add.reduceat(durations, starts))
+    assert found.error**2 == pytest.approx(left.error**2 * (groups - 1) / (groups - 3))
+
+
 CASES = [
     ("slope", False, (SLANTING,)),
     ("post", True, (Post((6.0, 6.0), 2.0),)),

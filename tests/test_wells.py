@@ -509,6 +509,14 @@ def test_a_dilute_gas_has_the_exact_virial_coefficients():
     assert sim.steps.kT > 0.0
 
 
+def test_a_heat_capacity_follows_from_the_variance_of_the_temperature():
+    # var(K) / <K>^2 = (2 / f) (1 - f / 2 C): an ideal gas has none; f = 6 and C = 12 make 1 / 4.
+    assert heat_capacity([2.0, 2.0, 2.0], 6) == 3.0
+    assert heat_capacity([1.0, 3.0], 6) == 12.0
+    assert heat_capacity([0.5, 1.5, 0.5, 1.5], 2) == pytest.approx(4.0 / 3.0)
+    assert heat_capacity([1.0, 3.0], 8) == math.inf
+
+
 @pytest.mark.slow
 def test_the_heat_capacity_of_fluctuations_is_the_slope_of_the_energy():
     def mean_energy(kT):

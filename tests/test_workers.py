@@ -64,6 +64,24 @@ def test_one_bit_in_the_zone_is_seen(what):
     assert not team._agree(0)
 
 
+@pytest.mark.parametrize("what", ["members", "face", "place", "turn"])
+def test_another_place_in_the_sectors_of_the_zone_is_seen(what):
+    sim = carom.Simulation(fluid(), seed=3, workers=2)
+    sim.run(time=0.2)
+    team = sim.machine.team
+    mine, flags = team._parts[0].share, team._partition.flags[0]
+    assert team._agree(0)
+    if what == "members":
+        members = mine.neighbors.members
+        cell = next(c for c in range(len(flags)) if flags[c] == ZONE and members[c, -1] > 1)
+        members[cell, :2] = members[cell, 1::-1].copy()
+    else:
+        seen = next(i for i in range(len(mine.here)) if flags[home(mine.neighbors, np.uint64(i))] == ZONE)
+        array = getattr(mine.neighbors, what)
+        array[seen if array.ndim == 1 else (seen, 0)] ^= 1
+    assert not team._agree(0)
+
+
 def test_a_run_saved_by_some_workers_is_resumed_by_others(tmp_path):
     alone = carom.Simulation(fluid(), seed=3)
     alone.run(collisions_per_particle=2.0)
@@ -85,6 +103,34 @@ def test_the_event_log_of_several_workers_is_that_of_one(tmp_path):
 
     for one, other in zip(logged("one.h5"), logged("three.h5", workers=3), strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp_path):
+    # The same half twice, with coordinates of few bits: all happens in both at the same times, at first. Two
+    # parts of a cube are its halves along the last axis.
+    half = carom.Scene.fcc(cells=(12, 12, 6), packing_fraction=0.3)
+    box = np.ldexp(np.rint(np.ldexp(half.box, 20)), -20)
+    x = np.ldexp(np.rint(np.ldexp(half.positions, 20)), -20)
+    up, v = np.array([0.0, 0.0, box[2]]), np.random.default_rng(3).standard_normal(x.shape)
+    twice = carom.Scene(
+        np.concatenate([x, x + up]), box * np.array([1.0, 1.0, 2.0]), velocities=np.concatenate([v, v])
+    )
+    logs, frames = [], []
+    for workers in (1, 2):
+        with carom.Simulation(twice, event_log=tmp_path / f"{workers}.h5", workers=workers) as sim:
+            sim.run(collisions_per_particle=1.0)
+            frames.append(sim.frame())
+            assert workers == 1 or sim.machine.team.shares.windows > 0
+        log = read_events(tmp_path / f"{workers}.h5")
+        equal = np.flatnonzero(np.diff(log.time) == 0.0)
+        assert len(equal) > 500
+        # By the lower component; but for the few that the calendar knows by the name of the other.
+        assert np.mean(log.i[equal] < log.i[equal + 1]) > 0.95
+        order = np.lexsort((log.i, log.time, log.epoch))
+        logs.append([field[order] for field in log])
+    for one, other in zip(*logs, strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(frames[0].positions, frames[1].positions)
 
 
 def test_ctrl_c_leaves_a_true_state(monkeypatch):

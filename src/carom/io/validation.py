@@ -12,6 +12,8 @@ from carom.scene.lattices import MOST_DIMENSIONS
 from carom.scene.species import MOST_SPECIES
 
 _REALS = ("positions", "velocities", "box", "diameters", "masses", "time")
+_WORDS = {"box": "edges of the box"}
+"""How messages call a field, where not by its name."""
 _INTEGERS = np.iinfo(np.int64)
 _IMAGES = np.iinfo(np.int32)
 
@@ -81,11 +83,12 @@ def _shape(frame: Frame) -> str | None:
 def _values(frame: Frame) -> str | None:
     for name in _REALS:
         if not finite(getattr(frame, name)):
-            return f"{name} hold NaN or infinite values"
+            return f"{_WORDS.get(name, name)} hold NaN or infinite values"
     lowest = {"box": min(frame.box), "masses": frame.masses.min(), "diameters": frame.diameters.min()}
     for name, low in lowest.items():
         if low < 0.0 or (low == 0.0 and name != "diameters"):
-            return f"{name} hold {low:g}; expected {'0 or more' if name == 'diameters' else 'more than 0'}"
+            expected = "0 or more" if name == "diameters" else "more than 0"
+            return f"{_WORDS.get(name, name)} hold {low:g}; expected {expected}"
     if not isinstance(frame.step, numbers.Integral) or not 0 <= frame.step <= _INTEGERS.max:
         return f"step is {frame.step}; expected an integer from 0 to {_INTEGERS.max}"
     if frame.images is not None and not whole(frame.images, _IMAGES.min, _IMAGES.max):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from carom.errors import CaromWarning
-from carom.observables.drift import LEVEL, PARTS, drift
+from carom.observables.drift import LEVEL, PARTS, drift, relaxation
 from carom.observables.quantiles import normal_above, student_above
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
 
@@ -54,9 +54,11 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
 
     Notes
     -----
-    Two things are looked for. A trend: :func:`carom.observables.drift.drift` of up to 16 parts, each of at
-    least 8 independent samples, at the level of 1e-3. And less than 8 independent samples in at least twice
-    as many blocks: then the number changes as slowly as a relaxation does. Below 4 ``blocking`` has warned.
+    Three things are looked for. A trend: :func:`carom.observables.drift.drift` of up to 16 parts, each of at
+    least 8 independent samples, at the level of 1e-3. Where there is none, a decay at the start:
+    :func:`carom.observables.drift.relaxation`, at the same level. And less than 8 independent samples in at
+    least twice as many blocks: then the number changes as slowly as a relaxation does. Below 4 ``blocking``
+    has warned.
     """
     said = []
     trend = drift(values, _parts(np.asarray(values, dtype=np.float64))) if found.error > 0.0 else 0.0
@@ -65,6 +67,12 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
             f"{name[:1].upper()}{name[1:]} drifts: its trend is {abs(trend):.1f} standard errors, and one "
             f"run of {1.0 / LEVEL:.0f} in equilibrium has {_beyond(LEVEL):.1f}. Equilibrate longer, then "
             "measure again."
+        )
+    elif abs(decay := relaxation(values)) > _beyond(LEVEL):
+        said.append(
+            f"{name[:1].upper()}{name[1:]} relaxes: its first quarter is {abs(decay):.1f} standard errors "
+            f"from its second half, and one run of {1.0 / LEVEL:.0f} in equilibrium has "
+            f"{_beyond(LEVEL):.1f}. Equilibrate longer, then measure again."
         )
     if FEW_SAMPLES <= found.n_eff < FEW <= 0.5 * len(values):
         said.append(
