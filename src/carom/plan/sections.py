@@ -361,7 +361,7 @@ class RunSpec:
     max_walltime : float
         Seconds, of all sessions, after which ``relative_error`` is given up.
     frames : int
-        How many frames to sample; left out, 100, or fewer that keep all files within 200 MB.
+        How many frames to sample; left out, 100, or fewer that keep all files within 200 MB, or none.
     checkpoint_every : float
         Seconds between checkpoints.
     neighbors : str
