@@ -7,7 +7,7 @@ python tests/benchmarks/around.py --snapshot                 # CPU seconds of a 
 
 Each size has a process of its own, as on the command line; the kernels are compiled before. In a longer run
 the engine takes longer, and there are more checkpoints: one in ten seconds, or fewer if they take more than a
-tenth of the time. All else, the frames too, is as much whatever the length. So --scaled multiplies the time of
+tenth of the time. All else, frames too, is as much whatever the length. So --scaled multiplies the time of
 the engine, and adds as many checkpoints as there are in that time.
 """
 
@@ -125,7 +125,8 @@ def compare(given, n):
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
         whole = time.perf_counter() - began
         size = sum(path.stat().st_size for path in where.iterdir()) / 1e6
-        frames = json.loads((where / "summary.json").read_text())["frames"]
+        summary = json.loads((where / "summary.json").read_text())
+        frames = summary["frames"] if summary["trajectories"] else 0
     seconds, checkpoints = json.loads(done.stdout)
     if not given.cpu:  # the start of Python, which no clock in it sees, and its end
         seconds["imports"] += whole - sum(seconds.values())
