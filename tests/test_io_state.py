@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from carom.errors import FileError, InputError
-from carom.io import checkpoint
+from carom.io import checkpoint, packed
 from carom.io.events import EventLog, Events, read_events, read_initial
 
 FIXTURE = settings(
@@ -145,8 +145,8 @@ def test_truncated_foreign_newer_missing_and_folder_are_file_errors(tmp_path):
     path.write_bytes(content + b"x")
     with pytest.raises(FileError, match="has grown"):
         checkpoint.load(path)
-    path.write_bytes(content.replace(b"carom-checkpoint 1 ", b"carom-checkpoint 2 ", 1))
-    with pytest.raises(FileError, match="version 2"):
+    path.write_bytes(content.replace(b"carom-checkpoint 1 ", b"carom-checkpoint 3 ", 1))
+    with pytest.raises(FileError, match="version 3"):
         checkpoint.load(path)
     path.write_text("hello")
     with pytest.raises(FileError, match="no checkpoint of Carom"):
@@ -159,6 +159,42 @@ def test_truncated_foreign_newer_missing_and_folder_are_file_errors(tmp_path):
         checkpoint.save(tmp_path, {}, {})
     with pytest.raises(FileError, match="does not exist"):
         checkpoint.save(tmp_path / "no" / "c", {}, {})
+
+
+@pytest.mark.parametrize("kind", ["i4", "u2", "i8", "?", "f8", ">i4"])
+@pytest.mark.parametrize("shape", [(), (0,), (1,), (3000,), (40, 0, 3), (7, 11, 13)])
+def test_a_packed_array_comes_back_bit_for_bit(kind, shape):
+    array = (np.random.default_rng(1).normal(size=shape) * 100.0).astype(kind)
+    found = packed.unpack(packed.pack(array), array.dtype, array.shape)
+    assert (found.dtype, found.shape) == (array.dtype, array.shape)
+    assert found.tobytes() == array.tobytes()
+    found[...] = 0  # it can be written to
+
+
+def test_packed_bytes_of_another_array_are_refused_and_none_is_unpacked_for_ever():
+    """A thousand bytes hold a million zeros at most, so that a shape of 10^12 asks for no memory."""
+    zeros = packed.pack(np.zeros(10**6, np.uint8))
+    for shape in ((10**6 - 1,), (10**6 + 1,), (10**12,), (-1,), (), (10**30,)):
+        with pytest.raises(ValueError, match=r"come out|cannot have the shape"):
+            packed.unpack(zeros, np.dtype(np.uint8), shape)
+    for content in (zeros[:-1], b"", b"hello"):
+        with pytest.raises(ValueError, match=r"come out|cannot be unpacked"):
+            packed.unpack(content, np.dtype(np.uint8), (10**6,))
+
+
+def test_what_numbers_take_packed_is_known_from_a_sample():
+    """Of 32 binary digits 20 are random and remain; zeros take nothing; coordinates stay as they are."""
+    dice = np.random.default_rng(1)
+    neighbours = dice.integers(0, 2**20, 300_000, dtype=np.uint32)
+    assert packed.expected(neighbours) == pytest.approx(300_000 * 20 / 8, rel=1e-2)
+    assert len(packed.pack(neighbours)) == pytest.approx(300_000 * 20 / 8, rel=0.05)
+    assert packed.expected(np.zeros((300_000, 3), np.int32)) == 0.0
+    coordinates = dice.uniform(size=(100_000, 3))
+    assert packed.expected(coordinates) == coordinates.nbytes
+    # With an even step only one of the columns would be seen.
+    rows = np.zeros((100_000, 2), np.uint32)
+    rows[:, 1] = dice.integers(0, 2**32, 100_000)
+    assert packed.expected(rows) > 0.5 * rows.nbytes
 
 
 @FIXTURE

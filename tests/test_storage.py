@@ -1,14 +1,18 @@
 """What a run keeps where nobody says how much: as many frames and formats as fit 200 MB."""
 
 import json
+import warnings
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import carom
 from carom import Frame, Scene, Simulation, io, studies
 from carom.plan.plan import OutputSpec, Plan, RunSpec, SceneSpec
 from carom.simulation import checkpoint
-from carom.studies.runs import storage
+from carom.studies.runs import storage, underway
 
 
 def plan(frames=None, trajectory=None):
@@ -29,28 +33,122 @@ def test_the_default_run_leaves_no_text_and_less_than_20_megabytes():
     assert 100 * scene.n * 3 * storage.BYTES["h5md"] < 20e6
 
 
-@pytest.mark.parametrize(("cells", "frames"), [(3, 100), (6, 100), (14, 100), (29, 28), (63, 1)])
-def test_the_files_of_a_run_of_any_size_take_200_megabytes_or_hold_one_frame(cells, frames):
-    """From 10^2 to 10^6 spheres, with the checkpoint: a million leave no room."""
+def size(scene, formats, frames, state):
+    """Bytes of all files, as the rule counts them."""
+    coordinates = sum(storage.BYTES[form] for form in formats) * 3 * scene.n
+    return state + frames * coordinates + storage.FIXED * scene.n * len(formats) + storage.OTHERS
+
+
+@pytest.mark.parametrize(("cells", "frames"), [(3, 100), (6, 100), (14, 100), (29, 28)])
+def test_the_files_of_a_run_take_200_megabytes(cells, frames):
+    """From 10^2 to 10^5 spheres, with the checkpoint."""
     scene = Scene.fcc(cells, packing_fraction=0.45)
-    state = checkpoint.size(Simulation(scene, seed=1).machine)
+    state = checkpoint.size_of_file(Simulation(scene, seed=1).machine)
     formats, found = amount(plan(), scene, state)
     assert found == frames
-    coordinates = sum(storage.BYTES[form] for form in formats) * 3 * scene.n
+    assert storage.without_trajectory(plan(), scene, formats, state) is None
+    assert size(scene, formats, found, state) <= 200e6
+    assert size(scene, formats, found + 1, state) > 200e6 or found == 100
 
-    def size(count):
-        return storage.GROWTH * state + count * coordinates + storage.FIXED * scene.n * len(formats) + 1e6
 
-    assert size(found) <= 200e6 or found == 1
-    assert size(found + 1) > 200e6 or found == 100
+def kept(scene, state):
+    """The formats of a default run, and why there are none."""
+    formats, frames = amount(plan(), scene, state)
+    assert frames == 1
+    assert amount(plan(1), scene, state) == (("h5md",), 1), "who asks for a frame has it"
+    assert amount(plan(trajectory=("gsd",)), scene, state) == (("gsd",), 1)
+    return formats, storage.without_trajectory(plan(), scene, formats, state)
+
+
+def test_a_million_spheres_leave_no_room_for_a_frame_and_of_two_million_the_checkpoint_is_too_large():
+    """What a state takes is in proportion to N."""
+    scene = Scene.fcc(63, packing_fraction=0.45)
+    sim = Simulation(scene, seed=1)
+    sim.run(time=0.0)
+    state = checkpoint.size_of_file(sim.machine)
+    assert state < 0.8 * checkpoint.size(sim.machine)
+    formats, sentence = kept(scene, state)
+    assert formats == ()
+    assert "with one frame the files of 1000188 particles would take more than 200 MB" in sentence
+    assert size(scene, (), 0, state) <= 200e6 < size(scene, ("h5md",), 1, state)
+    formats, sentence = kept(SimpleNamespace(n=2 * scene.n, dimension=3), 2 * state)
+    assert formats == ()
+    assert f"2000376 particles alone takes about {2 * state / 1e6:.0f} MB, more than" in sentence
+    assert 2 * state > 200e6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "kind", ["spheres", "a crystal", "dilute", "a mixture", "disks", "dilute disks", "a mixture of disks"]
+)
+def test_a_million_of_any_kind_take_200_megabytes(kind, tmp_path):
+    """Written, and in random order: diffusion makes neighbours as random, and checkpoints as large."""
+    m = 10**6
+    scene = {
+        "spheres": lambda: Scene.fcc(63, packing_fraction=0.45),
+        "a crystal": lambda: Scene.fcc(63, packing_fraction=0.6),
+        "dilute": lambda: Scene.fcc(63, packing_fraction=0.1),
+        "a mixture": lambda: Scene.mixture([m // 2] * 2, diameters=[1.0, 0.5], packing_fraction=0.4),
+        "disks": lambda: Scene.random(m, dimension=2, packing_fraction=0.6),
+        "dilute disks": lambda: Scene.random(m, dimension=2, packing_fraction=0.2),
+        "a mixture of disks": lambda: Scene.mixture(
+            [m // 2] * 2, diameters=[1.0, 0.7], dimension=2, packing_fraction=0.5
+        ),
+    }[kind]()
+    order = np.random.default_rng(1).permutation(scene.n)
+    diameter = scene.diameter if scene.equal else scene.diameters[order]
+    mixed = Scene(scene.positions[order], scene.box, diameter=diameter, species=scene.species)
+    sim = Simulation(mixed, seed=1)
+    sim.run(collisions_per_particle=2)
+    state = checkpoint.size_of_file(sim.machine)
+    sim.save(tmp_path / "c")
+    written = (tmp_path / "c").stat().st_size
+    formats, frames = amount(plan(), scene, state)
+    print(kind, scene.n, checkpoint.size(sim.machine) / 1e6, state / 1e6, written / 1e6, formats)
+    assert written <= state
+    # Disks that are dilute leave room for a frame.
+    assert size(scene, formats, frames if formats else 0, written) <= 200e6
+
+
+@pytest.mark.parametrize(
+    ("count", "frames"), [(400_000, 2), (500_000, 3), (600_000, 2), (750_000, 1), (800_000, 0)]
+)
+def test_frames_become_fewer_the_larger_a_system_is(count, frames):
+    scene = SimpleNamespace(n=count, dimension=3)
+    state = 300 * count if count < 420_000 else 182 * count
+    formats, found = amount(plan(), scene, state)
+    assert (len(formats), found) == ((1, frames) if frames else (0, 1))
+    assert size(scene, formats, frames, state) <= 200e6
+
+
+@pytest.mark.parametrize("equal", [True, False])
+def test_a_packed_checkpoint_holds_the_same_bits_and_is_as_small_as_is_thought(equal, tmp_path, monkeypatch):
+    """In random order, as diffusion makes it: numbers of neighbours are then as random as they can be."""
+    scene = Scene.fcc(10, packing_fraction=0.45)
+    order = np.random.default_rng(1).permutation(scene.n)
+    sim = Simulation(Scene(scene.positions[order], scene.box), seed=1)
+    sim.run(time=0.0)
+    state = checkpoint.size(sim.machine)
+    sim.save(tmp_path / "plain")
+    monkeypatch.setattr(io.checkpoint, "LARGE", 0.0)
+    sim.save(tmp_path / "packed")
+    sizes = [(tmp_path / name).stat().st_size for name in ("plain", "packed")]
+    assert sizes[0] == pytest.approx(state, abs=3e4)
+    assert sizes[1] == pytest.approx(checkpoint.size_of_file(sim.machine), rel=0.1, abs=3e4)
+    assert sizes[1] < 0.8 * state
+    (plain, notes), (packed, same) = (io.checkpoint.load(tmp_path / name) for name in ("plain", "packed"))
+    assert notes.keys() == same.keys()
+    assert plain.keys() == packed.keys()
+    for name, array in plain.items():
+        assert (array.dtype, array.shape) == (packed[name].dtype, packed[name].shape)
+        assert array.tobytes() == packed[name].tobytes()
 
 
 def test_disks_take_as_much_as_spheres():
     """Files have three coordinates. So the half of 200 MB that a checkpoint leaves hold 16 frames of 10^5."""
     spheres = Scene.random(100_000, packing_fraction=0.1)
     disks = Scene.random(100_000, packing_fraction=0.1, dimension=2)
-    half = int(100e6 / storage.GROWTH)
-    assert amount(plan(), spheres, half) == amount(plan(), disks, half) == (("h5md",), 16)
+    assert amount(plan(), spheres, 100e6) == amount(plan(), disks, 100e6) == (("h5md",), 16)
 
 
 def test_what_is_asked_for_is_written_whatever_its_size():
@@ -94,9 +192,9 @@ def test_a_run_says_what_it_kept(tmp_path, monkeypatch):
     )
     # Two dozen frames of 108 spheres in one format, beside a checkpoint.
     monkeypatch.setattr(storage, "SMALL", 0.0)
-    state = checkpoint.size(Simulation(small.build_scene(), seed=1).machine)
+    state = checkpoint.size_of_file(Simulation(small.build_scene(), seed=1).machine)
     frames = 24.5 * 108 * 3 * storage.BYTES["h5md"] + storage.FIXED * 108
-    monkeypatch.setattr(storage, "KEPT", frames + storage.GROWTH * state + storage.OTHERS)
+    monkeypatch.setattr(storage, "KEPT", frames + state + storage.OTHERS)
     found = studies.run(small, tmp_path / "run")
     assert found.summary["frames"] == 24
     assert found.summary["trajectories"] == ["trajectory.h5md"]
@@ -105,3 +203,67 @@ def test_a_run_says_what_it_kept(tmp_path, monkeypatch):
     with io.open(tmp_path / "run" / "trajectory.h5md") as reader:
         assert len(reader) == 24
     assert sum(path.stat().st_size for path in (tmp_path / "run").iterdir()) < storage.KEPT
+
+
+def everything_is_large(monkeypatch):
+    """What is done with states of more than 100 MB is done with any."""
+    for module in (io.checkpoint, underway):
+        monkeypatch.setattr(module, "LARGE", 0.0)
+
+
+def test_a_run_with_no_room_for_a_frame_says_so_and_has_all_else(tmp_path, monkeypatch):
+    """Its g(r) is that of the state at the end: what the one frame would have held."""
+    small = Plan(
+        scene=SceneSpec(cells=3, packing_fraction=0.3),
+        run=RunSpec(equilibration=5.0, collisions_per_particle=20.0),
+        output=OutputSpec(pictures=False),
+    )
+    one = studies.run(replace(small, run=replace(small.run, frames=1)), tmp_path / "one")
+    everything_is_large(monkeypatch)
+    sim = Simulation(small.build_scene(), seed=1)
+    sim.run(time=0.0)
+    monkeypatch.setattr(storage, "KEPT", checkpoint.size_of_file(sim.machine) + 3e3 + storage.OTHERS)
+    with pytest.warns(
+        carom.errors.CaromWarning, match="No trajectory: with one frame the files of 108 particles"
+    ):
+        found = studies.run(small, tmp_path / "none")
+    assert found.summary["trajectories"] == []
+    assert "Set frames = 1 for a frame." in found.summary["without_trajectory"]
+    assert one.summary["without_trajectory"] is found.summary["without_rdf"] is None
+    assert sorted(path.name for path in (tmp_path / "none").iterdir() if not path.name.startswith(".")) == [
+        "checkpoint.h5", "rdf.csv", "scene.toml", "summary.json",
+    ]  # fmt: skip
+    assert (tmp_path / "none" / "rdf.csv").read_bytes() == (tmp_path / "one" / "rdf.csv").read_bytes()
+    with io.open(tmp_path / "one" / "trajectory.h5md") as reader:
+        last, now = reader[0], Simulation.load(tmp_path / "none" / "checkpoint.h5").frame()
+    assert np.array_equal(last.positions, now.positions)
+    assert np.array_equal(last.velocities, now.velocities)
+
+
+def test_a_run_without_frames_goes_on_from_a_packed_checkpoint_bit_for_bit(tmp_path, monkeypatch):
+    small = Plan(
+        scene=SceneSpec(cells=3, packing_fraction=0.3),
+        run=RunSpec(equilibration=5.0, collisions_per_particle=200.0, checkpoint_every=1e-3),
+        output=OutputSpec(pictures=False),
+    )
+    everything_is_large(monkeypatch)
+    monkeypatch.setattr(storage, "KEPT", 0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", carom.errors.CaromWarning)
+        whole = studies.run(small, tmp_path / "whole")
+
+        def stop(stage, part):
+            if stage == "Measuring" and part > 0.5:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            studies.run(small, tmp_path / "stopped", progress=stop)
+        assert not (tmp_path / "stopped" / "summary.json").exists()
+        again = studies.resume(tmp_path / "stopped")
+    varies = {"seconds", "collisions_per_second"}
+    assert {k: v for k, v in whole.summary.items() if k not in varies} == {
+        k: v for k, v in again.summary.items() if k not in varies
+    }
+    arrays = [io.checkpoint.load(tmp_path / name / "checkpoint.h5")[0] for name in ("whole", "stopped")]
+    assert arrays[0].keys() == arrays[1].keys()
+    assert all(np.array_equal(arrays[0][name], arrays[1][name]) for name in arrays[0])

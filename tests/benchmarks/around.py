@@ -5,9 +5,10 @@ python tests/benchmarks/around.py --n 100 1000 --collisions-per-particle 10000 -
 python tests/benchmarks/around.py --n 100000 --scaled        # the default length, from 100 collisions each
 python tests/benchmarks/around.py --snapshot                 # CPU seconds of a picture
 
-Each size has a process of its own, as on the command line; the kernels are compiled before. The engine's
-time alone grows with the length of a run: frames and all else are as many whatever the length. So --scaled
-multiplies that.
+Each size has a process of its own, as on the command line; the kernels are compiled before. In a longer run
+the engine takes longer, and there are more checkpoints: one in ten seconds, or fewer if they take more than a
+tenth of the time. All else, frames too, is as much whatever the length. So --scaled multiplies the time of
+the engine, and adds as many checkpoints as there are in that time.
 """
 
 import argparse
@@ -23,7 +24,10 @@ from pathlib import Path
 DEFAULT = 10_000.0
 """Collisions per particle of a run of default settings."""
 
-ENGINE = "engine"
+ENGINE, CHECKPOINTS = "engine", "checkpoints"
+
+EVERY = 10.0
+"""Seconds between two checkpoints."""
 
 
 class Parts:
@@ -31,6 +35,7 @@ class Parts:
 
     def __init__(self, clock):
         self.clock, self.seconds, self.stack = clock, {}, ["imports"]
+        self.calls = {}
         # The clock of the process began with it; the other one began now.
         self.since = 0.0 if clock is time.process_time else clock()
 
@@ -46,6 +51,7 @@ class Parts:
 
         def counted(*arguments, **options):
             outer = self.stack[-1]
+            self.calls[name] = self.calls.get(name, 0) + 1
             self.turn(name)
             try:
                 return function(*arguments, **options)
@@ -65,7 +71,7 @@ def one(arguments, cpu):
     for owner, attribute, name in (
         (underway.Run, "from_the_start", "scene, kernel, looks"),
         (underway.Run, "_write", "frames"),
-        (underway.Run, "_save", "checkpoints"),
+        (underway.Run, "_save", CHECKPOINTS),
         (report, "pressure_of", "error bars"),
         (report, "_distributions", "g(r)"),
         (report, "_draw", "pictures"),
@@ -89,7 +95,7 @@ def one(arguments, cpu):
     with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
         main()
     parts.turn("")
-    print(json.dumps(parts.seconds))
+    print(json.dumps([parts.seconds, parts.calls[CHECKPOINTS]]))
 
 
 def snapshots(n):
@@ -119,12 +125,15 @@ def compare(given, n):
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
         whole = time.perf_counter() - began
         size = sum(path.stat().st_size for path in where.iterdir()) / 1e6
-        frames = json.loads((where / "summary.json").read_text())["frames"]
-    seconds = json.loads(done.stdout)
+        summary = json.loads((where / "summary.json").read_text())
+        frames = summary["frames"] if summary["trajectories"] else 0
+    seconds, checkpoints = json.loads(done.stdout)
     if not given.cpu:  # the start of Python, which no clock in it sees, and its end
         seconds["imports"] += whole - sum(seconds.values())
     if given.scaled:
         seconds[ENGINE] *= DEFAULT / length
+        each = seconds[CHECKPOINTS] / checkpoints
+        seconds[CHECKPOINTS] = each * (4 + seconds[ENGINE] / max(EVERY, 9.0 * each))
     whole = sum(seconds.values())
     kind = "CPU s" if given.cpu else "s"
     length = DEFAULT if given.scaled else length

@@ -101,8 +101,9 @@ def results(result: RunResult, as_json: bool) -> None:
         for note in (result.summary["phase_note"], result.summary["note"]):
             if note:
                 console.print(Text(note))
-        if reason := result.summary["without_rdf"]:
-            console.print(Text(reason))
+        for reason in (result.summary.get("without_trajectory"), result.summary["without_rdf"]):
+            if reason:
+                console.print(Text(reason))
         console.print(Text(f"Results in {result.folder}"))
     except (KeyError, TypeError) as error:
         from carom.errors import FileError

@@ -4,6 +4,8 @@ The first 512 bytes (HDF5's user block, which ``h5dump`` and h5py skip) are a li
 name, its version, the number of bytes that follow and their SHA-256; the digest is checked before anything
 else is read. The rest is HDF5: a data set for each array in the group ``arrays``, and the attributes as one
 JSON text in ``attributes``. The digest detects accidents; it is no signature.
+
+Of a large state what is worth it is packed (``packed``), so that a million spheres take 175 MB and not 240.
 """
 
 from __future__ import annotations
@@ -20,12 +22,16 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io.inspection import opened
+from carom.io.packed import expected, pack, unpack
 from carom.io.paths import existing, reading, replacing, writing
 from carom.version import __version__
 
 _MAGIC = "carom-checkpoint"
-_VERSION = 1
+_VERSION = 2  # the first in which arrays are packed; without such arrays a file is of version 1
 _HEADER = 512  # bytes; the smallest user block that HDF5 allows
+
+LARGE = 100e6
+"""Bytes of all arrays above which they are packed: fewer are written and read faster as they are."""
 
 
 def save(
@@ -53,17 +59,18 @@ def save(
     import h5py
 
     text = _to_json(attributes)
+    large = sum(np.asarray(array).nbytes for array in arrays.values()) > LARGE
     with replacing(Path(path)) as temporary, writing(Path(path)):
         with h5py.File(temporary, "w", userblock_size=_HEADER) as file:
             file["attributes"] = np.frombuffer(text.encode("utf-8"), dtype=np.uint8)
             group = file.create_group("arrays")
             for name, array in arrays.items():
-                _put(group, name, np.asarray(array))
+                _put(group, name, np.asarray(array), large)
         with temporary.open("r+b") as raw:
             raw.seek(_HEADER)
             digest = hashlib.file_digest(raw, "sha256").hexdigest()
             size = raw.tell() - _HEADER
-            line = f"{_MAGIC} {_VERSION} {size} {digest} written by carom {__version__}\n"
+            line = f"{_MAGIC} {2 if large else 1} {size} {digest} written by carom {__version__}\n"
             raw.seek(0)
             raw.write(line.encode("ascii").ljust(_HEADER, b"\0"))
 
@@ -107,18 +114,23 @@ def _verify(path: Path, content: bytes) -> None:
         )
 
 
-def _put(group: Any, name: str, array: np.ndarray) -> None:
+def _put(group: Any, name: str, array: np.ndarray, large: bool) -> None:
     if not isinstance(name, str) or not name or "/" in name or "\0" in name or name == ".":
         raise InputError(f"The array's name is {name!r}; expected a text without '/'.")
     if array.dtype.hasobject:
         raise InputError(
             f"The array '{name}' holds Python objects ({array.dtype}); expected numbers, text or dates."
         )
-    if array.dtype.kind in "biuf" and array.dtype != np.longdouble and array.dtype.isnative:
+    packed = large and expected(array) < array.nbytes
+    plain = array.dtype.kind in "biuf" and array.dtype != np.longdouble and array.dtype.isnative
+    if plain and not packed:
         group.create_dataset(name, data=array)
         return
     # What HDF5 has no type for (dates, str, long double, ...) is kept as bytes beside its dtype and shape.
-    data = group.create_dataset(name, data=np.frombuffer(array.tobytes(), dtype=np.uint8))
+    content = pack(array) if packed else array.tobytes()
+    data = group.create_dataset(name, data=np.frombuffer(content, dtype=np.uint8))
+    if packed:
+        data.attrs["packed"] = "zlib"
     data.attrs["dtype"] = json.dumps(np.lib.format.dtype_to_descr(array.dtype))
     data.attrs["shape"] = np.array(array.shape, dtype=np.int64)
 
@@ -127,7 +139,10 @@ def _get(data: Any) -> np.ndarray:
     if "dtype" not in data.attrs:
         return np.asarray(data[()])
     dtype = np.lib.format.descr_to_dtype(_tuples(json.loads(data.attrs["dtype"])))
-    return np.frombuffer(data[()].tobytes(), dtype=dtype).reshape(tuple(data.attrs["shape"])).copy()
+    shape = tuple(int(length) for length in data.attrs["shape"])
+    if "packed" in data.attrs:
+        return unpack(data[()].tobytes(), dtype, shape)
+    return np.frombuffer(data[()].tobytes(), dtype=dtype).reshape(shape).copy()
 
 
 def _tuples(descr: Any) -> Any:

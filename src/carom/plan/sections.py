@@ -376,7 +376,8 @@ class RunSpec:
     max_walltime : float
         Wall time of all sessions after which the run ends even if ``relative_error`` is not reached [s].
     frames : int
-        Number of frames to sample. When left out 100, or fewer so that all files stay within 200 MB.
+        Number of frames to sample. When left out 100, or as many fewer, or none, as keep all files within
+        200 MB.
     checkpoint_every : float
         Wall time between two checkpoints [s].
     neighbors : str

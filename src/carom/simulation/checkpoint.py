@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 
     from carom.models.obstacles import Obstacle
 
+MORE_ROOM = 1.25
+"""A state may become larger by this factor: lists are given more room where they overflow."""
+
+RESERVE = 1.1
+"""The same where it is packed: what is empty takes nothing, but times and images are all 0 at first."""
+
 
 def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> None:
     """Write a checkpoint; see :meth:`carom.Simulation.save`."""
@@ -55,8 +61,18 @@ def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> 
 
 
 def size(machine: Machine) -> int:
-    """Return how many bytes the arrays of a checkpoint take now."""
+    """Return how many bytes the arrays of a checkpoint take in memory."""
     return sum(array.nbytes for array in _arrays(machine)[0].values())
+
+
+def size_of_file(machine: Machine) -> float:
+    """Return how many bytes a checkpoint of the run takes at most; of a large scene lists must be filled."""
+    from carom.io.checkpoint import LARGE
+    from carom.io.packed import expected
+
+    if (plain := size(machine)) <= LARGE:
+        return MORE_ROOM * plain
+    return RESERVE * sum(expected(array) for array in _arrays(machine)[0].values())
 
 
 def _arrays(machine: Machine) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

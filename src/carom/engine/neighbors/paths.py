@@ -35,7 +35,7 @@ from carom.compiling.registry import approximate, fast, inner
 BLOCK = 128
 """Components looked at side by side."""
 
-PLANES = 4
+PLANES = 2
 """Planes looked at in one go."""
 
 UNITS = 2.0**16

@@ -55,6 +55,8 @@ class Facts:
         Reading of the performance counter when the run began, earlier sessions counted in.
     doubts : tuple of str
         What speaks against the equilibrium of the run, a sentence each.
+    without : str, optional
+        Why there are no trajectories, where the plan asked for none and forbade none.
     """
 
     plan: Plan
@@ -66,12 +68,13 @@ class Facts:
     rate: float
     began: float
     doubts: tuple[str, ...] = ()
+    without: str | None = None
 
 
 def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None]) -> dict[str, Any]:
     """Write g(r), the pictures and the summary, in this order, and return the summary."""
     pressure = pressure_of(facts.sim, facts.blocks)
-    reason = without_rdf(facts.sim.scene, facts.trajectories)
+    reason = without_rdf(facts.sim.scene, bool(facts.trajectories or facts.without))
     distributions = {} if reason else _distributions(facts, report)
     if distributions:
         with replacing(folder.rdf) as temporary:
@@ -103,14 +106,14 @@ def _decides(scene: Scene) -> bool:
     return getattr(scene.interaction, "decides", False)
 
 
-def without_rdf(scene: Scene, trajectories: list[Path]) -> str | None:
-    """Return why a run has no g(r), a sentence; None if it has one."""
+def without_rdf(scene: Scene, frames: bool) -> str | None:
+    """Return why a run, with frames or without, has no g(r), a sentence; None if it has one."""
     if _decides(scene):
         return "No pressure and no g(r): units that decide by rules are in no equilibrium."
     if scene.walls or scene.obstacles:
         what = "walls" if scene.walls else "obstacles"
         return f"No g(r): with {what} the fluid is not the same everywhere, and g depends on more than r."
-    if not trajectories:
+    if not frames:
         return "No g(r): it comes from the frames of a trajectory, and none was asked for."
     species = np.zeros(scene.n, dtype=np.int64) if scene.equal else species_of(scene)
     if species is None:
@@ -123,6 +126,11 @@ def without_rdf(scene: Scene, trajectories: list[Path]) -> str | None:
 
 def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[str, RadialDistribution]:
     """Return g(r), named "", or that of each pair of species of a mixture."""
+    scene, sim = facts.sim.scene, facts.sim
+    if facts.without:
+        # The state at the end is the frame that there would be.
+        report("Computing g(r)", 0.0)
+        return {"": rdf([sim.frame()])} if scene.equal else partial_rdf(scene, lambda: iter([sim.frame()]))
     # From the file rather than on the way: a resumed run then sees every frame as well. Text is slow to read.
     source = next((path for path in facts.trajectories if path.suffix == ".h5md"), facts.trajectories[0])
     with io.open(source) as reader:
@@ -133,7 +141,6 @@ def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[s
                 report("Computing g(r)", k / len(reader))
                 yield frame
 
-        scene = facts.sim.scene
         return {"": rdf(frames())} if scene.equal else partial_rdf(scene, frames)
 
 
@@ -192,6 +199,7 @@ def _summary(
         "time": math.fsum(block.duration for block in facts.blocks),
         "frames": facts.frames,
         "trajectories": [path.name for path in facts.trajectories],
+        "without_trajectory": facts.without,
         "relative_error": plan.run.relative_error,
         "compressibility_factor": measured("compressibility_factor"),
         "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),

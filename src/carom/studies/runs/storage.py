@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 
 from carom.errors import CaromWarning, InputError
@@ -13,9 +14,6 @@ KEPT = 200e6
 
 OTHERS = 1e6
 """Bytes of tables and pictures, which are as large whatever the scene."""
-
-GROWTH = 1.25
-"""A checkpoint may become larger by this factor: lists are given more room where they overflow."""
 
 FRAMES = 100
 """Frames of a run at most, unless its plan asks for more."""
@@ -39,7 +37,7 @@ LARGEST_EXTENDED = 3
 """Dimensions that formats other than H5MD can hold."""
 
 
-def amount(plan: Plan, scene: Scene, checkpoint: int) -> tuple[tuple[str, ...], int]:
+def amount(plan: Plan, scene: Scene, checkpoint: float) -> tuple[tuple[str, ...], int]:
     """Return the formats of a run's trajectories and its number of frames.
 
     Parameters
@@ -48,17 +46,40 @@ def amount(plan: Plan, scene: Scene, checkpoint: int) -> tuple[tuple[str, ...], 
         What it says about ``[output] trajectory`` and ``[run] frames`` holds, whatever the size.
     scene : Scene
         Its n and d say how large a frame is.
-    checkpoint : int
-        Bytes of a checkpoint before the run. What it leaves of ``KEPT`` is for frames, and for one at least.
+    checkpoint : float
+        Bytes of a checkpoint. What it leaves of ``KEPT`` is for frames. If that is less than one, and the
+        plan says neither which formats nor how many frames, there are no trajectories.
     """
     formats, frames = plan.output.trajectory, plan.run.frames
+    left_open = formats is None and frames is None
     if formats is None:
         fits = (frames or FRAMES) <= _most(scene, FORMATS, SMALL)
         formats = FORMATS if fits else FORMATS[:1]
     if frames is None:
-        room = KEPT - OTHERS - GROWTH * checkpoint - FIXED * scene.n * len(formats)
-        frames = max(min(FRAMES, _most(scene, formats, room)), 1)
+        room = KEPT - OTHERS - checkpoint - FIXED * scene.n * len(formats)
+        frames = min(FRAMES, _most(scene, formats, room))
+        if frames < 1:
+            formats, frames = () if left_open else formats, 1
     return formats, frames
+
+
+def without_trajectory(plan: Plan, scene: Scene, formats: tuple[str, ...], checkpoint: float) -> str | None:
+    """Return why a run whose plan leaves it open has no trajectories, a sentence; None if it has some.
+
+    Parameters
+    ----------
+    formats : tuple of str
+        Of the trajectories.
+    checkpoint : float
+        Bytes of a checkpoint.
+    """
+    if formats or plan.output.trajectory is not None:
+        return None
+    limit, size = f"{KEPT / 1e6:.0f} MB", f"{checkpoint / 1e6:.0f} MB"
+    what = f"with one frame the files of {scene.n} particles would take more than {limit}."
+    if checkpoint + OTHERS > KEPT:
+        what = f"the checkpoint of {scene.n} particles alone takes about {size}, more than the usual {limit}."
+    return f"No trajectory: {what} The checkpoint holds the state at the end. Set frames = 1 for a frame."
 
 
 def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
@@ -93,6 +114,6 @@ def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
 
 
 def _most(scene: Scene, formats: tuple[str, ...], room: float) -> int:
-    """Return how many frames fit into so many bytes."""
+    """Return how many frames fit into so many bytes, negative where there are less than none."""
     size = scene.n * max(scene.dimension, COORDINATES) * sum(BYTES[form] for form in formats)
-    return int(room / size) if size else FRAMES
+    return math.floor(room / size) if size else FRAMES

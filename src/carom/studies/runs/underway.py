@@ -12,17 +12,18 @@ from typing import Any
 
 from carom import io
 from carom.errors import CaromWarning
+from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
-from carom.simulation.checkpoint import size
+from carom.simulation.checkpoint import size, size_of_file
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.studies.runs import report
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder
-from carom.studies.runs.storage import amount, holdable
+from carom.studies.runs.storage import amount, holdable, without_trajectory
 from carom.studies.runs.stretch import PARTS, PILOT, Stretch
 from carom.studies.runs.written import Written
 from carom.studies.signals import Interrupted, Stop
@@ -92,8 +93,14 @@ class Run:
         }
         # Made before anything is written, because it refuses what cannot be simulated.
         self.sim = Simulation(scene, **settings)
-        formats, frames = amount(plan, scene, size(self.sim.machine))
+        if size(self.sim.machine) > LARGE:
+            # How much its lists can be packed shows when they are filled.
+            self._compile()
+        checkpoint = size_of_file(self.sim.machine)
+        formats, frames = amount(plan, scene, checkpoint)
         self.formats = holdable(formats, scene.dimension)
+        if reason := without_trajectory(plan, scene, self.formats, checkpoint):
+            warnings.warn(reason, CaromWarning, stacklevel=2)
         self.stretch = Stretch.of(frames)
         self.written = Written(self.folder, self.formats)
         self.folder.make()
@@ -140,15 +147,18 @@ class Run:
         path, scene, keep = self.folder.trajectory(form), self.sim.scene, self.stretch.written
         return io.open(path, "a", scene, keep=keep) if keep else io.open(path, "w", scene)
 
+    def _compile(self) -> None:
+        """Let the first events be chosen; that compiles, which takes some seconds and cannot be deferred."""
+        self._report("Compiling", 0.0)
+        self.sim.run(time=0.0)
+        self.sim.frame()
+
     # The three phases.
 
     def _run(self, opened: Callable[[str], Any]) -> dict[str, Any]:
         with contextlib.ExitStack() as files:
             files.enter_context(self.sim)
-            # Compiles, which takes some seconds the first time and cannot be deferred.
-            self._report("Compiling", 0.0)
-            self.sim.run(time=0.0)
-            self.sim.frame()
+            self._compile()
             files.callback(setattr, self.stop, "deferred", False)
             self.stop.deferred = True
             self.thermometer = Thermometer(self.sim.machine)
@@ -293,6 +303,9 @@ class Run:
             rate=sum(block.collisions for block in blocks) / stretch.engine_seconds,
             began=self._began - self._before,
             doubts=tuple(self.thermometer.doubts()),
+            without=without_trajectory(
+                self.plan, self.sim.scene, self.formats, size_of_file(self.sim.machine)
+            ),
         )
         try:
             return report.write(self.folder, facts, self._report)
@@ -326,6 +339,6 @@ class Run:
             written=self.written.notes(),
             **vars(self.stretch),
         )
-        # A large state takes long to write; at most half of the time goes there.
+        # A large state takes long to write; at most a tenth of the time goes there.
         after = clock.perf_counter()
-        self._due = after + max(self.plan.run.checkpoint_every, after - now)
+        self._due = after + max(self.plan.run.checkpoint_every, 9.0 * (after - now))
