@@ -1,9 +1,12 @@
 """Several workers run one system, and its bits are those of one worker."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import carom
+from carom.engine.parts import enlarge_neighbors
 from carom.engine.windows.shares import ZONE, home
 from carom.errors import InputError
 from carom.io.events import read_events
@@ -135,3 +138,33 @@ def test_what_one_worker_alone_can_run_is_said():
     with pytest.raises(InputError, match="growing diameters"):
         carom.Simulation(fluid(6), growth=0.1, workers=2)
     assert carom.Simulation(fluid(6), growth=0.1, workers="auto").machine.team is None
+
+
+def test_parts_go_over_into_the_next_epoch_themselves():
+    def go(sim):
+        return sim.run(collisions_per_particle=40)
+
+    alone, together, shares = alone_and_together(fluid(8), 3, 2.0, go=go)
+    assert together.machine.engine.state.clock.epoch[0] >= 2
+    assert shares.turn > 0.0
+    assert 2 * shares.collisions > 0.97 * 40 * alone.machine.scene.n
+    assert_same_bits(alone, together)
+
+
+def test_lists_that_run_out_of_room_in_a_part_cost_no_bit():
+    scene = carom.Scene.random(n=4000, packing_fraction=0.7, dimension=2, seed=1)
+
+    def go(sim):
+        machine = sim.machine
+        tight = dataclasses.replace(machine.scheme, capacity=int(machine.engine.neighbors.counts.max()))
+        machine.scheme = tight
+        machine.engine = enlarge_neighbors(machine.engine, tight, machine.contents)
+        machine.schedule()
+        block = sim.run(collisions_per_particle=6)
+        assert machine.scheme.capacity > tight.capacity
+        return block, machine.scheme.capacity
+
+    alone, together, shares = alone_and_together(scene, 3, 1.0, go=go)
+    assert shares.repeats > 0
+    assert shares.windows > 0
+    assert_same_bits(alone, together)

@@ -79,12 +79,13 @@ def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=None
     one, several = (carom.Simulation(scene, seed=3) for _ in range(2))
     team = Team(several.machine, int(workers), Settings(collisions=window))
     several.machine.team = team
-    for sim in (one, several):  # compile, touch the memory, and leave the lattice
-        sim.run(collisions_per_particle=6)
+    for sim in (one, several):  # compile, touch the memory, leave the lattice, go over into an epoch
+        sim.run(collisions_per_particle=20)
     team.shares = Shares()
-    ratios = []
+    ratios, passed = [], 0.0
     for _ in range(ROUNDS):
         alone, together = wall(one), wall(several)
+        passed += together
         ratios.append(alone / together)
         print(f"one {alone:.2f} s, {workers:.0f} {together:.2f} s, ratio {ratios[-1]:.2f}", flush=True)
     frames = one.frame(), several.frame()
@@ -95,9 +96,10 @@ def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=None
     processed = shares.processed / max(shares.collisions, 1)
     print(f"median {statistics.median(ratios):.2f}; processed {processed:.3f} a collision")
     print(f"windows {shares.windows}, run again {shares.repeats}; of {shares.wall:.2f} s in windows:")
-    for name in ("load", "run", "compare", "store", "merge", "lost"):
+    for name in ("load", "run", "compare", "store", "merge", "turn", "lost"):
         print(f"  {name:8} {getattr(shares, name) / shares.wall:.3f}")
     print(f"  waiting  {max(1.0 - shares.busy / (int(workers) * shares.run), 0.0):.3f} of run")
+    print(f"  {shares.wall / passed:.3f} of all the time was in windows")
     model(team, int(workers), statistics.median(ratios))
 
 

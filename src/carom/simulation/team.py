@@ -45,6 +45,9 @@ MOST = 1024
 FEWEST = 32
 """Collisions below which it never is."""
 
+SHORTAGE = 0.01
+"""Part of a window after a shortage of room that is left to the plain cycle: it was none in the whole."""
+
 PATIENCE = 6
 """Times that a window is run again, half as long each time, before the plain cycle takes it over."""
 
@@ -63,8 +66,9 @@ class Shares:
         Collisions that the workers went through for them, rims included.
     wall : float
         Wall time in windows [s].
-    load, run, compare, store, merge, lost : float
-        Of it: filling rims, running, comparing, handing back, adding up, and windows that were run again.
+    load, run, compare, store, merge, turn, lost : float
+        Of it: filling rims, running, comparing, handing back, adding up, going over into the next epoch, and
+        windows that were run again.
     busy : float
         CPU time of all workers together in ``run`` [s]: what is missing to ``run`` times the workers is
         waiting.
@@ -80,6 +84,7 @@ class Shares:
     compare: float = 0.0
     store: float = 0.0
     merge: float = 0.0
+    turn: float = 0.0
     lost: float = 0.0
     busy: float = 0.0
 
@@ -128,6 +133,8 @@ class Team:
         wanted = self.settings.collisions
         self._held = LENGTHS.get(self.machine.scene.dimension, LENGTH) if wanted is None else wanted
         self._engine: Any = None
+        self._ledger: Any = None
+        self._limit = math.inf  # time at which a window is lost already
         self._parts: list[Any] = []
         self._fresh = False  # whether every part holds the true state of its own cells
         self._mark: tuple[Any, ...] = ()
@@ -138,7 +145,7 @@ class Team:
         self._known_rate = 0.0
         self._stopping = threading.Event()
         self._pool: ThreadPoolExecutor | None = None
-        self._seen: set[str] = set()
+        self._seen = {"<lambda>"}
 
     # One window -------------------------------------------------------------------------------------------
 
@@ -158,8 +165,10 @@ class Team:
         if machine.clock.epoch == epoch:
             start = max(start, machine.clock.offset)
         last = math.nextafter(float(record.length), 0.0)
-        if int(stop[0]) < epoch or machine.clock.epoch > epoch or start >= last:
+        if int(stop[0]) < epoch or machine.clock.epoch > epoch:
             return False
+        if start >= last:
+            return int(stop[0]) > epoch and self._turn(epoch)
         if int(stop[0]) == epoch:
             last = min(last, float(stop[1]))
         if epoch == self._plain[0] and self._engine is not None:
@@ -172,7 +181,8 @@ class Team:
                 return False
         if self._length == 0.0:
             self._length = self._held / self._rate()
-        length = min(self._length, last - start)
+        # What is left of the epoch in windows of one length: a short one costs nearly as much as a long one.
+        length = (last - start) / max(math.ceil((last - start) / self._length - 0.02), 1)
         left = target - machine.collisions
         if left < 2**60:
             # Short of it in spite of fluctuations: a window that goes beyond is of no use.
@@ -184,7 +194,8 @@ class Team:
         expected = 0.5 * machine.scene.n * self._rate() * length
         if not expected >= max(self.settings.least * machine.scene.n, FEWEST):
             return False
-        return self._run(epoch, start, min(start + length, last), target)
+        end = start + length
+        return self._run(epoch, start, last if end > last - 1e-9 * length else end, target)
 
     def _rate(self) -> float:
         """Return the collisions of a particle a time [1 / engine's time]."""
@@ -202,6 +213,7 @@ class Team:
         return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
 
     def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
+        from carom.compiling.held import signals_held
         from carom.engine import constants
         from carom.engine.windows.parts import restart
 
@@ -215,6 +227,7 @@ class Team:
             for part in self._parts:
                 restart(part.engine, epoch, start)
                 part.engine.tallies.view(np.ndarray)[:] = 0
+            self._limit = end
             codes = self._each(self._advance, epoch, end)
             ran = time.perf_counter()
             alike = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
@@ -229,13 +242,11 @@ class Team:
             shares.lost += time.perf_counter() - began
             shares.wall += time.perf_counter() - began
             return True
-        self._each(self._store)
-        stored = time.perf_counter()
-        self._merge()
-        restart(self.machine.engine, epoch, end)
-        self.machine.clock.epoch, self.machine.clock.offset = epoch, end
-        self._mark = self._state()
-        self._fresh = True
+        with signals_held():
+            self._each(self._store)
+            stored = time.perf_counter()
+            self._merge()
+            self._at(epoch, end)
         self._adapt(count, end - start)
         now = time.perf_counter()
         shares.windows += 1
@@ -250,12 +261,47 @@ class Team:
         shares.wall += now - began
         return True
 
+    def _turn(self, epoch: int) -> bool:
+        """Begin the next epoch with all parts, where all has happened that was due in this one."""
+        from carom.compiling.held import signals_held
+
+        if not self._fresh or self._mark != self._state():
+            return False
+        began = time.perf_counter()
+        with signals_held():
+            self._each(self._turn_part)
+            self._at(epoch + 1, 0.0)
+        passed = time.perf_counter() - began
+        self.shares.turn += passed
+        self.shares.wall += passed
+        return True
+
+    def _at(self, epoch: int, now: float) -> None:
+        """Note that the true state, and that of all parts in their own cells, is now of this time."""
+        from carom.engine.windows.parts import restart
+
+        restart(self.machine.engine, epoch, now)
+        self.machine.clock.epoch, self.machine.clock.offset = epoch, now
+        self._mark = self._state()
+        self._fresh = True
+
     # Its steps --------------------------------------------------------------------------------------------
 
     def _load(self, k: int) -> None:
-        from carom.engine.windows.shares import load
+        from carom.engine.windows.exchange import load, refresh
 
-        load(self._parts[k].share, self._truth, self._partition.flags[k], not self._fresh)
+        fill = refresh if self._fresh else load
+        fill(self._parts[k].share, self._truth, self._partition.flags[k])
+
+    def _turn_part(self, k: int) -> None:
+        from carom.engine.windows.exchange import turn
+
+        machine, part = self.machine, self._parts[k]
+        n, workers = machine.scene.n, self.workers
+        model = machine.engine.model
+        turn(model, part.share, part.engine.state, np.int64(0), np.int64(n))
+        begin, end = n * k // workers, n * (k + 1) // workers
+        turn(model, self._truth, machine.engine.state, np.int64(begin), np.int64(end))
 
     def _advance(self, k: int, epoch: int, end: float) -> int:
         from carom.engine import constants, cycle
@@ -263,19 +309,23 @@ class Team:
 
         code = constants.SPENT
         began = time.thread_time()
-        limits = np.int64(epoch), float(end), np.int64(2**62), np.int64(CYCLES)
         while not self._stopping.is_set():
             part = self._parts[k]
-            code = cycle.run(*part.engine, part.gathered, *limits)
+            until = np.int64(epoch), min(end, self._limit)
+            code = cycle.run(*part.engine, part.gathered, *until, np.int64(2**62), np.int64(CYCLES))
             if code == constants.NEEDS_HEAP:
                 self._parts[k] = with_larger_heap(part)
+            elif code == constants.NEEDS_NEIGHBORS:
+                # The window is lost: what the others do after this is of no use.
+                self._limit = min(self._limit, float(part.engine.state.clock.now[0]))
+                break
             elif code != constants.SPENT:
                 break
         self._busy[k] = time.thread_time() - began
         return int(code)
 
     def _agree(self, k: int) -> bool:
-        from carom.engine.windows.shares import agree
+        from carom.engine.windows.exchange import agree
 
         partition, mine = self._partition, self._parts[k].share
         return all(
@@ -291,7 +341,7 @@ class Team:
         )
 
     def _store(self, k: int) -> None:
-        from carom.engine.windows.shares import store
+        from carom.engine.windows.exchange import store
 
         store(self._parts[k].share, self._truth, self._partition.flags[k])
 
@@ -352,7 +402,7 @@ class Team:
                 for code, part in zip(codes, self._parts, strict=True)
                 if code == constants.NEEDS_NEIGHBORS
             )
-            self._plain = (epoch, needed - 0.02 * length, end)
+            self._plain = (epoch, math.nextafter(needed, 0.0), needed + SHORTAGE * length)
         elif constants.NEEDS_LOG in codes:
             self._engine = None  # with more room
             self._room *= 2
@@ -391,7 +441,7 @@ class Team:
         from carom.engine.windows.hooks import make_ledger
         from carom.engine.windows.partition import layout_of, share_out
         from carom.engine.windows.parts import make_part, share_of
-        from carom.engine.windows.shares import ZONE
+        from carom.engine.windows.shares import OWN, ZONE
 
         machine = self.machine
         engine: Any = machine.engine
@@ -409,16 +459,14 @@ class Team:
         self._partition = share_out(layout, workers, depth)
         owners, flags = self._partition
         self._beside = [sorted(set(owners[flags[k] == ZONE].tolist())) for k in range(workers)]
-        self._truth = share_of(engine, np.zeros(n, np.uint8), np.zeros(n + 1, np.uint64))
-        self._ledger = make_ledger(workers, self._room)
-        self._parts = [
-            make_part(engine, workers, flags[k], type(self._ledger)(*[page[k] for page in self._ledger]))
-            for k in range(workers)
-        ]
+        self._truth = share_of(engine, np.full(n, OWN, np.uint8), np.zeros(n + 1, np.uint64))
+        if self._ledger is None or self._ledger.time.shape[1] < self._room:
+            self._ledger = make_ledger(workers, self._room)
+        pages = [type(self._ledger)(*[page[k] for page in self._ledger]) for k in range(workers)]
+        self._parts = self._each(lambda k: make_part(engine, flags[k], pages[k]))
         self._busy = [0.0] * workers
         self._engine = engine
         self._fresh = False
-        self._compiled = False
 
     def _depth(self) -> float:
         """Return how deep the rims have to be beyond what a part touches [length]."""

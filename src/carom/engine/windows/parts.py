@@ -74,7 +74,7 @@ class Part(NamedTuple):
     """The collisions in its own cells."""
 
 
-def make_part(engine: Engine, parts: int, flags: np.ndarray, page: Ledger) -> Part:
+def make_part(engine: Engine, flags: np.ndarray, page: Ledger) -> Part:
     """Return a copy of an engine for one of several parts. Nothing is loaded into it yet."""
     state = engine.state
     n = len(state.partner)
@@ -86,7 +86,7 @@ def make_part(engine: Engine, parts: int, flags: np.ndarray, page: Ledger) -> Pa
         obstacles=clone(engine.model.obstacles),
         sight=Watched(engine.model.sight, digest),
     )
-    calendar = make_calendar(n // parts, float(engine.calendar.control.width[0]), len(engine.calendar.due))
+    calendar = make_calendar(n, float(engine.calendar.control.width[0]), len(engine.calendar.due))
     copy = Engine(
         model,
         clone(state),
