@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.parts import enlarge_neighbors
 from carom.engine.windows.shares import ZONE, home
 from carom.errors import InputError
 from carom.io.events import read_events
@@ -152,18 +151,17 @@ def test_parts_go_over_into_the_next_epoch_themselves():
 
 
 def test_lists_that_run_out_of_room_in_a_part_cost_no_bit():
-    scene = carom.Scene.random(n=4000, packing_fraction=0.7, dimension=2, seed=1)
-
     def go(sim):
         machine = sim.machine
-        tight = dataclasses.replace(machine.scheme, capacity=int(machine.engine.neighbors.counts.max()))
-        machine.scheme = tight
-        machine.engine = enlarge_neighbors(machine.engine, tight, machine.contents)
-        machine.schedule()
-        block = sim.run(collisions_per_particle=6)
-        assert machine.scheme.capacity > tight.capacity
+        machine.scheme = dataclasses.replace(machine.scheme, capacity=1)
+        machine.enlarge_neighbors()
+        machine.schedule()  # with just enough room for the lists of the lattice
+        lattice = machine.scheme.capacity
+        block = sim.run(collisions_per_particle=4)
+        assert machine.scheme.capacity > lattice
         return block, machine.scheme.capacity
 
+    scene = carom.Scene.triangular(40, packing_fraction=0.7)
     alone, together, shares = alone_and_together(scene, 3, 1.0, go=go)
     assert shares.repeats > 0
     assert shares.windows > 0

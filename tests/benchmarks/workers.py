@@ -56,7 +56,7 @@ def model(team, workers, ratio):
     each = size((engine.state, engine.neighbors)) / machine.scene.n
 
     def held(parts):
-        flags = share_out(layout, parts, team._depth()).flags
+        flags = share_out(layout, parts, *team.depths()).flags
         return flags, np.count_nonzero(flags != ABSENT) / flags.shape[1]
 
     run, rest = shares.run, shares.wall - shares.run - shares.lost

@@ -305,15 +305,23 @@ class Team:
 
     def _advance(self, k: int, epoch: int, end: float) -> int:
         from carom.engine import constants, cycle
+        from carom.engine.windows.exchange import give_up
+        from carom.engine.windows.partition import STAGES
         from carom.engine.windows.parts import with_larger_heap
 
         code = constants.SPENT
         began = time.thread_time()
+        start, stage = float(self._parts[k].engine.state.clock.now[0]), 1
         while not self._stopping.is_set():
             part = self._parts[k]
-            until = np.int64(epoch), min(end, self._limit)
+            then = end if stage == STAGES else start + (end - start) * (stage / STAGES)
+            until = np.int64(epoch), min(then, self._limit)
             code = cycle.run(*part.engine, part.gathered, *until, np.int64(2**62), np.int64(CYCLES))
-            if code == constants.NEEDS_HEAP:
+            if code in (constants.REACHED_TIME, constants.IDLE) and stage < STAGES and then <= self._limit:
+                boundary, stages = part.engine.model.boundary, self._partition.stages[k]
+                give_up(part.share, boundary, stages, np.int64(stage))
+                stage += 1
+            elif code == constants.NEEDS_HEAP:
                 self._parts[k] = with_larger_heap(part)
             elif code == constants.NEEDS_NEIGHBORS:
                 # The window is lost: what the others do after this is of no use.
@@ -452,12 +460,9 @@ class Team:
         if self._engine is None and not self._parts:
             self._room = int(n * self._held) + 1024
             self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
-        depth = self.settings.depth
-        if depth is None:
-            depth = self._depth()
         layout = layout_of(engine.neighbors, machine.scene.box, machine.scene.periodic)
-        self._partition = share_out(layout, workers, depth)
-        owners, flags = self._partition
+        self._partition = share_out(layout, workers, *self.depths())
+        owners, flags, _ = self._partition
         self._beside = [sorted(set(owners[flags[k] == ZONE].tolist())) for k in range(workers)]
         self._truth = share_of(engine, np.full(n, OWN, np.uint8), np.zeros(n + 1, np.uint64))
         if self._ledger is None or self._ledger.time.shape[1] < self._room:
@@ -468,12 +473,14 @@ class Team:
         self._engine = engine
         self._fresh = False
 
-    def _depth(self) -> float:
-        """Return how deep the rims have to be beyond what a part touches [length]."""
+    def depths(self) -> tuple[float, float]:
+        """Return how deep rims have to be beyond what a part touches, at both ends of a window [length]."""
         scene, (once, each) = self.machine.scene, FRONT
         speed = math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
         flight = speed / self._rate()
-        return once * scene.diameter + (each * scene.diameter + flight) * self._held
+        first = once * scene.diameter + (each * scene.diameter + flight) * self._held
+        wanted = first if self.settings.depth is None else self.settings.depth
+        return wanted, wanted * once * scene.diameter / first
 
     # Threads ----------------------------------------------------------------------------------------------
 

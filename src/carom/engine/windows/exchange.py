@@ -9,6 +9,7 @@ from carom.compiling.dispatch import entry
 from carom.compiling.registry import inner
 from carom.engine.collisions import into_next_epoch
 from carom.engine.constants import LAMBDA
+from carom.engine.images import index
 from carom.engine.windows.shares import (
     ABSENT,
     OWN,
@@ -139,9 +140,33 @@ def _store(digest):
     return store
 
 
+def _give_up(digest):
+    def give_up(mine, boundary, stages, stage):
+        """Let all in cells that do not matter after a stage of the window have no event and meet nobody.
+
+        Who has an event with somebody elsewhere keeps it until the next stage.
+        """
+        digest  # noqa: B018 (part of the cache's key)
+        mine = borrowed(mine)
+        held = members(mine.neighbors)
+        for cell in range(np.uint64(len(stages))):
+            if stages[cell] > stage:
+                continue
+            for k in range(members_in(mine.neighbors, cell)):
+                i = np.uint64(held[cell, k])
+                word = np.int64(mine.partner[i])
+                if word >= 0 and stages[home(mine.neighbors, np.uint64(index(boundary, word)))] > stage:
+                    continue
+                mine.rows[i].due = NEVER
+                mine.leave[i] = NEVER
+                mine.rows[i].x[0] = np.nan  # no search finds a place that is none
+
+    return give_up
+
+
 def _turn(digest):
     def turn(model, share, state, begin, end):
-        """Carry the components from ``begin`` to ``end`` over into the next epoch, where a copy holds them."""
+        """Carry the components from ``begin`` to ``end``, those that are here, into the next epoch."""
         digest  # noqa: B018 (part of the cache's key)
         model, share, state = borrowed(model), borrowed(share), borrowed(state)
         for i in range(np.uint64(begin), np.uint64(end)):
@@ -155,4 +180,5 @@ load = entry(_load)
 refresh = entry(_refresh)
 agree = entry(_agree)
 store = entry(_store)
+give_up = entry(_give_up)
 turn = entry(_turn)
