@@ -21,8 +21,16 @@ if TYPE_CHECKING:
 CYCLES = 50_000
 """Cycles in one call of a worker: between two, it looks whether it is to stop."""
 
-FRONT = (4.0, 3.0)
-"""Diameters by which wrong decisions spread into a rim at once, and for every collision a particle."""
+FRONT = (3.0, 2.0)
+"""Diameters by which wrong decisions spread into a rim at once, and for every collision a particle: where
+rims of this depth prove too thin, they become deeper.
+"""
+
+DEEPER, DEEPEST = 1.25, 2.5
+"""Factor by which rims become deeper when a window was lost, and the most that this comes to."""
+
+THINNER, STREAK = 0.9, 48
+"""Factor by which rims become thinner after so many windows in a row that were kept."""
 
 LENGTHS = {2: 4.0}
 """Collisions a particle that a window holds in some dimensions: longer in the plane, where rims are thin."""
@@ -140,8 +148,9 @@ class Team:
         self._mark: tuple[Any, ...] = ()
         self._length = 0.0
         self._plain = (-1, 0.0, 0.0)  # epoch, and from when until when the plain cycle is to run
-        self._caution = 1.0
         self._failed = 0
+        self._kept = 0  # windows in a row
+        self._deep, self._cut = 1.0, 1.0  # depth of the rims wanted, and that of those there are, in FRONTs
         self._known_rate = 0.0
         self._stopping = threading.Event()
         self._pool: ThreadPoolExecutor | None = None
@@ -425,16 +434,17 @@ class Team:
                 self._known_rate = held / length
                 self._length = min(self._length, self._held / self._known_rate)
             elif not alike:
-                self._caution = min(self._caution * 1.25, 8.0)
+                self._deep, self._kept = min(self._deep * DEEPER, DEEPEST), 0
 
     def _adapt(self, count: int, length: float) -> None:
         """Choose the length of the next window."""
         self._failed = 0
         if count > 0:
             self._known_rate = 2.0 * count / (self.machine.scene.n * length)
-            wanted = self._held / self._known_rate / self._caution
-            self._length = min(wanted, 2.0 * self._length)
-            self._caution = max(self._caution * 0.98, 1.0)
+            self._length = min(self._held / self._known_rate, 2.0 * self._length)
+        self._kept += 1
+        if self._kept == STREAK and self._deep > 1.0:
+            self._deep, self._kept = max(self._deep * THINNER, 1.0), 0
 
     # The copies -------------------------------------------------------------------------------------------
 
@@ -447,7 +457,6 @@ class Team:
     def _ready(self) -> None:
         """Make the copies, where the engine is another than before, and see whether they are up to date."""
         from carom.engine.windows.hooks import make_ledger
-        from carom.engine.windows.partition import layout_of, share_out
         from carom.engine.windows.parts import make_part, share_of
         from carom.engine.windows.shares import OWN, ZONE
 
@@ -455,13 +464,16 @@ class Team:
         engine: Any = machine.engine
         self._fresh = self._fresh and self._mark == self._state()
         if self._engine is not None and self._engine.neighbors is engine.neighbors:
+            if self._cut != self._deep:  # in place: the parts look at these arrays
+                fresh = self._share_out()
+                self._partition.flags[...], self._partition.stages[...] = fresh.flags, fresh.stages
+                self._fresh = False
             return
         n, workers = machine.scene.n, self.workers
         if self._engine is None and not self._parts:
             self._room = int(n * self._held) + 1024
             self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
-        layout = layout_of(engine.neighbors, machine.scene.box, machine.scene.periodic)
-        self._partition = share_out(layout, workers, *self.depths())
+        self._partition = self._share_out()
         owners, flags, _ = self._partition
         self._beside = [sorted(set(owners[flags[k] == ZONE].tolist())) for k in range(workers)]
         self._truth = share_of(engine, np.full(n, OWN, np.uint8), np.zeros(n + 1, np.uint64))
@@ -473,13 +485,22 @@ class Team:
         self._engine = engine
         self._fresh = False
 
+    def _share_out(self) -> Any:
+        """Return the cells of all parts, with rims as deep as they should be now."""
+        from carom.engine.windows.partition import layout_of, share_out
+
+        scene: Any = self.machine.scene
+        self._cut = self._deep
+        layout = layout_of(self.machine.engine.neighbors, scene.box, scene.periodic)  # type: ignore[arg-type]
+        return share_out(layout, self.workers, *self.depths())
+
     def depths(self) -> tuple[float, float]:
         """Return how deep rims have to be beyond what a part touches, at both ends of a window [length]."""
         scene, (once, each) = self.machine.scene, FRONT
         speed = math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
         flight = speed / self._rate()
         first = once * scene.diameter + (each * scene.diameter + flight) * self._held
-        wanted = first if self.settings.depth is None else self.settings.depth
+        wanted = self._deep * first if self.settings.depth is None else self.settings.depth
         return wanted, wanted * once * scene.diameter / first
 
     # Threads ----------------------------------------------------------------------------------------------
