@@ -16,7 +16,8 @@ import numpy as np
 import carom
 from carom.engine.windows.partition import layout_of, share_out
 from carom.engine.windows.shares import ABSENT, OWN, ZONE
-from carom.simulation.team import Settings, Shares, Team
+from carom.simulation.shares import Settings, Shares
+from carom.simulation.team import Team
 
 ROUNDS = 3
 PER_ROUND = 12.0

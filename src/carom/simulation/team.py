@@ -14,6 +14,8 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.simulation.rims import Rims
+from carom.simulation.shares import Settings, Shares
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
@@ -21,25 +23,11 @@ if TYPE_CHECKING:
 CYCLES = 50_000
 """Cycles in one call of a worker: between two, it looks whether it is to stop."""
 
-FRONT = (3.0, 2.0)
-"""Diameters by which wrong decisions spread into a rim at once, and for every collision a particle: where
-rims of this depth prove too thin, they become deeper.
-"""
-
-DEEPER, DEEPEST = 1.25, 2.5
-"""Factor by which rims become deeper when a window was lost, and the most that this comes to."""
-
-THINNER, STREAK = 0.9, 48
-"""Factor by which rims become thinner after so many windows in a row that were kept."""
-
 LENGTHS = {2: 4.0}
 """Collisions a particle that a window holds in some dimensions: longer in the plane, where rims are thin."""
 
 LENGTH = 2.0
 """Collisions a particle that a window holds elsewhere."""
-
-SHARE = 0.02
-"""Collisions for each particle below which a stretch is not worth a window."""
 
 WORTHWHILE: dict[int, int] = {2: 600_000}
 """Components from which on two workers were measured to be 1.2 times as fast as one or more, by dimension."""
@@ -58,62 +46,6 @@ SHORTAGE = 0.01
 
 PATIENCE = 6
 """Times that a window is run again, half as long each time, before the plain cycle takes it over."""
-
-
-@dataclass
-class Shares:
-    """Where the time of a run in windows went, and what came of it.
-
-    Attributes
-    ----------
-    windows, repeats : int
-        Windows that were kept, and that were run again.
-    collisions : int
-        Collisions in windows that were kept.
-    processed : int
-        Collisions that the workers went through for them, rims included.
-    wall : float
-        Wall time in windows [s].
-    load, run, compare, store, merge, turn, lost : float
-        Of it: filling rims, running, comparing, handing back, adding up, going over into the next epoch, and
-        windows that were run again.
-    busy : float
-        CPU time of all workers together in ``run`` [s]: what is missing to ``run`` times the workers is
-        waiting.
-    """
-
-    windows: int = 0
-    repeats: int = 0
-    collisions: int = 0
-    processed: int = 0
-    wall: float = 0.0
-    load: float = 0.0
-    run: float = 0.0
-    compare: float = 0.0
-    store: float = 0.0
-    merge: float = 0.0
-    turn: float = 0.0
-    lost: float = 0.0
-    busy: float = 0.0
-
-
-@dataclass
-class Settings:
-    """How long windows are and how deep rims.
-
-    Attributes
-    ----------
-    collisions : float or None
-        Collisions a particle that a window should hold, or None for what was measured to be good.
-    depth : float or None
-        Depth of the rims beyond what a part touches [length], or None for as deep as needed.
-    least : float
-        Collisions a particle below which a stretch is left to the plain cycle.
-    """
-
-    collisions: float | None = None
-    depth: float | None = None
-    least: float = SHARE
 
 
 @dataclass
@@ -149,8 +81,8 @@ class Team:
         self._length = 0.0
         self._plain = (-1, 0.0, 0.0)  # epoch, and from when until when the plain cycle is to run
         self._failed = 0
-        self._kept = 0  # windows in a row
-        self._deep, self._cut = 1.0, 1.0  # depth of the rims wanted, and that of those there are, in FRONTs
+        self._rims = Rims(self.settings.depth)
+        self._cut = 1.0  # factor that the partition was made with
         self._known_rate = 0.0
         self._stopping = threading.Event()
         self._pool: ThreadPoolExecutor | None = None
@@ -434,7 +366,7 @@ class Team:
                 self._known_rate = held / length
                 self._length = min(self._length, self._held / self._known_rate)
             elif not alike:
-                self._deep, self._kept = min(self._deep * DEEPER, DEEPEST), 0
+                self._rims.lost()
 
     def _adapt(self, count: int, length: float) -> None:
         """Choose the length of the next window."""
@@ -442,9 +374,7 @@ class Team:
         if count > 0:
             self._known_rate = 2.0 * count / (self.machine.scene.n * length)
             self._length = min(self._held / self._known_rate, 2.0 * self._length)
-        self._kept += 1
-        if self._kept == STREAK and self._deep > 1.0:
-            self._deep, self._kept = max(self._deep * THINNER, 1.0), 0
+        self._rims.kept()
 
     # The copies -------------------------------------------------------------------------------------------
 
@@ -464,7 +394,7 @@ class Team:
         engine: Any = machine.engine
         self._fresh = self._fresh and self._mark == self._state()
         if self._engine is not None and self._engine.neighbors is engine.neighbors:
-            if self._cut != self._deep:  # in place: the parts look at these arrays
+            if self._cut != self._rims.factor:  # in place: the parts look at these arrays
                 fresh = self._share_out()
                 self._partition.flags[...], self._partition.stages[...] = fresh.flags, fresh.stages
                 self._fresh = False
@@ -490,18 +420,14 @@ class Team:
         from carom.engine.windows.partition import layout_of, share_out
 
         scene: Any = self.machine.scene
-        self._cut = self._deep
+        self._cut = self._rims.factor
         layout = layout_of(self.machine.engine.neighbors, scene.box, scene.periodic)  # type: ignore[arg-type]
         return share_out(layout, self.workers, *self.depths())
 
     def depths(self) -> tuple[float, float]:
         """Return how deep rims have to be beyond what a part touches, at both ends of a window [length]."""
-        scene, (once, each) = self.machine.scene, FRONT
         speed = math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
-        flight = speed / self._rate()
-        first = once * scene.diameter + (each * scene.diameter + flight) * self._held
-        wanted = self._deep * first if self.settings.depth is None else self.settings.depth
-        return wanted, wanted * once * scene.diameter / first
+        return self._rims.depths(self.machine.scene, speed / self._rate(), self._held)
 
     # Threads ----------------------------------------------------------------------------------------------
 
