@@ -13,13 +13,13 @@ FRONTS = {2: (6.0, 3.0)}
 dimensions: farther in the plane, and a window lost costs more there than deeper rims.
 """
 
-FRONT = (3.0, 2.0)
+FRONT = (4.0, 2.5)
 """The same elsewhere. Where rims of this depth prove too thin, they become deeper."""
 
-DEEPER, DEEPEST = 1.25, 2.5
+DEEPER, DEEPEST = 1.15, 2.5
 """Factor by which rims become deeper when a window was lost, and the most that this comes to."""
 
-THINNER, STREAK = 0.9, 48
+THINNER, STREAK = 0.95, 32
 """Factor by which rims become thinner after so many windows in a row that were kept."""
 
 

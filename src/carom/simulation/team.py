@@ -387,7 +387,7 @@ class Team:
     def _ready(self) -> None:
         """Make the copies, where the engine is another than before, and see whether they are up to date."""
         from carom.engine.windows.hooks import make_ledger
-        from carom.engine.windows.parts import make_part, share_of
+        from carom.engine.windows.parts import make_part, share_of, with_neighbors
         from carom.engine.windows.shares import OWN, ZONE
 
         machine = self.machine
@@ -399,8 +399,14 @@ class Team:
                 self._partition.flags[...], self._partition.stages[...] = fresh.flags, fresh.stages
                 self._fresh = False
             return
+        old, self._engine = self._engine, engine
+        self._fresh = False
+        if old is not None and old.state.rows is engine.state.rows:  # there is only more room
+            self._truth = self._truth._replace(neighbors=engine.neighbors)
+            self._parts = self._each(lambda k: with_neighbors(self._parts[k], engine.neighbors))
+            return
         n, workers = machine.scene.n, self.workers
-        if self._engine is None and not self._parts:
+        if not self._parts:
             self._room = int(n * self._held) + 1024
             self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
         self._partition = self._share_out()
@@ -412,8 +418,6 @@ class Team:
         pages = [type(self._ledger)(*[page[k] for page in self._ledger]) for k in range(workers)]
         self._parts = self._each(lambda k: make_part(engine, flags[k], pages[k]))
         self._busy = [0.0] * workers
-        self._engine = engine
-        self._fresh = False
 
     def _share_out(self) -> Any:
         """Return the cells of all parts, with rims as deep as they should be now."""

@@ -98,6 +98,14 @@ def make_part(engine: Engine, flags: np.ndarray, page: Ledger) -> Part:
     return Part(copy, share_of(copy, np.full(n, OWN, np.uint8), digest), gathered)
 
 
+def with_neighbors(part: Part, neighbors: Any) -> Part:
+    """Return a part with a copy of a neighbour scheme that has more room, everything else kept."""
+    fresh = clone(neighbors)
+    gathered = part.gathered._replace(neighbors=fresh)
+    engine = part.engine._replace(neighbors=fresh, by_species=gathered)  # type: ignore[arg-type]
+    return Part(engine, part.share._replace(neighbors=fresh), gathered)
+
+
 def restart(engine: Engine, epoch: int, now: float) -> None:
     """Build the calendar of an engine anew, at a time within an epoch."""
     clock, control = engine.state.clock, engine.calendar.control
