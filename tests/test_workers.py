@@ -1,13 +1,18 @@
 """Several workers run one system, and its bits are those of one worker."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import carom
+from carom.engine.windows.partition import STAGES
 from carom.engine.windows.shares import ZONE, home
 from carom.errors import InputError
 from carom.io.events import read_events
-from carom.simulation.team import Settings, Team
+from carom.simulation.rims import STREAK, Rims
+from carom.simulation.shares import Settings
+from carom.simulation.team import Team
 
 
 def fluid(cells=12):
@@ -181,3 +186,59 @@ def test_what_one_worker_alone_can_run_is_said():
     with pytest.raises(InputError, match="growing diameters"):
         carom.Simulation(fluid(6), growth=0.1, workers=2)
     assert carom.Simulation(fluid(6), growth=0.1, workers="auto").machine.team is None
+
+
+def test_parts_go_over_into_the_next_epoch_themselves():
+    def go(sim):
+        return sim.run(collisions_per_particle=40)
+
+    alone, together, shares = alone_and_together(fluid(8), 3, 2.0, go=go)
+    assert together.machine.engine.state.clock.epoch[0] >= 2
+    assert shares.turn > 0.0
+    assert 2 * shares.collisions > 0.97 * 40 * alone.machine.scene.n
+    assert_same_bits(alone, together)
+
+
+def test_lists_that_run_out_of_room_in_a_part_cost_no_bit():
+    def go(sim):
+        machine = sim.machine
+        machine.scheme = dataclasses.replace(machine.scheme, capacity=1)
+        machine.enlarge_neighbors()
+        machine.schedule()  # with just enough room for the lists of the lattice
+        lattice = machine.scheme.capacity
+        block = sim.run(collisions_per_particle=4)
+        assert machine.scheme.capacity > lattice
+        return block, machine.scheme.capacity
+
+    scene = carom.Scene.triangular(40, packing_fraction=0.7)
+    alone, together, shares = alone_and_together(scene, 3, 1.0, go=go)
+    assert shares.repeats > 0
+    assert shares.windows > 0
+    assert_same_bits(alone, together)
+
+
+def test_rims_become_deeper_where_they_were_too_thin_and_thinner_again(monkeypatch):
+    monkeypatch.setattr("carom.simulation.rims.FRONT", (0.5, 0.1))
+
+    def go(sim):
+        return sim.run(collisions_per_particle=12)
+
+    alone, together, shares = alone_and_together(fluid(), 2, 1.0, go=go)
+    assert shares.repeats > 0
+    assert together.machine.team._rims.factor > 1.0
+    assert_same_bits(alone, together)
+    rims = Rims(factor=1.25)
+    for _ in range(STREAK):
+        rims.kept()
+    assert 1.0 < rims.factor < 1.25
+
+
+def test_what_is_far_away_is_given_up_as_a_window_goes_on():
+    long = carom.Scene.fcc(cells=(40, 5, 5), packing_fraction=0.3)
+    alone, together, _ = alone_and_together(long, 2, 2.0, depth=8.0)
+    assert_same_bits(alone, together)
+    stages = together.machine.team._partition.stages
+    assert set(np.unique(stages)) == {0, *range(1, STAGES + 1)}
+    row = together.machine.team._parts[0].engine.state.rows["x"][:-1, 0]
+    assert np.isnan(row).any()
+    assert np.isfinite(together.frame().positions).all()

@@ -16,7 +16,8 @@ import numpy as np
 import carom
 from carom.engine.windows.partition import layout_of, share_out
 from carom.engine.windows.shares import ABSENT, OWN, ZONE
-from carom.simulation.team import Settings, Shares, Team
+from carom.simulation.shares import Settings, Shares
+from carom.simulation.team import Team
 
 ROUNDS = 3
 PER_ROUND = 12.0
@@ -56,7 +57,7 @@ def model(team, workers, ratio):
     each = size((engine.state, engine.neighbors)) / machine.scene.n
 
     def held(parts):
-        flags = share_out(layout, parts, team._depth()).flags
+        flags = share_out(layout, parts, *team.depths()).flags
         return flags, np.count_nonzero(flags != ABSENT) / flags.shape[1]
 
     run, rest = shares.run, shares.wall - shares.run - shares.lost
@@ -79,12 +80,13 @@ def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=None
     one, several = (carom.Simulation(scene, seed=3) for _ in range(2))
     team = Team(several.machine, int(workers), Settings(collisions=window))
     several.machine.team = team
-    for sim in (one, several):  # compile, touch the memory, and leave the lattice
-        sim.run(collisions_per_particle=6)
+    for sim in (one, several):  # compile, touch the memory, leave the lattice, go over into an epoch
+        sim.run(collisions_per_particle=20)
     team.shares = Shares()
-    ratios = []
+    ratios, passed = [], 0.0
     for _ in range(ROUNDS):
         alone, together = wall(one), wall(several)
+        passed += together
         ratios.append(alone / together)
         print(f"one {alone:.2f} s, {workers:.0f} {together:.2f} s, ratio {ratios[-1]:.2f}", flush=True)
     frames = one.frame(), several.frame()
@@ -95,9 +97,10 @@ def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=None
     processed = shares.processed / max(shares.collisions, 1)
     print(f"median {statistics.median(ratios):.2f}; processed {processed:.3f} a collision")
     print(f"windows {shares.windows}, run again {shares.repeats}; of {shares.wall:.2f} s in windows:")
-    for name in ("load", "run", "compare", "store", "merge", "lost"):
+    for name in ("load", "run", "compare", "store", "merge", "turn", "lost"):
         print(f"  {name:8} {getattr(shares, name) / shares.wall:.3f}")
     print(f"  waiting  {max(1.0 - shares.busy / (int(workers) * shares.run), 0.0):.3f} of run")
+    print(f"  {shares.wall / passed:.3f} of all the time was in windows")
     model(team, int(workers), statistics.median(ratios))
 
 

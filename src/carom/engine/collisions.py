@@ -181,15 +181,21 @@ def _(rules: Units, model, state, neighbors, log, i, partner, now):
 
 
 @inner
+def into_next_epoch(model, state, neighbors, i, length):
+    """Advance component i to the beginning of the next epoch, and reduce its times by the epoch's length."""
+    advance(model, state, neighbors, i, length)
+    state.rows[i].t = 0.0
+    state.rows[i].due -= length
+    state.leave[i] -= length
+
+
+@inner
 def new_epoch(model, state, neighbors):
     """Begin the next epoch: advance every component to its beginning, reduce every time by its length."""
     clock = state.clock[0]
     length = clock.length
     for i in range(np.uint64(len(state.partner))):
-        advance(model, state, neighbors, i, length)
-        state.rows[i].t = 0.0
-        state.rows[i].due -= length
-        state.leave[i] -= length
+        into_next_epoch(model, state, neighbors, i, length)
     age(model.pair, length)
     age(model.impact, length)
     age_obstacles(model.obstacles, length)

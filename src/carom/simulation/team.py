@@ -14,6 +14,8 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.simulation.rims import Rims
+from carom.simulation.shares import Settings, Shares
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
@@ -21,17 +23,11 @@ if TYPE_CHECKING:
 CYCLES = 50_000
 """Cycles in one call of a worker: between two, it looks whether it is to stop."""
 
-FRONT = (4.0, 3.0)
-"""Diameters by which wrong decisions spread into a rim at once, and for every collision a particle."""
-
 LENGTHS = {2: 4.0}
 """Collisions a particle that a window holds in some dimensions: longer in the plane, where rims are thin."""
 
 LENGTH = 2.0
 """Collisions a particle that a window holds elsewhere."""
-
-SHARE = 0.02
-"""Collisions for each particle below which a stretch is not worth a window."""
 
 WORTHWHILE: dict[int, int] = {2: 600_000}
 """Components from which on two workers were measured to be 1.2 times as fast as one or more, by dimension."""
@@ -45,62 +41,11 @@ MOST = 1024
 FEWEST = 32
 """Collisions below which it never is."""
 
+SHORTAGE = 0.01
+"""Part of a window after a shortage of room that is left to the plain cycle: it was none in the whole."""
+
 PATIENCE = 6
 """Times that a window is run again, half as long each time, before the plain cycle takes it over."""
-
-
-@dataclass
-class Shares:
-    """Where the time of a run in windows went, and what came of it.
-
-    Attributes
-    ----------
-    windows, repeats : int
-        Windows that were kept, and that were run again.
-    collisions : int
-        Collisions in windows that were kept.
-    processed : int
-        Collisions that the workers went through for them, rims included.
-    wall : float
-        Wall time in windows [s].
-    load, run, compare, store, merge, lost : float
-        Parts of ``wall``: filling rims, running, comparing, copying back, adding up, and repeated windows.
-    busy : float
-        CPU time of all workers together in ``run`` [s]: what is missing to ``run`` times the workers is
-        waiting.
-    """
-
-    windows: int = 0
-    repeats: int = 0
-    collisions: int = 0
-    processed: int = 0
-    wall: float = 0.0
-    load: float = 0.0
-    run: float = 0.0
-    compare: float = 0.0
-    store: float = 0.0
-    merge: float = 0.0
-    lost: float = 0.0
-    busy: float = 0.0
-
-
-@dataclass
-class Settings:
-    """How long windows are and how deep rims.
-
-    Attributes
-    ----------
-    collisions : float or None
-        Collisions a particle that a window should hold, or None for what was measured to be good.
-    depth : float or None
-        Depth of the rims beyond what a part touches [length], or None for as deep as needed.
-    least : float
-        Collisions a particle below which a stretch is left to the plain cycle.
-    """
-
-    collisions: float | None = None
-    depth: float | None = None
-    least: float = SHARE
 
 
 @dataclass
@@ -128,17 +73,20 @@ class Team:
         wanted = self.settings.collisions
         self._held = LENGTHS.get(self.machine.scene.dimension, LENGTH) if wanted is None else wanted
         self._engine: Any = None
+        self._ledger: Any = None
+        self._limit = math.inf  # time at which a window is lost already
         self._parts: list[Any] = []
         self._fresh = False  # whether every part holds the true state of its own cells
         self._mark: tuple[Any, ...] = ()
         self._length = 0.0
         self._plain = (-1, 0.0, 0.0)  # epoch, and from when until when the plain cycle is to run
-        self._caution = 1.0
         self._failed = 0
+        self._rims = Rims(self.settings.depth)
+        self._cut = 1.0  # factor that the partition was made with
         self._known_rate = 0.0
         self._stopping = threading.Event()
         self._pool: ThreadPoolExecutor | None = None
-        self._seen: set[str] = set()
+        self._seen = {"<lambda>"}
 
     # One window -------------------------------------------------------------------------------------------
 
@@ -158,8 +106,10 @@ class Team:
         if machine.clock.epoch == epoch:
             start = max(start, machine.clock.offset)
         last = math.nextafter(float(record.length), 0.0)
-        if int(stop[0]) < epoch or machine.clock.epoch > epoch or start >= last:
+        if int(stop[0]) < epoch or machine.clock.epoch > epoch:
             return False
+        if start >= last:
+            return int(stop[0]) > epoch and self._turn(epoch)
         if int(stop[0]) == epoch:
             last = min(last, float(stop[1]))
         if epoch == self._plain[0] and self._engine is not None:
@@ -172,7 +122,8 @@ class Team:
                 return False
         if self._length == 0.0:
             self._length = self._held / self._rate()
-        length = min(self._length, last - start)
+        # What is left of the epoch in windows of one length: a short one costs nearly as much as a long one.
+        length = (last - start) / max(math.ceil((last - start) / self._length - 0.02), 1)
         left = target - machine.collisions
         if left < 2**60:
             # Short of it in spite of fluctuations: a window that goes beyond is of no use.
@@ -184,7 +135,8 @@ class Team:
         expected = 0.5 * machine.scene.n * self._rate() * length
         if not expected >= max(self.settings.least * machine.scene.n, FEWEST):
             return False
-        return self._run(epoch, start, min(start + length, last), target)
+        end = start + length
+        return self._run(epoch, start, last if end > last - 1e-9 * length else end, target)
 
     def _rate(self) -> float:
         """Return the collisions of a particle a time [1 / engine's time]."""
@@ -202,6 +154,7 @@ class Team:
         return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
 
     def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
+        from carom.compiling.held import signals_held
         from carom.engine import constants
         from carom.engine.windows.parts import restart
 
@@ -215,6 +168,7 @@ class Team:
             for part in self._parts:
                 restart(part.engine, epoch, start)
                 part.engine.tallies.view(np.ndarray)[:] = 0
+            self._limit = end
             codes = self._each(self._advance, epoch, end)
             ran = time.perf_counter()
             alike = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
@@ -229,13 +183,11 @@ class Team:
             shares.lost += time.perf_counter() - began
             shares.wall += time.perf_counter() - began
             return True
-        self._each(self._store)
-        stored = time.perf_counter()
-        self._merge()
-        restart(self.machine.engine, epoch, end)
-        self.machine.clock.epoch, self.machine.clock.offset = epoch, end
-        self._mark = self._state()
-        self._fresh = True
+        with signals_held():
+            self._each(self._store)
+            stored = time.perf_counter()
+            self._merge()
+            self._at(epoch, end)
         self._adapt(count, end - start)
         now = time.perf_counter()
         shares.windows += 1
@@ -250,32 +202,79 @@ class Team:
         shares.wall += now - began
         return True
 
+    def _turn(self, epoch: int) -> bool:
+        """Begin the next epoch with all parts, where all has happened that was due in this one."""
+        from carom.compiling.held import signals_held
+
+        if not self._fresh or self._mark != self._state():
+            return False
+        began = time.perf_counter()
+        with signals_held():
+            self._each(self._turn_part)
+            self._at(epoch + 1, 0.0)
+        passed = time.perf_counter() - began
+        self.shares.turn += passed
+        self.shares.wall += passed
+        return True
+
+    def _at(self, epoch: int, now: float) -> None:
+        """Note that the true state, and that of all parts in their own cells, is now of this time."""
+        from carom.engine.windows.parts import restart
+
+        restart(self.machine.engine, epoch, now)
+        self.machine.clock.epoch, self.machine.clock.offset = epoch, now
+        self._mark = self._state()
+        self._fresh = True
+
     # Its steps --------------------------------------------------------------------------------------------
 
     def _load(self, k: int) -> None:
-        from carom.engine.windows.shares import load
+        from carom.engine.windows.exchange import load, refresh
 
-        load(self._parts[k].share, self._truth, self._partition.flags[k], not self._fresh)
+        fill = refresh if self._fresh else load
+        fill(self._parts[k].share, self._truth, self._partition.flags[k])
+
+    def _turn_part(self, k: int) -> None:
+        from carom.engine.windows.exchange import turn
+
+        machine, part = self.machine, self._parts[k]
+        n, workers = machine.scene.n, self.workers
+        model = machine.engine.model
+        turn(model, part.share, part.engine.state, np.int64(0), np.int64(n))
+        begin, end = n * k // workers, n * (k + 1) // workers
+        turn(model, self._truth, machine.engine.state, np.int64(begin), np.int64(end))
 
     def _advance(self, k: int, epoch: int, end: float) -> int:
         from carom.engine import constants, cycle
+        from carom.engine.windows.exchange import give_up
+        from carom.engine.windows.partition import STAGES
         from carom.engine.windows.parts import with_larger_heap
 
         code = constants.SPENT
         began = time.thread_time()
-        limits = np.int64(epoch), float(end), np.int64(2**62), np.int64(CYCLES)
+        start, stage = float(self._parts[k].engine.state.clock.now[0]), 1
         while not self._stopping.is_set():
             part = self._parts[k]
-            code = cycle.run(*part.engine, part.gathered, *limits)
-            if code == constants.NEEDS_HEAP:
+            then = end if stage == STAGES else start + (end - start) * (stage / STAGES)
+            until = np.int64(epoch), min(then, self._limit)
+            code = cycle.run(*part.engine, part.gathered, *until, np.int64(2**62), np.int64(CYCLES))
+            if code in (constants.REACHED_TIME, constants.IDLE) and stage < STAGES and then <= self._limit:
+                boundary, stages = part.engine.model.boundary, self._partition.stages[k]
+                give_up(part.share, boundary, stages, np.int64(stage))
+                stage += 1
+            elif code == constants.NEEDS_HEAP:
                 self._parts[k] = with_larger_heap(part)
+            elif code == constants.NEEDS_NEIGHBORS:
+                # The window is lost: what the others do after this is of no use.
+                self._limit = min(self._limit, float(part.engine.state.clock.now[0]))
+                break
             elif code != constants.SPENT:
                 break
         self._busy[k] = time.thread_time() - began
         return int(code)
 
     def _agree(self, k: int) -> bool:
-        from carom.engine.windows.shares import agree
+        from carom.engine.windows.exchange import agree
 
         partition, mine = self._partition, self._parts[k].share
         return all(
@@ -291,7 +290,7 @@ class Team:
         )
 
     def _store(self, k: int) -> None:
-        from carom.engine.windows.shares import store
+        from carom.engine.windows.exchange import store
 
         store(self._parts[k].share, self._truth, self._partition.flags[k])
 
@@ -352,7 +351,7 @@ class Team:
                 for code, part in zip(codes, self._parts, strict=True)
                 if code == constants.NEEDS_NEIGHBORS
             )
-            self._plain = (epoch, needed - 0.02 * length, end)
+            self._plain = (epoch, math.nextafter(needed, 0.0), needed + SHORTAGE * length)
         elif constants.NEEDS_LOG in codes:
             self._engine = None  # with more room
             self._room *= 2
@@ -367,16 +366,15 @@ class Team:
                 self._known_rate = held / length
                 self._length = min(self._length, self._held / self._known_rate)
             elif not alike:
-                self._caution = min(self._caution * 1.25, 8.0)
+                self._rims.lost()
 
     def _adapt(self, count: int, length: float) -> None:
         """Choose the length of the next window."""
         self._failed = 0
         if count > 0:
             self._known_rate = 2.0 * count / (self.machine.scene.n * length)
-            wanted = self._held / self._known_rate / self._caution
-            self._length = min(wanted, 2.0 * self._length)
-            self._caution = max(self._caution * 0.98, 1.0)
+            self._length = min(self._held / self._known_rate, 2.0 * self._length)
+        self._rims.kept()
 
     # The copies -------------------------------------------------------------------------------------------
 
@@ -389,43 +387,51 @@ class Team:
     def _ready(self) -> None:
         """Make the copies, where the engine is another than before, and see whether they are up to date."""
         from carom.engine.windows.hooks import make_ledger
-        from carom.engine.windows.partition import layout_of, share_out
-        from carom.engine.windows.parts import make_part, share_of
-        from carom.engine.windows.shares import ZONE
+        from carom.engine.windows.parts import make_part, share_of, with_neighbors
+        from carom.engine.windows.shares import OWN, ZONE
 
         machine = self.machine
         engine: Any = machine.engine
         self._fresh = self._fresh and self._mark == self._state()
         if self._engine is not None and self._engine.neighbors is engine.neighbors:
+            if self._cut != self._rims.factor:  # in place: the parts look at these arrays
+                fresh = self._share_out()
+                self._partition.flags[...], self._partition.stages[...] = fresh.flags, fresh.stages
+                self._fresh = False
+            return
+        old, self._engine = self._engine, engine
+        self._fresh = False
+        if old is not None and old.state.rows is engine.state.rows:  # there is only more room
+            self._truth = self._truth._replace(neighbors=engine.neighbors)
+            self._parts = self._each(lambda k: with_neighbors(self._parts[k], engine.neighbors))
             return
         n, workers = machine.scene.n, self.workers
-        if self._engine is None and not self._parts:
+        if not self._parts:
             self._room = int(n * self._held) + 1024
             self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
-        depth = self.settings.depth
-        if depth is None:
-            depth = self._depth()
-        layout = layout_of(engine.neighbors, machine.scene.box, machine.scene.periodic)
-        self._partition = share_out(layout, workers, depth)
-        owners, flags = self._partition
+        self._partition = self._share_out()
+        owners, flags, _ = self._partition
         self._beside = [sorted(set(owners[flags[k] == ZONE].tolist())) for k in range(workers)]
-        self._truth = share_of(engine, np.zeros(n, np.uint8), np.zeros(n + 1, np.uint64))
-        self._ledger = make_ledger(workers, self._room)
-        self._parts = [
-            make_part(engine, workers, flags[k], type(self._ledger)(*[page[k] for page in self._ledger]))
-            for k in range(workers)
-        ]
+        self._truth = share_of(engine, np.full(n, OWN, np.uint8), np.zeros(n + 1, np.uint64))
+        if self._ledger is None or self._ledger.time.shape[1] < self._room:
+            self._ledger = make_ledger(workers, self._room)
+        pages = [type(self._ledger)(*[page[k] for page in self._ledger]) for k in range(workers)]
+        self._parts = self._each(lambda k: make_part(engine, flags[k], pages[k]))
         self._busy = [0.0] * workers
-        self._engine = engine
-        self._fresh = False
-        self._compiled = False
 
-    def _depth(self) -> float:
-        """Return how deep the rims have to be beyond what a part touches [length]."""
-        scene, (once, each) = self.machine.scene, FRONT
+    def _share_out(self) -> Any:
+        """Return the cells of all parts, with rims as deep as they should be now."""
+        from carom.engine.windows.partition import layout_of, share_out
+
+        scene: Any = self.machine.scene
+        self._cut = self._rims.factor
+        layout = layout_of(self.machine.engine.neighbors, scene.box, scene.periodic)  # type: ignore[arg-type]
+        return share_out(layout, self.workers, *self.depths())
+
+    def depths(self) -> tuple[float, float]:
+        """Return how deep rims have to be beyond what a part touches, at both ends of a window [length]."""
         speed = math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
-        flight = speed / self._rate()
-        return once * scene.diameter + (each * scene.diameter + flight) * self._held
+        return self._rims.depths(self.machine.scene, speed / self._rate(), self._held)
 
     # Threads ----------------------------------------------------------------------------------------------
 

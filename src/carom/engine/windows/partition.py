@@ -73,10 +73,20 @@ class Partition(NamedTuple):
     """Part that owns each cell, (cells,) int64."""
     flags: np.ndarray
     """What each cell is to each part, (parts, cells) uint8."""
+    stages: np.ndarray
+    """Stage after which each cell no longer matters, ``STAGES`` if it always does, (parts, cells) uint8."""
 
 
-def share_out(layout: Layout, parts: int, depth: float) -> Partition:
-    """Return a partition of the cells. The rim of a part reaches ``depth`` [length] beyond its zone."""
+STAGES = 4
+"""Stages of a window: after each, what has become too far away from a part to matter is given up."""
+
+
+def share_out(layout: Layout, parts: int, depth: float, least: float = 0.0) -> Partition:
+    """Return a partition of the cells.
+
+    The rim of a part reaches ``depth`` beyond its zone when a window begins, and ``least`` when it ends
+    [length].
+    """
     cells, dimension = layout.centers.shape
     pieces = cuts(parts, layout.edges, layout.zone + depth)
     owners = np.zeros(cells, np.int64)
@@ -84,16 +94,19 @@ def share_out(layout: Layout, parts: int, depth: float) -> Partition:
         place = np.floor(layout.centers[:, axis] / layout.edges[axis] * pieces[axis]).astype(np.int64)
         owners = owners * pieces[axis] + np.clip(place, 0, pieces[axis] - 1)
     flags = np.empty((parts, cells), np.uint8)
+    stages = np.empty((parts, cells), np.uint8)
+    # Depth of the rim in each stage.
+    depths = least + (depth - least) * (1.0 - np.arange(STAGES) / STAGES)
     for part, place in enumerate(itertools.product(*[range(piece) for piece in pieces])):
-        in_zone, in_rim = np.ones(cells, bool), np.ones(cells, bool)
+        beyond = np.full(cells, -math.inf)
         for axis in range(dimension):
             if pieces[axis] == 1:
                 continue
             width = layout.edges[axis] / pieces[axis]
             away = np.abs(layout.centers[:, axis] - (place[axis] + 0.5) * width)
             away = np.minimum(away, np.abs(layout.spans[axis] - away)) - 0.5 * width
-            in_zone &= away <= layout.zone[axis]
-            in_rim &= away <= layout.zone[axis] + depth
-        flags[part] = np.where(in_zone, ZONE, np.where(in_rim, RIM, ABSENT))
+            beyond = np.maximum(beyond, away - layout.zone[axis])
+        flags[part] = np.where(beyond <= 0.0, ZONE, np.where(beyond <= depth, RIM, ABSENT))
         flags[part, owners == part] = OWN
-    return Partition(owners, flags)
+        stages[part] = np.sum(beyond[:, None] <= depths, axis=1)
+    return Partition(owners, flags, stages)

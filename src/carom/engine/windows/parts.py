@@ -74,7 +74,7 @@ class Part(NamedTuple):
     """The collisions in its own cells."""
 
 
-def make_part(engine: Engine, parts: int, flags: np.ndarray, page: Ledger) -> Part:
+def make_part(engine: Engine, flags: np.ndarray, page: Ledger) -> Part:
     """Return a copy of an engine for one of several parts. Nothing is loaded into it yet."""
     state = engine.state
     n = len(state.partner)
@@ -86,7 +86,7 @@ def make_part(engine: Engine, parts: int, flags: np.ndarray, page: Ledger) -> Pa
         obstacles=clone(engine.model.obstacles),
         sight=Watched(engine.model.sight, digest),
     )
-    calendar = make_calendar(n // parts, float(engine.calendar.control.width[0]), len(engine.calendar.due))
+    calendar = make_calendar(n, float(engine.calendar.control.width[0]), len(engine.calendar.due))
     copy = Engine(
         model,
         clone(state),
@@ -96,6 +96,14 @@ def make_part(engine: Engine, parts: int, flags: np.ndarray, page: Ledger) -> Pa
         gathered,  # type: ignore[arg-type]
     )
     return Part(copy, share_of(copy, np.full(n, OWN, np.uint8), digest), gathered)
+
+
+def with_neighbors(part: Part, neighbors: Any) -> Part:
+    """Return a part with a copy of a neighbour scheme that has more room, everything else kept."""
+    fresh = clone(neighbors)
+    gathered = part.gathered._replace(neighbors=fresh)
+    engine = part.engine._replace(neighbors=fresh, by_species=gathered)  # type: ignore[arg-type]
+    return Part(engine, part.share._replace(neighbors=fresh), gathered)
 
 
 def restart(engine: Engine, epoch: int, now: float) -> None:

@@ -10,15 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.borrowed import borrowed
-from carom.compiling.dispatch import entry
 from carom.compiling.registry import inner, required
-from carom.engine.constants import LAMBDA
 from carom.engine.neighbors.bounds import level, start
 from carom.engine.neighbors.grid import cell_of
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors, sector_of
-from carom.models.interface import NEVER
 
 ABSENT, RIM, ZONE, OWN = 0, 1, 2, 3
 """What a cell is to a part: not there; in the rim, where the copy may go wrong; in the zone, which the part
@@ -38,9 +34,9 @@ class Share(NamedTuple):
     images: np.ndarray | None
     neighbors: Any
     here: np.ndarray
-    """What the cell of each component was to the part when the window began, (n,) uint8."""
+    """Which components the copy holds: ``ABSENT`` for the others, (n,) uint8."""
     digest: np.ndarray
-    """Of the events that each component was given since, (n + 1,) uint64."""
+    """Of the events that each component was given, (n + 1,) uint64."""
 
 
 @required
@@ -210,100 +206,16 @@ def copy_component(target, source, i):
         target.bits[i, k] = source.bits[i, k]
     target.partner[i] = source.partner[i]
     target.leave[i] = source.leave[i]
+    target.digest[i] = source.digest[i]
     copy_images(target.images, source.images, i)
     copy_home(target.neighbors, source.neighbors, i)
 
 
-def _load(digest):
-    def load(mine, truth, flags, everything):
-        """Set the rim of a copy to the true state; with ``everything``, after a failed window, all of it."""
-        digest  # noqa: B018 (part of the cache's key)
-        mine, truth = borrowed(mine), borrowed(truth)
-        n = np.uint64(len(mine.partner))
-        for i in range(n):
-            flag = flags[home(truth.neighbors, i)]
-            if flag == ABSENT and mine.here[i] != ABSENT:
-                mine.rows[i].due = NEVER
-                mine.partner[i] = LAMBDA
-                mine.leave[i] = NEVER
-            mine.here[i] = flag
-        for i in range(n):
-            flag = mine.here[i]
-            if flag == ABSENT:
-                continue
-            mine.digest[i] = np.uint64(0)
-            if flag == OWN and not everything:
-                continue
-            copy_component(mine, truth, i)
-            forget_absent(mine.neighbors, mine.here, i)
-            word = np.int64(mine.partner[i])
-            if word >= 0 and mine.here[np.uint64(word)] == ABSENT:
-                mine.partner[i] = LAMBDA
-        for cell in range(np.uint64(len(flags))):
-            if flags[cell] != OWN or everything:
-                absent = flags[cell] == ABSENT
-                count = np.uint64(0) if absent else members_in(truth.neighbors, cell)
-                fill_cell(mine.neighbors, truth.neighbors, cell, count)
-
-    return load
-
-
-def _agree(digest):
-    def agree(mine, other, truth, flags, owners, owner):
-        """Return whether a part and the ``owner`` of some cells of its zone agree about all components there.
-
-        These are the components that are in the cells now, or were at the beginning of the window.
-
-        ``truth`` is the state at the beginning of the window.
-        """
-        digest  # noqa: B018 (part of the cache's key)
-        mine, other, truth = borrowed(mine), borrowed(other), borrowed(truth)
-        for i in range(np.uint64(len(mine.partner))):
-            flag = mine.here[i]
-            if flag == ABSENT:
-                continue
-            seen = flag == ZONE and owners[home(truth.neighbors, i)] == owner
-            if not seen:
-                cell = home(mine.neighbors, i)
-                seen = flags[cell] == ZONE and owners[cell] == owner
-            if not seen:
-                continue
-            if other.here[i] == ABSENT or mine.digest[i] != other.digest[i]:
-                return False
-            for k in range(np.uint64(mine.bits.shape[1])):
-                if mine.bits[i, k] != other.bits[i, k]:
-                    return False
-            if mine.partner[i] != other.partner[i] or mine.leave[i] != other.leave[i]:
-                return False
-            if not same_home(mine.neighbors, other.neighbors, i):
-                return False
-        for cell in range(np.uint64(len(flags))):
-            if flags[cell] == ZONE and owners[cell] == owner:
-                count = members_in(mine.neighbors, cell)
-                if count != members_in(other.neighbors, cell):
-                    return False
-                if not same_members(mine.neighbors, other.neighbors, cell, count):
-                    return False
-        return True
-
-    return agree
-
-
-def _store(digest):
-    def store(mine, truth, flags):
-        """Copy the contents of the part's own cells into the true state."""
-        digest  # noqa: B018 (part of the cache's key)
-        mine, truth = borrowed(mine), borrowed(truth)
-        for i in range(np.uint64(len(mine.partner))):
-            if mine.here[i] != ABSENT and flags[home(mine.neighbors, i)] == OWN:
-                copy_component(truth, mine, i)
-        for cell in range(np.uint64(len(flags))):
-            if flags[cell] == OWN:
-                fill_cell(truth.neighbors, mine.neighbors, cell, members_in(mine.neighbors, cell))
-
-    return store
-
-
-load = entry(_load)
-agree = entry(_agree)
-store = entry(_store)
+@inner
+def same_component(mine, other, i):
+    """Tell whether component i is the same in two copies, and was given the same events in both."""
+    same = other.here[i] != ABSENT and mine.digest[i] == other.digest[i]
+    for k in range(np.uint64(mine.bits.shape[1])):
+        same &= mine.bits[i, k] == other.bits[i, k]
+    same &= mine.partner[i] == other.partner[i] and mine.leave[i] == other.leave[i]
+    return same and same_home(mine.neighbors, other.neighbors, i)
