@@ -20,7 +20,7 @@ from carom.simulation.shares import Settings, Shares
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
 
-CYCLES = 50_000
+CYCLES = 200_000
 """Cycles in one call of a worker: between two, it looks whether it is to stop."""
 
 LENGTHS = {2: 4.0}
@@ -74,6 +74,8 @@ class Team:
         self._held = LENGTHS.get(self.machine.scene.dimension, LENGTH) if wanted is None else wanted
         self._engine: Any = None
         self._ledger: Any = None
+        self._partition: Any = None
+        self._truth: Any = None
         self._limit = math.inf  # time at which a window is lost already
         self._parts: list[Any] = []
         self._fresh = False  # whether every part holds the true state of its own cells
