@@ -75,11 +75,11 @@ def without_trajectory(plan: Plan, scene: Scene, formats: tuple[str, ...], check
     """
     if formats or plan.output.trajectory is not None:
         return None
-    limit, size = f"{KEPT / 1e6:.0f} MB", f"{checkpoint / 1e6:.0f} MB"
-    what = f"with one frame the files of {scene.n} particles would take more than {limit}."
-    if checkpoint + OTHERS > KEPT:
-        what = f"the checkpoint of {scene.n} particles alone takes about {size}, more than the usual {limit}."
-    return f"No trajectory: {what} The checkpoint holds the state at the end. Set frames = 1 for a frame."
+    return (
+        f"No trajectory: with one frame the files of {scene.n} particles would take more than "
+        f"{KEPT / 1e6:.0f} MB; the checkpoint alone takes up to {checkpoint / 1e6:.0f} MB. "
+        "It holds the state at the end. Set frames = 1 for a frame."
+    )
 
 
 def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
