@@ -55,12 +55,28 @@ def clone(value: Any) -> Any:
     return value
 
 
+def words_of(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the words of each row that hold numbers, (n + 1, words) uint64, and those that are free."""
+    words = rows.view(np.ndarray).view(np.uint64).reshape(len(rows), -1)
+    filled = rows["due"].__array_interface__["data"][0] - rows["x"].__array_interface__["data"][0]
+    used = -(-(filled + rows["due"].itemsize) // 8)
+    return words[:, :used], words[:, used:]
+
+
+def digest_of(state: Any) -> np.ndarray:
+    """Return room for a digest of each component of a copy, (n + 1,) uint64.
+
+    It is in the component's row if that has a free word: the row is at hand when the digest changes.
+    """
+    free = words_of(state.rows)[1]
+    return free[:, 0] if free.shape[1] else np.zeros(len(state.rows), np.uint64)
+
+
 def share_of(engine: Engine, here: np.ndarray, digest: np.ndarray) -> Share:
     """Return the arrays of an engine that are filled, compared and handed back."""
     state = engine.state
-    rows = state.rows
-    bits = rows.view(np.ndarray).view(np.uint64).reshape(len(rows), -1)
-    return Share(rows, bits, state.partner, state.leave, state.images, engine.neighbors, here, digest)
+    bits = words_of(state.rows)[0]
+    return Share(state.rows, bits, state.partner, state.leave, state.images, engine.neighbors, here, digest)
 
 
 class Part(NamedTuple):
@@ -76,9 +92,9 @@ class Part(NamedTuple):
 
 def make_part(engine: Engine, flags: np.ndarray, page: Ledger) -> Part:
     """Return a copy of an engine for one of several parts. Nothing is loaded into it yet."""
-    state = engine.state
+    state = clone(engine.state)
     n = len(state.partner)
-    digest = np.zeros(n + 1, np.uint64)
+    digest = digest_of(state)
     neighbors = clone(engine.neighbors)
     gathered = Gathered(neighbors, flags, np.zeros(1), page)
     model = engine.model._replace(
@@ -89,7 +105,7 @@ def make_part(engine: Engine, flags: np.ndarray, page: Ledger) -> Part:
     calendar = make_calendar(n, float(engine.calendar.control.width[0]), len(engine.calendar.due))
     copy = Engine(
         model,
-        clone(state),
+        state,
         neighbors,
         calendar,
         np.zeros(1, TALLY).view(np.recarray),

@@ -28,7 +28,7 @@ class Share(NamedTuple):
     rows: Any
     """Those of the state."""
     bits: np.ndarray
-    """The same rows, (n + 1, words) uint64."""
+    """What the same rows hold, (n + 1, words) uint64."""
     partner: np.ndarray
     leave: np.ndarray
     images: np.ndarray | None
