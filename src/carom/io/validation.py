@@ -12,7 +12,7 @@ from carom.scene.lattices import MOST_DIMENSIONS
 from carom.scene.species import MOST_SPECIES
 
 _REALS = ("positions", "velocities", "box", "diameters", "masses", "time")
-_WORDS = {"box": "edges of the box"}
+_WORDS = {"box": "box edges"}
 """How messages call a field, where not by its name."""
 _INTEGERS = np.iinfo(np.int64)
 _IMAGES = np.iinfo(np.int32)
