@@ -62,8 +62,7 @@ def drift(values: Sequence[float], parts: int = PARTS) -> float:
 
 
 def relaxation(values: Sequence[float]) -> float:
-    """Return by how much the first quarter of a series lies above its second half, in units of the error of
-    the difference, as a standard normal number.
+    """Return how far the first quarter of a series lies above its second half, as a standard normal number.
 
     Parameters
     ----------
@@ -73,7 +72,7 @@ def relaxation(values: Sequence[float]) -> float:
     Returns
     -------
     float
-        0 for less than 32 values or constant ones. Beyond 3.3 in at most one of a thousand stationary series.
+        The difference in units of its error; 0 for less than 32 values or constant ones. Beyond 3.3 in at most one of a thousand stationary series.
 
     Notes
     -----
