@@ -19,11 +19,13 @@ from carom.models.interface import (
     interaction_time,
     jump,
     lanes,
+    mass,
     meeting_time,
     position,
     transfer,
     velocity,
 )
+from carom.models.wells import SquareWell
 from carom.simulation.replay import Replay
 
 SCENE = carom.Scene.random(30, 2, packing_fraction=0.3, seed=1)
@@ -498,3 +500,48 @@ def test_an_answer_may_be_registered_for_a_class_that_is_given():
         return impact.part
 
     assert transfer(Given(0.75), 1.0, -1.0) == 0.75
+
+
+def test_a_short_array_that_no_lane_names_is_found_by_asking():
+    short = (("radii", np.full(31, 0.5)), ("kinds", np.zeros(30, np.int64)))
+    with pytest.raises(InputError, match="The field kinds of Two has 30 items; expected 31"):
+        carom.explain(SCENE.with_(interaction=Parity(change=short)))
+
+
+def test_one_component_alone_is_accepted():
+    carom.explain(carom.Scene([[1.0, 1.0]], 4.0, interaction=Parity()))
+
+
+class Equal(NamedTuple):
+    """Cores of one mass, which is no array."""
+
+    masses: float
+
+
+@interaction_time.register
+def _(pair: Equal, i, j, rr, rv, vv, now):
+    return first_contact(rr - 1.0, rv, vv)
+
+
+@jump.register
+def _(pair: Equal, i, j, rr, rv, now):
+    return rv / rr, rv / rr, -rv * pair.masses
+
+
+@mass.register
+def _(pair: Equal, i):
+    return pair.masses
+
+
+class EqualCores(Parity):
+    def model(self, particles):
+        return Equal(1.0)
+
+
+class DeepWell(SquareWell):
+    """A value of one's own with steps."""
+
+
+def test_what_needs_no_array_needs_none():
+    carom.explain(SCENE.with_(interaction=EqualCores()))
+    carom.explain(SCENE.with_(interaction=DeepWell(1.5, 1.0)))

@@ -13,7 +13,7 @@ import numpy as np
 
 from carom.errors import InputError, OverlapError
 from carom.models import choice
-from carom.models.interface import core_square, jump, step_time
+from carom.models.interface import core_square, jump, mass, radius, step_time
 from carom.scene import overlaps
 from carom.scene.overlaps import Room
 from carom.simulation import probes
@@ -46,8 +46,9 @@ def refuse_unsound(scene: Scene, contents: Contents) -> None:
     if own_pair:
         refuse_short(pair, contents.n)
         if not choice.answers(step_time, pair):
-            refuse_far(pair, contents)
-            refuse_core(pair, scene, contents)
+            kinds = kinds_of(pair, contents)
+            refuse_far(pair, kinds, contents)
+            refuse_core(pair, kinds, scene, contents)
     if own_motion:
         refuse_motion(pair, scene, contents)
 
@@ -55,10 +56,13 @@ def refuse_unsound(scene: Scene, contents: Contents) -> None:
 def refuse_short(pair: Any, n: int) -> None:
     """Raise InputError where a field of one value a component has fewer than ``n + 1`` items, or is no array.
 
-    What a lane names, and ``radii`` and ``masses``, are such fields. Others are found by asking the model for
-    the last component and the ghost.
+    What a lane names is such a field, and ``radii`` and ``masses`` if :func:`radius` and :func:`mass` are not
+    answered. Others are found by asking the model for the last component and the ghost.
     """
-    named = {*getattr(pair, "lanes", ()), "radii", "masses"}
+    named = {*getattr(pair, "lanes", ())}
+    for question, name in ((radius, "radii"), (mass, "masses")):
+        if not choice.answers(question, pair) and getattr(pair, name, None) is not None:
+            named.add(name)
     arrays = {name: getattr(pair, name) for name in pair._fields}
     for name, values in arrays.items():
         if name in named and not isinstance(values, np.ndarray):
@@ -68,6 +72,8 @@ def refuse_short(pair: Any, n: int) -> None:
             )
         if name in named and len(values) < n + 1:
             raise InputError(_short(pair, name, n))
+    if choice.answers(step_time, pair):
+        return
     one = np.float64(1.0)
     for j in (n - 1, n):
         for i in {0, n - 1} - {j}:
@@ -76,12 +82,12 @@ def refuse_short(pair: Any, n: int) -> None:
                 if j < n and choice.answers(jump, pair):
                     jump(pair, i, j, one, -one, 0.0)
             except IndexError:
-                fewer = [
-                    name
+                fewer = {
+                    name: len(values)
                     for name, values in arrays.items()
-                    if isinstance(values, np.ndarray | tuple) and 0 < len(values) <= n
-                ]
-                raise InputError(_short(pair, min(fewer, default=""), n)) from None
+                    if isinstance(values, np.ndarray) and values.ndim > 0 and len(values) <= n
+                }
+                raise InputError(_short(pair, max(fewer, key=fewer.__getitem__, default=""), n)) from None
 
 
 def _short(pair: Any, name: str, n: int) -> str:
@@ -93,10 +99,10 @@ def _short(pair: Any, name: str, n: int) -> str:
     )
 
 
-def refuse_far(pair: Any, contents: Contents) -> None:
+def refuse_far(pair: Any, kinds: np.ndarray, contents: Contents) -> None:
     """Raise InputError where two components act on each other beyond the reach of their interaction."""
     speed, radii = float(contents.unit.to_kernel(1.0, -1)), contents.reaches
-    for i, j in _unlike_pairs(pair, contents):
+    for i, j in _unlike_pairs(kinds, contents.particles.radii):
         reach = contents.diameter if radii is None else float(radii[i] + radii[j])
         found = probes.contact_distance(pair, i, j, contents.diameter, speed)
         if found > reach * (1.0 + TOLERANCE):
@@ -108,7 +114,7 @@ def refuse_far(pair: Any, contents: Contents) -> None:
             )
 
 
-def _kinds(pair: Any, contents: Contents) -> np.ndarray:
+def kinds_of(pair: Any, contents: Contents) -> np.ndarray:
     """Return a number for each component, (n,): equal where no field of the model and no radius differs."""
     n = contents.n
     columns = [contents.particles.radii[:, None], contents.particles.masses[:, None]]
@@ -118,11 +124,9 @@ def _kinds(pair: Any, contents: Contents) -> np.ndarray:
     return np.unique(np.hstack(columns), axis=0, return_inverse=True)[1].ravel()
 
 
-def _unlike_pairs(pair: Any, contents: Contents) -> Iterator[tuple[int, int]]:
+def _unlike_pairs(kinds: np.ndarray, radii: np.ndarray) -> Iterator[tuple[int, int]]:
     """Yield pairs of components of different kinds, and of one."""
-    kinds = _kinds(pair, contents)
     _, first = np.unique(kinds, return_index=True)
-    radii = contents.particles.radii
     spread = first[np.unique(np.linspace(0, len(first) - 1, KINDS).astype(int))]
     some = np.unique([radii.argmin(), radii.argmax(), *spread]).tolist()
     yield from itertools.combinations(some, 2)
@@ -132,7 +136,7 @@ def _unlike_pairs(pair: Any, contents: Contents) -> Iterator[tuple[int, int]]:
             yield i, int(others[others != i][0])
 
 
-def refuse_core(pair: Any, scene: Scene, contents: Contents) -> None:
+def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, contents: Contents) -> None:
     """Raise OverlapError where two components start inside the distance that they keep.
 
     This is what ``core_square`` answers, or the distance at which they are thrown back, if they are thrown
@@ -142,8 +146,7 @@ def refuse_core(pair: Any, scene: Scene, contents: Contents) -> None:
     speed = float(contents.unit.to_kernel(1.0, -1))
     pairs = room.near(room.wrapped(scene.positions), contents.diameter)
     distances = room.distances(scene.positions, pairs)
-    kinds = _kinds(pair, contents)[pairs]
-    _, first, which = np.unique(kinds, axis=0, return_index=True, return_inverse=True)
+    _, first, which = np.unique(kinds[pairs], axis=0, return_index=True, return_inverse=True)
     cores, throws = np.zeros(len(first)), np.zeros(len(first))
     for k, (i, j) in enumerate(pairs[first].tolist()):
         cores[k] = math.sqrt(max(float(core_square(pair, i, j, 0.0)), 0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,8 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.models import choice
-from carom.models.interface import NEVER, carry, interaction_time, meeting_time, step_time
+from carom.models.interface import NEVER, carry, meeting_time, step_time
+from carom.simulation import probes
 from carom.simulation.trials import TOLERANCE, Failure, Trial, flown
 
 if TYPE_CHECKING:
@@ -55,7 +57,8 @@ def refuse_motion(pair: Any, scene: Scene, contents: Contents) -> None:
     rng = np.random.default_rng(0)
     with np.errstate(all="ignore"):
         for _ in range(ATTEMPTS):
-            trial.motion(rng)
+            with suppress(ArithmeticError, ValueError):  # compiled code goes on, without a number
+                trial.motion(rng)
             if failures or tried.get("first" if contents.curved else "III", 0) >= TRIED:
                 break
         if contents.curved and not failures:
@@ -110,8 +113,7 @@ def keeps_time(pair: Any, motion: Any, contents: Contents, speed: float) -> bool
 def _between(pair: Any, i: int, j: int, x: np.ndarray, v: np.ndarray, now: float) -> float:
     """Return the time until two at places x and velocities v, (2, d), act on each other."""
     r, u = x[1] - x[0], v[1] - v[0]
-    with np.errstate(all="ignore"):
-        return float(interaction_time(pair, i, j, r @ r, r @ u, u @ u, now))
+    return probes.asked(pair, i, j, r @ r, r @ u, u @ u, now)
 
 
 def refuse_images(
@@ -122,7 +124,7 @@ def refuse_images(
     The engine gives ``meeting_time`` the stored positions, and not the nearest image.
     """
     box, span, contact = np.asarray(contents.box), 20.0 * size / speed, 0.3 * size
-    for axis in range(contents.dimension):
+    for axis in np.flatnonzero(contents.periodic).tolist():
         inwards = 2.0 * contact * np.eye(contents.dimension)[axis]
         for _ in range(ATTEMPTS):
             x = rng.uniform(0.3, 0.7, contents.dimension) * box

@@ -47,9 +47,14 @@ def contact_distance(pair: Any, i: int, j: int, reach: float, speed: float = 1.0
 def time(pair: Any, i: int, j: int, distance: Any, speed: Any) -> float:
     """Return the time until two act on each other that approach head-on from a distance [length]."""
     r, v = np.float64(distance), np.float64(speed)
+    return asked(pair, i, j, r * r, -r * v, v * v, 0.0)
+
+
+def asked(pair: Any, i: int, j: int, rr: Any, rv: Any, vv: Any, now: float) -> float:
+    """Return :func:`interaction_time`; NEVER where Python finds no number, as compiled code would go on."""
     try:
         with np.errstate(all="ignore"):
-            t = float(interaction_time(pair, i, j, r * r, -r * v, v * v, 0.0))
-    except ZeroDivisionError:  # what compiled code makes an infinity
+            t = float(interaction_time(pair, i, j, rr, rv, vv, now))
+    except (ArithmeticError, ValueError):
         return NEVER
     return NEVER if np.isnan(t) else t

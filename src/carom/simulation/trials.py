@@ -124,7 +124,7 @@ class Trial:
             self._failures.setdefault((condition, self._d), Failure(condition, self._d, shown))
 
     def interaction(self, rng: np.random.Generator) -> None:
-        """Try I, II, IV and V on a pair that is likely to meet, with free flight in between."""
+        """Try I, II, IV and V on a pair from ``rng`` that is likely to meet, with free flight in between."""
         if choice.answers(step_time, self._model):
             self._steps(rng)
             return
@@ -215,7 +215,7 @@ class Trial:
         self._try("V", again > 0.0, **facts, velocity_after=flown, again=again)
 
     def motion(self, rng: np.random.Generator) -> None:
-        """Try III, that relative flight is straight, and exit_time."""
+        """Try III, that relative flight is straight, and exit_time, on a pair from ``rng``."""
         motion = self._model
         if choice.answers(meeting_time, motion):
             if self._d > 1:  # a curve has room to bend
@@ -251,7 +251,7 @@ class Trial:
             self._try("exit", inside and there, **facts, axis=axis, interval=(low, high), exit=t, place=end)
 
     def reach(self, value: Any, particles: Particles) -> None:
-        """Try that no two of eight components act on each other beyond the reach of their interaction."""
+        """Try that no two of eight components act on each other beyond the reach of ``value``."""
         places = np.zeros((8, self._d))
         places[:, 0] = 2.5 * np.arange(8)
         scene = Scene(
@@ -318,7 +318,7 @@ class Trial:
         self._try("V", again > 0.0, **facts, again=again)
 
     def impact(self, rng: np.random.Generator) -> None:
-        """Try the part of the momentum that is exchanged."""
+        """Try the part of the momentum that is exchanged, at a speed from ``rng``."""
         distance, speed = rng.uniform(0.5, 2.0), 10.0 ** rng.uniform(-6.0, 2.0)
         part = float(transfer(self._model, distance * distance, -speed * distance))
         self._try("part", 0.5 <= part <= 1.0, distance=distance, normal_speed=speed, part=part)
