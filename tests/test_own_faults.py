@@ -150,6 +150,11 @@ def test_an_array_without_ghost_is_refused(values, words):
         carom.Simulation(SCENE.with_(interaction=Parity(change=(("kinds", values),))))
 
 
+def test_check_finds_an_array_without_ghost():
+    with pytest.raises(InputError, match="The field kinds of Two has 8 items; expected 9"):
+        carom.check(Parity(change=(("kinds", np.zeros(8, np.int64)),)))
+
+
 def test_a_list_for_masses_is_refused():
     with pytest.raises(InputError, match="The field masses of Two is a list; expected an array of 31 items"):
         carom.Simulation(SCENE.with_(interaction=Parity(change=(("masses", [1.0] * 31),))))
@@ -427,8 +432,8 @@ class Misspelt:
             lambda: carom.check(NoReach()),
             "NoReach is an interaction, as its model answers interaction_time, and has no reach(scene)",
         ),
-        (lambda: carom.check(Misspelt()), "which has no model; did you mean modle."),
-        (lambda: SCENE.with_(motion=Misspelt()), "which has no model; did you mean modle."),
+        (lambda: carom.check(Misspelt()), "which has no model, but modle."),
+        (lambda: SCENE.with_(motion=Misspelt()), "which has no model, but modle."),
         (lambda: SCENE.with_(motion=Parity()), "found Parity, an interaction: it has reach."),
         (lambda: carom.check(Parity(), dimensions="2"), "dimensions must be a tuple of integers, found the"),
         (lambda: carom.check(Parity(), dimensions=(0,)), "dimensions must be at least 1, found 0"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from typing import Any
 
 from carom import checks
@@ -61,8 +62,9 @@ def is_own(value: Any) -> bool:
 
 def lacks(value: Any, name: str) -> str:
     """Return that a value has no method of this name, and which of a similar name it has."""
-    given = [each for each in dir(value) if not each.startswith("_")]
-    return f"has no {name}{checks.suggestion(name, given, listed=True)}"
+    given = [each for each in dir(value) if is_own(value) and not each.startswith("_")]
+    near = difflib.get_close_matches(name, given, n=1)
+    return f"has no {name}" + (f", but {near[0]}" if near else "")
 
 
 def made(value: Any, particles: interface.Particles) -> Any:

@@ -11,6 +11,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.models import choice
 from carom.models.interface import Particles, position, step_time
+from carom.simulation.own_models import refuse_short
 from carom.simulation.trials import SENTENCES, Failure, Trial
 from carom.units import TimeUnit
 
@@ -71,8 +72,8 @@ def check(
     Raises
     ------
     InputError
-        If the value is neither an interaction, a motion nor an impact, or a required question is not
-        answered.
+        If the value is neither an interaction, a motion nor an impact, a required question is not answered,
+        or an array of the model is too short.
 
     Examples
     --------
@@ -94,8 +95,11 @@ def check(
         model = choice.made(value, some) if choice.is_own(value) else value.model(some)
         if model is None or (kind == "motion" and not _has_axis(model, d - 1)):
             continue
+        choice.answered(kind, model)
+        if kind == "interaction" and choice.is_own(value):
+            refuse_short(model, len(some.radii))
         straight = kind == "motion" and getattr(value, "straight", True)
-        trial = Trial(choice.answered(kind, model), d, tried, failures, straight=straight)
+        trial = Trial(model, d, tried, failures, straight=straight)
         for _ in range(pairs):
             with np.errstate(all="ignore"):
                 getattr(trial, kind)(rng)

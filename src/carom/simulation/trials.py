@@ -124,7 +124,7 @@ class Trial:
             self._failures.setdefault((condition, self._d), Failure(condition, self._d, shown))
 
     def interaction(self, rng: np.random.Generator) -> None:
-        """Try I, II, IV and V on a pair from ``rng`` that is likely to meet, with free flight in between."""
+        """Try I, II, IV and V on a pair from ``rng`` in free flight that is likely to meet."""
         if choice.answers(step_time, self._model):
             self._steps(rng)
             return
