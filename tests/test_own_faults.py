@@ -107,9 +107,10 @@ def test_a_model_without_fault_is_accepted():
     carom.explain(SCENE.with_(interaction=Parity()))
 
 
-@pytest.mark.parametrize("far", [0.99999, 0.5])
-def test_a_reach_that_is_too_small_is_refused_with_pair_and_distances(far):
-    with pytest.raises(InputError, match=rf"Components \d+ and \d+ act on each other .* {far:g}: the engine"):
+@pytest.mark.parametrize(("far", "found"), [(0.99999, "1"), (0.5, "0.6"), (1e-6, "0.6")])
+def test_a_reach_that_is_too_small_is_refused_with_pair_and_distances(far, found):
+    words = rf"Components \d+ and \d+ act on each other {found} apart, .* {far:g}: the engine"
+    with pytest.raises(InputError, match=words):
         carom.Simulation(SCENE.with_(interaction=Parity(far=far)))
     failures = carom.check(Parity(far=far)).failures
     assert {failure.condition for failure in failures} == {"reach"}
@@ -460,8 +461,13 @@ def test_functions_of_math_replay_bit_for_bit(tmp_path):
     scene = SCENE.with_(motion=Drag(0.02), interaction=DragCores(0.02))
     run = carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5")
     run.run(time=2.0)
+    run.save(tmp_path / "checkpoint.h5")
     run.close()
     assert run.collisions > 50
+    own = {"motion": Drag(0.03), "interaction": DragCores(0.02)}
+    for load in (carom.Simulation.load, Replay):
+        with pytest.raises(FileError, match=r"Drag with g = 0.02, and the value given has g = 0.03"):
+            load(tmp_path / ("events.h5" if load is Replay else "checkpoint.h5"), **own)
     again = Replay(tmp_path / "events.h5", motion=Drag(0.02), interaction=DragCores(0.02))
     again.advance_to(2.0)
     assert (again.frame().velocities == run.frame().velocities).all()

@@ -12,6 +12,9 @@ from carom.models.interface import NEVER, interaction_time
 SPEEDS = (1.0, 1024.0)
 """Speeds of head-on approaches, in units of the thermal speed: an interaction may depend on the speed."""
 
+DOUBLINGS = 64
+"""How often the distance at which an approach begins is doubled."""
+
 
 def reach_of(interaction: Any, scene: Any) -> float:
     """Return the reach of an interaction in a scene, checked [length].
@@ -35,13 +38,21 @@ def contact_distance(pair: Any, i: int, j: int, reach: float, speed: float = 1.0
     i, j : int
         The two.
     reach : float
-        The approach begins at four times this distance.
+        The approach begins at four times this distance, or further away if they act on each other there.
     speed : float
         The usual speed.
     """
-    far = np.float64(4.0 * reach)
-    found = [far - v * time(pair, i, j, far, v) for v in np.multiply(SPEEDS, speed)]
-    return max(0.0, *map(float, found))
+    return max(_distance(pair, i, j, 4.0 * reach, float(v)) for v in np.multiply(SPEEDS, speed))
+
+
+def _distance(pair: Any, i: int, j: int, far: float, speed: float) -> float:
+    """Return where two act on each other that approach from a distance ``far`` or more, or 0."""
+    for _ in range(DOUBLINGS):
+        t = time(pair, i, j, far, speed)
+        if t > 0.0:
+            return max(0.0, far - speed * t)
+        far *= 2.0
+    return far
 
 
 def time(pair: Any, i: int, j: int, distance: Any, speed: Any) -> float:
