@@ -47,7 +47,7 @@ def test_the_page_runs_as_it_stands(tmp_path):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == "True"
-    assert sum(line.startswith("holds") for line in lines) == 5
+    assert sum(line.startswith("holds") for line in lines) == 6
     assert lines[-4:] == ["False ['V', 'momentum']", "True", "True", "UnlikeCores"]
 
 

@@ -12,7 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import singledispatch, wraps
+from inspect import CO_VARARGS
 from typing import Any
+
+from carom.errors import InputError
 
 Compile = Callable[[Any, str], None]
 
@@ -66,12 +69,41 @@ def required(function):
     def unanswered(model, *args):
         raise TypeError(f"{type(model).__name__} has no {function.__name__}: register one.")
 
-    return _note(singledispatch(unanswered), "required")
+    return _note(_strict(singledispatch(unanswered), function), "required")
 
 
 def optional(function):
     """Make ``function(model, ...)`` a question; its body is the answer of models that register no other."""
-    return _note(singledispatch(function), "optional")
+    return _note(_strict(singledispatch(function), function), "optional")
+
+
+def _strict(face, question):
+    """Let ``face.register`` refuse an answer that has not the parameters of the question."""
+    register, wanted = face.register, question.__code__
+
+    def register_alike(*args):
+        answer = args[-1]
+        code = getattr(answer, "__code__", None)
+        if isinstance(answer, type) and len(args) == 1:  # the answer comes next
+            return lambda answer: register_alike(*args, answer)
+        if code is None or code.co_flags & CO_VARARGS or answer is face.registry[object]:
+            return register(*args)
+        if len(args) == 1 and not getattr(answer, "__annotations__", None):
+            raise InputError(
+                f"An answer to {question.__name__} must say which type of model it is for: annotate its "
+                f"first parameter, def _({wanted.co_varnames[0]}: YourModel, ...)."
+            )
+        if code.co_argcount != wanted.co_argcount:
+            names = wanted.co_varnames[: wanted.co_argcount]
+            raise InputError(
+                f"An answer to {question.__name__} takes {wanted.co_argcount} parameters "
+                f"({', '.join(names)}), found {code.co_argcount} in {code.co_filename}, line "
+                f"{code.co_firstlineno}."
+            )
+        return register(*args)
+
+    face.register = register_alike
+    return face
 
 
 def answers(question, kind: type) -> bool:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
 from typing import Any
 
 from carom import checks
 from carom.compiling import registry
 from carom.errors import InputError
-from carom.models import interface, tables
+from carom.models import interface, parameters, tables
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
 from carom.models.restitution import Restitution
@@ -39,7 +40,7 @@ def checked(kind: str, value: Any) -> Any:
     Raises
     ------
     InputError
-        If it lacks a method.
+        If it lacks a method, or is an interaction given as something else.
     """
     if value is None:
         return None
@@ -48,8 +49,39 @@ def checked(kind: str, value: Any) -> Any:
         raise InputError(f"{wanted}; found the class {value.__name__}, not a value of it.")
     for name in METHODS[kind]:
         if not callable(getattr(value, name, None)):
-            raise InputError(f"{wanted}; found {checks.describe(value)}, which has no {name}.")
+            raise InputError(f"{wanted}; found {checks.describe(value)}, which {lacks(value, name)}.")
+    if kind != "interaction" and callable(getattr(value, "reach", None)):
+        raise InputError(f"{wanted}; found {type(value).__name__}, an interaction: it has reach.")
     return value
+
+
+def is_own(value: Any) -> bool:
+    """Tell whether a value is of a class from outside of the package."""
+    return type(value).__module__.partition(".")[0] != "carom"
+
+
+def lacks(value: Any, name: str) -> str:
+    """Return that a value has no method of this name, and which of a similar name it has."""
+    given = [each for each in dir(value) if is_own(value) and not each.startswith("_")]
+    near = difflib.get_close_matches(name, given, n=1)
+    return f"has no {name}" + (f", but {near[0]}" if near else "")
+
+
+def made(value: Any, particles: interface.Particles) -> Any:
+    """Return the model that a value of one's own makes.
+
+    Raises
+    ------
+    InputError
+        If it makes none.
+    """
+    model = value.model(particles)
+    if model is None:
+        raise InputError(
+            f"model(particles) of {type(value).__name__} returns None; expected a NamedTuple: end it with "
+            "return."
+        )
+    return model
 
 
 def answered(kind: str, model: Any) -> Any:
@@ -86,7 +118,7 @@ def recalled(kind: str, kept: Any, given: Any) -> Any:
     Raises
     ------
     InputError
-        If the file names a class of one's own, and none is given.
+        If the file names a class of one's own, and none is given, or one with other parameters.
     """
     if kept is not None and given is None and "type" in kept:
         return tables.from_table(kept, kind)
@@ -95,4 +127,8 @@ def recalled(kind: str, kept: Any, given: Any) -> Any:
             f"The {kind} of this scene is of the class {kept.get('class')}, which no file holds; "
             f"give the value, {kind}=..., where the file is loaded."
         )
+    if kept is not None and "class" in kept:
+        other = parameters.difference(kept, given)
+        if other is not None:
+            raise InputError(f"The {kind} of the file is {other}: give the value of the run.")
     return given

@@ -48,6 +48,7 @@ from typing import Any, Protocol, TypeVar, runtime_checkable
 import numpy as np
 
 from carom.compiling.registry import optional, required
+from carom.errors import InputError
 from carom.units import TimeUnit
 
 M = TypeVar("M")
@@ -153,9 +154,18 @@ def lanes(*names: str) -> Callable[[type[M]], type[M]]:
 
     This is a class decorator; ``names`` are names of fields. The search loads these fields for eight
     candidates at a time. Other fields are loaded one by one, which is slower and gives the same bits.
+
+    Raises
+    ------
+    InputError
+        If the class has no such field.
     """
 
     def decorate(model: type[M]) -> type[M]:
+        for name in names:
+            if name not in model._fields:  # type: ignore[attr-defined]
+                known = ", ".join(model._fields)  # type: ignore[attr-defined]
+                raise InputError(f"{model.__name__} has no field {name!r} for a lane; known are {known}.")
         model.lanes = names  # type: ignore[attr-defined]
         return model
 

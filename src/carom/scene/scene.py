@@ -9,7 +9,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import choice, tables, to_tables
+from carom.models import choice, parameters, tables, to_tables
 from carom.models import obstacles as _obstacles
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
@@ -256,9 +256,7 @@ class Scene(Fields):
         for kind in choice.USUAL:
             if not self.usual(kind):  # files hold no code
                 value = getattr(self, kind)
-                attributes[kind] = (
-                    value.to_table() if to_tables.holds(value) else {"class": type(value).__name__}
-                )
+                attributes[kind] = value.to_table() if to_tables.holds(value) else parameters.kept(value)
         for name, values in (("diameter", self.diameters), ("mass", self.masses)):
             if np.ptp(values) == 0:
                 attributes[name] = float(values[0])

@@ -16,6 +16,8 @@ from carom.models.parabolas import chase
 from carom.models.restitution import Restitution
 from carom.models.walls import cushions
 from carom.scene.temperature import conserved, degrees_of_freedom, peculiar, temperature
+from carom.simulation import probes
+from carom.simulation.own_models import refuse_unsound
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -255,7 +257,7 @@ def contents_of(
         n=scene.n,
         box=scene.box,
         periodic=scene.periodic,
-        diameter=float(interaction.reach(scene)),
+        diameter=probes.reach_of(interaction, scene),
         mass=scene.mass,
         interaction=interaction,
         motion=scene.motion,
@@ -282,5 +284,9 @@ def contents_of(
         check_meetings(contents, scene)
     for kind in choice.USUAL:
         if not scene.usual(kind):
-            choice.answered(kind, getattr(contents, kind).model(contents.particles))
+            value = getattr(contents, kind)
+            own = choice.is_own(value) and kind != "impact"  # that of an elastic impact is None
+            model = choice.made(value, contents.particles) if own else value.model(contents.particles)
+            choice.answered(kind, model)
+    refuse_unsound(scene, contents)
     return contents

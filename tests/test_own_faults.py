@@ -1,0 +1,558 @@
+"""Faults of models of one's own are refused in a sentence when a simulation is made, before anything runs."""
+
+import math
+import re
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import FileError, InputError, OverlapError
+from carom.models.contact import exchange, first_contact
+from carom.models.interface import (
+    NEVER,
+    carry,
+    core_square,
+    exit_time,
+    interaction_time,
+    jump,
+    lanes,
+    mass,
+    meeting_time,
+    position,
+    transfer,
+    velocity,
+)
+from carom.models.wells import SquareWell
+from carom.simulation.replay import Replay
+
+SCENE = carom.Scene.random(30, 2, packing_fraction=0.3, seed=1)
+
+
+class Two(NamedTuple):
+    """Hard cores: unlike kinds touch at one distance, like ones at another."""
+
+    like: float
+    unlike: float
+    kinds: np.ndarray
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+@interaction_time.register
+def _(pair: Two, i, j, rr, rv, vv, now):
+    return first_contact(rr - (pair.like if pair.kinds[i] == pair.kinds[j] else pair.unlike), rv, vv)
+
+
+@jump.register
+def _(pair: Two, i, j, rr, rv, now):
+    return exchange(pair, i, j, rr, rv)
+
+
+class Answering(NamedTuple):
+    """The same cores, which say how far apart they keep two."""
+
+    core: float
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+@interaction_time.register
+def _(pair: Answering, i, j, rr, rv, vv, now):
+    return first_contact(rr - pair.core, rv, vv) if rr >= pair.core else NEVER
+
+
+@jump.register
+def _(pair: Answering, i, j, rr, rv, now):
+    return exchange(pair, i, j, rr, rv)
+
+
+@core_square.register
+def _(pair: Answering, i, j, now):
+    return pair.core
+
+
+@dataclass(frozen=True)
+class Parity:
+    """Components with even and odd numbers."""
+
+    like: float = 1.0
+    unlike: float = 0.6
+    far: object = 1.0
+    change: tuple = ()
+    penetrable = True
+
+    def reach(self, scene):
+        return self.far
+
+    def model(self, particles):
+        kinds = particles.with_ghost(np.arange(len(particles.radii)) % 2, np.int64)
+        sizes = particles.with_ghost(particles.radii), particles.with_ghost(particles.masses)
+        return Two(self.like**2, self.unlike**2, kinds, *sizes)._replace(**dict(self.change))
+
+
+class ByRadii(Parity):
+    by_radii = True
+
+
+class Core(Parity):
+    def model(self, particles):
+        sizes = particles.with_ghost(particles.radii), particles.with_ghost(particles.masses)
+        return Answering(self.like**2, *sizes)
+
+
+def test_a_model_without_fault_is_accepted():
+    carom.explain(SCENE.with_(interaction=Parity()))
+
+
+@pytest.mark.parametrize(("far", "found"), [(0.99999, "1"), (0.5, "0.6"), (1e-6, "0.6")])
+def test_a_reach_that_is_too_small_is_refused_with_pair_and_distances(far, found):
+    words = rf"Components \d+ and \d+ act on each other {found} apart, .* {far:g}: the engine"
+    with pytest.raises(InputError, match=words):
+        carom.Simulation(SCENE.with_(interaction=Parity(far=far)))
+    failures = carom.check(Parity(far=far)).failures
+    assert {failure.condition for failure in failures} == {"reach"}
+
+
+def test_a_reach_is_too_small_for_the_sum_of_radii_too():
+    sizes = np.where(np.arange(30) % 2, 1.0, 0.8)  # like ones touch at 1.0, two small ones at 0.8
+    with pytest.raises(InputError, match="act on each other 1 apart, beyond the sum of their radii"):
+        carom.Simulation(SCENE.with_(diameter=sizes, interaction=ByRadii()))
+
+
+@pytest.mark.parametrize(
+    ("far", "words"),
+    [
+        (None, "must be a number, found nothing"),
+        ("one", "must be a number, found the string 'one'"),
+        (math.nan, "must be finite"),
+        (math.inf, "must be finite"),
+        (0.0, "must be greater than 0"),
+        (-1.0, "must be greater than 0"),
+    ],
+)
+def test_a_reach_that_is_no_length_is_refused(far, words):
+    for make in (lambda v: carom.Simulation(SCENE.with_(interaction=v)), carom.check):
+        with pytest.raises(InputError, match=re.escape("reach(scene) of Parity " + words)):
+            make(Parity(far=far))
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (np.zeros(30, np.int64), "The field kinds of Two has 30 items; expected 31"),
+        (np.zeros(5, np.int64), "The field kinds of Two has 5 items; expected 31"),
+    ],
+)
+def test_an_array_without_ghost_is_refused(values, words):
+    with pytest.raises(InputError, match=words):
+        carom.Simulation(SCENE.with_(interaction=Parity(change=(("kinds", values),))))
+
+
+def test_check_finds_an_array_without_ghost():
+    with pytest.raises(InputError, match="The field kinds of Two has 8 items; expected 9"):
+        carom.check(Parity(change=(("kinds", np.zeros(8, np.int64)),)))
+
+
+def test_a_list_for_masses_is_refused():
+    with pytest.raises(InputError, match="The field masses of Two is a list; expected an array of 31 items"):
+        carom.Simulation(SCENE.with_(interaction=Parity(change=(("masses", [1.0] * 31),))))
+
+
+def test_a_lane_must_be_a_field():
+    with pytest.raises(InputError, match="Lined has no field 'kind' for a lane; known are kinds"):
+
+        @lanes("kind")
+        class Lined(NamedTuple):
+            kinds: np.ndarray
+
+
+@pytest.mark.parametrize("value", [Parity(1.5, 1.5, 1.5), Core(1.5, 1.5, 1.5)])
+def test_an_overlapping_start_is_refused_though_components_are_penetrable(value):
+    with pytest.raises(OverlapError, match=r"Components \d+ and \d+ overlap by .* keeps them 1.5 apart"):
+        carom.Simulation(SCENE.with_(interaction=value))
+
+
+def test_penetrable_pairs_may_overlap():
+    carom.explain(SCENE.with_(interaction=Parity(like=1e-3, unlike=1.0, far=3.0)))
+
+
+class Slow(NamedTuple):
+    """Drag: v' = -g v."""
+
+    g: float
+
+
+@position.register
+def _(motion: Slow, axis, x, v, t):
+    return x - v * math.expm1(-motion.g * t) / motion.g
+
+
+@velocity.register
+def _(motion: Slow, axis, v, t):
+    return v * math.exp(-motion.g * t)
+
+
+@exit_time.register
+def _(motion: Slow, axis, x, v, low, high):
+    way = max(high - x, 0.0) if v > 0.0 else max(x - low, 0.0)
+    part = motion.g * way / abs(v) if v != 0.0 else 1.0
+    return (-math.log1p(-part) / motion.g if part < 1.0 else NEVER), np.int64(v > 0.0)
+
+
+@dataclass(frozen=True)
+class Drag:
+    g: float
+    straight = False
+
+    def conserves(self, axis):
+        return False
+
+    def model(self, particles):
+        return Slow(float(particles.unit.to_kernel(self.g, -1)))
+
+
+class SlowCores(NamedTuple):
+    """Hard cores whose times are those of the drag."""
+
+    g: float
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+@interaction_time.register
+def _(pair: SlowCores, i, j, rr, rv, vv, now):
+    part = pair.g * first_contact(rr - 1.0, rv, vv)
+    return -math.log1p(-part) / pair.g if part < 1.0 else NEVER
+
+
+@jump.register
+def _(pair: SlowCores, i, j, rr, rv, now):
+    return exchange(pair, i, j, rr, rv)
+
+
+@dataclass(frozen=True)
+class DragCores:
+    g: float
+
+    def reach(self, scene):
+        return 1.0
+
+    def model(self, particles):
+        sizes = particles.with_ghost(particles.radii), particles.with_ghost(particles.masses)
+        return SlowCores(float(particles.unit.to_kernel(self.g, -1)), *sizes)
+
+
+def test_a_motion_that_is_not_uniform_is_refused():
+    with pytest.raises(InputError, match="relative: not so that relative to each other two components fly"):
+        carom.Simulation(SCENE.with_(motion=Drag(0.1)))
+    with pytest.raises(InputError, match="relative: not so"):
+        carom.Simulation(SCENE.with_(motion=Drag(0.1), interaction=DragCores(0.2)))
+
+
+def test_a_motion_that_is_not_uniform_needs_an_interaction_that_knows_it():
+    carom.explain(SCENE.with_(motion=Drag(0.1), interaction=DragCores(0.1)))
+
+
+class Uniform(NamedTuple):
+    """A uniform field."""
+
+    g: float
+
+
+@position.register
+def _(motion: Uniform, axis, x, v, t):
+    return x + (v + 0.5 * motion.g * t) * t
+
+
+@velocity.register
+def _(motion: Uniform, axis, v, t):
+    return v + motion.g * t
+
+
+class Straight:
+    """A field that is said to be none."""
+
+    def model(self, particles):
+        return Uniform(-1.0)
+
+
+def test_a_motion_that_bends_and_does_not_say_so_is_refused():
+    assert "uniform" in {failure.condition for failure in carom.check(Straight()).failures}
+    with pytest.raises(InputError, match="uniform: not so that without straight = False"):
+        carom.Simulation(SCENE.with_(motion=Straight()))
+
+
+class Curve(NamedTuple):
+    """Free flight, as if it were a curve."""
+
+    edges: tuple
+    images: bool
+
+
+@position.register
+def _(motion: Curve, axis, x, v, t):
+    return x
+
+
+@velocity.register
+def _(motion: Curve, axis, v, t):
+    return v
+
+
+@carry.register
+def _(motion: Curve, x, v, t, there, then):
+    for axis in range(len(x)):
+        there[axis], then[axis] = x[axis] + v[axis] * t, v[axis]
+    return there, then, 0.0
+
+
+@meeting_time.register
+def _(motion: Curve, me, other, now, contact, rate, limit, span):
+    soonest, most = NEVER, 6 if motion.images else 0
+    for left in range(-most, most + 1):
+        for up in range(-most, most + 1):
+            rr, rv, vv = -contact * contact, -contact * rate, -rate * rate
+            for axis in range(2):
+                r = other.x[axis] - me.x[axis] + (left, up)[axis] * motion.edges[axis]
+                r += other.v[axis] * (now - other.t) - me.v[axis] * (now - me.t)
+                u = other.v[axis] - me.v[axis]
+                rr, rv, vv = rr + r * r, rv + r * u, vv + u * u
+            soonest = min(soonest, first_contact(rr, rv, vv))
+    return soonest, False
+
+
+@dataclass(frozen=True)
+class Curved:
+    images: bool
+    straight = False
+    curved = True
+
+    def conserves(self, axis):
+        return True
+
+    def model(self, particles):
+        return Curve(particles.box, self.images)
+
+
+def test_a_curved_motion_must_look_at_images():
+    with pytest.raises(InputError, match="meet inside the box, and not across its face along axis 0"):
+        carom.Simulation(SCENE.with_(motion=Curved(images=False)))
+    carom.explain(SCENE.with_(motion=Curved(images=True)))
+
+
+class Half(NamedTuple):
+    """A curve that nobody meets on."""
+
+
+@position.register
+def _(motion: Half, axis, x, v, t):
+    return x
+
+
+@velocity.register
+def _(motion: Half, axis, v, t):
+    return v
+
+
+class HalfCurved(Curved):
+    def model(self, particles):
+        return Half()
+
+
+def test_a_curved_motion_must_say_when_components_meet():
+    with pytest.raises(InputError, match="Half does not answer carry"):
+        carom.Simulation(SCENE.with_(motion=HalfCurved(True)))
+
+
+class Plain(NamedTuple):
+    """A contact law."""
+
+    part: float
+
+
+@transfer.register
+def _(impact: Plain, rr, rv):
+    return impact.part
+
+
+@dataclass(frozen=True)
+class Plastic:
+    loss: float
+    table: np.ndarray | None = None
+
+    def model(self, particles):
+        return Plain(1.0 - 0.5 * self.loss)
+
+
+@pytest.mark.parametrize(
+    ("before", "given", "words"),
+    [
+        (Plastic(0.5), Plastic(0.9), "Plastic with loss = 0.5, and the value given has loss = 0.9"),
+        (Plastic(0.5, np.arange(3)), Plastic(0.5, np.arange(3) + 1), "Plastic with table = array of shape"),
+        (Plastic(0.5), Straight(), "of the class Plastic, and the value given is of the class Straight"),
+    ],
+)
+def test_a_file_is_not_loaded_with_another_value(before, given, words):
+    arrays, attributes = SCENE.with_(impact=before).to_arrays()
+    with pytest.raises(InputError, match="The impact of the file is " + re.escape(words)):
+        carom.Scene.from_arrays(arrays, attributes, impact=given)
+    again = Plastic(before.loss, None if before.table is None else before.table.copy())
+    carom.Scene.from_arrays(arrays, attributes, impact=again)
+    del attributes["impact"]["parameters"]  # a file of before
+    if isinstance(given, Plastic):
+        carom.Scene.from_arrays(arrays, attributes, impact=given)
+
+
+class Nothing(Parity):
+    def model(self, particles):
+        return None
+
+
+class NoReach:
+    def model(self, particles):
+        return Parity().model(particles)
+
+
+class Misspelt:
+    def modle(self, particles):
+        return None
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: carom.check(Nothing()), "model(particles) of Nothing returns None; expected a NamedTuple"),
+        (
+            lambda: carom.Simulation(SCENE.with_(interaction=Nothing())),
+            "model(particles) of Nothing returns None; expected a NamedTuple",
+        ),
+        (
+            lambda: carom.check(NoReach()),
+            "NoReach is an interaction, as its model answers interaction_time, and has no reach(scene)",
+        ),
+        (lambda: carom.check(Misspelt()), "which has no model, but modle."),
+        (lambda: SCENE.with_(motion=Misspelt()), "which has no model, but modle."),
+        (lambda: SCENE.with_(motion=Parity()), "found Parity, an interaction: it has reach."),
+        (lambda: carom.check(Parity(), dimensions="2"), "dimensions must be a tuple of integers, found the"),
+        (lambda: carom.check(Parity(), dimensions=(0,)), "dimensions must be at least 1, found 0"),
+        (lambda: carom.check(Parity(), pairs=0), "pairs must be at least 1, found 0"),
+    ],
+)
+def test_what_is_no_value_is_refused_in_a_sentence(call, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        call()
+
+
+def test_a_replay_says_when_a_model_is_only_rounded_otherwise():
+    run = object.__new__(Replay)
+    run._path, run._own, run._read_so_far = "events.h5", ["Drag"], 3
+    run._compare(1.0, 1.0, "1 and 2")
+    with pytest.raises(FileError, match=r"rounding alone; Drag is computed otherwise .* call math.exp"):
+        run._compare(1.0 + 2.0**-52, 1.0, "1 and 2")
+    with pytest.raises(FileError, match="the log is damaged"):
+        run._compare(1.0 + 2.0**-20, 1.0, "1 and 2")
+
+
+@pytest.mark.slow
+def test_functions_of_math_replay_bit_for_bit(tmp_path):
+    scene = SCENE.with_(motion=Drag(0.02), interaction=DragCores(0.02))
+    run = carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5")
+    run.run(time=2.0)
+    run.save(tmp_path / "checkpoint.h5")
+    run.close()
+    assert run.collisions > 50
+    own = {"motion": Drag(0.03), "interaction": DragCores(0.02)}
+    for load in (carom.Simulation.load, Replay):
+        with pytest.raises(FileError, match=r"Drag with g = 0.02, and the value given has g = 0.03"):
+            load(tmp_path / ("events.h5" if load is Replay else "checkpoint.h5"), **own)
+    again = Replay(tmp_path / "events.h5", motion=Drag(0.02), interaction=DragCores(0.02))
+    again.advance_to(2.0)
+    assert (again.frame().velocities == run.frame().velocities).all()
+    assert (again.frame().positions == run.frame().positions).all()
+
+
+@pytest.mark.slow
+def test_a_curved_motion_that_looks_at_images_meets_across_the_faces():
+    still = SCENE.with_(velocities=carom.Simulation(SCENE, seed=1).frame().velocities)
+    straight, curved = carom.Simulation(still), carom.Simulation(still.with_(motion=Curved(True)))
+    for k in range(60):  # rounding differs, and grows by a digit in ten collisions or so
+        straight.run(collisions=1)
+        curved.run(collisions=1)
+        assert abs(straight.time - curved.time) < 1e-6, k
+    curved.run(collisions=2000)
+    assert curved.statistics.worst_overlap < 1e-9
+
+
+def test_an_answer_must_have_the_parameters_of_its_question():
+    with pytest.raises(InputError, match=r"An answer to interaction_time takes 7 parameters .* found 6 in "):
+
+        @interaction_time.register
+        def _(pair: NoReach, i, j, rr, rv, vv):
+            return NEVER
+
+    with pytest.raises(InputError, match=r"annotate its first parameter, def _\(pair: YourModel, ...\)"):
+
+        @interaction_time.register
+        def _(pair, i, j, rr, rv, vv, now):
+            return NEVER
+
+    assert NoReach not in interaction_time.registry
+
+
+def test_an_answer_may_be_registered_for_a_class_that_is_given():
+    class Given(NamedTuple):
+        part: float
+
+    @transfer.register(Given)
+    def _(impact, rr, rv):
+        return impact.part
+
+    assert transfer(Given(0.75), 1.0, -1.0) == 0.75
+
+
+def test_a_short_array_that_no_lane_names_is_found_by_asking():
+    short = (("radii", np.full(31, 0.5)), ("kinds", np.zeros(30, np.int64)))
+    with pytest.raises(InputError, match="The field kinds of Two has 30 items; expected 31"):
+        carom.explain(SCENE.with_(interaction=Parity(change=short)))
+
+
+def test_one_component_alone_is_accepted():
+    carom.explain(carom.Scene([[1.0, 1.0]], 4.0, interaction=Parity()))
+
+
+class Equal(NamedTuple):
+    """Cores of one mass, which is no array."""
+
+    masses: float
+
+
+@interaction_time.register
+def _(pair: Equal, i, j, rr, rv, vv, now):
+    return first_contact(rr - 1.0, rv, vv)
+
+
+@jump.register
+def _(pair: Equal, i, j, rr, rv, now):
+    return rv / rr, rv / rr, -rv * pair.masses
+
+
+@mass.register
+def _(pair: Equal, i):
+    return pair.masses
+
+
+class EqualCores(Parity):
+    def model(self, particles):
+        return Equal(1.0)
+
+
+class DeepWell(SquareWell):
+    """A value of one's own with steps."""
+
+
+def test_what_needs_no_array_needs_none():
+    carom.explain(SCENE.with_(interaction=EqualCores()))
+    carom.explain(SCENE.with_(interaction=DeepWell(1.5, 1.0)))
