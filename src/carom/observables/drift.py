@@ -62,7 +62,7 @@ def drift(values: Sequence[float], parts: int = PARTS) -> float:
 
 
 def relaxation(values: Sequence[float]) -> float:
-    """Return how far the first quarter of a series lies above its second half, as a standard normal number.
+    """Return how far the first quarter of a series lies above its second half, as a standard normal.
 
     Parameters
     ----------
@@ -72,7 +72,8 @@ def relaxation(values: Sequence[float]) -> float:
     Returns
     -------
     float
-        The difference in units of its error; 0 for less than 32 values or constant ones. Beyond 3.3 in at most one of a thousand stationary series.
+        The difference in units of its error; 0 for less than 32 values or constant ones. Beyond 3.3 in at
+        most one of a thousand stationary series.
 
     Notes
     -----
