@@ -17,7 +17,7 @@ packing_fraction = 0.3
 
 {species}
 [run]
-equilibration = 20
+equilibration = 50
 collisions_per_particle = 10
 frames = 2
 

@@ -15,6 +15,10 @@ from carom.observables.statistics import blocking
 PARTS = 16
 """Means that a series is reduced to: few enough to be nearly independent, enough to know their scatter."""
 
+MEANS = 64
+"""Means that a long series is reduced to before a decay is looked for: a block of a short run may hold no
+collision, and the tails of such blocks are not those of a normal number."""
+
 LEVEL = 1e-3
 """Probability with which a point in equilibrium is called drifting all the same."""
 
@@ -83,6 +87,9 @@ def relaxation(values: Sequence[float]) -> float:
     steady trend makes this one blind, because it goes on in the second half.
     """
     x = np.asarray(values, dtype=np.float64)
+    if x.size > 2 * MEANS:
+        size = x.size // MEANS
+        x = x[x.size - MEANS * size :].reshape(MEANS, size).mean(axis=1)
     if x.size < 32 or _constant(x):
         return 0.0
     early, late = x[: x.size // 4], x[x.size // 2 :]
