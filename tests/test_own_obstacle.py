@@ -23,7 +23,7 @@ sim.save(sys.argv[1])
 try:
     carom.Simulation.load(sys.argv[1])
 except carom.FileError as error:
-    assert "give obstacles=" in str(error), error
+    assert "obstacles=[...]" in str(error), error
 again = carom.Simulation.load(sys.argv[1], obstacles=bars)
 for each in (sim, again):
     each.run(time=10.0)
