@@ -179,7 +179,8 @@ class Team:
         except BaseException:  # Ctrl-C: the true state is that of the beginning
             self._fresh = False
             raise
-        count = self._own_collisions()
+        own = [self._own_of(k) for k in range(self.workers)]
+        count = sum(own)
         if not alike or self.machine.collisions + count >= target:
             self._again(codes, epoch, end, end - start, alike, count)
             shares.lost += time.perf_counter() - began
@@ -188,7 +189,7 @@ class Team:
         with signals_held():
             self._each(self._store)
             stored = time.perf_counter()
-            self._merge()
+            self._merge(own)
             self._at(epoch, end)
         self._adapt(count, end - start)
         now = time.perf_counter()
@@ -296,14 +297,14 @@ class Team:
 
         store(self._parts[k].share, self._truth, self._partition.flags[k])
 
-    def _merge(self) -> None:
+    def _merge(self, own: list[int]) -> None:
         from carom.engine.windows.hooks import merge
 
         machine, engine = self.machine, self.machine.engine
         heads = np.zeros(self.workers, np.int64)
         log = None if machine.log is None else machine.log.buffer
-        for k, part in enumerate(self._parts):
-            self._add_scheduling(part.engine.tallies[0], self._own_of(k))
+        for part, count in zip(self._parts, own, strict=True):
+            self._add_scheduling(part.engine.tallies[0], count)
         while not merge(
             self._ledger,
             heads,
@@ -332,10 +333,6 @@ class Team:
         from carom.engine.constants import LAMBDA
 
         return int(np.count_nonzero(self._ledger.word[k, : self._ledger.used[k, 0]] >= LAMBDA))
-
-    def _own_collisions(self) -> int:
-        """Return those of all parts."""
-        return sum(self._own_of(k) for k in range(self.workers))
 
     # How long and how deep --------------------------------------------------------------------------------
 

@@ -53,6 +53,9 @@ SENTENCES = {
 }
 """What is tried."""
 
+Drawn = tuple[int, int, "int | None", np.ndarray, np.ndarray]
+"""Two components, their step, and place and velocity of the second relative to the first, (d,)."""
+
 
 @dataclass(frozen=True)
 class Failure:
@@ -125,68 +128,20 @@ class Trial:
 
     def interaction(self, rng: np.random.Generator) -> None:
         """Try I, II, IV and V on a pair from ``rng`` in free flight that is likely to meet."""
-        if choice.answers(step_time, self._model):
-            self._steps(rng)
-            return
         pair = self._model
-        i, j = (int(k) for k in rng.choice(8, 2, replace=False))
-        r = rng.normal(size=self._d)
-        r *= rng.uniform(1.5, 4.0) / np.linalg.norm(r)
-        u = rng.normal(size=self._d) * 0.3 - r * rng.uniform(0.1, 1.0)
-        rr, rv, vv = (float(x) for x in (r @ r, r @ u, u @ u))
-        t, other = (float(interaction_time(pair, *both, rr, rv, vv, 0.0)) for both in ((i, j), (j, i)))
-        facts = {"i": i, "j": j, "r": r, "v": u, "time": t}
-        self._try("I", t == other or _same(t, other), **facts, exchanged=other)
-        if not t < NEVER:
+        drawn = (self._on_a_step if choice.answers(step_time, pair) else self._in_flight)(rng)
+        if drawn is None:
             return
-        part = rng.uniform(0.0, 1.0) * t
-        between = r + part * u
-        left = float(interaction_time(pair, i, j, *_scalars(between, u), part))
-        touch = r + t * u
-        rr, rv, _ = _scalars(touch, u)
-        if abs(rv) < GRAZING * math.sqrt(rr * vv):
-            return
-        self._try(
-            "IV", abs(part + left - t) <= TOLERANCE * (t + 1.0 / math.sqrt(vv)), **facts, part=part, left=left
-        )
-        ours, theirs, virial = jump(pair, i, j, rr, rv, t)
-        mine, yours, _ = jump(pair, j, i, rr, rv, t)
-        self._try(
-            "II",
-            _same(ours, yours) and _same(theirs, mine),
-            **facts,
-            jump=(ours, theirs),
-            exchanged=(mine, yours),
-        )
-        scale = abs(virial) / rr
-        balance = mass(pair, i) * ours - mass(pair, j) * theirs
-        self._try(
-            "momentum", abs(balance) <= TOLERANCE * (scale + abs(mass(pair, i) * ours)), **facts, lost=balance
-        )
-        after = u - (ours + theirs) * touch
-        again = float(interaction_time(pair, i, j, *_scalars(touch, after), t))
-        self._try("V", again > 0.0, **facts, velocity_after=after, again=again)
-
-    def _steps(self, rng: np.random.Generator) -> None:
-        """Try the same of a pair on a step, from somewhere on it."""
-        pair = self._model
-        step = int(rng.integers(len(self._model.energy)))
-        i, j = (int(k) for k in rng.choice(8, 2, replace=False))
-        low, high = math.sqrt(max(pair.inner[step], 0.0)), math.sqrt(pair.outer[step])
-        high = min(high, 2.0 * low + 1.0)
-        if not low < high:  # a row that stands for no step
-            return
-        r = rng.normal(size=self._d)
-        r *= rng.uniform(low, high) / np.linalg.norm(r)
-        u = (rng.normal(size=self._d) - r * rng.uniform(-1.0, 1.0)) * 10.0 ** rng.uniform(-1.0, 1.0)
+        i, j, step, r, u = drawn
         rr, rv, vv = _scalars(r, u)
-        t, other = (float(step_time(pair, *both, step, rr, rv, vv, 0.0)) for both in ((i, j), (j, i)))
-        facts = {"i": i, "j": j, "step": step, "r": r, "v": u, "time": t}
+        t, other = (_time(pair, *both, step, rr, rv, vv, 0.0) for both in ((i, j), (j, i)))
+        where = {} if step is None else {"step": step}
+        facts: dict[str, Any] = {"i": i, "j": j, **where, "r": r, "v": u, "time": t}
         self._try("I", t == other or _same(t, other), **facts, exchanged=other)
         if not t < NEVER:
             return
         part = rng.uniform(0.0, 1.0) * t
-        left = float(step_time(pair, i, j, step, *_scalars(r + part * u, u), part))
+        left = _time(pair, i, j, step, *_scalars(r + part * u, u), part)
         touch = r + t * u
         rr, rv, _ = _scalars(touch, u)
         if abs(rv) < GRAZING * math.sqrt(rr * vv):
@@ -194,11 +149,11 @@ class Trial:
         self._try(
             "IV", abs(part + left - t) <= TOLERANCE * (t + 1.0 / math.sqrt(vv)), **facts, part=part, left=left
         )
-        ours, theirs, virial, after, kind = step_jump(pair, i, j, step, rr, rv, t)
-        mine, yours, _, same, alike = step_jump(pair, j, i, step, rr, rv, t)
+        ours, theirs, virial, *outcome = _jump(pair, i, j, step, rr, rv, t)
+        mine, yours, _, *alike = _jump(pair, j, i, step, rr, rv, t)
         self._try(
             "II",
-            _same(ours, yours) and _same(theirs, mine) and (after, kind) == (same, alike),
+            _same(ours, yours) and _same(theirs, mine) and outcome == alike,
             **facts,
             jump=(ours, theirs),
             exchanged=(mine, yours),
@@ -210,9 +165,31 @@ class Trial:
             **facts,
             lost=balance,
         )
-        flown = u - (ours + theirs) * touch
-        again = float(step_time(pair, i, j, int(after), *_scalars(touch, flown), t))
-        self._try("V", again > 0.0, **facts, velocity_after=flown, again=again)
+        after = u - (ours + theirs) * touch
+        reached = int(outcome[0]) if outcome else None
+        again = _time(pair, i, j, reached, *_scalars(touch, after), t)
+        self._try("V", again > 0.0, **facts, velocity_after=after, again=again)
+
+    def _in_flight(self, rng: np.random.Generator) -> Drawn:
+        """Return two without steps that fly towards each other."""
+        i, j = (int(k) for k in rng.choice(8, 2, replace=False))
+        r = rng.normal(size=self._d)
+        r *= rng.uniform(1.5, 4.0) / np.linalg.norm(r)
+        return i, j, None, r, rng.normal(size=self._d) * 0.3 - r * rng.uniform(0.1, 1.0)
+
+    def _on_a_step(self, rng: np.random.Generator) -> Drawn | None:
+        """Return two that are somewhere on a step; None for a row that stands for no step."""
+        pair = self._model
+        step = int(rng.integers(len(pair.energy)))
+        i, j = (int(k) for k in rng.choice(8, 2, replace=False))
+        low, high = math.sqrt(max(pair.inner[step], 0.0)), math.sqrt(pair.outer[step])
+        high = min(high, 2.0 * low + 1.0)
+        if not low < high:
+            return None
+        r = rng.normal(size=self._d)
+        r *= rng.uniform(low, high) / np.linalg.norm(r)
+        u = (rng.normal(size=self._d) - r * rng.uniform(-1.0, 1.0)) * 10.0 ** rng.uniform(-1.0, 1.0)
+        return i, j, step, r, u
 
     def motion(self, rng: np.random.Generator) -> None:
         """Try III, that relative flight is straight, and exit_time, on a pair from ``rng``."""
@@ -322,6 +299,21 @@ class Trial:
         distance, speed = rng.uniform(0.5, 2.0), 10.0 ** rng.uniform(-6.0, 2.0)
         part = float(transfer(self._model, distance * distance, -speed * distance))
         self._try("part", 0.5 <= part <= 1.0, distance=distance, normal_speed=speed, part=part)
+
+
+def _time(pair: Any, i: int, j: int, step: int | None, rr: float, rv: float, vv: float, now: float) -> float:
+    """Return when two interact that are on a step, or have none."""
+    if step is None:
+        return float(interaction_time(pair, i, j, rr, rv, vv, now))
+    return float(step_time(pair, i, j, step, rr, rv, vv, now))
+
+
+def _jump(pair: Any, i: int, j: int, step: int | None, rr: float, rv: float, now: float) -> tuple[Any, ...]:
+    """Return what the interaction of two adds, and on which step they are afterwards, if they have steps."""
+    if step is None:
+        ours, theirs, virial = jump(pair, i, j, rr, rv, now)
+        return ours, theirs, virial
+    return tuple(step_jump(pair, i, j, step, rr, rv, now))
 
 
 def _carried(motion: Any, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
