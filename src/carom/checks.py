@@ -1,4 +1,4 @@
-"""Checks of single values: what every input must be before anything is computed from it."""
+"""Checks of single values: every input passes them before anything is computed from it."""
 
 from __future__ import annotations
 
@@ -30,8 +30,9 @@ FINEST_ERROR = 1e-9
 
 
 def suggestion(name: str, known: Iterable[str], *, listed: bool = False) -> str:
-    """Return how an error about an unknown name ends: with the nearest known name, or with all, unless the
-    error has ``listed`` them already.
+    """Return the end of an error about an unknown name: the nearest known name, or else all of them.
+
+    If the error has ``listed`` the names already, they are not repeated.
     """
     names = sorted(known)
     near = difflib.get_close_matches(name[:80], names, n=1, cutoff=0.5)
@@ -121,7 +122,7 @@ def integer(value: Any, name: str, *, low: int, high: int | None = None) -> int:
 
 
 def collisions_of(per_particle: float, n: int) -> int:
-    """Return the pair collisions that are so many a particle, at most what can be counted."""
+    """Return the pair collisions of n particles, at most the number that can be counted."""
     return round(min(0.5 * n * min(per_particle, MOST_COLLISIONS), MOST_COLLISIONS))
 
 
@@ -134,7 +135,7 @@ def positive(value: Any, name: str) -> float:
 
 
 def several(value: Any) -> bool:
-    """Tell whether a value is an array, be it one of unequal rows, rather than a single number."""
+    """Tell whether a value is an array, perhaps with unequal rows, rather than a single number."""
     try:
         return np.ndim(value) > 0
     except ValueError:
