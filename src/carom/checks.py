@@ -16,16 +16,16 @@ from carom.errors import InputError
 #: six edges and of energies would leave the range of doubles.
 MAGNITUDE = 1e30
 
-#: Speeds beyond this are refused: the sums of their squares would leave that range.
+#: Speeds beyond this are refused: the sums of their squares would leave the range of doubles.
 FASTEST = 1e152
 
-#: Temperatures beyond this are, too.
+#: Temperatures beyond this are refused, for the same reason.
 HOTTEST = 1e304
 
 #: Collisions beyond this are never reached.
 MOST_COLLISIONS = 2.0**62
 
-#: Relative errors below this are refused: they would take some 1e18 independent blocks.
+#: Relative errors below this are refused: they would take about 1e18 independent blocks.
 FINEST_ERROR = 1e-9
 
 
@@ -206,6 +206,7 @@ def generator(seed: Any) -> np.random.Generator:
 
 
 def _range(low: float, high: float, open_low: bool) -> str:
+    """Return the allowed range of a number in words."""
     least = f"greater than {low:g}" if open_low else f"at least {low:g}"
     if math.isinf(high):
         return least

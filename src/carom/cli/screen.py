@@ -274,6 +274,7 @@ def decimals_of(error: float | None) -> int:
 
 
 def _with_error(value: dict[str, Any]) -> str:
+    """Return a mean with its standard error."""
     decimals = decimals_of(value["error"])
     if value["error"] is None:
         return f"{value['mean']:.6g} ± ?"

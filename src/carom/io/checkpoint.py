@@ -117,6 +117,7 @@ def _verify(path: Path, content: bytes) -> None:
 
 
 def _put(group: Any, name: str, array: np.ndarray, large: bool) -> None:
+    """Write an array as a data set: packed, as it is, or as bytes."""
     if not isinstance(name, str) or not name or "/" in name or "\0" in name or name == ".":
         raise InputError(f"The array's name is {name!r}; expected a text without '/'.")
     if array.dtype.hasobject:
@@ -138,6 +139,7 @@ def _put(group: Any, name: str, array: np.ndarray, large: bool) -> None:
 
 
 def _get(data: Any) -> np.ndarray:
+    """Return the array of a data set that :func:`_put` wrote."""
     if "dtype" not in data.attrs:
         return np.asarray(data[()])
     dtype = np.lib.format.descr_to_dtype(_tuples(json.loads(data.attrs["dtype"])))

@@ -216,6 +216,7 @@ class EventLog:
             self._create(initial)
 
     def _create(self, initial: Mapping[str, np.ndarray]) -> None:
+        """Begin a new log with its initial state."""
         arrays = {name: np.asarray(values) for name, values in initial.items()}
         for name, array in arrays.items():
             if array.dtype.kind not in "biuf" or "/" in name:
@@ -246,6 +247,7 @@ class EventLog:
         self.sums = {**dict.fromkeys(self._columns, 0), "initial": _sum_of_initial(arrays)}
 
     def _reopen(self, keep: int | None) -> None:
+        """Continue a log after a check, and drop all but the first `keep` events."""
         existing(self.path)
         if self.sums is not None:
             _verify(self.path, keep or 0, self.sums)

@@ -46,7 +46,7 @@ from carom.version import __version__
 
 _KIND = "extended XYZ"
 _COLUMNS = (("pos", "R", 3), ("momenta", "R", 3), ("masses", "R", 1), ("radius", "R", 1), ("velo", "R", 3))
-#: Bytes that are read at a time; no line is as long.
+#: Bytes that are read at a time; every line is shorter.
 _BLOCK = 1 << 24
 _WIDEST = 100  # words of a column, at most
 _PAIR = re.compile(r"""([A-Za-z_][\w-]*)=(?:"([^"]*)"|(\S+))""")
@@ -357,6 +357,7 @@ class ExtxyzWriter(Writer):
         self._end = end
 
     def _keep(self, keep: int | None) -> int:
+        """Return the byte after the first `keep` frames, at which writing continues."""
         with ExtxyzReader(self.path, torn=True, limit=keep) as reader:
             self._retain(reader, keep)
             return reader.end

@@ -184,6 +184,7 @@ class Writer(ABC):
         return keep
 
     def _check(self, frame: Frame) -> None:
+        """Raise InputError if a frame is invalid or does not fit the file."""
         wrong = flaw(frame)
         if wrong is None and self._last is not None:
             wrong = step_back(frame, *self._last)
@@ -192,6 +193,7 @@ class Writer(ABC):
         self._check_alike(frame)
 
     def _check_alike(self, frame: Frame) -> None:
+        """Raise InputError if a frame differs in kind from those of the file."""
         n, dimension = frame.positions.shape
         if self._shape is not None and self._shape != (n, dimension):
             raise InputError(

@@ -133,6 +133,7 @@ class GsdWriter(Writer):
             self._file = _open(path, "r+" if append else "w")
 
     def _keep(self, keep: int | None) -> None:
+        """Drop all but the first `keep` frames."""
         with GsdReader(self.path) as reader:
             keep = self._retain(reader, keep)
             # GSD cannot drop single frames: those to keep are copied unchanged into a new file.

@@ -265,6 +265,7 @@ class H5mdWriter(Writer):
             self._output.flush()
 
     def _reopen(self, keep: int | None) -> None:
+        """Open the file for appending, and drop all but the first `keep` frames."""
         try:
             with H5mdReader(self.path) as reader:
                 keep = self._retain(reader, keep)

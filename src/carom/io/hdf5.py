@@ -159,6 +159,7 @@ class _Staged(io.RawIOBase):
         self._disk_size = self._size
 
     def _put(self, offset: int, rest: memoryview) -> None:
+        """Write bytes to the disk at an offset."""
         self._disk.seek(offset)
         while rest:
             rest = rest[self._disk.write(rest) :]

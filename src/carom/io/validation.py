@@ -53,6 +53,7 @@ def flaw(frame: Frame) -> str | None:
 
 
 def _shape(frame: Frame) -> str | None:
+    """Return which field of a frame has a wrong shape, or None."""
     if frame.positions.ndim != 2:
         return f"positions have the shape {frame.positions.shape}; expected (n, d)"
     n, dimension = frame.positions.shape
@@ -81,6 +82,7 @@ def _shape(frame: Frame) -> str | None:
 
 
 def _values(frame: Frame) -> str | None:
+    """Return which field of a frame has an invalid value, or None."""
     for name in _REALS:
         if not finite(getattr(frame, name)):
             return f"{_WORDS.get(name, name)} hold NaN or infinite values"

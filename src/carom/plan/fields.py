@@ -21,6 +21,7 @@ class Fields:
         self.spec = spec
 
     def _replace(self, name: str, check: Callable[[Any, str], Any]) -> None:
+        """Replace a field by its checked value, unless it is left out."""
         value = getattr(self.spec, name)
         optional = type(self.spec).__dataclass_fields__[name].default is None
         if value is not None or not optional:

@@ -187,6 +187,7 @@ def _tuples(value: Any) -> Any:
 
 
 def _listed(value: Any) -> tuple[Any, ...]:
+    """Return a value if it is a list (as a tuple), otherwise an empty one."""
     return value if isinstance(value, tuple) else ()
 
 

@@ -214,6 +214,7 @@ class _Plane:
         ha, ua, ba, amp, turn, at = (float(z) for z in (h, u, b, self._amplitude, self._turn, now))
 
         def roughly(t: float) -> tuple[float, float]:
+            """Return height and rate in doubles."""
             angle = turn * (at + t)
             bob = amp * math.sin(angle) if amp else 0.0
             return ha + (ua + ba * t / 2) * t - bob, ua + ba * t - (

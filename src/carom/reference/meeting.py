@@ -12,7 +12,7 @@ doubles and spheres that are larger by a margin :math:`\eta = 2^{-20} S`, where 
 enters. Growing the contact distance adds at least :math:`\eta^2 = 2^{-40} S^2` to :math:`-c`, while rounding
 changes :math:`b^2 / a` and c together by less than :math:`8 (d + 4) 2^{-53} S^2 < 2^{-46} S^2` for d <= 6.
 So no meeting is missed, and the entry into the larger sphere is a true lower bound of the meeting time. Every
-candidate whose lower bound is not beaten is then solved in the arithmetic asked for.
+candidate with a lower bound before the earliest meeting so far is then solved in the chosen arithmetic.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ _MARGIN = 2.0**-20
 # A pair within the margin of contact counts as approaching unless it clearly separates; the rounding of r.u
 # is below (d + 4) 2**-52 |u| S.
 _GRAZING = 2.0**-40
-# Pairs x windows swept at once: bounds the memory to some ten megabytes.
+# Pairs x windows swept at once, which bounds the memory to about ten megabytes.
 _ROWS = 2**16
-# Quarter-edge windows looked through before the search gives up: seconds of work.
+# Quarter-edge windows that are searched before the search gives up: seconds of work.
 _WINDOWS = 2**22
 
 

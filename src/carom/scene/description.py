@@ -55,5 +55,6 @@ def table(scene: Fields) -> str:
 
 
 def _span(values: np.ndarray) -> str:
+    """Return the smallest and the largest value as text, or one if they are equal."""
     low, high = float(values.min()), float(values.max())
     return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"

@@ -18,7 +18,7 @@ from carom import checks
 from carom.densities import packing_fraction
 from carom.errors import InputError
 
-#: The most components a scene may have; their arrays fill some 30 GB.
+#: The most components a scene may have; their arrays fill about 30 GB.
 MOST = 10**8
 
 #: The most dimensions: D_n has 2^(d-1) points a cell, and every sphere 3^d sectors around it.
@@ -173,7 +173,7 @@ def between_walls(
 
 
 def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
-    """Return the number of cells along each axis, from one number or one an axis.
+    """Return the number of cells along each axis, from one number or one for each axis.
 
     One number m stands for m cells along the first axis and as many along the others as make the box most
     nearly a cube.

@@ -44,7 +44,7 @@ def near_pairs(
     box, periodic : (d,) arrays
         Edges [length], and which axes are periodic.
     ours, theirs : (n, d) arrays
-        Places in the box [length]. A pair has one of each, or two of the first where there is no second.
+        Places in the box [length]. A pair has one of each, or two of `ours` if `theirs` is None.
     within : float
         Distance of nearest images [length].
     """

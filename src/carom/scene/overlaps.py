@@ -58,7 +58,7 @@ class Overlap(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Where the components are: a box, which of its axes are periodic, and what stands in it.
+    """Where the components are: a box, which of its axes are periodic, and the obstacles in it.
 
     Attributes
     ----------

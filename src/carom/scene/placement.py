@@ -24,7 +24,7 @@ REACH = 0.85
 #: Growth (``carom.simulation.growth``) reaches this part.
 GROWTH_REACH = 0.95
 
-#: Packing fraction at which growth starts, over the highest of random placement; some ten steps reach it.
+#: Packing fraction at which growth starts, over the highest of random placement; about ten steps reach it.
 GROWTH_START = 0.4
 
 #: Pairs are moved to this many contact distances, so that the last of them clear contact after few steps.
@@ -43,8 +43,8 @@ WIDE_SKIN = 0.6
 #: Steps after which a scene counts as jammed; the densest scenes allowed took 100 to 500.
 PATIENCE = 5000
 
-#: How often a component is placed again that overlaps an obstacle, or a larger component. Then it is pushed
-#: out instead.
+#: How often a component that overlaps an obstacle, or a larger component, is placed again. After that it is
+#: pushed out instead.
 THROWS = 50
 
 
@@ -109,8 +109,8 @@ def random_positions(
     order, their gaps those of n points thrown on a line of the free length. For d >= 2 the points are thrown
     into the room, and pairs that overlap are moved apart along their centre line until none is left: a valid
     start, but no equilibrium, so equilibrate it. Below jamming this took 40 steps at packing fraction 0.3 and
-    some 200 at 0.54 (d = 3). Where sizes differ by more than an octave the largest come first, and the
-    smaller ones are thrown between them.
+    about 200 at 0.54 (d = 3). If sizes differ by a factor of 2 or more, the largest are placed first, and
+    the smaller ones between them.
     """
     box, dimension, n = room.box, len(room.box), len(contacts.diameters)
     fraction = sphere_volume(dimension) * float(np.sum(np.prod(contacts.diameters[:, None] / box, axis=1)))
@@ -149,7 +149,7 @@ def ordered(positions: np.ndarray, box: np.ndarray, kinds: np.ndarray) -> np.nda
     Neighbours in space are then neighbours in memory: a million spheres run up to a fifth faster.
     """
     n, dimension = positions.shape
-    # Cells of some eight positions, in blocks of four cells along each axis.
+    # Cells of about eight positions, in blocks of four cells along each axis.
     cells = np.floor(positions / box * max((n / 8.0) ** (1.0 / dimension), 1.0)).astype(np.int64)
     # One number sorts by kind, then by block, then by cell in the block.
     key = kinds.astype(np.int64)

@@ -72,10 +72,13 @@ def coexistence(
     volume = math.pi / 6.0
 
     def excess(equation: Equation, start: float, end: float) -> float:
+        """Return the difference of excess free energies between two packing fractions."""
         # The integrand is finite at zero density, where quad does not evaluate it.
         return float(quad(lambda eta: (equation(eta) - 1.0) / eta, start, end, epsabs=1e-10)[0])
 
     def density_at(equation: Equation, pressure: float, low: float, high: float) -> float:
+        """Return the packing fraction at a pressure."""
+
         def surplus(eta: float) -> float:
             return float(eta / volume * equation(eta)) - pressure
 
@@ -87,6 +90,7 @@ def coexistence(
         return float(brentq(surplus, low, high, xtol=1e-14))
 
     def potentials(pressure: float) -> tuple[float, float, float, float]:
+        """Return packing fractions and chemical potentials of both phases at a pressure."""
         liquid = density_at(fluid, pressure, 0.40, 0.53)
         crystal = density_at(solid, pressure, 0.51, 0.60)
         # A / N kT = ln rho - 1 + A_ex.

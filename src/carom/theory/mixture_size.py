@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from carom.errors import InputError
 
 STEP = 2e-3
-"""Relative step of second differences: their truncation error is then some 1e-5, and rounding adds 1e-9."""
+"""Relative step of second differences: their truncation error is about 1e-5, and rounding adds 1e-9."""
 
 ORDER = 24
 """Points of the quadrature from zero density, over which an equation of state is smooth."""
