@@ -129,7 +129,7 @@ def _inspect_data(where: str, data: h5py.Dataset, size: int) -> None:
 
 
 def _inspect_chunks(where: str, data: h5py.Dataset, size: int, checksums: int) -> None:
-    """Raise ValueError unless the index names every chunk once; each ends with `checksums` bytes of them."""
+    """Raise ValueError unless the index names every chunk once, in full size plus `checksums` bytes."""
     found: list[Any] = []
     data.id.chunk_iter(found.append)
     expected = math.prod(-(-length // step) for length, step in zip(data.shape, data.chunks, strict=True))

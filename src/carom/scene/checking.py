@@ -21,7 +21,7 @@ def refuse_both(kind: str, value: Any, keyword: str, given: bool) -> None:
 
 
 def refuse_pinned(pinned: np.ndarray | None, interaction: Any, motion: Any, contact: Any) -> None:
-    """Raise InputError if components are pinned in a scene that is not of hard cores in free flight."""
+    """Raise InputError if components are pinned in a scene that is not of additive cores in free flight."""
     if pinned is None:
         return
     given = {
