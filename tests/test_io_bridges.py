@@ -87,6 +87,20 @@ def test_from_ase_wraps_positions_and_counts_the_images():
     np.testing.assert_allclose(found.unwrapped, expected, rtol=0, atol=tolerance)
 
 
+@pytest.mark.parametrize(
+    "x", [-1e-20, -1e-300, np.nextafter(10.0, 0.0), np.nextafter(-10.0, -20.0), 10.0, 1e9]
+)
+def test_from_ase_keeps_unwrapped_positions_at_a_face(x):
+    """A tiny negative coordinate plus an edge is the edge: the face of the same image."""
+    atoms = ase.Atoms("Ar", positions=[[x, 1, 1]], cell=[10, 10, 10], pbc=True)
+    atoms.set_array("images", np.array([[2, 0, 0]]))
+    atoms.set_array("radius", np.ones(1))
+    found = carom.io.from_ase(atoms)
+    assert 0.0 <= found.positions[0, 0] < 10.0
+    # Three roundings, at the size of the sum.
+    assert abs(found.unwrapped[0, 0] - (20.0 + x)) <= 3 * 0.5 * np.spacing(20.0 + abs(x))
+
+
 def test_from_ase_takes_a_diameter_where_there_is_no_radius():
     atoms = ase.Atoms("Ar2", positions=[[0, 0, 0], [2, 2, 2]], cell=[5, 5, 5], pbc=True)
     frame = carom.io.from_ase(atoms, diameter=1.5)

@@ -44,6 +44,14 @@ def test_every_pair_in_reach_is_listed_once(n, dimension, packing_fraction, reac
         assert found == {frozenset(pair) for pair in near.tolist()}
 
 
+def test_stepping_in_the_smallest_box_misses_no_pair():
+    """Two meet 1.23 diameters away from where they were listed, in a box of two."""
+    system = SteppedSystem([[0.0, 0.0], [0.9, 1.0]], [[0.0, 0.0], [0.0, -1.0]], [2.0, 2.0], step=0.01)
+    [first] = system.run(60)[:1]
+    assert first.time == pytest.approx(1.0 - math.sqrt(1.0 - 0.81), rel=1e-12)
+    assert system.worst_overlap < 0.01
+
+
 @pytest.mark.parametrize(
     ("n", "dimension", "packing_fraction"),
     [

@@ -15,6 +15,7 @@ from carom.models.interface import (
     NEVER,
     carry,
     core_square,
+    exchanged_part,
     exit_time,
     interaction_time,
     jump,
@@ -517,6 +518,36 @@ def test_a_short_array_that_no_lane_names_is_found_by_asking():
     short = (("radii", np.full(31, 0.5)), ("kinds", np.zeros(30, np.int64)))
     with pytest.raises(InputError, match="The field kinds of Two has 30 items; expected 31"):
         carom.explain(SCENE.with_(interaction=Parity(change=short)))
+
+
+class Worn(NamedTuple):
+    """The part exchanged, of each component."""
+
+    parts: np.ndarray
+
+
+@transfer.register
+def _(impact: Worn, rr, rv):
+    return 1.0
+
+
+@exchanged_part.register
+def _(impact: Worn, i, j, rr, rv, now):
+    return min(impact.parts[i], impact.parts[j])
+
+
+class Wearing:
+    def __init__(self, length):
+        self.length = length
+
+    def model(self, particles):
+        return Worn(np.ones(self.length))
+
+
+def test_a_contact_law_with_a_short_array_is_refused():
+    carom.explain(SCENE.with_(impact=Wearing(31)))
+    with pytest.raises(InputError, match="The field parts of Worn has 29 items; expected 31"):
+        carom.explain(SCENE.with_(impact=Wearing(29)))
 
 
 def test_one_component_alone_is_accepted():

@@ -206,6 +206,22 @@ def test_the_events_are_those_of_the_naive_algorithm(run, tmp_path):
         assert {key: int(found[key]) for key in oracle.counts(i)} == oracle.counts(i)
 
 
+def test_the_naive_algorithm_waits_for_the_timers_of_units_at_rest():
+    """Two at rest, whose timer runs down at 1.5 and is set to infinity: then nothing follows."""
+
+    def once(unit, event):
+        unit.timer = math.inf
+
+    still = [[0.0, 0.0], [0.0, 0.0]]
+    oracle = NaiveRules([[1, 1], [4, 4]], still, [8, 8], [[1.0]], [0, 0], once, timers=[1.5], memory=[[]])
+    assert [(float(each.time), each.units) for each in (oracle.decide(), oracle.decide())] == [
+        (1.5, (0,)),
+        (1.5, (1,)),
+    ]
+    with pytest.raises(InputError, match="at rest, and no timer runs"):
+        oracle.decide()
+
+
 def run_in(d, n=8, edge=7.0):
     """Run units in d dimensions for a while, and count now and then."""
     sim = carom.Simulation(scattered(n=n, d=d, edge=edge, seed=d))

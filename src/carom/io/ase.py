@@ -110,8 +110,9 @@ def _wrap(
     counts = np.floor(positions / box) * np.isfinite(box)
     outside = ((positions < 0.0) | (positions >= box)) & np.isfinite(box)
     wrapped = np.where(outside, positions - counts * np.where(np.isfinite(box), box, 0.0), positions)
-    # By rounding, a small negative coordinate plus an edge can be the edge itself. A quotient just below an
-    # integer can become that integer.
+    # By rounding, a small negative coordinate plus an edge can be the edge: the face of the next image. And a
+    # quotient just below an integer can become that integer.
+    counts = counts + (outside & (wrapped >= box))
     wrapped = np.where(outside & ((wrapped < 0.0) | (wrapped >= box)), 0.0, wrapped)
     if images is None:
         return wrapped, None

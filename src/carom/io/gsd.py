@@ -74,8 +74,10 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
     box = np.asarray(stored.configuration.box[:d], dtype=np.float64)
     particles = stored.particles
     positions = particles.position[:, :d].astype(np.float64) + 0.5 * box
-    # Rounding to float32 can carry a component onto, or just past, a face.
-    positions = np.where(positions < 0.0, 0.0, np.where(positions >= box, 0.0, positions))
+    periodic = np.array(stored.log.get("carom/periodic", np.ones(d)), dtype=bool)
+    # Rounding to float32 can carry a component onto, or just past, a face: that of the next image, or a wall.
+    beyond = (positions >= box) & periodic
+    positions = np.where(beyond, 0.0, np.clip(positions, 0.0, box))
     images = bool(stored.log["carom/images"][0])
     mixture = "carom/species" in stored.log
     if particles.typeid.dtype.kind not in "iu":
@@ -89,10 +91,10 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
         box=tuple(float(edge) for edge in box),
         diameters=particles.diameter.astype(np.float64),
         masses=particles.mass.astype(np.float64),
-        images=narrowed(particles.image[:, :d]) if images else None,
+        images=narrowed(particles.image[:, :d] + beyond) if images else None,
         species=particles.typeid.astype(np.int64) if mixture else None,
         species_names=tuple(unquote(name) for name in particles.types) if named else (),
-        periodic=tuple(bool(flag) for flag in stored.log.get("carom/periodic", np.ones(d))),
+        periodic=tuple(periodic.tolist()),
     )
 
 

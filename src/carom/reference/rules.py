@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
+from carom.errors import InputError
 from carom.reference.steps import NaiveSteps
 
 ENTERED, LEFT, TIMER, CHANGED = 1, 2, 3, 4
@@ -98,17 +99,30 @@ class NaiveRules(NaiveSteps):
         return found
 
     def decide(self) -> Decision:
-        """Realise the next event and return it."""
+        """Realise the next event and return it.
+
+        Raises
+        ------
+        InputError
+            If all units are at rest and no timer runs.
+        """
         zero = self._context.mpf(10) ** (-self._context.dps // 2)
         while True:
             fastest = max(abs(a) for row in self.v for a in row)
-            horizon = min(self._box) / (8 * fastest)
-            found = self._earliest(horizon)
+            # At rest nobody meets, and only a timer can run down.
+            horizon = min(self._box) / (8 * fastest) if fastest else self._context.inf
+            found = self._earliest(horizon) if fastest else None
             waits: list[Any] = [(self._context.mpf(0), i, None) for i in self._news]
             waits += [(unit.timer, unit.number, None) for unit in self.units if not unit.removed]
             if found is not None:
                 waits.append((found[0], found[1], found))
-            waits = [((0 if wait < zero else wait), i, what) for wait, i, what in waits if wait <= horizon]
+            waits = [
+                ((0 if wait < zero else wait), i, what)
+                for wait, i, what in waits
+                if wait <= horizon and self._context.isfinite(wait)
+            ]
+            if not (fastest or waits):
+                raise InputError("Nothing follows: all units are at rest, and no timer runs.")
             wait, i, pair = min(waits, key=lambda each: each[:2]) if waits else (horizon, -1, None)
             for row, speed in zip(self.x, self.v, strict=True):
                 for axis, a in enumerate(speed):

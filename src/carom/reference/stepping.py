@@ -156,7 +156,6 @@ class SteppedSystem:
         wrapped = np.mod(self.positions, self.box)
         wrapped[wrapped >= self.box] = 0.0
         reach = self.diameter * (1.0 + SKIN) + 2.0 * self._fastest * self.step
-        reach = min(reach, 0.5 * float(self.box.min()))
         self._pairs = cKDTree(wrapped, boxsize=self.box).query_pairs(reach, output_type="ndarray")
         self._pairs = self._pairs[np.lexsort((self._pairs[:, 1], self._pairs[:, 0]))]
         self._drift = self._fastest * self.step

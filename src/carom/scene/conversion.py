@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 from warnings import warn
@@ -152,7 +153,7 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: bool) -> dict[str, Any]:
             CaromWarning,
             stacklevel=3,
         )
-    elif isinstance(diameter, dict):
+    elif isinstance(diameter, Mapping):
         symbols = atoms.get_chemical_symbols()
         if lacking := set(symbols) - set(diameter):
             raise InputError(f"diameter names no {', '.join(sorted(lacking))}, of which there are atoms.")

@@ -13,7 +13,7 @@ import numpy as np
 
 from carom.errors import InputError, OverlapError
 from carom.models import choice
-from carom.models.interface import core_square, jump, mass, radius, step_time
+from carom.models.interface import core_square, exchanged_part, jump, mass, radius, step_time
 from carom.scene import overlaps
 from carom.scene.overlaps import Room
 from carom.simulation import probes
@@ -39,6 +39,8 @@ def refuse_unsound(scene: Scene, contents: Contents) -> None:
     OverlapError
         If two components are inside the distance at which the interaction throws them back.
     """
+    if choice.is_own(contents.impact):
+        refuse_short_impact(contents)
     own_pair, own_motion = choice.is_own(contents.interaction), choice.is_own(contents.motion)
     if not (own_pair or own_motion):
         return
@@ -82,19 +84,36 @@ def refuse_short(pair: Any, n: int) -> None:
                 if j < n and choice.answers(jump, pair):
                     jump(pair, i, j, one, -one, 0.0)
             except IndexError:
-                fewer = {
-                    name: len(values)
-                    for name, values in arrays.items()
-                    if isinstance(values, np.ndarray) and values.ndim > 0 and len(values) <= n
-                }
-                raise InputError(_short(pair, max(fewer, key=fewer.__getitem__, default=""), n)) from None
+                raise InputError(_short(pair, _shortest(pair, n), n)) from None
 
 
-def _short(pair: Any, name: str, n: int) -> str:
-    found = f"{len(getattr(pair, name))}" if name else "fewer"
+def refuse_short_impact(contents: Contents) -> None:
+    """Raise InputError where a contact law of two components has a field too short for the last of them."""
+    law, n = contents.impact.model(contents.particles), contents.n
+    if law is None or n < 2:
+        return
+    try:
+        exchanged_part(law, n - 2, n - 1, np.float64(1.0), np.float64(-1.0), 0.0)
+    except IndexError:
+        raise InputError(_short(law, _shortest(law, n), n)) from None
+
+
+def _shortest(model: Any, n: int) -> str:
+    """Return the field of a model that has too few items for n components, or an empty string."""
+    fields = {name: getattr(model, name) for name in model._fields}
+    fewer = {
+        name: len(values)
+        for name, values in fields.items()
+        if isinstance(values, np.ndarray) and values.ndim > 0 and len(values) <= n
+    }
+    return max(fewer, key=fewer.__getitem__, default="")
+
+
+def _short(model: Any, name: str, n: int) -> str:
+    found = f"{len(getattr(model, name))}" if name else "fewer"
     field = f"The field {name}" if name else "A field"
     return (
-        f"{field} of {type(pair).__name__} has {found} items; expected {n + 1}, one a component and one for "
+        f"{field} of {type(model).__name__} has {found} items; expected {n + 1}, one a component and one for "
         "the ghost: make it with particles.with_ghost."
     )
 
