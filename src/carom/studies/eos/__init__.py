@@ -1,4 +1,4 @@
 """Equation-of-state studies: Z over packing fractions, sizes and replicas, on any Executor.
 
-Nothing here holds a published equation of state: these are in ``theory``.
+Published equations of state are in ``theory``.
 """
