@@ -1,4 +1,4 @@
-"""Whether what was measured was in equilibrium: what every measured number is checked for."""
+"""Checks of every measured number for equilibrium."""
 
 from __future__ import annotations
 
@@ -15,37 +15,38 @@ from carom.observables.quantiles import normal_above, student_above
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
 
 FEW = 8.0
-"""Independent samples below which the error bar of a long series is a guess. Their number is itself
-estimated: of blocks with a correlation of 0.3, which those of a collision a particle hardly have, one series
-in a thousand seems to have less.
+"""Independent samples below which the error bar of a long series is unreliable. Their number is itself an
+estimate: with a correlation of 0.3 between blocks, one series in a thousand seems to have fewer. Blocks of a
+collision per particle hardly have such a correlation.
 """
 
 PART = 8.0
-"""Independent samples in each of the parts whose trend is looked at, where there are enough: neighbouring
-parts are then correlated by 1/32, which hardly makes false alarms more frequent."""
+"""Independent samples in each part of the test for a trend, where there are enough. Neighbouring parts are
+then correlated by 1/32, which hardly makes false alarms more frequent."""
 
 FEWEST_PARTS = 4
 
 
 def doubts_about(result: Any) -> list[str]:
-    """Return the :func:`doubts` about an observable's estimate, if it keeps its ``block_values`` and is not
-    expected to change (``steady``).
+    """Return the :func:`doubts` about the estimate of an observable.
+
+    There are none if it has no ``block_values``, or is expected to change (not ``steady``).
     """
     values = getattr(result, "block_values", ()) if getattr(result, "steady", True) else ()
     return doubts(getattr(result, "quantity", "what was measured"), result.primary, values) if values else []
 
 
 def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
-    """Return what speaks against a measured number, a sentence each.
+    """Return doubts about a measured number, a sentence each.
 
     Parameters
     ----------
     name : str
-        What was measured, with its article: "the pressure".
+        Name of the quantity, with its article: "the pressure".
     found : Estimate
         Mean and error bar.
     values : sequence of float
-        Its values in equal blocks, in order of time.
+        Values in equal blocks, in order of time.
 
     Returns
     -------
@@ -54,11 +55,11 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
 
     Notes
     -----
-    Three things are looked for. A trend: :func:`carom.observables.drift.drift` of up to 16 parts, each of at
-    least 8 independent samples, at the level of 1e-3. Where there is none, a decay at the start:
-    :func:`carom.observables.drift.relaxation`, at the same level. And less than 8 independent samples in at
-    least twice as many blocks: then the number changes as slowly as a relaxation does. Below 4 ``blocking``
-    has warned.
+    There are three tests. The first is for a trend: :func:`carom.observables.drift.drift` of up to 16 parts,
+    each of at least 8 independent samples, at the level of 1e-3. If there is none, the second is for a decay
+    at the start: :func:`carom.observables.drift.relaxation`, at the same level. The third is for fewer than 8
+    independent samples in 16 blocks or more: the number then changes as slowly as in a relaxation. Below 4
+    samples ``blocking`` has warned.
     """
     said = []
     trend = drift(values, _parts(np.asarray(values, dtype=np.float64))) if found.error > 0.0 else 0.0
@@ -85,21 +86,21 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
 def equipartition(
     names: Sequence[str], series: Sequence[Sequence[float]], freedoms: Sequence[float]
 ) -> list[str]:
-    """Return which species are hotter or colder than the whole, a sentence or none.
+    """Return a sentence on the species that are hotter or colder than the whole; none if there are none.
 
     Parameters
     ----------
     names : sequence of K str
     series : (m, K) array_like
-        Temperature of each species in units of that of all, at m equally spaced times.
+        Temperature of each species over that of all, at m equally spaced times.
     freedoms : sequence of K floats
         Degrees of freedom of each species.
 
     Notes
     -----
     The mean of each species is compared with 1, by Student's t at the level of 1e-3 for all species together.
-    Its error is from blocking, but not more than a single look has in equilibrium, ``sqrt(2 / f (1 - f /
-    F))`` of f of F degrees of freedom: a species that exchanges no energy at all has no other.
+    Its error is from blocking, but at most that of a single sample in equilibrium, ``sqrt(2 / f (1 - f /
+    F))`` for f of F degrees of freedom. The second bound is needed for a species that exchanges no energy.
     """
     ratios = np.asarray(series, dtype=np.float64)
     if ratios.ndim != 2 or ratios.shape[1] < 2 or not len(ratios):
@@ -114,7 +115,7 @@ def equipartition(
             warnings.simplefilter("ignore", CaromWarning)
             mean = blocking(values)
         alone = math.sqrt(2.0 / freedom * max(1.0 - freedom / total, 0.0))
-        # Both are bounds on how far the mean may be off by chance.
+        # Both are bounds on the deviation of the mean by chance.
         bound = min(
             student_above(tail, mean.degrees_of_freedom) * mean.error if mean.error > 0.0 else math.inf,
             normal_above(tail) * alone * (1.0 + alone),
@@ -130,7 +131,7 @@ def equipartition(
 
 
 def _parts(values: np.ndarray) -> int:
-    """Return into how many parts a series can be cut that know little of each other, a trend left out."""
+    """Return the number of nearly independent parts of a series, after its linear trend is removed."""
     if values.size < 2:
         return FEWEST_PARTS
     times = np.arange(values.size) - 0.5 * (values.size - 1)

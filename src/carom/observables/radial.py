@@ -1,4 +1,4 @@
-"""What g(r) is: a histogram of pair distances, with error bars, and its files."""
+"""g(r) as a value: a histogram of pair distances, with error bars, and its files."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ class RadialDistribution:
 
 @contextlib.contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Turn the system's complaint about a path into ours."""
+    """Raise FileError in place of an OSError."""
     try:
         yield
     except OSError as error:
