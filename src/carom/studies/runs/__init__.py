@@ -1,4 +1,4 @@
 """One run of a scene file: its folder, its phases, its report.
 
-The other studies concern many runs.
+Nothing here concerns many runs; the other studies do.
 """
