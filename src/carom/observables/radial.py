@@ -127,6 +127,7 @@ class RadialDistribution:
             Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     def _header(self) -> dict[str, float]:
+        """Return the numbers at the head of a file, by name."""
         names = ("n", "dimension", "frames", "diameter", "packing_fraction")
         header = {name: getattr(self, name) for name in names}
         if self.contact_value is not None:

@@ -106,6 +106,7 @@ class WallPressure:
         return WallPressureEstimate(force.scaled(1.0 / area), force, names[k], area, values)
 
     def _number(self, names: tuple[str, ...]) -> int:
+        """Return the number of the obstacle among all walls and obstacles."""
         if not names:
             raise InputError("This scene has neither walls nor obstacles, so nothing takes up momentum.")
         if isinstance(self.obstacle, str):

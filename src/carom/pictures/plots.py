@@ -453,6 +453,7 @@ def _state(n: int, dimension: int, packing_fraction: float) -> str:
 
 
 def _text(estimate: Estimate) -> str:
+    """Return an estimate as text for a picture."""
     return estimate.value_text.replace("+-", "±").replace("inf", "∞")
 
 

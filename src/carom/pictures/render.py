@@ -185,6 +185,7 @@ def _shaded(
     haze = float(2.0 * camera.depth * camera.scale)
 
     def lit(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """Return the colours (m, 3) of points of the spheres ``who`` at the depths ``near``."""
         if flat:
             return _inked(rows, columns, who, *spheres)
         shade = _lit(rows, columns, who, *spheres)

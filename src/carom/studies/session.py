@@ -177,6 +177,7 @@ class Job(Generic[R]):
         self.report(len(self.records), len(self.tasks), done / total, self._so_far())
 
     def _farewell(self) -> str:
+        """Return the message of an interrupted study."""
         count = f"{len(self.records)} of {len(self.tasks)} runs are done"
         if self.folder is None:
             return f"Stopped; {count}, and lost, because no folder was given to keep them."

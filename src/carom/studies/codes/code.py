@@ -199,6 +199,7 @@ class SphericalCode:
         return caps(self.points, 0.5 * self.angle, self.contacts, path=path, **options)
 
     def _rows(self) -> list[tuple[str, str]]:
+        """Return the results to print, by name."""
         words = self.summary()
         who = ", ".join(map(str, words["rattlers"])) or "none"
         kind = "a strict local optimum" if self.rigid else "held by forces, but parts of it can move"

@@ -79,7 +79,7 @@ class Row:
 
     @property
     def erpenbeck_wood(self) -> float:
-        """Self-diffusion of infinitely many spheres by Erpenbeck and Wood; nan where the measured one is."""
+        """Self-diffusion at infinite N by :func:`carom.theory.erpenbeck_wood`; nan where the measured is."""
         if self.enskog is None or not math.isfinite(self.self_diffusion_infinite.mean):
             return math.nan
         return float(theory.erpenbeck_wood(self.packing_fraction)) * self.enskog.self_diffusion

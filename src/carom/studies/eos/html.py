@@ -251,6 +251,7 @@ def _provenance(study: Measured) -> str:
 
 
 def _repeat(study: Measured) -> str:
+    """Return the study file and the command that repeat the study."""
     command = "carom eos study.toml --out eos --report"
     return (
         f"<p>Save this as <code>study.toml</code> and run <code>{command}</code>. The same version of Carom "
@@ -300,4 +301,5 @@ def _decimals(error: float) -> int:
 
 
 def _number(value: float, decimals: int) -> str:
+    """Return a number as text; nothing if it is not finite."""
     return f"{value:.{decimals}f}" if math.isfinite(value) else ""

@@ -229,7 +229,7 @@ def _crystals(dimension: int) -> dict[str, Equation]:
 
 
 def of_size(number: int) -> str:
-    """Return the colour for a number of particles by its rank, from the smallest; dark, for white paper."""
+    """Return the colour for a number of particles by its rank, from the smallest; dark, to show on white."""
     return SIZES[number % len(SIZES)]
 
 

@@ -213,6 +213,7 @@ class StudySpec:
         }
 
     def _start(self, eta: float) -> str:
+        """Return ``initial`` of a scene; "auto" depends on the density."""
         if self.initial != "auto":
             return self.initial
         if "species" in self.scene:
@@ -309,6 +310,7 @@ def _plain(value: Any) -> Any:
 
 
 def _tuples(value: Any) -> Any:
+    """Return a value with tuples in place of lists."""
     return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
 
 
