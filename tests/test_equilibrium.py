@@ -12,7 +12,7 @@ from scipy.stats import binom
 import carom
 from carom.errors import CaromWarning
 from carom.observables.drift import LEVEL, relaxation
-from carom.observables.equilibrium import doubts, doubts_about, equipartition
+from carom.observables.equilibrium import doubts, doubts_about, equipartition, slow_exchange
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
 from carom.simulation.equipartition import Thermometer
 
@@ -116,10 +116,7 @@ def test_a_species_that_keeps_its_temperature_is_compared_with_chance():
 
 
 def test_measure_says_that_species_differ_in_temperature():
-    scene = carom.Scene.mixture(
-        [30, 30], diameters=[1.0, 1.0], masses=[1e4, 1.0], dimension=2, packing_fraction=0.1,
-        names=["big", "small"],
-    )  # fmt: skip
+    scene = mixture_of_disks(1e4)
     # Heavy disks ten times as hot as light ones cool over thousands of collisions.
     rng = np.random.default_rng(1)
     speeds = rng.standard_normal((60, 2)) / np.sqrt(scene.masses)[:, None]
@@ -129,6 +126,38 @@ def test_measure_says_that_species_differ_in_temperature():
         sim.measure(carom.Pressure(), collisions_per_particle=400)
     texts = [str(each.message) for each in said]
     assert any("species differ in temperature (big at" in text for text in texts), texts
+
+
+@pytest.mark.parametrize("a", [0.8, 0.98, 0.999])
+def test_species_are_named_that_exchange_energy_more_slowly_than_the_stretch_lasts(a):
+    """256 looks are 28, 2.6 and 0.13 independent ones."""
+    rng = np.random.default_rng(7)
+    runs = [slow_exchange(("big", "small"), ratios(rng, a, 256), FREEDOMS, 0.01) for _ in range(200)]
+    named = sum(map(bool, runs))
+    if a == 0.8:
+        assert named == 0
+    else:
+        assert named > 190
+        assert "big" in next(filter(None, runs))[0]
+    # Where the error bar is larger than what temperatures do, only those are named that hardly change.
+    coarse = [slow_exchange(("big", "small"), ratios(rng, a, 256), FREEDOMS, 0.2) for _ in range(200)]
+    assert sum(map(bool, coarse)) == (200 if a == 0.999 else 0)
+
+
+def mixture_of_disks(mass):
+    return carom.Scene.mixture(
+        [30, 30], diameters=[1.0, 1.0], masses=[mass, 1.0], dimension=2, packing_fraction=0.1,
+        names=["big", "small"],
+    )  # fmt: skip
+
+
+def test_measure_says_that_a_stretch_is_short_for_heavy_disks():
+    with pytest.warns(CaromWarning, match=r"temperatures of species change slowly \(big: 0\."):
+        carom.Simulation(mixture_of_disks(1000.0), seed=2).measure(
+            carom.Pressure(), collisions_per_particle=20
+        )
+    # Twice as heavy ones take some collisions only; a warning would be an error here.
+    carom.Simulation(mixture_of_disks(2.0), seed=2).measure(carom.Pressure(), collisions_per_particle=100)
 
 
 def test_the_few_that_hold_nearly_all_mass_are_not_cold():

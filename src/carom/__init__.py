@@ -1,6 +1,6 @@
 """Carom: event-driven molecular dynamics of hard particles in any dimension.
 
-Only values and functions that several rooms share live here; all else is in the rooms below.
+Only values and functions that several subpackages share are here; all else is in the subpackages.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 from carom import above
 from carom.version import __version__
 
-# Name -> module: imported when first used, so that `import carom` and `carom --help` stay fast.
+# Name -> module; imported when first used, so that `import carom` and `carom --help` stay fast.
 _LAZY = {
     "Scene": "carom.scene.scene",
     "Simulation": "carom.simulation.simulation",
@@ -57,7 +57,7 @@ def _viewed() -> Any:
     return view
 
 
-# Who answers what rooms ask of rooms above them.
+# Functions that subpackages need from subpackages above them.
 above.install("grown", _grown)
 above.install("viewed", _viewed)
 

@@ -1,8 +1,8 @@
-"""What a room asks of a room above it, which it cannot import: the package says who answers.
+"""Calls of a subpackage to one above it, which it cannot import: the package installs the functions.
 
-Two calls of users lead upwards. ``Scene.random`` makes a dense scene by a simulation, and a frame in a
-notebook shows itself in the viewer. ``carom/__init__.py`` installs both answers. Every process that uses a
-part of Carom runs it first, also a worker that imports nothing but a scene.
+There are two such calls. ``Scene.random`` makes a dense scene by a simulation, and a frame in a notebook is
+shown by the viewer. ``carom/__init__.py`` installs both functions. Every process that uses a part of Carom
+runs it first, even a worker that imports only a scene.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _answers: dict[str, Callable[[], Callable[..., Any]]] = {}
 
 
 def install(question: str, find: Callable[[], Callable[..., Any]]) -> None:
-    """Say who answers: ``find()`` imports and returns the function, when it is asked."""
+    """Install the function for a question; ``find()`` imports and returns it at each call."""
     _answers[question] = find
 
 

@@ -1,4 +1,4 @@
-"""What the realised events of one stretch of a run add up to."""
+"""Sums over the realised events of one stretch of a run."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Components sorted into cells: those that are near in space lie side by side in memory.
+"""Components sorted into cells: neighbours in space are neighbours in memory.
 
-What looks for pairs within a reach, such as g(r), looks at each cell and the cells around it. Cells
-along the last axis follow each other in memory, and so do their members. All that is near a component in one
-*column* of cells is then one stretch of memory, in any dimension.
+A search for pairs within a reach, as for g(r), visits each cell and the cells around it. Cells along the last
+axis follow each other in memory, and so do their members. All components of one *column* of cells that are
+near a component are then one stretch of memory, in any dimension.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from carom.errors import InputError
 ACROSS, ALONG = 0.5, 0.2
 """Edges of a cell, in reaches: across the columns, and along them.
 
-Larger cells hold more pairs that are too far apart, smaller ones make more and shorter stretches. A third and
-a half of the reach across the columns take the same time, within a tenth, at 2 to 5 diameters in d = 2 and 3;
-a whole reach takes half as long again.
+Larger cells hold more pairs that are too far apart; smaller ones make more and shorter stretches. A third and
+a half of the reach across the columns take the same time, within a tenth, at 2 to 5 diameters in d = 2 and 3.
+A whole reach takes 1.5 times as long.
 """
 
 SLACK = 2.0**-20
-"""Part of a cell by which rounding may put a component into the wrong one: far more than it does."""
+"""Bound, in cells, on how far rounding can move a component into a wrong cell; rounding is far smaller."""
 
 
 def wrapped(positions: np.ndarray, box: np.ndarray | float) -> np.ndarray:
     """Return positions (n, d) moved by whole edges into ``0 <= x < edge``."""
     if ((positions >= 0.0) & (positions < box)).all():
-        return positions + 0.0  # as np.mod, which is slow: -0 becomes 0
+        return positions + 0.0  # -0 becomes 0, as by np.mod, which is slow
     inside = np.mod(positions, box)
     # A tiny negative coordinate is rounded up to the edge itself, which is the image of 0.
     inside[inside >= box] = 0.0
@@ -65,7 +65,7 @@ class Grid:
         spacing = float(np.prod(box / max(n, 1) ** (1.0 / len(box)))) ** (1.0 / len(box))
         wanted = np.full(len(box), max(across * reach, spacing))
         wanted[-1] = max(ALONG * reach, spacing)
-        # Divided as floats, and cut to n cells along an axis before they are integers.
+        # Numbers of cells are cut to n before they become integers, which could overflow.
         along = np.clip(np.floor(box / wanted), 1, max(n, 1))
         return cls(box, np.asarray(periodic, dtype=np.bool_), along.astype(np.int64))
 
@@ -75,13 +75,13 @@ class Grid:
         return math.prod(self.shape[:-1].tolist())
 
     def surroundings(self, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return which cells may hold something within `reach` [length] of a cell.
+        """Return which cells may hold components within `reach` [length] of a cell.
 
         Returns
         -------
         offsets : (m, d - 1) int64 array
-            From a column to each of those around it, itself included; of two that lead to one column through
-            the periodic edges, one.
+            From a column to each column around it, and to itself. If two offsets lead to the same column
+            through the periodic edges, only one is listed.
         windows : (m,) int64 array
             How many cells up and down the column.
         """
@@ -110,7 +110,7 @@ class SortedCells:
     ----------
     grid : Grid
     places : (d, n) float64 array
-        Coordinates in the box [length], an axis after the other, in the order of the cells.
+        Coordinates in the box [length], one axis after the other, in the order of the cells.
     order : (n,) int64 array
         Which component stands at each place.
     starts : (cells + 1,) int64 array

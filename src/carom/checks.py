@@ -1,4 +1,4 @@
-"""Checks of single values: what every input must be before anything is computed from it."""
+"""Checks of single values: every input passes them before anything is computed from it."""
 
 from __future__ import annotations
 
@@ -16,22 +16,23 @@ from carom.errors import InputError
 #: six edges and of energies would leave the range of doubles.
 MAGNITUDE = 1e30
 
-#: Speeds beyond this are refused: the sums of their squares would leave that range.
+#: Speeds beyond this are refused: the sums of their squares would leave the range of doubles.
 FASTEST = 1e152
 
-#: Temperatures beyond this are, too.
+#: Temperatures beyond this are refused, for the same reason.
 HOTTEST = 1e304
 
 #: Collisions beyond this are never reached.
 MOST_COLLISIONS = 2.0**62
 
-#: Relative errors below this are refused: they would take some 1e18 independent blocks.
+#: Relative errors below this are refused: they would take about 1e18 independent blocks.
 FINEST_ERROR = 1e-9
 
 
 def suggestion(name: str, known: Iterable[str], *, listed: bool = False) -> str:
-    """Return how an error about an unknown name ends: with the nearest known name, or with all, unless the
-    error has ``listed`` them already.
+    """Return the end of an error about an unknown name: the nearest known name, or else all of them.
+
+    If the error has ``listed`` the names already, they are not repeated.
     """
     names = sorted(known)
     near = difflib.get_close_matches(name[:80], names, n=1, cutoff=0.5)
@@ -121,7 +122,7 @@ def integer(value: Any, name: str, *, low: int, high: int | None = None) -> int:
 
 
 def collisions_of(per_particle: float, n: int) -> int:
-    """Return the pair collisions that are so many a particle, at most what can be counted."""
+    """Return the pair collisions of n particles, at most the number that can be counted."""
     return round(min(0.5 * n * min(per_particle, MOST_COLLISIONS), MOST_COLLISIONS))
 
 
@@ -134,7 +135,7 @@ def positive(value: Any, name: str) -> float:
 
 
 def several(value: Any) -> bool:
-    """Tell whether a value is an array, be it one of unequal rows, rather than a single number."""
+    """Tell whether a value is an array, perhaps with unequal rows, rather than a single number."""
     try:
         return np.ndim(value) > 0
     except ValueError:
@@ -205,6 +206,7 @@ def generator(seed: Any) -> np.random.Generator:
 
 
 def _range(low: float, high: float, open_low: bool) -> str:
+    """Return the allowed range of a number in words."""
     least = f"greater than {low:g}" if open_low else f"at least {low:g}"
     if math.isinf(high):
         return least

@@ -1,4 +1,4 @@
-"""The fields of a frame: what the functions below a Frame, such as bridges to other programs, know of it."""
+"""The fields of a frame; modules that Frame imports, such as bridges to other programs, use only these."""
 
 from __future__ import annotations
 

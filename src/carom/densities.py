@@ -97,7 +97,7 @@ def reduced_density(
         given = f"density {result:.6g} (packing fraction {fraction:.6g})"
     if limit is None:
         limit = CLOSEST_PACKING.get(dimension, 1.0)
-    # The limits themselves are irrational, and a few roundings of them are no denser packing.
+    # The limits are irrational numbers; exceeding them by a few roundings is no denser packing.
     if fraction > limit * (1 + 8 * np.finfo(float).eps):
         raise InputError(
             f"{given} is beyond the densest that {where} of equal spheres in {dimension} "

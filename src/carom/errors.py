@@ -1,4 +1,4 @@
-"""What can go wrong, each with one sentence: what was found, what was expected, what to do."""
+"""Errors, each with one sentence: what was found, what was expected, what to do."""
 
 
 class CaromError(Exception):

@@ -1,4 +1,4 @@
-"""All components at one time: what sampling yields, what files hold, what observables see."""
+"""All components at one time: sampling yields frames, files hold them, observables are computed from them."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Frame(Configuration):
         return "\n".join(f"{name:<{width}}  {text}" for name, text in facts.items())
 
     def _facts(self) -> dict[str, str]:
-        """Return what there is to say of this frame, by name: fewer than ten lines."""
+        """Return the properties of this frame as text, by name: fewer than ten lines."""
         facts = {
             "n": str(self.n),
             "dimension": str(self.dimension),
@@ -132,5 +132,6 @@ class Frame(Configuration):
 
 
 def _span(values: np.ndarray) -> str:
+    """Return the smallest and the largest value as text, or one if they are equal."""
     low, high = float(values.min()), float(values.max())
     return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"

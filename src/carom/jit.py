@@ -7,11 +7,11 @@ from typing import Any
 
 
 def compiled(function: Callable[..., Any], signature: Any) -> Any:
-    """Return a function compiled for one signature, from the cache of an earlier process where there is one.
+    """Return a function compiled for one signature, or loaded from Numba's cache of an earlier process.
 
-    With one signature, all processes that write to the cache at one time write the same. Where no folder for
-    the cache can be written, nothing is kept. Divisions by zero give infinity, as in NumPy, and other threads
-    run meanwhile.
+    With one signature, processes that write to the cache at the same time write the same content. If no
+    folder for the cache can be written, nothing is stored. Division by zero gives infinity, as in NumPy.
+    Other threads can run meanwhile.
     """
     from numba import njit
 

@@ -1,4 +1,4 @@
-"""What notebooks show: short tables in HTML, and progress bars that are theirs."""
+"""Short tables in HTML and progress bars for notebooks; on a terminal, bars are on standard error."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 STEP = 0.005
-"""Part of the work between two pictures of a bar: 200 messages at most."""
+"""Fraction of the work between two updates of a bar: 200 messages at most."""
 
 LEAST = 0.005
-"""Part of the work that is done before a bar shows a percentage: before it moves to and fro, not at 0 %."""
+"""Fraction of the work from which a bar shows a percentage. Before, it moves to and fro."""
 
 LARGEST = 300_000
-"""Places of spheres, 12 bytes each, that a frame or trajectory shows by itself."""
+"""Most positions of spheres, 12 bytes each, of a frame or trajectory that shows itself in a notebook."""
 
 GRID = "border-collapse:collapse;font-variant-numeric:tabular-nums"
 
@@ -48,7 +48,7 @@ def embedded(frames: Any) -> str | None:
 
 
 def advance(bar: RichProgress, fraction: float | None, description: str) -> None:
-    """Show on a bar of one task how far it is; to and fro where that is not known, or less than ``LEAST``."""
+    """Show the fraction done on a bar of one task; the bar moves to and fro if it is unknown or small."""
     (task,) = bar.tasks
     known = fraction is not None and fraction >= LEAST
     task.total = 1.0 if known else None  # update() and reset() take None for "as before"
@@ -63,42 +63,42 @@ def in_notebook() -> bool:
 
 
 Shown = Callable[..., None]
-"""A bar: it is called with the fraction done and, perhaps, what goes on."""
+"""A bar: it is called with the fraction done and, optionally, a description."""
 
 
 @contextlib.contextmanager
 def bar(label: str) -> Iterator[Shown]:
-    """Show a bar while the body runs: in a notebook one of its own, else on standard error."""
+    """Show a bar while the body runs, in the cell of a notebook or else on standard error."""
     with (_in_cell if in_notebook() else _on_terminal)(label) as shown:
         yield shown
 
 
 def by_fraction(shown: Shown) -> Callable[[float], object]:
-    """Return what is called with the fraction done."""
+    """Return a progress callable that takes the fraction done."""
     return lambda fraction: shown(fraction)
 
 
 def by_stage(shown: Shown) -> Callable[[str, float], object]:
-    """Return what is called with a stage and the fraction of it that is done."""
+    """Return a progress callable that takes a stage and the fraction of it that is done."""
     return lambda stage, fraction: shown(fraction, stage)
 
 
 def by_count(shown: Shown) -> Callable[[int, int], object]:
-    """Return what is called with a number done, and of how many."""
+    """Return a progress callable that takes the number done and the total."""
     return lambda done, total: shown(done / total)
 
 
 def watchable(
     label: str, adapt: Callable[[Shown], Callable[..., object]] = by_fraction
 ) -> Callable[[Callable[..., T]], Callable[..., T]]:
-    """Let a function with an optional callable ``progress`` take ``progress=True`` as well: a bar.
+    """Let a function with an optional callable ``progress`` take ``progress=True`` as well, for a bar.
 
     Parameters
     ----------
     label : str
-        What goes on.
+        Description on the bar.
     adapt : callable
-        Makes of the bar what the function calls.
+        Turns the bar into the callable that the function expects.
     """
 
     def decorate(function: Callable[..., T]) -> Callable[..., T]:
@@ -124,7 +124,7 @@ def _in_cell(label: str) -> Iterator[Callable[..., None]]:
     last = (-1.0, "")
 
     def picture(fraction: float, stage: str) -> Any:
-        # Without a value a browser's bar moves to and fro.
+        # Without a value, a bar in a browser moves to and fro.
         known = fraction >= LEAST
         value, percent = (f' value="{fraction:.4f}"', f"{100.0 * fraction:.0f} %") if known else ("", "")
         return HTML(f'<label>{html.escape(stage)} <progress{value} max="1"></progress> {percent}</label>')

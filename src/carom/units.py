@@ -1,8 +1,8 @@
-"""The scene's unit of time and the engine's: a power of two apart, so that no bit of a run depends on either.
+"""The units of time of the scene and of the engine: their ratio is a power of two, so runs do not change.
 
 The engine multiplies up to four velocities. With speeds of 1e-150 or 1e150 the products leave the range of
-doubles. They do not in a unit of time in which the fastest component flies about one diameter. Lengths and
-masses are the same on both sides.
+doubles. They stay inside in a unit of time in which the fastest component flies about one diameter. Lengths
+and masses have the same units in both.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 USUAL = 20
-"""Where the fastest component passes between 2^-20 and 2^20 diameters a time, the two units are the same."""
+"""If the fastest component flies 2^-20 to 2^20 diameters per unit of time, the two units are the same."""
 
 
 class TimeUnit(NamedTuple):
@@ -52,7 +52,7 @@ class TimeUnit(NamedTuple):
 
 
 def _shifted(value: Any, exponent: int) -> Any:
-    """Return ``value * 2**exponent``; without rounding, where doubles reach so far."""
+    """Return ``value * 2**exponent``, without rounding unless it leaves the range of normal doubles."""
     if isinstance(value, Fraction):
         return value * Fraction(2) ** exponent if exponent else value
     with np.errstate(over="ignore"):

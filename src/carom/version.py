@@ -1,3 +1,3 @@
-"""The version of Carom, which files and studies note beside what they hold."""
+"""The version of Carom, which files and studies record."""
 
 __version__ = "0.1.0"

@@ -1,4 +1,4 @@
-"""Frames in the words of other programs: ASE, freud, OVITO, pandas and xarray. None of them is required.
+"""Frames as objects of other programs: ASE, freud, OVITO, pandas and xarray. None of them is required.
 
-Nothing here reads or writes a file, or makes a frame: that is the business of ``io``.
+Nothing here reads or writes a file, or makes a frame: ``io`` does that.
 """

@@ -1,7 +1,6 @@
 """Frames as ``ase.Atoms``.
 
-Everything is in the scene's own (reduced) units: what ASE calls angstrom, atomic mass units or kelvin means
-nothing here.
+All values are in the scene's own (reduced) units, not in ASE's angstroms, atomic mass units or kelvins.
 """
 
 from __future__ import annotations

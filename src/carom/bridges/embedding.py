@@ -1,7 +1,7 @@
-"""A frame in the words of other programs: three dimensions, chemical symbols, momenta.
+"""What other programs need of a frame: three dimensions, chemical symbols, momenta.
 
-Missing coordinates are 0, and a missing edge is the longest one there is: a positive placeholder along an
-axis that is not periodic.
+Missing coordinates are 0. A missing edge is as long as the longest edge: a positive placeholder along an axis
+that is not periodic.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SYMBOLS = frozenset(_ELEMENTS.split())
 
 
 def embed(vectors: np.ndarray) -> np.ndarray:
-    """Return (n, d) vectors, d <= 3, as (n, 3) with zeros in the missing columns; themselves if d = 3."""
+    """Return (n, d) vectors, d <= 3, as (n, 3) with zeros in the missing columns; a copy only if d < 3."""
     n, dimension = vectors.shape
     if dimension == 3:
         return vectors
@@ -45,23 +45,23 @@ def periodic(flags: tuple[bool, ...]) -> tuple[bool, ...]:
 
 
 def names_of(frame: Configuration) -> tuple[str, ...]:
-    """Return the names of a frame's species; where it has none, their numbers, or X if they are not told."""
+    """Return the names of a frame's species: by default their numbers, or X for a frame without species."""
     if frame.species is None:
         return ("X",)
     return frame.species_names or tuple(str(k) for k in range(int(frame.species.max()) + 1))
 
 
 def symbols_of(frame: Configuration) -> list[str]:
-    """Return the chemical symbol of each species: its name where that is one, else X, which is no element.
+    """Return the chemical symbols of the species: their names if all are symbols, or else X for each.
 
-    ASE fails with names that are no symbols, and takes B for boron; so all are X if any is.
+    X is no element. ASE fails with names that are no symbols, and takes B for boron.
     """
     names = names_of(frame)
     return list(names) if all(name in SYMBOLS for name in names) else ["X"] * len(names)
 
 
 def plain(name: str) -> str:
-    """Return a name in ASCII: as it is, unless it is not, or holds a percent sign."""
+    """Return a name in ASCII; it is quoted if it has other characters or a percent sign."""
     return name if name.isascii() and "%" not in name else quote(name, safe=" ")
 
 
@@ -81,7 +81,7 @@ def parted(word: str) -> tuple[str, ...]:
 
 
 def require_at_most_three(dimension: int, format_name: str) -> None:
-    """Refuse what does not fit into three columns.
+    """Refuse frames that do not fit into three columns.
 
     Raises
     ------
@@ -96,16 +96,16 @@ def require_at_most_three(dimension: int, format_name: str) -> None:
 
 
 def momenta(velocities: np.ndarray, masses: np.ndarray) -> np.ndarray:
-    """Momenta whose quotient by the mass is the velocity again, bit for bit where that is possible.
+    """Return momenta that, divided by the mass, give the velocities exactly where that is possible.
 
-    ASE keeps momenta and divides. ``(m * v) / m`` can miss v by one unit in the last place; one of the two
-    neighbours of ``m * v`` then often gives v exactly. Where the significands of m and v multiply to 2 or
-    more, the momentum is coarser than the velocity and some v have no momentum at all: those stay one unit
-    off, and the velocity itself is kept beside. With masses that are powers of two every velocity is exact.
+    ASE stores momenta and divides. ``(m * v) / m`` can differ from v by one unit in the last place; one of
+    the two neighbours of ``m * v`` then often gives v exactly. Where the significands of m and v multiply to
+    2 or more, the momentum is coarser than the velocity, and for some v no momentum is exact. Those stay one
+    unit off; ``velo`` holds the velocity itself. With masses that are powers of two every velocity is exact.
     """
     mass = masses[:, np.newaxis]
     result = velocities * mass
-    # Towards a finite bound, which no finite momentum can overflow.
+    # The bounds are finite, so that no finite momentum becomes infinite.
     for towards in (np.finfo(np.float64).max, np.finfo(np.float64).min):
         neighbour = np.nextafter(velocities * mass, towards)
         better = (result / mass != velocities) & (neighbour / mass == velocities)

@@ -82,7 +82,7 @@ def to_pandas(frame: Configuration) -> pandas.DataFrame:
 
 
 def to_xarray(frames: Sequence[Configuration]) -> xarray.Dataset:
-    """Return the positions and velocities (time, component, axis) of frames, and what goes with them."""
+    """Return positions and velocities (time, component, axis) of frames, and the other fields."""
     xarray = _needed("xarray", "xarray")
     first = frames[0]
     each, vector = ("time", "component"), ("time", "component", "axis")

@@ -1,9 +1,9 @@
-"""The colours of species: the same in our pictures, in the viewer, and in files that other programs show."""
+"""The colours of species: the same in pictures, in the viewer, and in files for other programs."""
 
 from __future__ import annotations
 
 FACES = ("#6f9bc8", "#e3a857", "#7fb685", "#c26a77", "#9b8bb4", "#8c8c8c")
-"""Of the species, in their order; with more species than colours they begin again."""
+"""Colours of the species, in their order; with more species than colours they repeat."""
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

@@ -61,7 +61,7 @@ app.command("transport")(transport.transport)
 def main() -> None:
     """Run the command line."""
     for stream in (sys.stdout, sys.stderr):
-        # A terminal that cannot show a character gets another one, rather than a traceback.
+        # A terminal that cannot show a character gets a replacement instead of a traceback.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     nobody_reads_docstrings()

@@ -1,4 +1,4 @@
-"""``carom code``: the best code of some seeds, printed and kept."""
+"""``carom code``: the best code of some seeds, printed and saved."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def code(
 
 
 def _words(text: str) -> dict[str, Any]:
-    """Return what is searched for: a number of points, or what a file says."""
+    """Return the arguments of the search, from a number of points or from a file."""
     from carom.errors import InputError
     from carom.studies.codes.toml import load
 

@@ -1,4 +1,4 @@
-"""A line on the screen when something is compiled, so that nobody takes the first seconds for a hang."""
+"""A line on the screen when something is compiled, so that the first seconds do not look like a hang."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TEXT = "Compiling for this kind of scene: ten seconds or more, the first time on
 
 @contextlib.contextmanager
 def compiling_told() -> Iterator[None]:
-    """Say once on standard error when something is compiled in the body, here or in a worker process."""
+    """Print one line on standard error if the body compiles something, here or in a worker process."""
     from carom.compiling.news import listening
 
     said = False

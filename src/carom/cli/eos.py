@@ -125,7 +125,7 @@ def eos(
         from carom.studies.eos.study import run
 
         result = run(spec, executor=executor, workers=workers, out=out, progress=progress)
-    # Before anything is written, which a full disk may refuse: then this is all there is.
+    # Results are printed before files are written, because a full disk may refuse the files.
     if as_json:
         print(json.dumps(_plain(result), indent=2, allow_nan=False))
     else:
@@ -136,7 +136,7 @@ def eos(
 
 
 def _spec(path: Path | None, given: dict[str, Any]) -> Any:
-    """Return the study of the file, or the default one, with what the command line says in its place."""
+    """Return the study of the file, or the default one, with the values that the command line gives."""
     from carom.studies.eos.spec import StudySpec
     from carom.studies.eos.toml import load
 
@@ -158,7 +158,7 @@ def _spec(path: Path | None, given: dict[str, Any]) -> Any:
 
 @contextlib.contextmanager
 def _watched() -> Iterator[Callable[[Progress], None]]:
-    """Show a bar and the table so far while the body runs; a line now and then without a terminal."""
+    """Show a bar and the table so far while the body runs; without a terminal, print a line now and then."""
     if not sys.stderr.isatty():
         from carom.cli.heartbeat import Heartbeat
 
@@ -176,7 +176,7 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
     from carom.notebook import advance
 
     bar = Bar(*columns())
-    # It moves to and fro until the first run is done: there is nothing yet to tell the whole from.
+    # The bar moves to and fro until the first run is done, because the total time is not known before.
     bar.add_task(FIRST, total=None)
     with Live(bar, console=Console(stderr=True), transient=True, refresh_per_second=4) as live:
 
@@ -243,7 +243,7 @@ def _table(result: EquationOfState) -> Any:
 
 
 def _plain(result: EquationOfState) -> dict[str, Any]:
-    """Return the results as JSON values; null where there is none."""
+    """Return the results as JSON values, with null for values that are not finite."""
 
     def value(x: Any) -> Any:
         return None if isinstance(x, float) and not math.isfinite(x) else x

@@ -1,4 +1,4 @@
-"""The commands that make one file of another: export, view, movie, rdf; and init, which writes a scene."""
+"""The commands that make one file from another: export, view, movie, rdf; and init, which writes a scene."""
 
 from __future__ import annotations
 

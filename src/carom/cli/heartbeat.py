@@ -1,4 +1,4 @@
-"""A line on standard error every ten seconds where no bar can be shown, so that a long run is no hang."""
+"""A line on standard error every ten seconds, so that a long run without a bar does not look like a hang."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EVERY = 10.0
 
 
 _present: Heartbeat | None = None
-"""The one that prints, if any."""
+"""The heartbeat that prints, if any."""
 
 
 def starting() -> contextlib.AbstractContextManager[object]:
@@ -24,12 +24,12 @@ def starting() -> contextlib.AbstractContextManager[object]:
 
 
 class Heartbeat:
-    """The state of some work in words, printed now and then by a thread of its own.
+    """Lines about the state of some work, printed by a thread of its own.
 
     Attributes
     ----------
     state : str
-        What is going on; the next line says so.
+        Text of the next line.
     """
 
     def __init__(self, state: str):
@@ -38,7 +38,7 @@ class Heartbeat:
         self._end = threading.Event()
 
     def tell(self, stage: str, fraction: float | None = None) -> None:
-        """Note what is going on, and which part of it is done, if that is known and more than nothing."""
+        """Set the state: a stage, and the fraction of it that is done if that is known and not too small."""
         self.state = stage if fraction is None or fraction < LEAST else f"{stage}, {100.0 * fraction:.0f} %"
 
     def _beat(self) -> None:
@@ -48,7 +48,7 @@ class Heartbeat:
 
     @contextlib.contextmanager
     def beating(self) -> Iterator[Heartbeat]:
-        """Print while the body runs; where another one prints already, it says what this one would say."""
+        """Print while the body runs. If another heartbeat prints already, it prints this state instead."""
         global _present
         if _present is not None:
             _present.state = self.state

@@ -9,7 +9,7 @@ from carom.plan.plan import Plan
 from carom.plan.sections import SceneSpec
 
 RIVALS = (("cells", "n"), ("packing_fraction", "density", "box"))
-"""Keys of which a scene has one: a value for one of them takes the place of the others."""
+"""Groups of keys. A scene has one key of a group: a value for one of them replaces the others."""
 
 LENGTHS = ("collisions_per_particle", "relative_error")
 """The same for a run."""
@@ -22,7 +22,7 @@ FLUIDS: dict[int, dict[str, Any]] = {
     5: {"initial": "dn", "dimension": 5, "cells": 3, "packing_fraction": 0.1},
     6: {"initial": "dn", "dimension": 6, "cells": 2, "packing_fraction": 0.05},
 }
-"""Where ``--dimension`` stands alone: a fluid of a few thousand particles, below freezing."""
+"""Scenes for ``--dimension`` without ``--initial``: fluids of 1000 to 4000 particles, below freezing."""
 
 
 def overridden(

@@ -114,7 +114,7 @@ def pack(
 
 
 def _pairs(given: list[str] | None, option: str, form: str) -> list[tuple[float, float]]:
-    """Return what an option gave as numbers on both sides of a colon."""
+    """Return the values of an option, each two numbers with a colon between them."""
     from carom.errors import InputError
 
     result = []
@@ -128,7 +128,7 @@ def _pairs(given: list[str] | None, option: str, form: str) -> list[tuple[float,
 
 
 def _count(number: float) -> int:
-    """Return a number of spheres."""
+    """Return a number of spheres as an integer."""
     from carom.errors import InputError
 
     if not number.is_integer() or number < 1:

@@ -1,4 +1,4 @@
-"""The command ``carom plan``: from a target to the run that reaches it for the least CPU."""
+"""The command ``carom plan``: from a target to the run that reaches it in the least CPU time."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _BUDGET = "Available cores and time"
 _OUTPUT = "What to do with the plan"
 
 FOLDER = Path("carom-plan")
-"""Where a plan is run if nothing else is said."""
+"""Default folder for a plan that is run."""
 
 
 @friendly
@@ -160,7 +160,7 @@ def plan(
 
 
 def _held(folder: Path, target: str, asked: System) -> RunPlan:
-    """Return the plan that a folder holds, if it is for this target and system: its study goes on."""
+    """Return the plan that a folder holds, if it is for this target and system: its study continues."""
     from carom.errors import InputError
     from carom.studies.planner.plan import RunPlan
     from carom.studies.planner.target import Target
@@ -175,6 +175,7 @@ def _held(folder: Path, target: str, asked: System) -> RunPlan:
 
 
 def _contradiction() -> None:
+    """Raise InputError: the system is given by a scene file and by options."""
     from carom.errors import InputError
 
     raise InputError(
@@ -208,13 +209,13 @@ def _show(found: RunPlan) -> None:
     from rich.text import Text
 
     console = Console(highlight=False)
-    # Words stay whole on a terminal, and lines in a pipe.
+    # Lines are wrapped between words on a terminal, and not wrapped in a pipe.
     console.print(Text(str(found)), soft_wrap=not console.is_terminal)
     console.print(_sizes(console, found))
 
 
 def _sizes(console: Console, found: RunPlan) -> Any:
-    """Return the sizes around the chosen one as a table: where statistics and bias cross."""
+    """Return a table of the bias and the CPU time of the sizes around the chosen one."""
     from rich import box
     from rich.table import Table
 

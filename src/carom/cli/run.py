@@ -16,7 +16,7 @@ _OUTPUT = "What to write"
 
 
 def _workers(text: str) -> int | str:
-    """Return a number of workers, where the option holds one."""
+    """Return the option as a number of workers if it is one, otherwise as it is."""
     return int(text) if text.isdecimal() else text
 
 

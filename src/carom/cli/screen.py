@@ -1,4 +1,4 @@
-"""What is seen: a progress bar on standard error, and the results on standard output."""
+"""Output of the commands: a progress bar on standard error, and the results on standard output."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 UNMEASURED = ("Preparing", "Compiling", "Drawing")
-"""Stages that do not tell how far they are: their bar moves to and fro, instead of standing at 0 %."""
+"""Stages that do not report their progress: the bar moves to and fro instead of staying at 0 %."""
 
 
 def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ...]:
-    """Return the columns of a bar. The part that is done and the time left show where they are known."""
+    """Return the columns of a bar. The fraction done and the time left are shown if they are known."""
     from rich.progress import (
         BarColumn,
         TaskProgressColumn,
@@ -44,7 +44,7 @@ def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ..
 
 @contextlib.contextmanager
 def watched() -> Iterator[Callable[[str, float], None]]:
-    """Show a progress bar while the body runs; a line every some seconds if nobody watches a terminal."""
+    """Show a progress bar while the body runs; without a terminal, print a line now and then."""
     if not sys.stderr.isatty():
         from carom.cli.heartbeat import Heartbeat
 
@@ -72,7 +72,7 @@ def watched() -> Iterator[Callable[[str, float], None]]:
 
 
 def predicted(prediction: Prediction) -> None:
-    """Say on standard error how long the accuracy asked for will take."""
+    """Print on standard error how long the requested accuracy will take."""
     print(
         f"Relative error {prediction.relative_error:.2g} so far; about {prediction.seconds:.3g} s more "
         f"({prediction.collisions:.2g} collisions).",
@@ -168,7 +168,7 @@ _WHOLE_BOX = (
 
 
 def _meaning(summary: dict[str, Any]) -> list[str]:
-    """Return what the numbers of the table mean, a sentence a line."""
+    """Return the meaning of the numbers in the table, one sentence per line."""
     lines = []
     if summary["theory"]:
         lines.append("In brackets: (measured - theory) / standard error.")
@@ -220,12 +220,12 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
             ("contacts", f"{summary['contacts']} (isostatic: {isostatic}, {summary['excess']:+d})"),
             ("gap", "{:.2g}, in a void from {:.2g} to {:.2g}".format(summary["gap"], *summary["void"])),
         ]
-        if summary["contacts_note"]:  # a number of contacts would say what nobody knows
+        if summary["contacts_note"]:  # the number of contacts is not known then
             rows[-2:] = [("pairs", f"{summary['contacts']} with a gap below {summary['gap']:.2g}")]
     for name, text in rows:
         table.add_row(name, text)
     meant = ["Z is that of the last collisions, from pairs alone. A gap is a part of the contact distance."]
-    if summary.get("confined"):  # summaries of before do not have it
+    if summary.get("confined"):  # older summaries do not have it
         meant = [_WHOLE_BOX, *meant, "Contacts with walls and obstacles count as contacts, not in Z."]
     table.caption, table.caption_justify = "\n".join(meant), "left"
     console = Console(highlight=False, soft_wrap=False)
@@ -236,7 +236,7 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
 
 
 def _mechanics(summary: dict[str, Any]) -> Any:
-    """Return the table of how well it went."""
+    """Return the table about the run itself: collisions, drifts, rate."""
     from rich.table import Table
 
     table = Table.grid(padding=(0, 3, 0, 0))
@@ -259,13 +259,14 @@ def _mechanics(summary: dict[str, Any]) -> Any:
 
 
 def _reached(summary: dict[str, Any]) -> str:
+    """Return the relative error of Z and the one that was asked for."""
     z = summary["compressibility_factor"]
     reached = "?" if z["error"] is None else f"{z['error'] / abs(z['mean']):.2g}"
     return f"{reached}, {summary['relative_error']:.2g} was asked for"
 
 
 def decimals_of(error: float | None) -> int:
-    """Return how many decimals an error leaves: one digit of it, or two where it begins with 1."""
+    """Return the number of decimals that show one digit of an error, or two if it begins with 1."""
     if not error or not math.isfinite(error):
         return 6
     exponent = math.floor(math.log10(error))
@@ -273,6 +274,7 @@ def decimals_of(error: float | None) -> int:
 
 
 def _with_error(value: dict[str, Any]) -> str:
+    """Return a mean with its standard error."""
     decimals = decimals_of(value["error"])
     if value["error"] is None:
         return f"{value['mean']:.6g} ± ?"
@@ -280,9 +282,10 @@ def _with_error(value: dict[str, Any]) -> str:
 
 
 def _beside(theory: float | None, measured: dict[str, Any], decimals: int) -> str:
+    """Return a value of theory, with (measured - theory) / standard error in brackets."""
     if theory is None:
         return "-"
-    # One more digit than the measurement has, so that rounding does not blur the comparison.
+    # One digit more than the measurement has, so that rounding does not affect the comparison.
     text = f"{theory:.{decimals + 1}f}"
     if not measured["error"]:
         return text

@@ -1,4 +1,4 @@
-"""What the commands of studies have in common: options, lists of numbers, what to write, how it ends."""
+"""Shared by the commands of studies: options, lists of numbers, files, and the last line."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import typer
 
 COMPILING = "Compiling, ten seconds or more the first time, and the first runs"
-"""What lines without a terminal say until the first run of a study is done."""
+"""Text of the lines without a terminal until the first run of a study is done."""
 
 FIRST = "First runs"
-"""The same next to a bar, which has little room; a line of its own says there that something is compiled."""
+"""The same next to a bar, which has little room. A separate line reports that something is compiled."""
 
 LENGTH = "How long"
 WHERE = "Where it runs"
@@ -98,7 +98,7 @@ def integers(text: str | None) -> list[int] | None:
 
 
 def where(engine: str | None, scheduler: str | None) -> str | None:
-    """Return where a study runs, from the two options that say so."""
+    """Return where a study runs: the value of whichever option is given."""
     from carom.errors import InputError
 
     if engine is not None and scheduler is not None:
@@ -107,7 +107,7 @@ def where(engine: str | None, scheduler: str | None) -> str | None:
 
 
 def write(result: Any, out: Path, name: str, report: bool, pictures: bool) -> None:
-    """Write the study, its table and its pictures to a folder; ``name`` is that of the files."""
+    """Write the study, its table and its pictures to a folder; ``name`` is the stem of the files."""
     from carom.io.paths import replacing, writing
     from carom.studies.eos.toml import text
 
@@ -122,7 +122,7 @@ def write(result: Any, out: Path, name: str, report: bool, pictures: bool) -> No
 
 
 def farewell(result: Any, out: Path, report: bool, as_json: bool) -> None:
-    """Say where the results are; raise InputError if some runs are missing."""
+    """Print where the results are; raise InputError if some runs are missing."""
     from carom.errors import InputError
 
     if not as_json:

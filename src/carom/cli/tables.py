@@ -1,4 +1,4 @@
-"""Tables as wide as the terminal: what would be cut is stacked, one value a line."""
+"""Tables that fit the terminal: a wider one is printed with one value per line."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ if TYPE_CHECKING:
 
 
 def show(console: Console, table: Table) -> None:
-    """Print a table, stacked where it is wider than the terminal."""
+    """Print a table, with one value per line if it is wider than the terminal."""
     console.print(fitted(console, table))
 
 
 def fitted(console: Console, table: Table) -> Any:
     """Return a table if it fits, or else its rows one below the other.
 
-    A title or caption is wrapped by itself, and makes no table too wide.
+    The title and the caption are wrapped, so they do not count for the width.
     """
     from rich.measure import Measurement
     from rich.text import Text

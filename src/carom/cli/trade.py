@@ -183,6 +183,7 @@ def _signed(value: float) -> str:
 
 
 def _horizon(value: float, result: TradeResult) -> str:
+    """Return a number of collisions, as a lower bound if the trajectory was never lost."""
     if math.isnan(value):
         return "-"
     return f"> {result.horizon.followed:.0f}" if math.isinf(value) else f"{value:.1f}"

@@ -1,4 +1,4 @@
-"""What goes wrong, as one sentence on standard error and an exit code."""
+"""Errors of commands: one sentence on standard error, and an exit code."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from carom.cli.heartbeat import starting
 from carom.errors import CaromError, CaromWarning
 
 BAD_INPUT = 2
-"""Exit code for what cannot be used or written; that of unknown options, too."""
+"""Exit code for input that cannot be used and files that cannot be written; also for unknown options."""
 
 INTERRUPTED = 130
-"""Exit code after Ctrl-C or SIGTERM: 128 and the number of SIGINT, as shells have it."""
+"""Exit code after Ctrl-C or SIGTERM: 128 plus the number of SIGINT, as in shells."""
 
 
 def friendly(command: Callable[..., None]) -> Callable[..., None]:
-    """Make errors of a command one sentence, and its warnings a line each.
+    """Print errors of a command as one sentence each, and its warnings as one line each.
 
-    Anything that is no error of Carom is a bug, and keeps its traceback.
+    Unexpected exceptions are bugs and keep their traceback.
     """
 
     @functools.wraps(command)
@@ -41,7 +41,7 @@ def friendly(command: Callable[..., None]) -> Callable[..., None]:
             _say("Error: there is not enough memory for this; choose fewer particles or frames.")
             code = BAD_INPUT
         except BrokenPipeError:
-            # The reader of our output has gone, e.g. `carom ... | head`: nobody is left to tell.
+            # The reader of the output has ended, as in `carom ... | head`: nothing more can be printed.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             code = 1
         except KeyboardInterrupt as stopped:
@@ -60,6 +60,6 @@ def _say(text: str) -> None:
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any) -> None:
-    # Libraries warn programmers; only ours are for who runs a command.
+    # Warnings of libraries are for programmers; only those of Carom are for users of a command.
     if issubclass(category, CaromWarning):
         _say(f"Note: {message}")

@@ -1,7 +1,7 @@
 """Files and bridges: trajectories (H5MD, extended XYZ, GSD), checkpoints, event logs, ASE and MDAnalysis.
 
 Nothing here is imported before it is used: h5py, ASE, MDAnalysis and gsd load with the first call that needs
-them. No file that is read can run code.
+them. Reading a file never runs code from it.
 """
 
 from __future__ import annotations

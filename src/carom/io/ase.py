@@ -1,7 +1,6 @@
-"""Frames from ``ase.Atoms``; the way there is ``carom.bridges.ase``.
+"""Frames from ``ase.Atoms``; ``carom.bridges.ase`` converts the other way.
 
-Everything is in the scene's own (reduced) units: what ASE calls angstrom, atomic mass units or kelvin means
-nothing here.
+All values are in the scene's own (reduced) units, not in ASE's angstroms, atomic mass units or kelvins.
 """
 
 from __future__ import annotations
@@ -81,7 +80,7 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
 
 
 def _dimension(atoms: ase.Atoms) -> int:
-    """Return how many axes there are: the leading periodic ones, all else being zero."""
+    """Return ``info["dimension"]`` if the atoms fit it, otherwise the number of leading periodic axes."""
     if len(atoms) == 0:
         raise InputError("There are no atoms here; expected at least one.")
     flags = [bool(flag) for flag in atoms.pbc]
@@ -104,14 +103,15 @@ def _dimension(atoms: ase.Atoms) -> int:
 def _wrap(
     positions: np.ndarray, box: np.ndarray, images: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return (n, d) positions in ``0 <= x < edge``, those inside untouched, and their images.
+    """Return (n, d) positions wrapped into ``0 <= x < edge``, and their image counts.
 
-    The edge of an axis that is not periodic is infinite, and nothing is moved along it.
+    An axis that is not periodic has an infinite edge: nothing is moved along it.
     """
     counts = np.floor(positions / box) * np.isfinite(box)
     outside = ((positions < 0.0) | (positions >= box)) & np.isfinite(box)
     wrapped = np.where(outside, positions - counts * np.where(np.isfinite(box), box, 0.0), positions)
-    # A small negative coordinate plus an edge can round to the edge itself, and a quotient just below 1 to 1.
+    # By rounding, a small negative coordinate plus an edge can be the edge itself. A quotient just below an
+    # integer can become that integer.
     wrapped = np.where(outside & ((wrapped < 0.0) | (wrapped >= box)), 0.0, wrapped)
     if images is None:
         return wrapped, None
@@ -120,7 +120,7 @@ def _wrap(
 
 
 def _velocities(atoms: ase.Atoms) -> np.ndarray:
-    """Return the (n, 3) velocities: the exact ones, unless the momenta were changed since."""
+    """Return the (n, 3) velocities: those in ``velo``, unless the momenta were changed since."""
     velocities = np.asarray(atoms.get_velocities(), dtype=np.float64)
     exact = atoms.arrays.get("velo")
     if exact is not None and np.array_equal(momenta(exact, atoms.get_masses()), atoms.get_momenta()):

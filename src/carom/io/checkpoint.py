@@ -1,11 +1,12 @@
-"""Checkpoints: named arrays and attributes in one HDF5 file, whole and unchanged or refused.
+"""Checkpoints: named arrays and attributes in one HDF5 file, refused if incomplete or changed.
 
 The first 512 bytes (HDF5's user block, which ``h5dump`` and h5py skip) are a line of text with the format's
 name, its version, the number of bytes that follow and their SHA-256; the digest is checked before anything
 else is read. The rest is HDF5: a data set for each array in the group ``arrays``, and the attributes as one
 JSON text in ``attributes``. The digest detects accidents; it is no signature.
 
-Of a large state what is worth it is packed (``packed``), so that a million spheres take 175 MB and not 240.
+Arrays of a large state are packed where that saves enough (``packed``): a million spheres take 175 MB
+instead of 240.
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ from carom.io.paths import existing, reading, replacing, writing
 from carom.version import __version__
 
 _MAGIC = "carom-checkpoint"
-_VERSION = 2  # the first in which arrays are packed; without such arrays a file is of version 1
+_VERSION = 2  # the first with packed arrays; a small state, which is not packed, is still of version 1
 _HEADER = 512  # bytes; the smallest user block that HDF5 allows
 
 LARGE = 100e6
-"""Bytes of all arrays above which they are packed: fewer are written and read faster as they are."""
+"""Bytes of all arrays above which they are packed. Smaller states are written and read faster unpacked."""
 
 
 def save(
@@ -94,6 +95,7 @@ def load(path: str | os.PathLike[str]) -> tuple[dict[str, np.ndarray], dict[str,
 
 
 def _verify(path: Path, content: bytes) -> None:
+    """Raise FileError unless the version is known, and the length and the digest are those in the header."""
     words = content[:_HEADER].split(b"\n")[0].split(b" ")
     if words[0] != _MAGIC.encode():
         raise FileError(f"{path} is no checkpoint of Carom; name the file that Carom wrote as one.")
@@ -115,6 +117,7 @@ def _verify(path: Path, content: bytes) -> None:
 
 
 def _put(group: Any, name: str, array: np.ndarray, large: bool) -> None:
+    """Write an array as a data set: packed, as it is, or as bytes."""
     if not isinstance(name, str) or not name or "/" in name or "\0" in name or name == ".":
         raise InputError(f"The array's name is {name!r}; expected a text without '/'.")
     if array.dtype.hasobject:
@@ -126,7 +129,7 @@ def _put(group: Any, name: str, array: np.ndarray, large: bool) -> None:
     if plain and not packed:
         group.create_dataset(name, data=array)
         return
-    # What HDF5 has no type for (dates, str, long double, ...) is kept as bytes beside its dtype and shape.
+    # HDF5 has no type for dates, str, long double and others: bytes are stored, with their dtype and shape.
     content = pack(array) if packed else array.tobytes()
     data = group.create_dataset(name, data=np.frombuffer(content, dtype=np.uint8))
     if packed:
@@ -136,6 +139,7 @@ def _put(group: Any, name: str, array: np.ndarray, large: bool) -> None:
 
 
 def _get(data: Any) -> np.ndarray:
+    """Return the array of a data set that :func:`_put` wrote."""
     if "dtype" not in data.attrs:
         return np.asarray(data[()])
     dtype = np.lib.format.descr_to_dtype(_tuples(json.loads(data.attrs["dtype"])))
@@ -146,7 +150,7 @@ def _get(data: Any) -> np.ndarray:
 
 
 def _tuples(descr: Any) -> Any:
-    """Undo JSON's turning of a structured dtype's tuples, and of their shapes, into lists."""
+    """Return the description of a dtype with its tuples, which JSON has turned into lists."""
     if not isinstance(descr, list):
         return descr
     fields = []

@@ -1,7 +1,7 @@
-"""CRC-32 of what was written, so that whoever goes on with a file can tell whether it still holds that.
+"""CRC-32 of written data: before a run continues a file, it checks that the file is unchanged.
 
-A CRC-32 finds every accident that changes up to 32 bits in a row, and misses one in 4e9 of the others; it is
-no signature. It can be taken piece by piece: each function goes on from the checksum of what came before.
+A CRC-32 detects every accident that changes up to 32 bits in a row, and misses one in 4e9 of the others. It
+is no signature. Each function continues from the checksum ``before`` of the data so far.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ def of_frame(frame: Frame, before: int = 0) -> int:
 
 
 def _numbers(frame: Frame) -> Iterator[np.ndarray]:
+    """Yield the content of a frame as arrays of fixed types."""
     yield np.array([frame.time, *frame.box], np.float64)
     yield np.array([frame.step, *frame.positions.shape, *frame.periodic], np.int64)
     for values in (frame.positions, frame.velocities, frame.diameters, frame.masses):

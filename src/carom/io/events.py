@@ -1,7 +1,7 @@
 """The event log: every collision of a run, from which any state can be rebuilt.
 
-An HDF5 file with one growing data set for each column, row k of all of them being event k, and the initial
-state in the group ``initial``. The layout is in ``docs/files.md``.
+The HDF5 file has one growing data set per column; row k of every column is event k. The group ``initial``
+holds the initial state. The layout is in ``docs/files.md``.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _DTYPES: dict[str, type] = {
     "image": np.int32,
     "impulse": np.float64,
 }
-_KIND_OF_EVENT: dict[str, type] = {"kind": np.int8}  # a column that is there where pairs have steps
+_KIND_OF_EVENT: dict[str, type] = {"kind": np.int8}  # a column only where pairs have steps
 
 
 class Events(NamedTuple):
@@ -133,7 +133,7 @@ def _sums_of(file: h5py.File, count: int) -> Iterator[tuple[str, int]]:
 
 
 def _read(file: h5py.File, start: int, stop: int) -> Events | StepEvents:
-    """Return these events, which are none that no run can have."""
+    """Return these events; raise ValueError if no run can have produced them."""
     columns = {name: file[name][start:stop] for name in _columns(file)}
     events = StepEvents(**columns) if "kind" in columns else Events(**columns)
     if not stop > start:
@@ -155,6 +155,7 @@ def _read(file: h5py.File, start: int, stop: int) -> Events | StepEvents:
 
 
 def _initial(file: h5py.File) -> Iterator[tuple[str, Any]]:
+    """Yield the arrays of the initial state by name; raise ValueError if one is not of numbers."""
     for name, data in file["initial"].items():
         if data.dtype.kind not in "biuf":
             raise ValueError(f"initial/{name} holds {data.dtype}, and no numbers")
@@ -215,6 +216,7 @@ class EventLog:
             self._create(initial)
 
     def _create(self, initial: Mapping[str, np.ndarray]) -> None:
+        """Begin a new log with its initial state."""
         arrays = {name: np.asarray(values) for name, values in initial.items()}
         for name, array in arrays.items():
             if array.dtype.kind not in "biuf" or "/" in name:
@@ -245,6 +247,7 @@ class EventLog:
         self.sums = {**dict.fromkeys(self._columns, 0), "initial": _sum_of_initial(arrays)}
 
     def _reopen(self, keep: int | None) -> None:
+        """Continue a log after a check, and drop all but the first `keep` events."""
         existing(self.path)
         if self.sums is not None:
             _verify(self.path, keep or 0, self.sums)
@@ -336,7 +339,7 @@ class EventLog:
         try:
             self.close()
         except FileError:
-            # After a failed write closing fails as well; the first error is the one to hear of.
+            # After a failed write, closing fails as well; only the first error is reported.
             if error is None:
                 raise
 

@@ -1,7 +1,7 @@
 """Trajectories for other programs, which Carom does not read back: LAMMPS dump and data, DCD, PDB.
 
-DCD and PDB are written by MDAnalysis, with positions that do not jump at the faces of the box where there are
-image counts. The two formats of LAMMPS are text of their own, with 9 significant digits.
+MDAnalysis writes DCD and PDB; positions are unwrapped where frames hold image counts. The two formats of
+LAMMPS are text, written here with 9 significant digits.
 """
 
 from __future__ import annotations
@@ -58,19 +58,20 @@ def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -
 
 
 def _bounds(frame: Frame) -> list[tuple[float, float]]:
-    """Return the lower and upper end of three axes; LAMMPS wants a thin third one in two dimensions."""
+    """Return the lower and upper ends of three axes; LAMMPS needs a thin third one in two dimensions."""
     known = [(0.0, float(edge)) for edge in frame.box]
     thin = 0.5 * float(frame.diameters.max()) or 0.5
     return known + [(-thin, thin)] * (3 - frame.dimension)
 
 
 def _kinds(frame: Frame) -> np.ndarray:
+    """Return the species of all components, numbered from 1 as LAMMPS does."""
     return (np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species) + 1
 
 
 def _dump(frame: Frame, k: int, file: TextIO) -> None:
     """Write one frame of a dump. Its time step is the number of the frame; the time is an item of its own."""
-    # Axes that a frame lacks are periodic, as LAMMPS wants them in two dimensions.
+    # Axes that a frame lacks are periodic, as LAMMPS needs them in two dimensions.
     flags = [*frame.periodic, *[True] * (3 - frame.dimension)]
     images = np.zeros((frame.n, frame.dimension), np.int32) if frame.images is None else frame.images
     file.write(f"ITEM: TIMESTEP\n{k}\nITEM: TIME\n{frame.time:.17g}\nITEM: NUMBER OF ATOMS\n{frame.n}\n")
@@ -88,14 +89,14 @@ def _data(frame: Frame, file: TextIO) -> None:
     """Write the data file of one frame, of atoms of the style "sphere"."""
     kinds, names = _kinds(frame), names_of(frame)
     volumes = math.pi / 6.0 * frame.diameters**3
-    # LAMMPS takes the density of a point for its mass.
+    # LAMMPS reads the density of a point particle as its mass.
     densities = np.divide(frame.masses, volumes, out=frame.masses.copy(), where=volumes > 0.0)
     file.write(f"Carom, time {frame.time:.17g}; types: {', '.join(map(one_word, names))}\n\n")
     file.write(f"{frame.n} atoms\n{max(len(names), int(kinds.max()))} atom types\n\n")
     for axis, (low, high) in zip("xyz", _bounds(frame), strict=True):
         file.write(f"{low:.9g} {high:.9g} {axis}lo {axis}hi\n")
     labels = [one_word(name) for name in names]
-    # LAMMPS takes no label that begins like a number, a comment or a wildcard.
+    # LAMMPS refuses labels that begin like a number, a comment or a wildcard.
     if frame.species_names and not any(label[0] in "0123456789#*" for label in labels):
         file.write("\nAtom Type Labels\n\n")
         file.writelines(f"{k} {label}\n" for k, label in enumerate(labels, 1))
@@ -121,7 +122,7 @@ def _short(names: tuple[str, ...]) -> list[str]:
 def _name_atoms(world: Any, frame: Frame) -> None:
     """Name the atoms of a PDB file after their species.
 
-    Without elements programs guess them from the names: "small" would be samarium.
+    Without elements, programs guess them from the names: "small" would be samarium.
     """
     kinds = _kinds(frame) - 1
     world.atoms.names = np.array(_short(names_of(frame)), dtype=object)[kinds]
@@ -137,7 +138,7 @@ def _by_mdanalysis(frames: Any, path: Path, name: str, report: Report | None) ->
     if name == "PDB":
         _name_atoms(world, frames[0])
     with warnings.catch_warnings():
-        # Of a PDB file: that elements, charges, occupancies and the like are not known.
+        # MDAnalysis warns that elements, charges, occupancies and the like of a PDB file are unknown.
         warnings.simplefilter("ignore", UserWarning)
         settings = {"dt": world.trajectory.dt} if name == "DCD" else {}
         writer = MDAnalysis.Writer(

@@ -7,9 +7,9 @@ One frame is a line with the number of components, a line of ``key=value`` pairs
 
 ASE takes velocities from ``momenta``, OVITO from ``velo``; ``images:I:3`` follows where frames hold image
 counts, and ``kind:I:1`` (the number of the species) where they are mixtures, with ``species_names="..."`` in
-the second line. ``species`` holds these names, which OVITO takes for types; where they are no chemical
-symbols ``Z:I:1`` is 0, which ASE takes instead of them. ``color:R:3`` colours mixtures in OVITO as our own
-pictures do. All numbers are written with 17 significant digits, which determine a double; colours with 3.
+the second line. ``species`` holds these names, which are the types in OVITO. Where names are no chemical
+symbols, ``Z:I:1`` is 0, and ASE reads it instead of them. ``color:R:3`` gives mixtures in OVITO the colours
+of Carom's pictures. All numbers have 17 significant digits, which determine a double; colours have 3.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ from carom.version import __version__
 
 _KIND = "extended XYZ"
 _COLUMNS = (("pos", "R", 3), ("momenta", "R", 3), ("masses", "R", 1), ("radius", "R", 1), ("velo", "R", 3))
-#: Bytes that are read at a time; no line is as long.
+#: Bytes that are read at a time; every line is shorter.
 _BLOCK = 1 << 24
-_WIDEST = 100  # words of a column
+_WIDEST = 100  # words of a column, at most
 _PAIR = re.compile(r"""([A-Za-z_][\w-]*)=(?:"([^"]*)"|(\S+))""")
 
 
@@ -105,7 +105,7 @@ def render(frame: Frame) -> bytes:
         f"time={float(frame.time)!r} step={int(frame.step)} dimension={frame.dimension} "
         f"{more}carom={__version__}\n"
     )
-    # One formatting of the whole table is about twice as fast as one a row.
+    # Formatting the whole table at once is about twice as fast as formatting each row.
     lines = [f"{symbol.replace('%', '%%')}{row}{rest}\n" for symbol, rest in zip(symbols, fixed, strict=True)]
     table = lines[0] * frame.n if len(lines) == 1 else "".join([lines[k] for k in kinds.tolist()])
     body = table % tuple(chain.from_iterable(zip(*columns, strict=True)))
@@ -127,7 +127,7 @@ def _line(file: BinaryIO) -> bytes:
 
 
 def _triples(vectors: np.ndarray) -> list[str]:
-    """Return (n, 3) vectors as text, each once: formatting doubles is what writing costs."""
+    """Return (n, 3) vectors as text. Formatting doubles takes most of the time, so it is done only once."""
     return (("%.17g %.17g %.17g\n" * len(vectors)) % tuple(vectors.ravel().tolist())).split("\n")[:-1]
 
 
@@ -156,7 +156,7 @@ class Index:
                 complete = first.endswith(b"\n")
                 n = self._number(first)
                 for _ in range(n + 1):
-                    # A line without its end is the last of the file, cut off in the middle of a number.
+                    # A line without a newline is the last of the file, perhaps cut off within a number.
                     complete = complete and _line(file).endswith(b"\n")
                     if not complete:
                         break
@@ -225,7 +225,7 @@ def parse(
         for lines in _blocks(file, stop):
             count += _check_words(lines, width)
             if used:
-                # Its doubles are those of Python's float, correctly rounded.
+                # loadtxt rounds correctly, as Python's float does.
                 tables.append(np.loadtxt(io.BytesIO(lines), usecols=used, comments=None, ndmin=2))
             if words:
                 each = lines.split()
@@ -281,7 +281,7 @@ def _integers(values: np.ndarray) -> np.ndarray:
     return values.astype(np.int64)
 
 
-#: The columns that make a frame; momenta and species say the same once more for ASE, id for OVITO.
+#: The columns that a frame is read from. ``momenta`` and ``species`` repeat them for ASE, ``id`` for OVITO.
 _READ = frozenset(("pos", "velo", "masses", "radius", "images", "kind"))
 
 
@@ -341,7 +341,7 @@ class ExtxyzReader(Reader):
 
 
 class ExtxyzWriter(Writer):
-    """Writer of extended XYZ. A frame that could not be written whole is taken back."""
+    """Writer of extended XYZ. A frame that could not be written completely is removed."""
 
     def __init__(self, path: Path, scene: Any = None, *, append: bool = False, keep: int | None = None):
         super().__init__(path, scene)
@@ -357,6 +357,7 @@ class ExtxyzWriter(Writer):
         self._end = end
 
     def _keep(self, keep: int | None) -> int:
+        """Return the byte after the first `keep` frames, at which writing continues."""
         with ExtxyzReader(self.path, torn=True, limit=keep) as reader:
             self._retain(reader, keep)
             return reader.end

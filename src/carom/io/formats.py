@@ -1,4 +1,4 @@
-"""What readers and writers of trajectories share, and which format a file name asks for."""
+"""Base classes of readers and writers of trajectories, and the format that a file name asks for."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Reader(ABC):
         """Return frame ``0 <= k < len(self)`` as it stands in the file."""
 
     def _checked(self, k: int) -> Frame:
-        """Return frame ``0 <= k < len(self)``, which is none that Carom would not write."""
+        """Return frame ``0 <= k < len(self)``; raise FileError if Carom would not write such a frame."""
         frame = self._read(k)
         wrong = flaw(frame)
         self._instants[k] = frame.time, frame.step
@@ -76,7 +76,7 @@ class Reader(ABC):
         return (self._checked(k) for k in range(len(self)))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # MDAnalysis sends readers to its workers: a worker opens the file itself.
+        # MDAnalysis sends readers to its workers; each worker opens the file itself.
         return type(self), (self.path,)
 
     def _repr_html_(self) -> str:
@@ -171,7 +171,7 @@ class Writer(ABC):
         self._last = frame.time, frame.step
 
     def _retain(self, reader: Reader, keep: int | None) -> int:
-        """Go on after the first `keep` frames, by default all; each is read, so that none is damaged."""
+        """Continue after the first `keep` frames, by default all; each is read, which detects damage."""
         count = len(reader)
         keep = count if keep is None else keep
         if keep > count:
@@ -184,6 +184,7 @@ class Writer(ABC):
         return keep
 
     def _check(self, frame: Frame) -> None:
+        """Raise InputError if a frame is invalid or does not fit the file."""
         wrong = flaw(frame)
         if wrong is None and self._last is not None:
             wrong = step_back(frame, *self._last)
@@ -192,6 +193,7 @@ class Writer(ABC):
         self._check_alike(frame)
 
     def _check_alike(self, frame: Frame) -> None:
+        """Raise InputError if a frame differs in kind from those of the file."""
         n, dimension = frame.positions.shape
         if self._shape is not None and self._shape != (n, dimension):
             raise InputError(
@@ -208,7 +210,7 @@ class Writer(ABC):
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        # After a failed write closing fails as well; the first error is the one to hear of.
+        # After a failed write, closing fails as well; only the first error is reported.
         with contextlib.nullcontext() if error is None else contextlib.suppress(FileError):
             self.close()
 

@@ -4,7 +4,8 @@ Positions are float32 and centred, as GSD has them: ``-edge / 2 <= x < edge / 2`
 picture or a structure function, and too little to continue a run: spheres in contact overlap by about 1e-7 of
 the box.
 
-GSD has no word for walls: for every other program all axes are periodic. Carom reads its own note in the log.
+GSD cannot describe walls: for other programs all axes are periodic. Carom reads its own ``carom/periodic`` in
+the log.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
 
 
 def as_held(frame: Frame) -> Frame:
-    """Return a frame rounded to what a file holds of it."""
+    """Return a frame with the rounded values that a GSD file stores."""
     return _to_frame(_to_gsd(frame))
 
 
@@ -132,9 +133,10 @@ class GsdWriter(Writer):
             self._file = _open(path, "r+" if append else "w")
 
     def _keep(self, keep: int | None) -> None:
+        """Drop all but the first `keep` frames."""
         with GsdReader(self.path) as reader:
             keep = self._retain(reader, keep)
-            # GSD cannot drop single frames: copy those to keep, as they are, into a new file.
+            # GSD cannot drop single frames: those to keep are copied unchanged into a new file.
             if keep < len(reader):
                 with replacing(self.path) as temporary, writing(temporary), _open(temporary, "w") as kept:
                     kept.extend(reader._file[:keep])

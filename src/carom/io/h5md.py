@@ -1,10 +1,10 @@
-"""H5MD 1.1: the native store of trajectories, lossless, and open to MDAnalysis as it is.
+"""H5MD 1.1: the native format of trajectories, lossless, and read by MDAnalysis without conversion.
 
 See de Buyl, Colberg and Hofling, Comput. Phys. Commun. 185, 1546 (2014), and nongnu.org/h5md. The layout is
-in ``docs/files.md``. Three choices serve ``MDAnalysis.Universe("run.h5md")``: the particle group is called
-``trajectory``, units are named "Angstrom" and "ps" (an identity there; they stand for the scene's own units),
-and frames of one and two dimensions are padded to three columns along an axis whose boundary is "none". More
-than three dimensions are written as they are, which H5MD allows and MDAnalysis refuses.
+in ``docs/files.md``. Three choices serve ``MDAnalysis.Universe("run.h5md")``. The particle group is called
+``trajectory``. Units are named "Angstrom" and "ps", which MDAnalysis does not convert; they stand for the
+scene's own units. Frames of one and two dimensions are padded to three columns along axes whose boundary is
+"none". More than three dimensions are written as they are, which H5MD allows and MDAnalysis refuses.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import h5py
 
 _KIND = "H5MD"
-_LAYOUT = 2  # 1 knew neither species nor diameters that change
+_LAYOUT = 2  # layout 1 had neither species nor changing diameters
 _GROUP = "particles/trajectory"
 _LENGTH, _TIME, _VELOCITY = "Angstrom", "ps", "Angstrom ps-1"
 
@@ -46,11 +46,11 @@ class _Store:
         }
         if "image" in group:
             self.columns["image"] = group["image/value"]
-        # Not `"value" in`: on a data set that compares every element, each in a call of its own.
+        # Not `"value" in ...`: on a data set, this compares every element, each in its own call.
         fixed = file.get(f"{_GROUP}/diameter", getclass=True) is not type(file[_GROUP])
         if not fixed:
             self.columns["diameter"] = group["diameter/value"]
-        # Last, so that the length of what MDAnalysis counts never exceeds that of the rest.
+        # Last: MDAnalysis counts positions, which must never be longer than the other data sets.
         self.columns["position"] = group["position/value"]
         self.dimension = int(notes["dimension"])
         self.n = int(self.columns["position"].shape[1])
@@ -62,7 +62,7 @@ class _Store:
         self.boundary = tuple(bool(kind == b"periodic") for kind in group["box"].attrs["boundary"])
 
     def _check_shapes(self) -> None:
-        """Refuse data sets that are not of the table in ``docs/files.md``."""
+        """Raise ValueError unless the data sets are those of the table in ``docs/files.md``."""
         if not 1 <= self.dimension <= MOST_DIMENSIONS:
             raise ValueError(f"its dimension is {self.dimension}; expected 1 to {MOST_DIMENSIONS}")
         width = max(3, self.dimension)
@@ -160,7 +160,7 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
             fillvalue=missing(dtype),
         )
         if unit is not None:
-            # Of variable length, because MDAnalysis compares it with a str.
+            # A str of variable length, because MDAnalysis compares it with a str.
             data.attrs["unit"] = unit
 
     position = group.create_group("position")
@@ -192,7 +192,7 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
 
 
 def _in_time(file: h5py.File, count: int) -> _Store:
-    """Make the diameters, fixed so far, the first `count` rows of diameters that change."""
+    """Replace fixed diameters by a data set that grows; its first `count` rows hold the fixed ones."""
     group = file[_GROUP]
     fixed = group["diameter"][:]
     del group["diameter"]
@@ -214,7 +214,7 @@ def _in_time(file: h5py.File, count: int) -> _Store:
 
 
 def _find_store(file: h5py.File) -> _Store | None:
-    """Return the data sets of a file that Carom wrote, None if no frame was ever written to it."""
+    """Return the data sets of a file that Carom wrote, or None if no frame was ever written to it."""
     if "h5md" not in file or "parameters/carom" not in file:
         raise ValueError("it has no parameters/carom")
     layout = int(file["parameters/carom"].attrs["layout"])
@@ -265,6 +265,7 @@ class H5mdWriter(Writer):
             self._output.flush()
 
     def _reopen(self, keep: int | None) -> None:
+        """Open the file for appending, and drop all but the first `keep` frames."""
         try:
             with H5mdReader(self.path) as reader:
                 keep = self._retain(reader, keep)

@@ -1,11 +1,11 @@
-"""HDF5 files written so that a full disk or a kill costs what was not yet flushed, and nothing else.
+"""HDF5 files that lose only what was not yet flushed, if the disk is full or the process is killed.
 
 HDF5 cannot cope with a write that fails: closing the file, or ending the program, then crashes the
-interpreter, and what was on the disk may be lost. So HDF5 writes into memory here, where nothing fails, and
-each flush copies that to the disk: first what lies beyond the end of the file, which is where a full disk
-shows and can be undone by cutting it off again, and a copy of what is to be overwritten; then the few
-overwritten bytes that make it part of the file, which a kill can cut off, and whoever opens the file next
-completes.
+interpreter, and data on the disk may be lost. Here HDF5 writes into memory, where no write fails, and each
+flush copies the changes to the disk in two steps. The first step appends the new end of the file, and a
+journal of the bytes that will overwrite older ones. If the disk is full, this step fails, and truncation
+undoes it. The second step overwrites the few older bytes and cuts the journal off. If a kill interrupts it,
+the journal completes the file when it is next opened.
 """
 
 from __future__ import annotations
@@ -26,17 +26,14 @@ if TYPE_CHECKING:
     import h5py
 
 
-#: Ends a file whose overwritten bytes may not all have arrived: they stand before it, to be written again.
+#: Ends a file in which overwriting may be incomplete; the bytes to write once more are before it.
 _JOURNAL = b"carom-journal-01"
-_ENTRY = struct.Struct("<QQ")  # where, how many bytes; the bytes follow
+_ENTRY = struct.Struct("<QQ")  # offset and number of the bytes that follow
 _TRAILER = struct.Struct("<32sQ16s")  # SHA-256 and length of the entries, _JOURNAL
 
 
 class _Staged(io.RawIOBase):
-    """A file as HDF5 sees it: the file on the disk, under all that was written since the last commit.
-
-    Where a kill has cut off a commit, what it wanted to overwrite is pending again.
-    """
+    """A file as HDF5 sees it: the file on the disk, overlaid with all writes since the last commit."""
 
     def __init__(self, path: Path, mode: str):
         super().__init__()
@@ -53,6 +50,7 @@ class _Staged(io.RawIOBase):
                 raise
 
     def _recover(self) -> None:
+        """Complete a commit that a kill interrupted: on the disk, or in memory if the file is only read."""
         end = self._disk_size - _TRAILER.size
         self._disk.seek(end)
         digest, length, name = _TRAILER.unpack(self._disk.read(_TRAILER.size))
@@ -117,16 +115,17 @@ class _Staged(io.RawIOBase):
         return size
 
     def commit(self) -> None:
-        """Bring all that is pending to the disk.
+        """Bring all pending writes to the disk.
 
-        What extends the file comes first, with a copy of what will be overwritten at its end; then that is
-        overwritten, and the copy cut off. So a kill at any moment leaves the file as it was before, or with
-        all it takes to complete it.
+        First the new end of the file is written, and after it a journal of the bytes that will overwrite
+        older ones. Then these bytes are overwritten, and the journal is cut off. A kill at any moment thus
+        leaves the file as it was, or with all that is needed to complete it.
 
         Raises
         ------
         OSError
-            If that fails; the file on the disk is then as the last commit left it, and stays so.
+            If a write fails, and at every later call. The file is then as the last commit left it, or, if
+            overwriting failed, as after this commit: the journal completes it when it is next opened.
         """
         if self._failed:
             raise OSError("an earlier write to it failed")
@@ -160,6 +159,7 @@ class _Staged(io.RawIOBase):
         self._disk_size = self._size
 
     def _put(self, offset: int, rest: memoryview) -> None:
+        """Write bytes to the disk at an offset."""
         self._disk.seek(offset)
         while rest:
             rest = rest[self._disk.write(rest) :]
@@ -197,7 +197,7 @@ class Output:
         except BaseException:
             self._staged.close()
             raise
-        # HDF5 must not find the file open when the interpreter has gone.
+        # HDF5 must not find the file open after the interpreter has ended.
         self._finalizer = weakref.finalize(self, _close, self.file, self._staged)
 
     def flush(self) -> None:
@@ -219,9 +219,9 @@ class Output:
 class Input:
     """An HDF5 file open for reading: ``file`` is its ``h5py.File``.
 
-    HDF5 opens a file only once in a process and hands later readers what the first one saw, even if the file
-    has grown since. Through a Python file it does not notice, so that a Universe of MDAnalysis that is still
-    somewhere in memory hides no frame.
+    HDF5 opens a file only once per process: later readers get what the first one saw, even if the file has
+    grown since. A Python file object avoids this. A Universe of MDAnalysis that is still in memory then hides
+    no new frame.
     """
 
     def __init__(self, path: Path):
@@ -245,12 +245,12 @@ class Input:
 
 
 def inspect(path: str | os.PathLike[str]) -> None:
-    """Refuse an HDF5 file that is damaged, or names content outside of itself.
+    """Refuse an HDF5 file that is damaged, or refers to content outside of itself.
 
     Raises
     ------
     FileError
-        If it does, or is missing or no HDF5 file.
+        If the file is refused, missing or no HDF5 file.
     """
     path = existing(path)
     with reading(path, "HDF5"):
@@ -266,7 +266,7 @@ def _fill(file: io.FileIO, view: memoryview) -> int:
 
 
 def _journal(inside: list[tuple[int, memoryview]]) -> bytes:
-    """Return what is about to be overwritten, as bytes that tell whether they are complete."""
+    """Return the journal of overwritten bytes, with a digest that tells whether it is complete."""
     entries = b"".join(_ENTRY.pack(offset, len(view)) + view for offset, view in inside)
     return entries + _TRAILER.pack(hashlib.sha256(entries).digest(), len(entries), _JOURNAL)
 

@@ -1,14 +1,13 @@
-"""The one place where HDF5 files are opened to be read: only what Carom writes is let in.
+"""Opening of HDF5 files that exist: what Carom never writes is refused.
 
-HDF5 knows data sets whose content lies in other files of the machine (external storage, virtual data sets),
-links to other files, filters that load code, and sizes for which no byte is stored. None of these is
-in a file of Carom, so none is followed. In what remains every byte of a data set lies in the file, once.
+HDF5 allows data sets whose content lies in other files of the machine (external storage, virtual data sets),
+links to other files, filters that load code, and sizes for which no byte is stored. No file of Carom has any
+of these, so they are refused. Every byte of an accepted data set lies in the file, once.
 
 Groups, attributes and data sets of files in HDF5's format 1.8 have checksums of HDF5's own, and the chunks of
-data that Carom writes have Fletcher-32. The index that tells where the chunks are has none; so it is compared
-with what it must be: each chunk there once, of the full size, at an address of its own. Should a search in
-the index fail nevertheless, HDF5 returns the fill value, which is one that no data set holds
-(:func:`missing`).
+data that Carom writes have Fletcher-32. The index of the chunks has no checksum, so it is inspected: each
+chunk must be there once, of the full size, at an address of its own. If a search in the index fails
+nevertheless, HDF5 returns the fill value, which no data set holds (:func:`missing`).
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ import numpy as np
 if TYPE_CHECKING:
     import h5py
 
-#: Objects in a file; those of Carom hold fewer than 100.
+#: Most objects in a file that is accepted; files of Carom hold fewer than 100.
 _MOST_OBJECTS = 10_000
 _LARGEST_COMPACT = 4096  # bytes; HDF5 keeps up to 64 kB in a header
 
 FORMAT = ("v108", "v108")
 """The format of HDF5 files, for ``h5py.File(..., libver=FORMAT)``: the first with checksums of the headers,
-and the last that marks no file as open for writing, which would make it unreadable after a kill."""
+and the last without a mark that a file is open for writing. After a kill, such a mark makes it unreadable."""
 
 
 def opened(source: Any, mode: str = "r") -> h5py.File:
@@ -40,7 +39,7 @@ def opened(source: Any, mode: str = "r") -> h5py.File:
     """
     import h5py
 
-    # What is added to a file has checksums; what is read may be of any format.
+    # Objects added to a file have checksums; a file that is only read may be of any format.
     file = h5py.File(source, mode, libver=None if mode == "r" else FORMAT)
     try:
         _inspect(file)
@@ -51,7 +50,7 @@ def opened(source: Any, mode: str = "r") -> h5py.File:
 
 
 def missing(dtype: Any) -> Any:
-    """Return the value that HDF5 shall give for what it cannot find: NaN, or the farthest integer."""
+    """Return the fill value for data that HDF5 cannot find: NaN, or the integer farthest from 0."""
     kind = np.dtype(dtype)
     if kind.kind == "f":
         return np.nan
@@ -61,11 +60,11 @@ def missing(dtype: Any) -> Any:
 
 
 def put(group: h5py.Group, name: str, array: np.ndarray) -> h5py.Dataset:
-    """Write an array as a data set under a checksum, and return it."""
+    """Write an array as a data set with a checksum, and return the data set."""
     import h5py
 
     if array.nbytes <= _LARGEST_COMPACT:
-        # Inside the header, which has a checksum; what is empty or a scalar cannot be in chunks.
+        # The header, which has a checksum, holds the data. Empty arrays and scalars cannot have chunks.
         settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         settings.set_layout(h5py.h5d.COMPACT)
         return group.create_dataset(name, data=array, dcpl=settings)
@@ -77,7 +76,7 @@ def put(group: h5py.Group, name: str, array: np.ndarray) -> h5py.Dataset:
 
 
 def _inspect(file: h5py.File) -> None:
-    """Refuse everything that is no plain group or data set with all of its bytes in this file."""
+    """Raise ValueError unless all objects are plain groups, or data sets with all bytes in this file."""
     import h5py
 
     seen: set[int] = set()
@@ -105,6 +104,7 @@ def _inspect(file: h5py.File) -> None:
 
 
 def _inspect_data(where: str, data: h5py.Dataset, size: int) -> None:
+    """Raise ValueError unless a data set holds numbers, all of them in this file of `size` bytes."""
     import h5py
 
     settings = data.id.get_create_plist()
@@ -129,6 +129,7 @@ def _inspect_data(where: str, data: h5py.Dataset, size: int) -> None:
 
 
 def _inspect_chunks(where: str, data: h5py.Dataset, size: int, checksums: int) -> None:
+    """Raise ValueError unless the index names every chunk once, in full size plus `checksums` bytes."""
     found: list[Any] = []
     data.id.chunk_iter(found.append)
     expected = math.prod(-(-length // step) for length, step in zip(data.shape, data.chunks, strict=True))

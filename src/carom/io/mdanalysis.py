@@ -53,14 +53,14 @@ _NO_IMAGES = (
 
 
 class _Held:
-    """Frames for a reader. (A bare list is, to MDAnalysis, a list of files.)"""
+    """Frames for a reader: MDAnalysis would take a bare list for a list of files."""
 
     def __init__(self, frames: Reader | Sequence[Frame]):
         self.frames = frames
 
 
 class _SequenceReader(ReaderBase):
-    """What the two readers below share: random access to a number of frames."""
+    """Base class of the two readers below: random access to frames."""
 
     units: ClassVar = {"time": "ps", "length": "Angstrom", "velocity": "Angstrom/ps"}
 
@@ -87,7 +87,7 @@ class _SequenceReader(ReaderBase):
         raise NotImplementedError
 
     def _place(self, positions: np.ndarray, images: np.ndarray | None, box: Any) -> None:
-        """Set the positions (n, d) of the Timestep, and keep their doubles."""
+        """Set the positions (n, d) of the Timestep, and keep them in double precision."""
         if self._unwrapped:
             if images is None:
                 raise InputError(_NO_IMAGES)

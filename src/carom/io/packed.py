@@ -1,8 +1,8 @@
-"""Arrays in fewer bytes: lists of neighbours, counts of images, places in a calendar, diameters of species.
+"""Lossless packing: of neighbour lists, image counts, places in a calendar, diameters of species.
 
 The lowest bytes of all numbers come first, then the next ones, and so on: the highest are mostly equal. zlib
-leaves half of what lists take, and next to nothing where all numbers are equal or few. Coordinates and
-velocities are not worth it: their digits are random, so that a tenth would be saved, in three times as long.
+halves neighbour lists, and leaves almost nothing of arrays with few different numbers. Coordinates and
+velocities are not packed. Their digits are random: packing would save a tenth and take three times as long.
 """
 
 from __future__ import annotations
@@ -14,25 +14,25 @@ import zlib
 import numpy as np
 
 _LEVEL = 1
-"""Of zlib; level 4 saves 2 % more and takes half as long again."""
+"""Level of zlib. Level 4 saves 2 % more and takes 1.5 times as long."""
 
 _SAMPLE = 1 << 16
-"""Numbers looked at to say what packing leaves."""
+"""Numbers, at most, from which the packed size is estimated."""
 
 _WORTH = 2.0 / 3.0
-"""Part of its bytes that packing must leave of an array at most."""
+"""Largest ratio of packed to unpacked size at which an array is packed."""
 
 
 def expected(array: np.ndarray) -> float:
-    """Return about how many bytes an array takes, packed if that is worth while.
+    """Return an estimate of the bytes that an array takes, packed if that saves enough.
 
-    The estimate is the entropy of its bytes, one by one. What zlib saves because numbers follow each other in
-    order is not counted in: diffusion destroys such order in the course of a run.
+    The estimate is the entropy of its bytes, one by one. zlib also saves bytes where numbers are in order.
+    This is not counted, because diffusion destroys the order during a run.
     """
     if array.dtype.kind not in "biuf" or array.size == 0:
         return float(array.nbytes)
     flat = array.reshape(-1)
-    # An odd step: rows that hold a power of two of numbers are seen in all of their columns.
+    # The step is odd, so that all columns are sampled where a row holds a power of two of numbers.
     columns = _columns(flat[:: -(-len(flat) // _SAMPLE) | 1])
     bits = 0.0
     for column in columns:
@@ -54,14 +54,14 @@ def unpack(packed: bytes, dtype: np.dtype, shape: tuple[int, ...]) -> np.ndarray
     Raises
     ------
     ValueError
-        If these are not its bytes, or of another number. No more is unpacked than the array holds.
+        If the bytes are damaged, or those of an array of another size. Larger ones are not unpacked whole.
     """
     size = math.prod(shape) * dtype.itemsize
     if min(shape, default=0) < 0 or size >= sys.maxsize:
         raise ValueError(f"an array cannot have the shape {shape}")
     reader = zlib.decompressobj()
     try:
-        # One byte more shows where there would be more; 0 would be no limit.
+        # One byte too many shows that the array was larger; a limit of 0 would be none.
         content = reader.decompress(packed, size + 1)
     except zlib.error as error:
         raise ValueError(f"an array cannot be unpacked ({error})") from None
@@ -72,5 +72,5 @@ def unpack(packed: bytes, dtype: np.dtype, shape: tuple[int, ...]) -> np.ndarray
 
 
 def _columns(flat: np.ndarray) -> np.ndarray:
-    """Return the first bytes of all numbers, the second ones, and so on, (bytes of a number, n)."""
+    """Return the first bytes of all numbers, the second bytes, and so on, as (bytes of a number, n)."""
     return np.ascontiguousarray(flat).view(np.uint8).reshape(len(flat), flat.itemsize).T

@@ -1,4 +1,4 @@
-"""What every file of Carom shares: clear errors about paths, and results that appear whole or not at all."""
+"""For all files of Carom: clear errors about paths, and files that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from types import FrameType
 
 from carom.errors import CaromError, FileError
 
-#: What a parser can raise on bytes that are not what it expects (h5py and gsd raise all of these).
+#: Errors that parsers raise on unexpected bytes (h5py and gsd raise all of these).
 _PARSE_ERRORS = (
     OSError,
     EOFError,
@@ -100,7 +100,7 @@ def writing(path: Path) -> Iterator[None]:
 def uninterrupted() -> Iterator[None]:
     """Let a Ctrl-C wait until the body is done, so that it cuts no frame in two."""
     handler = signal.getsignal(signal.SIGINT)
-    # Only the main thread receives signals, and only what Python installed can be put back.
+    # Only the main thread receives signals, and only a handler that Python installed can be restored.
     if threading.current_thread() is not threading.main_thread() or handler is None:
         yield
         return

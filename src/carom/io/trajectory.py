@@ -13,6 +13,7 @@ from carom.io.paths import existing, writable
 
 
 def _classes(path: str | os.PathLike[str]) -> tuple[Callable[..., Reader], Callable[..., Writer]]:
+    """Return the reader and the writer of the format that a file name asks for."""
     name = format_of(path)
     if name == "h5md":
         from carom.io.h5md import H5mdReader, H5mdWriter

@@ -1,4 +1,4 @@
-"""What a frame must be, whichever file it comes from or goes to: one list, for every format."""
+"""Conditions on frames, the same for every file format."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from carom.scene.species import MOST_SPECIES
 
 _REALS = ("positions", "velocities", "box", "diameters", "masses", "time")
 _WORDS = {"box": "box edges"}
-"""How messages call a field, where not by its name."""
+"""Names of fields in messages, where they differ from those of the frame."""
 _INTEGERS = np.iinfo(np.int64)
 _IMAGES = np.iinfo(np.int32)
 
 
 def finite(values: Any) -> bool:
-    """Tell whether all values are finite; without a temporary array, where their sum is finite."""
+    """Tell whether all values are finite; if their sum is, this takes no temporary array."""
     with np.errstate(over="ignore", invalid="ignore"):
         return bool(np.isfinite(np.sum(values)) or np.isfinite(values).all())
 
@@ -35,7 +35,7 @@ def narrowed(images: np.ndarray) -> np.ndarray:
     Raises
     ------
     ValueError
-        If they are no integers, or too large: nothing is forced into the type.
+        If they are no integers, or too large for int32.
     """
     if not whole(images, _IMAGES.min, _IMAGES.max):
         raise ValueError(f"images hold what is no integer from {_IMAGES.min} to {_IMAGES.max}")
@@ -53,6 +53,7 @@ def flaw(frame: Frame) -> str | None:
 
 
 def _shape(frame: Frame) -> str | None:
+    """Return which field of a frame has a wrong shape, or None."""
     if frame.positions.ndim != 2:
         return f"positions have the shape {frame.positions.shape}; expected (n, d)"
     n, dimension = frame.positions.shape
@@ -81,6 +82,7 @@ def _shape(frame: Frame) -> str | None:
 
 
 def _values(frame: Frame) -> str | None:
+    """Return which field of a frame has an invalid value, or None."""
     for name in _REALS:
         if not finite(getattr(frame, name)):
             return f"{_WORDS.get(name, name)} hold NaN or infinite values"
@@ -100,7 +102,7 @@ def _values(frame: Frame) -> str | None:
 
 
 def step_back(frame: Frame, time: float, step: int) -> str | None:
-    """Return how `frame` goes back behind the frame before it, of this time and step, or None."""
+    """Return how `frame` is earlier than the previous one, of this time and step; None if it is not."""
     if frame.time < time:
         return f"time is {frame.time!r}, before that of the frame before it, {time!r}"
     if frame.step < step:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,14 @@ PART = 8.0
 then correlated by 1/32, which hardly makes false alarms more frequent."""
 
 FEWEST_PARTS = 4
+
+STILL = 0.25
+"""Independent samples of the temperature of a species below which no error bar is reliable. The stretch is
+then shorter than half of the time in which the species exchanges energy."""
+
+SHARE = 0.5
+"""Largest relative response of an observable to the temperature of one species; for the pressure it is the
+species' fraction of the pressure."""
 
 
 def doubts_about(result: Any) -> list[str]:
@@ -102,19 +110,12 @@ def equipartition(
     Its error is from blocking, but at most that of a single sample in equilibrium, ``sqrt(2 / f (1 - f /
     F))`` for f of F degrees of freedom. The second bound is needed for a species that exchanges no energy.
     """
-    ratios = np.asarray(series, dtype=np.float64)
-    if ratios.ndim != 2 or ratios.shape[1] < 2 or not len(ratios):
-        return []
-    total = math.fsum(freedoms)
-    tail = 0.5 * LEVEL / ratios.shape[1]
+    tail = 0.5 * LEVEL / max(len(names), 1)
     found = []
-    for name, values, freedom in zip(names, ratios.T, freedoms, strict=True):
-        if freedom <= 0.0:
-            continue
+    for name, values, alone in _temperatures(names, series, freedoms):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)
             mean = blocking(values)
-        alone = math.sqrt(2.0 / freedom * max(1.0 - freedom / total, 0.0))
         # Both are bounds on the deviation of the mean by chance.
         bound = min(
             student_above(tail, mean.degrees_of_freedom) * mean.error if mean.error > 0.0 else math.inf,
@@ -128,6 +129,60 @@ def equipartition(
         f"The species differ in temperature ({', '.join(found)}): energy has not been shared out. "
         "Equilibrate longer, then measure over a longer stretch."
     ]
+
+
+def slow_exchange(
+    names: Sequence[str],
+    series: Sequence[Sequence[float]],
+    freedoms: Sequence[float],
+    relative_error: float,
+) -> list[str]:
+    """Return a sentence on the species that exchanged too little energy for a reliable error bar, or none.
+
+    Parameters
+    ----------
+    names, series, freedoms
+        As of :func:`equipartition`.
+    relative_error : float
+        Relative error of the quantity that was measured in the same stretch.
+
+    Notes
+    -----
+    An error bar does not contain fluctuations that are slower than the stretch. The temperature of a species
+    has the variance ``alone**2`` in equilibrium (:func:`equipartition`). Its mean square change between
+    successive samples is ``2 alone**2 (1 - a)``, where a is their correlation. Among k samples, ``m = k (1 -
+    a) / (1 + a)`` are independent if it relaxes exponentially. This estimate of m also holds in stretches far
+    shorter than the relaxation. A species is named if m < 1/4. It is also named if m < 8 and half of ``alone
+    / sqrt(max(m, 1))``, the deviation of its mean temperature by chance, exceeds ``relative_error``.
+    """
+    found = []
+    for name, values, alone in _temperatures(names, series, freedoms):
+        if not alone > 0.0 or len(values) < 2:
+            continue
+        lost = min(float(np.mean(np.diff(values) ** 2)) / (2.0 * alone**2), 1.0)
+        samples = len(values) * lost / (2.0 - lost)
+        few = samples < FEW and SHARE * alone > relative_error * math.sqrt(max(samples, 1.0))
+        if samples < STILL or few:
+            found.append(f"{name}: {samples:.2g} independent samples")
+    if not found:
+        return []
+    return [
+        f"The temperatures of species change slowly ({', '.join(found)}): the error bar holds nothing that "
+        "is slower than this stretch. Run longer."
+    ]
+
+
+def _temperatures(
+    names: Sequence[str], series: Sequence[Sequence[float]], freedoms: Sequence[float]
+) -> Iterator[tuple[str, np.ndarray, float]]:
+    """Yield name, temperatures and their standard deviation in equilibrium, for each species [kT]."""
+    ratios = np.asarray(series, dtype=np.float64)
+    if ratios.ndim != 2 or ratios.shape[1] < 2 or not len(ratios):
+        return
+    total = math.fsum(freedoms)
+    for name, values, freedom in zip(names, ratios.T, freedoms, strict=True):
+        if freedom > 0.0:
+            yield name, values, math.sqrt(2.0 / freedom * max(1.0 - freedom / total, 0.0))
 
 
 def _parts(values: np.ndarray) -> int:

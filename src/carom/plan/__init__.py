@@ -1,4 +1,4 @@
 """Scene files: reading and checking TOML, and the scene, run and output that a file describes.
 
-Nothing here runs anything.
+Nothing here runs a simulation.
 """

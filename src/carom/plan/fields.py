@@ -21,6 +21,7 @@ class Fields:
         self.spec = spec
 
     def _replace(self, name: str, check: Callable[[Any, str], Any]) -> None:
+        """Replace a field by its checked value, unless it is left out."""
         value = getattr(self.spec, name)
         optional = type(self.spec).__dataclass_fields__[name].default is None
         if value is not None or not optional:
@@ -37,7 +38,7 @@ class Fields:
         self._replace(name, lambda v, k: checks.integer(v, k, low=low, high=high))
 
     def integers(self, name: str, low: int, high: int) -> None:
-        """Check a whole number, or one an axis."""
+        """Check a whole number, or one for each axis."""
 
         def check(value: Any, key: str) -> int | tuple[int, ...]:
             if not isinstance(value, tuple):
@@ -47,7 +48,7 @@ class Fields:
         self._replace(name, check)
 
     def edges(self, name: str) -> None:
-        """Check lengths, one an axis."""
+        """Check lengths, one for each axis."""
 
         def check(value: Any, key: str) -> tuple[float, ...]:
             if not isinstance(value, tuple):
@@ -93,7 +94,7 @@ class Fields:
         self._replace(name, check)
 
     def switches(self, name: str) -> None:
-        """Check a bool, or one an axis."""
+        """Check a bool, or one for each axis."""
 
         def check(value: Any, key: str) -> bool | tuple[bool, ...]:
             for each in _some(value, key) if isinstance(value, tuple) else (value,):
@@ -146,12 +147,14 @@ class Fields:
 
 
 def _some(values: tuple[Any, ...], key: str) -> tuple[Any, ...]:
+    """Return values, one for each axis, after a check of their number."""
     if not 1 <= len(values) <= lattices.MOST_DIMENSIONS:
         raise InputError(f"{key} must have one value an axis, found {len(values)}.")
     return values
 
 
 def _choice(value: Any, key: str, known: tuple[str, ...]) -> str:
+    """Return a word if it is one of those known."""
     if isinstance(value, str) and value in known:
         return value
     hint = checks.suggestion(value, known, listed=True) if isinstance(value, str) else ""

@@ -17,7 +17,7 @@ from carom.scene.scene import Scene
 
 __all__ = ["OutputSpec", "Plan", "RunSpec", "SceneSpec", "SpeciesSpec", "template"]
 
-#: A scene file is about a page. Larger ones are something else, and would only keep the parser busy.
+#: Largest scene file [bytes]. A scene file is about a page; parsing a larger file would only cost time.
 LARGEST_FILE = 64 * 1024
 
 
@@ -75,7 +75,7 @@ class Plan:
             If the text is not TOML, or a section or key is unknown. If a value has the wrong type or range,
             or keys contradict each other. The message gives the line, or the nearest known key.
         """
-        # The parser loads lazily: a plan is not part of every import.
+        # Imported here, because a Plan is often made without parsing a file.
         import tomllib
 
         if len(text) > LARGEST_FILE:
@@ -133,7 +133,7 @@ class Plan:
         """Return the scene, placed and checked; see :meth:`SceneSpec.build`."""
         from numpy.random import SeedSequence, default_rng
 
-        # A stream of its own, so that places and velocities drawn from one seed are independent.
+        # A separate stream, so that places and velocities drawn from one seed are independent.
         return self.scene.build(default_rng(SeedSequence(self.run.seed, spawn_key=(0,))))
 
 
@@ -153,7 +153,7 @@ def _obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
     return table
 
 
-#: Keys whose values are tables, and what makes such a table.
+#: Keys whose values are lists of tables, and the function that makes such a table.
 _TABLES: dict[str, Any] = {"species": dataclasses.asdict, "obstacles": _obstacle_table}
 
 _SPECS: dict[str, Any] = {"scene": SceneSpec, "run": RunSpec, "output": OutputSpec}
@@ -168,7 +168,7 @@ def _section(name: str, table: dict[str, Any]) -> Any:
             raise InputError(f"[{name}] {_shown(key)} is no known key{nearest}.")
     values = {k: _tuples(v) for k, v in table.items()}
     if name == "scene" and values.get("initial", "fcc") == "fcc":
-        # The default scene completes itself; of another nobody can guess the size and the density.
+        # Only fcc, the default start, has a default size and density.
         counted = any(isinstance(each, dict) and "count" in each for each in _listed(values.get("species")))
         if not values.keys() & {"cells", "n"} and not counted:
             values["cells"] = 8
@@ -187,14 +187,17 @@ def _tuples(value: Any) -> Any:
 
 
 def _listed(value: Any) -> tuple[Any, ...]:
+    """Return a value if it is a list (as a tuple), otherwise an empty one."""
     return value if isinstance(value, tuple) else ()
 
 
 def _pairs(table: dict[str, Any]) -> list[str]:
+    """Return a table as lines of TOML."""
     return [f"{key} = {_toml(value)}" for key, value in table.items() if value is not None]
 
 
 def _unknown(name: str, value: Any, specs: dict[str, Any]) -> str:
+    """Return the message about an unknown section, or about a key outside of the sections."""
     if isinstance(value, dict):
         return f"[{_shown(name)}] is no known section{checks.suggestion(name, set(specs))}."
     for section, spec in _SPECS.items():
@@ -204,6 +207,7 @@ def _unknown(name: str, value: Any, specs: dict[str, Any]) -> str:
 
 
 def _shown(name: str) -> str:
+    """Return a name for a message: short and printable."""
     shown = name if len(name) <= 40 else name[:37] + "..."
     return shown if shown.isprintable() and shown else repr(shown)
 

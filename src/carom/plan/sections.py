@@ -23,16 +23,16 @@ INITIAL = ("fcc", "cubic", "triangular", "dn", "random", "file")
 NEIGHBORS = ("auto", "sectors", "lists", "all")
 FORMATS = ("h5md", "extxyz", "gsd")
 
-#: Keys of [scene] that go with any start: what a trajectory does not hold.
+#: Keys of [scene] that go with every start: a trajectory does not hold them.
 ADDED = ("restitution", "elastic_below", "contact", "obstacles", "interaction", "motion", "impact", "pinned")
 
-#: Beside the seed, for the draw of those that are pinned.
+#: Second part of the seed with which pinned components are drawn.
 PINNING = 7
 
-#: Collisions a particle that are measured where nothing else is said.
+#: Collisions per particle in the measurement, by default.
 DEFAULT_COLLISIONS = 10000.0
 
-#: More collisions a particle than any run reaches, few enough that their total fits an integer of 64 bits.
+#: More collisions per particle than any run reaches; their total still fits an integer of 64 bits.
 MOST_COLLISIONS = 1e10
 
 
@@ -170,7 +170,7 @@ class SceneSpec:
             check.value(name)
         self._check_together()
         self._check_species()
-        # Made explicit, so that equal scenes are equal values.
+        # Defaults are made explicit, so that equal scenes are equal values.
         defaults: dict[str, Any] = {"kT": 1.0}
         if self.initial == "file":
             defaults = {"frame": -1}
@@ -187,10 +187,11 @@ class SceneSpec:
                 object.__setattr__(self, name, value)
 
     def _given(self, *names: str) -> list[str]:
+        """Return which of these keys are given."""
         return [name for name in names if getattr(self, name) not in (None, ())]
 
     def _check_together(self) -> None:
-        """Raise InputError where keys contradict each other or one is missing."""
+        """Raise InputError if keys contradict each other, or one is missing."""
         every = tuple(f.name for f in dataclasses.fields(self))
         needed, unused = {
             "file": (
@@ -225,7 +226,7 @@ class SceneSpec:
             raise InputError(f"[scene] box must have {self.dimension} edges, found {len(self.box)}.")
 
     def _check_species(self) -> None:
-        """Raise InputError where species contradict each other, or the rest of the section."""
+        """Raise InputError if species contradict each other or the rest of the section."""
         if self.elastic_below is not None and self.restitution in (None, 1.0):
             raise InputError("[scene] elastic_below has no meaning without restitution; remove it.")
         if not self.species:
@@ -321,7 +322,7 @@ class SceneSpec:
         )
 
     def _elastic(self, scene: Scene, seed: Any) -> Scene:
-        """Return the scene with this interaction, motion, restitution or impact, and who is pinned."""
+        """Return the scene with the interaction, motion, impact, restitution and pinned components given."""
         given = {name: getattr(self, name) for name in self._given("interaction", "motion", "impact")}
         given |= self.own()
         if self.pinned is not None:
@@ -348,7 +349,7 @@ class SceneSpec:
             return np.array(self.pinned, np.int64)
         if self.pinned is None or self.pinned > n:
             raise InputError(f"[scene] pinned is {self.pinned}, and there are {n} components.")
-        # Places are drawn from the seed itself: who stays must not depend on them.
+        # Places are drawn from the seed itself; which components are pinned must not depend on them.
         rng = seed if isinstance(seed, np.random.Generator) else np.random.default_rng([seed, PINNING])
         return np.sort(rng.permutation(n)[: self.pinned])
 

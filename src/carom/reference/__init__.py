@@ -1,4 +1,4 @@
-"""Slow and right: the naive algorithm in any arithmetic, and the paper's figures with their amendments.
+"""Slow and correct: the naive algorithm in any arithmetic, and the paper's figures with their amendments.
 
 This is the oracle of the tests. Nothing here shares code with the engine, so that it cannot share its faults.
 """

@@ -1,7 +1,8 @@
-"""The naive algorithm for a model of any kind: its functions are handed in, and called as plain Python.
+"""The naive algorithm for any model, whose functions are called as plain Python.
 
-Slow and simple, in doubles: of all pairs under all near images the earliest interaction is found, everybody
-is advanced to it, two velocities jump, and the search starts over. It tries the engine, not the model.
+It is slow and simple, in doubles. The earliest interaction of all pairs and near images is found, all
+components are advanced to it, two velocities jump, and the search starts over. It tests the engine, not the
+model.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ def follow(
                 shift = nearest + turn
                 r = x[j] - x[i] + shift
                 t = interaction_time(i, j, float(r @ r), float(r @ u), float(u @ u))
-                # Rounding may have those two touch, and approach, that have just met (condition V).
+                # By rounding, two that have just met may still touch and approach (condition V).
                 again = t == 0.0 and met is not None and met[:2] == (i, j) and (met[2] == shift).all()
                 if t < best and not again:
                     best, who = t, (i, j, shift)

@@ -15,7 +15,7 @@ from carom.errors import InputError
 ArithmeticName = Literal["float", "mpmath", "fraction"]
 
 NEVER = math.inf
-"""The time of an event that does not come; it compares with every kind of number used here."""
+"""The time of an event that never occurs; it compares with every kind of number used here."""
 
 
 class Arithmetic(NamedTuple):
@@ -59,7 +59,7 @@ class Arithmetic(NamedTuple):
 
 
 def _plain(value: Any) -> Any:
-    """Strip numpy's scalar types, which mpmath and Fraction do not all know."""
+    """Return a scalar of NumPy as a Python number: mpmath and Fraction do not know all of its types."""
     if isinstance(value, numbers.Integral):
         return int(value)
     if isinstance(value, np.floating):
@@ -68,6 +68,7 @@ def _plain(value: Any) -> Any:
 
 
 def _fraction_sqrt(value: Fraction) -> Fraction:
+    """Return the square root of a fraction; raise InputError if it is irrational."""
     top, bottom = math.isqrt(value.numerator), math.isqrt(value.denominator)
     if top * top != value.numerator or bottom * bottom != value.denominator:
         raise InputError(

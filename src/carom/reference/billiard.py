@@ -1,7 +1,8 @@
 """The paper's basic functions for hard spheres in a periodic box, with and without sectors (sec. 2).
 
-``interaction_time``, ``jump`` and ``advance`` are all that the figures of :mod:`carom.reference.figures` know
-of the physics. Diameter and mass are unchangeable parts of a component's state, as sec. 11 has it.
+``interaction_time``, ``jump`` and ``advance`` are the only physics in the figures of
+:mod:`carom.reference.figures`, apart from crossings of sectors. Diameter and mass are parts of a component's
+state that do not change, as in sec. 11.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from carom.errors import InputError
 from carom.reference.arithmetic import NEVER, ArithmeticName, make_arithmetic
 from carom.reference.meeting import Contacts, NoMeetingFound, contact_time, next_meeting
 
-# Windows of a quarter edge through which an unsectored pair is followed; a pair that flies further without
-# meeting is taken to be in one of the channels of the torus, and never to meet.
+# Windows of a quarter edge through which an unsectored pair is followed. A pair that flies further without
+# meeting is assumed to be in one of the channels of the torus, and never to meet.
 _CHANNEL = 2**14
 
 
@@ -100,7 +101,7 @@ class Billiard:
                     "large that a side is shorter than the largest diameter."
                 )
             self.sectors = counts
-            # K of the paper: each ball sees the two faces of its sector along each axis.
+            # K of the paper: a ball meets the two faces of its sector along each axis.
             self.obstacles = 2 * self.dimension
         self.initial = [State(x[i], v[i], diameters[i], m[i], self._sector_of(x[i])) for i in range(self.n)]
 
@@ -165,7 +166,7 @@ class Billiard:
         if speed == 0 or (speed > 0) != bool(upper):
             return NEVER
         face = (state.sector[axis] + upper) * self.sides[axis]
-        # Rounding may have put the ball on the face already; it crosses now.
+        # Rounding may have put the ball past the face; it then crosses now.
         return (
             time + max(face - state.position[axis], 0) / speed
             if upper
@@ -183,7 +184,7 @@ class Billiard:
     def jump(self, state1: State, state2: State) -> tuple[State, State]:
         """Both states immediately after an elastic collision of components in `state1` and `state2`.
 
-        At contact no image is nearer than the one that is touched, so the nearest one is meant.
+        At contact no image is nearer than the one that is touched, so the nearest one is used.
         """
         r, u = self.nearest(state2.position - state1.position), state2.velocity - state1.velocity
         scale = 2 * state1.mass * state2.mass / (state1.mass + state2.mass) * sum(r * u) / sum(r * r)

@@ -1,8 +1,8 @@
 """The naive algorithm in a uniform field, over planes that may be shaken, in high precision.
 
-Everybody is advanced to every event. Pairs meet where a quadratic says; for planes the height above each is
-looked at in steps much shorter than the period, in doubles, and its zero is then enclosed with all
-digits. Slow, and nothing here is shared with the engine.
+All components are advanced to every event. Meetings of pairs are roots of a quadratic equation. The height
+above a plane is sampled in doubles, in steps much shorter than the period; its zero is then enclosed with all
+digits. This is slow, and shares nothing with the engine.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 STEPS = 400
-"""Looks a period, or a flight, at the height above a plane."""
+"""Samples of the height above a plane, in a period or in a flight."""
 
 
 class Floor(NamedTuple):
@@ -26,7 +26,7 @@ class Floor(NamedTuple):
     offset, amplitude, period : number
         [length], [length], [time]; an amplitude of zero is a plane at rest.
     restitution : number
-        Part of the normal relative speed that a contact leaves.
+        Fraction of the normal relative speed that remains after a contact.
     """
 
     normal: tuple[Any, ...]
@@ -42,11 +42,11 @@ class Event(NamedTuple):
     Attributes
     ----------
     time : number
-        When.
+        Time of the event.
     i, j : int
-        Who; ``n + k`` is floor k.
+        The two components; ``n + k`` is floor k.
     positions, velocities : lists of lists of numbers
-        Of all, not wrapped.
+        Those of all components, not wrapped.
     """
 
     time: Any
@@ -75,24 +75,25 @@ def fall(
     positions, velocities : (n, d) numbers
         At the start.
     g : d numbers
-        Acceleration of all.
+        Acceleration of all components.
     floors : sequence of Floor
-        What they fall on.
+        The planes that they fall on.
     box : d numbers, optional
-        Edge of each axis that is periodic, and 0 of the others; none is, if left out.
+        Edge of each axis that is periodic, and 0 for the others; by default no axis is periodic.
     diameter : number
-        Of all; masses are equal.
+        Diameter of all components; masses are equal.
     restitution : number
-        Of contacts of two.
+        That of contacts of two components.
     contact_time : number
-        A contact so soon after the last of one of the two, or with the same floor, loses nothing.
+        A contact of two loses no energy if one of them had a contact with a component within this time. A
+        contact with a floor loses none if the last one with the same floor was within this time.
     digits : int
         Decimal digits.
 
     Raises
     ------
     ValueError
-        If nobody falls on a floor although an axis is periodic.
+        If no component falls on a floor although an axis is periodic.
     """
     import mpmath
 
@@ -154,7 +155,7 @@ def _minus(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
 
 
 def _shifts(r: Any, u: Any, edge: Any, time: Any, size: Any) -> list[Any]:
-    """Return what brings two within their diameter along an axis some time until then: whole boxes."""
+    """Return the shifts, by whole edges, with which two come within `size` along an axis before `time`."""
     if not edge:
         return [edge]
     low, high = min(r, r + u * time) - size, max(r, r + u * time) + size
@@ -162,7 +163,7 @@ def _shifts(r: Any, u: Any, edge: Any, time: Any, size: Any) -> list[Any]:
 
 
 def _contact(r: Sequence[Any], u: Sequence[Any], size: Any, context: Any) -> Any:
-    """Return when two touch that fly straight relative to each other, or None."""
+    """Return the time until two touch that move uniformly relative to each other, or None."""
     rr, ru, uu = (sum(p * q for p, q in zip(a, b, strict=True)) for a, b in ((r, r), (r, u), (u, u)))
     if ru >= 0:
         return None
@@ -171,7 +172,7 @@ def _contact(r: Sequence[Any], u: Sequence[Any], size: Any, context: Any) -> Any
 
 
 class _Plane:
-    """A floor in one arithmetic."""
+    """A floor with the numbers of one arithmetic."""
 
     def __init__(self, context: Any, floor: Floor, radius: Any):
         number = context.mpf
@@ -182,7 +183,7 @@ class _Plane:
         self._period, self._kept = float(floor.period), number(floor.restitution)
 
     def throw(self, v: list[Any], now: Any, early: bool) -> None:
-        """Replace a velocity by that after the contact."""
+        """Replace a velocity by the one after the contact."""
         surface = self._amplitude * self._turn * self._context.cos(self._turn * now)
         approach = surface - sum(a * b for a, b in zip(self._normal, v, strict=True))
         kept = self._context.mpf(1) if early else self._kept
@@ -190,7 +191,10 @@ class _Plane:
             v[axis] += (1 + kept) * approach * a
 
     def landing(self, x: list[Any], v: list[Any], g: list[Any], now: Any, limit: Any, just: bool) -> Any:
-        """Return the time until a component touches, before a limit, or None."""
+        """Return the time until a component touches, or None if that is beyond a limit.
+
+        A component that has `just` touched first moves away from the floor.
+        """
         h = sum(a * b for a, b in zip(self._normal, x, strict=True)) - self._offset - self._radius
         u = sum(a * b for a, b in zip(self._normal, v, strict=True))
         b = sum(a * c for a, c in zip(self._normal, g, strict=True))
@@ -210,6 +214,7 @@ class _Plane:
         ha, ua, ba, amp, turn, at = (float(z) for z in (h, u, b, self._amplitude, self._turn, now))
 
         def roughly(t: float) -> tuple[float, float]:
+            """Return height and rate in doubles."""
             angle = turn * (at + t)
             bob = amp * math.sin(angle) if amp else 0.0
             return ha + (ua + ba * t / 2) * t - bob, ua + ba * t - (
@@ -219,11 +224,11 @@ class _Plane:
         t, rising = 0.0, just
         while t < end:
             value, slope = roughly(t + step)
-            if rising and slope > 0:  # it has just been thrown, and is on its way up
+            if rising and slope > 0:  # it has just been thrown up, and still rises
                 t += step
                 continue
             low, high = self._context.mpf(t), self._context.mpf(t + step)
-            if value > 0 and slope > 0 and roughly(t)[1] < 0:  # a dip between two looks
+            if value > 0 and slope > 0 and roughly(t)[1] < 0:  # a minimum between two samples
                 high = _zero(lambda s: -rate(s), low, high, self._context)
                 if height(high) > 0:
                     t += step
@@ -232,7 +237,7 @@ class _Plane:
                 rising = False
                 t += step
                 continue
-            if rising:  # from the top on it falls
+            if rising:  # it falls from the highest point on
                 low = _zero(rate, low, high, self._context) if rate(low) > 0 else low
                 rising = False
             return _zero(height, low, high, self._context)
@@ -240,8 +245,9 @@ class _Plane:
 
 
 def _longest(h: float, u: float, b: float, amplitude: float) -> float | None:
-    """Return a time after which a component has touched a plane for certain, or does not come back; None
-    for one that never comes near.
+    """Return a time by which a component has certainly touched a plane, or after which it does not come back.
+
+    None stands for a component that never comes near the plane.
     """
     if b < 0:
         return (u + math.sqrt(u * u - 2 * b * (h + amplitude + 1e-9))) / -b + 1e-9
@@ -255,7 +261,7 @@ def _longest(h: float, u: float, b: float, amplitude: float) -> float | None:
 
 
 def _zero(function: Any, low: Any, high: Any, context: Any) -> Any:
-    """Return where a function that falls from ``low`` to ``high`` is zero."""
+    """Return the zero between ``low`` and ``high`` of a function that is positive before it."""
     while high - low > context.mpf(10) ** (2 - context.dps) * max(abs(high), context.mpf(1)):
         middle = (low + high) / 2
         if function(middle) > 0:

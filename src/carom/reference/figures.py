@@ -86,7 +86,7 @@ class Scheduled(NamedTuple):
 
 
 class _Figure:
-    """What both figures share: the arrays, the minimisations, the invariants.
+    """Base class of both figures: the arrays, the minimisations, the invariants.
 
     Parameters
     ----------
@@ -179,6 +179,7 @@ class _Figure:
         return kind
 
     def _collide(self, i: int, j: int) -> None:
+        """Record a collision; the half of ball j is still to be processed."""
         self.collisions.append((self.current_time, min(i, j) - 1, max(i, j) - 1))
         self._half_processed = j
 
@@ -220,8 +221,8 @@ class _Figure:
     def check_invariants(self) -> None:
         """Check (6) after any cycle, and (7) to (9) unless a collision is half processed.
 
-        Comparisons are exact: the same interaction times are compared that were scheduled, so rounding has no
-        say. Invariant (7) presumes condition VI (no ball meets two others at the same time).
+        Comparisons are exact: the interaction times compared are those that were scheduled, so rounding does
+        not matter. Invariant (7) presumes condition VI (no ball meets two others at the same time).
 
         Raises
         ------
@@ -261,6 +262,7 @@ class _Figure:
         raise NotImplementedError
 
     def _scheduled(self, i: int, after: State | None, partner: int | None) -> Scheduled:
+        """Return old and new event of ball `i`, given its state after the new one and its partner."""
         old, new = self.old[i], self.new[i]
         before, ends = self.state[i][old], after is not None and self.time[i][new] < NEVER
         return Scheduled(
@@ -326,7 +328,7 @@ class Figure1(_Figure):
         return Cycle(self.cycles, self.current_time, i, kind, j_star, m_star)
 
     def _kind(self, i: int, crossed: bool) -> Kind:
-        """What the event was that ball i has just made its old one."""
+        """Return the kind of the event that has just become the old event of ball i."""
         j = self.partner[i][self.old[i]]
         if j is LAMBDA:
             return self._count(i, "crossing" if crossed else "advancement")

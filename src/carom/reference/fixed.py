@@ -1,7 +1,7 @@
-"""What does not move: walls, planes, balls and containers, in any arithmetic.
+"""Fixed obstacles: walls, planes, balls and containers, in any arithmetic.
 
-Described by plain tables of numbers, as in a scene file: ``{"kind": "plane", "normal": ..., "offset": ...}``,
-or ``"ball"``, ``"sphere"`` and ``"cylinder"`` with ``center`` and ``radius`` (and ``axis``).
+They are described by tables of numbers, as in a scene file: ``{"kind": "plane", "normal": ..., "offset":
+...}``, or ``"ball"``, ``"sphere"`` and ``"cylinder"`` with ``center`` and ``radius`` (and ``axis``).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from carom.reference.arithmetic import Arithmetic
 
 
 class Plane(NamedTuple):
-    """Everything stays where ``normal . x >= offset``; `length` is that of the normal."""
+    """A plane: spheres stay where ``normal . x >= offset``; `length` is that of the normal."""
 
     normal: np.ndarray
     offset: Any
@@ -40,7 +40,7 @@ class Plane(NamedTuple):
 
 
 class Container(NamedTuple):
-    """Everything stays within `radius` of a point, or of a line along `axis`."""
+    """A container: spheres stay within `radius` of a point, or of a line along `axis`."""
 
     center: np.ndarray
     radius: Any
@@ -48,6 +48,7 @@ class Container(NamedTuple):
     sqrt: Any
 
     def _across(self, vector: np.ndarray) -> np.ndarray:
+        """Return a vector without its component along the axis."""
         if self.axis is None:
             return vector
         across = vector.copy()
@@ -66,7 +67,7 @@ class Container(NamedTuple):
     def encounter(self, x: np.ndarray, v: np.ndarray, radius: Any, growth: Any, sqrt: Any) -> Any:
         """Time until a sphere, whose radius grows, touches; or None.
 
-        The later root of ``|r + v t|^2 = (room - growth t)^2``, written so that it keeps its digits.
+        The first root t >= 0 of ``|r + v t|^2 = (room - growth t)^2``, written so that it keeps its digits.
         """
         r, u, room = self._across(x - self.center), self._across(v), self.radius - radius
         a = sum(u * u) - growth * growth

@@ -1,8 +1,8 @@
-"""Caps on a sphere by the naive algorithm, in as many digits as one likes: the oracle of great circles.
+"""Caps on a sphere by the naive algorithm, in any number of digits: the oracle of great circles.
 
-All pairs are looked at, everybody is advanced to the earliest contact, two velocities change, and the search
-starts over. A contact is found by steps that the largest possible speed of approach allows, and then by
-halving. Nothing is shared with the engine: neither the arithmetic nor the method.
+The earliest contact of all pairs is found, all caps are advanced to it, two velocities change, and the search
+starts over. A contact is approached in steps that the largest possible speed of approach allows, and then
+found by bisection. Neither the arithmetic nor the method is shared with the engine.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 FINEST = 1e-6
-"""Part of the diameter by which a gap may shrink in a step, at least. Grazes shallower than that are lost."""
+"""Smallest step, as a change of the gap over the diameter. Grazing contacts that are shallower are lost."""
 
 
 class Contact(NamedTuple):
@@ -20,11 +20,11 @@ class Contact(NamedTuple):
     Attributes
     ----------
     time : mpf
-        When [time].
+        Time of the contact [time].
     i, j : int
-        Who.
+        The two caps.
     positions, velocities : lists of lists of mpf
-        Of all, (n, k), about the centre of the sphere.
+        Those of all caps, (n, k), about the centre of the sphere.
     """
 
     time: Any
@@ -47,17 +47,17 @@ def caps(
     Parameters
     ----------
     positions, velocities : (n, k) sequences
-        At the start, about the centre of the sphere; brought onto it, and tangent, in all digits.
+        At the start, about the centre of the sphere. They are projected onto the sphere and its tangents.
     diameter : float
         Chord at which two centres touch.
     growth : float
-        Its growth a time.
+        Growth of the diameter per time.
     digits : int
         Decimal digits of the arithmetic.
     """
     import mpmath
 
-    mp = mpmath.mp.clone()  # the global precision is nobody's
+    mp = mpmath.mp.clone()  # a context of its own: the global precision stays
     mp.dps = digits
     mpf, fdot, sqrt = mp.mpf, mp.fdot, mp.sqrt
     x = [[mpf(float(c)) for c in row] for row in positions]
@@ -89,7 +89,7 @@ def caps(
 
 
 def _flown(mp: Any, x: list[Any], v: list[Any], t: Any) -> tuple[list[Any], list[Any]]:
-    """Return place and velocity of one a time later."""
+    """Return position and velocity of a cap after a time t."""
     w = mp.sqrt(mp.fdot(v, v))
     if w == 0:
         return x, v
@@ -111,7 +111,10 @@ def _first(
     limit: Any,
     parting: bool,
 ) -> Any:
-    """Return the time until two touch, or infinity if it is later than a limit."""
+    """Return the time until two touch, or infinity if it is later than a limit.
+
+    Two that are `parting` have just touched: they meet only after their gap was positive.
+    """
 
     def gap(t: Any) -> Any:
         a, b = _flown(mp, x, v, t)[0], _flown(mp, y, u, t)[0]

@@ -12,7 +12,7 @@ doubles and spheres that are larger by a margin :math:`\eta = 2^{-20} S`, where 
 enters. Growing the contact distance adds at least :math:`\eta^2 = 2^{-40} S^2` to :math:`-c`, while rounding
 changes :math:`b^2 / a` and c together by less than :math:`8 (d + 4) 2^{-53} S^2 < 2^{-46} S^2` for d <= 6.
 So no meeting is missed, and the entry into the larger sphere is a true lower bound of the meeting time. Every
-candidate whose lower bound is not beaten is then solved in the arithmetic asked for.
+candidate with a lower bound before the earliest meeting so far is then solved in the chosen arithmetic.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ _MARGIN = 2.0**-20
 # A pair within the margin of contact counts as approaching unless it clearly separates; the rounding of r.u
 # is below (d + 4) 2**-52 |u| S.
 _GRAZING = 2.0**-40
-# Pairs x windows swept at once: bounds the memory to some ten megabytes.
+# Pairs x windows swept at once, which bounds the memory to about ten megabytes.
 _ROWS = 2**16
-# Quarter-edge windows looked through before the search gives up: seconds of work.
+# Quarter-edge windows that are searched before the search gives up: seconds of work.
 _WINDOWS = 2**22
 
 
 class Contacts(NamedTuple):
-    """At which distances pairs touch, and how fast these grow.
+    """Distances at which pairs touch, and how fast these grow.
 
     Attributes
     ----------
     diameters, growth : (n,) arrays of numbers
         Of each sphere, and of the fixed balls after them [length], [length / time].
     species : (n,) int array or None
-        With `matrix`.
+        Given together with `matrix`.
     matrix : (K, K) array of numbers or None
-        Contact distances between species; else a pair touches at the mean of its diameters.
+        Contact distances between species; without it, a pair touches at the mean of its diameters.
     """
 
     diameters: np.ndarray
@@ -111,7 +111,7 @@ def contact_time(r: Any, u: Any, contact: Any, sqrt: Any, rate: Any = 0) -> Any:
     if b >= 0:
         if a >= 0:
             return None
-        # Touching and parting at first, then caught up with.
+        # The two part at first; then the growing contact distance catches up.
         return (b + sqrt(max(b * b - a * c, c * 0))) / -a
     if c <= 0:
         return c * 0
@@ -133,7 +133,7 @@ def _candidates(
     width: float,
     windows: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs (rows of `first`), images (n, d) and lower bounds of the delay, for all that may meet in time."""
+    """Return pairs (rows of `first`) that may meet in time, images (n, d) and lower bounds of the delay."""
     duration = width * windows
     fastest = float(np.sqrt((v * v).sum(axis=1).max())) + float(rate.max())
     scale = float(np.sqrt(box @ box)) + float(contact.max()) + 2.0 * fastest * duration
@@ -142,7 +142,7 @@ def _candidates(
     begin = np.tile(np.arange(windows) * width, len(first))
     widest = float((contact + rate * duration).max()) + margin
     columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-    # Axis by axis, so that a pair that is too far along one axis costs nothing on the others.
+    # Axis by axis, so that a pair that is too far apart along one axis is not checked along the others.
     for axis, edge in enumerate(box):
         i, j = first[pair], second[pair]
         u = v[j, axis] - v[i, axis]
@@ -172,7 +172,7 @@ def _candidates(
 
 
 def _blocks(n: int, balls: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """All pairs i < j with i < n in lexicographic order, in blocks of at most about `_ROWS` (or one row)."""
+    """Yield all pairs i < j with i < n in lexicographic order, in blocks of about `_ROWS` or of one row."""
     total = n + balls
     rows, last = max(1, _ROWS // total), min(n, total - 1)
     for low in range(0, last, rows):
@@ -181,7 +181,7 @@ def _blocks(n: int, balls: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def _period(v: np.ndarray, box: np.ndarray) -> float:
-    """Time after which relative positions repeat, if every pair moves along one axis only; else infinite."""
+    """Return when relative positions repeat, if every pair moves along a single axis, or else infinity."""
     speed = np.abs(v[:, None, :] - v[None, :, :])
     if ((speed > 0).sum(axis=2) > 1).any():
         return math.inf

@@ -1,10 +1,9 @@
-"""The naive algorithm of the paper's introduction: slow, simple, and what defines the correct trajectory.
+"""The naive algorithm of the paper's introduction: slow, simple, and it defines the correct trajectory.
 
-The whole system goes from collision to collision: of all pairs and all periodic images, and of all walls and
-obstacles, the earliest meeting is found, every sphere is advanced to it, the velocities jump, and the search
-starts over. Lubachevsky (1991)
-*calls* the trajectory found in this way the correct one (sec. 7); with 50 digits it stays so for hundreds of
-collisions, long after any computation in doubles has diverged from it.
+The whole system goes from collision to collision. The earliest meeting of all pairs and periodic images, and
+with all walls and obstacles, is found. Every sphere is advanced to it, the velocities jump, and the search
+starts over. Lubachevsky (1991) *calls* the trajectory found in this way the correct one (sec. 7). With 50
+digits it stays correct for hundreds of collisions, long after any computation in doubles has diverged.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from carom.reference.meeting import Contacts, Meeting, next_meeting
 
 # Input in doubles cannot place two spheres at contact better than this, relative to the contact distance.
 _CONTACT_ROUNDING = 2.0**-40
-# The next search first looks this many recent intervals ahead; only its speed depends on it.
+# The next search first looks ahead by the last interval times this; only its speed depends on it.
 _LOOKAHEAD = 8.0
 
 
@@ -240,7 +239,7 @@ class NaiveSystem:
             return None
         recent = float(meeting.delay)
         self._guess = _LOOKAHEAD * recent if recent > 0 else math.inf
-        # The advance may wrap the spheres; their unwrapped positions know nothing of that.
+        # The image is that of unwrapped positions, which do not change if the advance wraps the spheres.
         crossed = self._crossings[meeting.i] - (self._crossings[meeting.j] if meeting.j < n else 0)
         image = np.array(meeting.image) + crossed
         self._advance(meeting.delay)
@@ -249,7 +248,7 @@ class NaiveSystem:
         return self._bounce(meeting.i, meeting.j - n, image)
 
     def _contacts(self) -> Contacts:
-        """Return when two touch, fixed balls after the spheres."""
+        """Return the contact distances, with those of fixed balls after the spheres."""
         if not self._balls:
             return Contacts(self.diameters, self.growth, self._species, self._matrix)
         sizes = np.array([2 * self.fixed[k].radius for k in self._balls], dtype=self._x.dtype)  # type: ignore[union-attr]

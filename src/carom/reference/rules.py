@@ -1,7 +1,7 @@
-"""The naive algorithm for units that decide by rules, in high precision: all pairs, all counters, every time.
+"""The naive algorithm for units with range rules, in high precision: all pairs, all counters, every time.
 
-Who is inside which circle is what :class:`carom.reference.steps.NaiveSteps` keeps; counters are counted anew
-whenever a rule is asked. What happens at one time happens in the order of the units' numbers.
+:class:`carom.reference.steps.NaiveSteps` holds which units are inside which circles. The units in a circle
+are counted whenever a rule is called. Events at the same time happen in the order of the units' numbers.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ class Decision(NamedTuple):
     Attributes
     ----------
     time : number
-        When [time].
+        Time of the event [time].
     units : tuple of ints
-        The pair that crosses a distance, or the unit that is asked alone.
+        The pair that crosses a distance, or the single unit whose rule is called.
     cause : int
         ENTERED, LEFT, TIMER or CHANGED.
     """
@@ -44,13 +44,13 @@ class NaiveRules(NaiveSteps):
     circles : sequence of sequences of numbers
         Radii of the circles of each kind, rising.
     kinds : sequence of n ints
-        Of which kind each unit is.
+        Kind of each unit.
     rule : callable
         ``rule(unit, event)``, with the names that :class:`carom.ranges.Ranges` gives.
     timers, memory : sequences
-        Of each kind at the start.
+        Those of each kind at the start.
     seed : int
-        Of random numbers; the rule draws them itself.
+        Seed of the random numbers, which the rule draws itself.
     """
 
     def __init__(
@@ -122,6 +122,7 @@ class NaiveRules(NaiveSteps):
                 return self._alone(i)
 
     def _meet(self, i: int, j: int, r: list[Any], inwards: bool) -> Decision:
+        """Let a pair cross a distance; call the rules of those whose circle has this radius."""
         level = self.level[i, j]
         crossed = self._radii[level - 1 if inwards else level]
         self.level[i, j] = level - 1 if inwards else level + 1
@@ -139,6 +140,7 @@ class NaiveRules(NaiveSteps):
         return Decision(self.time, (i, j), cause)
 
     def _alone(self, i: int) -> Decision:
+        """Call the rule of one unit, because another unit has changed or the timer is due."""
         unit = self.units[i]
         if i in self._news:
             cause, other = CHANGED, self._news.pop(i)
@@ -155,7 +157,7 @@ class NaiveRules(NaiveSteps):
         return Decision(self.time, (i,), cause)
 
     def _prepared(self, i: int, cause: int, circle: int, other: int, toward: list[Any]) -> tuple[Any, Any]:
-        """Return what the rule of unit i is handed and told."""
+        """Return the arguments of the rule of unit i: the unit and the event."""
         unit = SimpleNamespace(**vars(self.units[i]))
         unit.position, unit.velocity, unit.counts = list(self.x[i]), list(self.v[i]), self.counts(i)
         unit.memory = list(unit.memory)
@@ -172,7 +174,7 @@ class NaiveRules(NaiveSteps):
         return unit, event
 
     def _settle(self, decided: Any) -> None:
-        """Do what a unit has decided; those in whose circles it is are to be told."""
+        """Apply a unit's decision; notify units with it in a circle if it changes kind or is removed."""
         before = self.units[decided.number]
         number = self._context.mpf
         self.v[decided.number] = [number(0 if decided.removed else a) for a in decided.velocity]

@@ -1,9 +1,9 @@
-"""Time-driven stepping: what event-driven simulation is measured against.
+"""Time-driven stepping, with which event-driven simulation is compared.
 
-Lubachevsky (1991) sets his algorithm against this one: the clock advances by a fixed step, all spheres with
-it, and those that are then found to overlap and to approach exchange momentum as if they had just touched. It
-is simple, and it is wrong in three ways that shrink with the step: contacts are found too late, glancing ones
-and those of three within a step are missed or confused, and spheres overlap.
+Lubachevsky (1991) compares his algorithm with this one. All spheres advance by a fixed time step. Those that
+are then found to overlap and to approach exchange momentum as if they had just touched. It is simple, and it
+is wrong in three ways that shrink with the step. Contacts are found too late. Grazing contacts, and those of
+three spheres within a step, are missed or processed wrongly. Spheres overlap.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class SteppedSystem:
         self.steps = self.collisions = 0
         self.virial = self.worst_overlap = 0.0
         self._fastest = self._speed()
-        self._drift = math.inf  # by how much the fastest may have moved since the pairs were listed
+        self._drift = math.inf  # how far the fastest sphere may have moved since the pairs were listed
         self._pairs = np.empty((0, 2), dtype=int)
 
     @property
@@ -96,11 +96,11 @@ class SteppedSystem:
 
     @property
     def pairs(self) -> int:
-        """Pairs that are looked at after each step."""
+        """Number of pairs that are checked after each step."""
         return len(self._pairs)
 
     def run(self, steps: int) -> list[Collision]:
-        """Make so many steps and return the collisions, in the order in which they were processed.
+        """Make a number of steps and return the collisions, in the order in which they were processed.
 
         The time of a collision is that of the contact on straight lines, within the step before.
         """
@@ -121,7 +121,7 @@ class SteppedSystem:
         return found
 
     def _collide(self, separations: np.ndarray, pairs: np.ndarray, found: list[Collision]) -> None:
-        """Let those that overlap and approach collide, the earliest contact first."""
+        """Let pairs that overlap and approach collide, the earliest contact first."""
         u = self.velocities[pairs[:, 1]] - self.velocities[pairs[:, 0]]
         rv = np.einsum("ij,ij->i", separations, u)
         vv = np.einsum("ij,ij->i", u, u)
@@ -147,7 +147,7 @@ class SteppedSystem:
         self._fastest = self._speed()
 
     def _list_pairs(self) -> None:
-        """List the pairs anew where one that is not listed may meet in the coming step."""
+        """List the pairs anew if a pair that is not listed may meet in the coming step."""
         self._drift += self._fastest * self.step
         if self._drift <= 0.5 * SKIN * self.diameter:
             return

@@ -1,8 +1,8 @@
-"""The naive algorithm for pairs on steps: a plain dictionary says which step each pair is on.
+"""The naive algorithm for pairs on steps: a plain dictionary holds the step of each pair.
 
-Of all pairs and all periodic images the earliest crossing of a distance is found, everybody is advanced to
-it, the two exchange momentum, and the search starts over. With 50 digits the order of events is right for
-hundreds of them. It shares nothing with the engine.
+The earliest crossing of a distance, of all pairs and all periodic images, is found. All components are
+advanced to it, the two exchange momentum, and the search starts over. With 50 digits the order of hundreds of
+events is correct. It shares nothing with the engine.
 """
 
 from __future__ import annotations
@@ -21,14 +21,13 @@ class Crossing(NamedTuple):
     Attributes
     ----------
     time : number
-        When [time].
+        Time of the event [time].
     i, j : int
         The pair, i < j.
     kind : {"core", "in", "out", "bounce"}
-        Thrown back from inside a wall or a step too high, across inwards, across outwards, thrown back at the
-        outer end.
+        Thrown back on the way in, crossed inwards, crossed outwards, thrown back on the way out.
     impulse : number
-        Momentum passed along the line of centres, positive where it pushes them apart.
+        Momentum passed along the line of centres, positive if it pushes them apart.
     """
 
     time: Any
@@ -48,8 +47,8 @@ class NaiveSteps:
     box : sequence of d numbers
         Edges [length], above twice the largest distance.
     potential : callable
-        ``potential(i, j)`` returns, for i < j, the rising distances of the pair and the energies inside each
-        of them, and beyond the last: one more.
+        ``potential(i, j)`` returns, for i < j, the rising distances of the pair and its energies: one inside
+        each distance, and one beyond the last.
     leaving : callable, optional
         The same, with the energies that a pair feels on its way out.
     masses : sequence of n numbers, optional
@@ -60,7 +59,7 @@ class NaiveSteps:
     Attributes
     ----------
     level : dict of (i, j) to int
-        In how many of its distances each pair is not: 0 is the innermost place.
+        How many of its distances each pair is beyond: 0 is the innermost step.
     """
 
     def __init__(
@@ -117,12 +116,13 @@ class NaiveSteps:
         ]
 
     def step(self) -> Crossing | None:
-        """Realise the next event and return it, or None where nothing moves."""
+        """Realise the next event and return it, or None if nothing moves."""
         while True:
             fastest = max(abs(a) for row in self.v for a in row)
             if fastest == 0:
                 return None
-            # In this time nobody moves by more than a quarter of the box, relative to anybody.
+            # In this time no pair moves, relative to each other, by more than a quarter of the shortest edge
+            # along any axis.
             horizon = min(self._box) / (8 * fastest)
             found = self._earliest(horizon)
             wait = horizon if found is None else found[0]
@@ -142,7 +142,7 @@ class NaiveSteps:
             speed = math.sqrt(float(sum(u * u for u in relative)))
             near = self._nearest(i, j)
             outermost = level == len(distances)
-            # A pair beyond all steps may meet in another image than the nearest one.
+            # A pair beyond all steps may meet through another image than the nearest one.
             offsets = itertools.product((-1, 0, 1), repeat=len(near)) if outermost else [(0,) * len(near)]
             for offset in offsets:
                 r = [a + edge * k for a, edge, k in zip(near, self._box, offset, strict=True)]

@@ -1,6 +1,6 @@
 """What is simulated: components, box, walls and obstacles as plain values, checked once.
 
-Nothing here moves, compiles or reads files; how a scene is set in motion is the simulation's.
+Nothing here reads files; the simulation sets a scene in motion.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ __all__ = ["Scene"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import the scene when it is first used: its parts are needed below it."""
+    """Import Scene when it is first used: modules that it imports use other modules of this package."""
     if name == "Scene":
         from carom.scene.scene import Scene
 

@@ -12,7 +12,7 @@ from carom import checks, densities
 from carom.errors import InputError
 from carom.scene import lattices
 
-#: An edge of more diameters leaves a coordinate too coarse to tell contact from overlap (see
+#: Longest edge, in diameters. In a longer one coordinates are too coarse to tell contact from overlap (see
 #: overlaps.rounding).
 LONGEST_EDGE = 1e9
 
@@ -23,7 +23,7 @@ def dimensions(value: Any, low: int = 1) -> int:
 
 
 def axes(box: Any) -> list[Any] | None:
-    """Return the edges given one an axis as a list, or None if one value stands for all."""
+    """Return edges as a list if one is given for each axis, or None if one value stands for all."""
     if isinstance(box, np.ndarray):
         return list(box) if box.ndim else None
     return list(box) if isinstance(box, Sequence) and not isinstance(box, str | bytes) else None
@@ -62,7 +62,7 @@ def filled(
 ) -> tuple[float, ...]:
     """Return the edges of a box of a shape in which these spheres have a packing fraction or density."""
     sigma, n = float(diameters.max()), len(diameters)
-    # As many spheres of the largest diameter would fill the same volume.
+    # Mean volume of a sphere over the volume of the largest one.
     filling = 1.0 if np.ptp(diameters) == 0 else float(np.sum((diameters / sigma) ** dimension)) / n
     if density is None:
         rho = densities.reduced_density(dimension, packing_fraction=packing_fraction) / filling
@@ -74,7 +74,7 @@ def filled(
 
 
 def periodicity(given: Any, dimension: int) -> tuple[bool, ...]:
-    """Return which axes are periodic, from one boolean or one an axis."""
+    """Return which axes are periodic, from one boolean or one for each axis."""
     several = axes(given)
     each = [given] * dimension if several is None else several
     if len(each) != dimension:

@@ -15,13 +15,13 @@ from carom.scene.species import Contacts
 
 
 def refuse_both(kind: str, value: Any, keyword: str, given: bool) -> None:
-    """Raise InputError where a value of one's own and the keyword that it takes the place of are given."""
+    """Raise InputError if a value of one's own is given together with the keyword that it replaces."""
     if value is not None and given:
         raise InputError(f"{kind} and {keyword} say the same thing in two ways: leave one of them out.")
 
 
 def refuse_pinned(pinned: np.ndarray | None, interaction: Any, motion: Any, contact: Any) -> None:
-    """Raise InputError where components are pinned and the scene has what does not go with that."""
+    """Raise InputError if components are pinned in a scene that is not of additive cores in free flight."""
     if pinned is None:
         return
     given = {
@@ -49,7 +49,7 @@ def speeds(velocities: Any, shape: tuple[int, ...], pinned: np.ndarray | None = 
 
 
 def refuse_tight(room: Room, diameters: np.ndarray) -> None:
-    """Raise InputError where a container leaves its largest component no room that coordinates can tell."""
+    """Raise InputError if the room that a container leaves the largest component is below rounding."""
     largest = float(diameters.max())
     for container in room.obstacles:
         inside = getattr(container, "inside", None)
@@ -66,7 +66,7 @@ def refuse_tight(room: Room, diameters: np.ndarray) -> None:
 def refuse_overlap(
     places: np.ndarray, room: Room, contacts: Contacts, interaction: Any, pinned: np.ndarray | None = None
 ) -> None:
-    """Raise OverlapError where two spheres overlap, unless they may, or one an obstacle or a wall."""
+    """Raise OverlapError if a sphere overlaps a wall, an obstacle, or a sphere that it must not overlap."""
     radii = 0.5 * contacts.diameters
     inside = overlaps.intruder(places, room, radii if pinned is None else np.where(pinned, 0.0, radii))
     if inside is not None:
@@ -80,7 +80,7 @@ def refuse_overlap(
     overlap = overlaps.deepest(places, room, contacts, pinned)
     if overlap is None:
         return
-    # As many decimals as show the depth with three digits.
+    # Enough digits to show the depth with three of them.
     digits = min(17, max(4, 3 - math.floor(math.log10(overlap.depth / overlap.contact))))
     start = "Scene.random(...)" if len(contacts.classes) == 1 else "Scene.mixture(...)"
     raise OverlapError(

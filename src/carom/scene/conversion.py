@@ -1,4 +1,4 @@
-"""Scenes from what others hold, a Frame or an ``ase.Atoms``: ``Scene.from_frame`` and ``Scene.from_ase``."""
+"""Scenes from a Frame or an ``ase.Atoms``: ``Scene.from_frame`` and ``Scene.from_ase``."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def from_ase(
 
 
 def of_frame(frame: Frame) -> dict[str, Any]:
-    """Return what a scene takes from a frame; images and time are left behind."""
+    """Return the arguments of a scene from a frame, without its images and time."""
     names = {
         "species": frame.species,
         "species_names": frame.species_names if frame.species is not None else (),
@@ -115,7 +115,7 @@ def of_frame(frame: Frame) -> dict[str, Any]:
 
 
 def of_atoms(atoms: ase.Atoms, diameter: Any, walls: bool) -> dict[str, Any]:
-    """Return what a scene takes from an ``ase.Atoms``; see :meth:`carom.Scene.from_ase`."""
+    """Return the arguments of a scene from an ``ase.Atoms``; see :meth:`carom.Scene.from_ase`."""
     if not all(hasattr(atoms, name) for name in ("positions", "cell", "pbc", "arrays", "get_masses")):
         raise InputError(f"atoms must be an ase.Atoms, found {checks.describe(atoms)}.")
     n = len(atoms)
@@ -184,9 +184,9 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: bool) -> dict[str, Any]:
 
 
 def parted(scene: dict[str, Any], edges: tuple[float, ...], periodic: tuple[bool, ...]) -> Any:
-    """Return positions without the overlaps that single precision makes.
+    """Return positions without the overlaps that are due to single precision.
 
-    Positions that overlap more, or not at all, are returned as they are.
+    Positions with deeper overlaps, or with none, are returned as they are.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def parted(scene: dict[str, Any], edges: tuple[float, ...], periodic: tuple[bool
         return scene["positions"]
     from carom.scene import placement
 
-    # A fluid gives way in a few steps; what does not is jammed, and stays an error.
+    # The spheres of a fluid separate in a few steps. Otherwise they are jammed, and the overlap is an error.
     clearance = 1 + 2 * single / float(diameters.min())
     moved = placement.separated(places, room, contacts, 0.5 * diameters, clearance=clearance, patience=200)
     if moved is None:

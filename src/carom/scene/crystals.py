@@ -174,7 +174,7 @@ def on(
     walls the lattice is compressed to make room for the spheres at the walls.
     """
     sigma = checks.positive(diameter, "diameter")
-    # The densest packing of all first: beyond it no other lattice helps.
+    # The limit of any packing comes first: above it no other lattice helps.
     for limit, where in ((None, "any packing"), (lattice.limit, f"a {lattice.name} lattice")):
         rho = densities.reduced_density(
             lattice.dimension,

@@ -10,13 +10,13 @@ from carom.scene.fields import Fields
 
 
 def particles(dimension: int, number: int = 2) -> str:
-    """Return what so many particles are called: "rods", "disk", "spheres in 4D"."""
+    """Return the word for `number` particles: "rods", "disk", "spheres in 4D"."""
     name = {1: "rod", 2: "disk"}.get(dimension, "sphere") + ("" if number == 1 else "s")
     return f"{name} in {dimension}D" if dimension > 3 else name
 
 
 def facts(scene: Fields) -> dict[str, str]:
-    """Return what there is to tell of a scene, by name."""
+    """Return the properties of a scene as text, by name."""
     facts = {
         "n": str(scene.n),
         "dimension": str(scene.dimension),
@@ -46,7 +46,7 @@ def facts(scene: Fields) -> dict[str, str]:
 
 
 def table(scene: Fields) -> str:
-    """Return the same as a table in HTML."""
+    """Return these properties as a table in HTML."""
     rows = "".join(
         f"<tr><th>{html.escape(k.replace('_', ' '))}</th><td>{html.escape(v)}</td></tr>"
         for k, v in facts(scene).items()
@@ -55,5 +55,6 @@ def table(scene: Fields) -> str:
 
 
 def _span(values: np.ndarray) -> str:
+    """Return the smallest and the largest value as text, or one if they are equal."""
     low, high = float(values.min()), float(values.max())
     return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"

@@ -1,4 +1,4 @@
-"""The fields of a scene, and what follows from them: all that the functions below a Scene know of it."""
+"""The fields of a scene, and properties that follow from them; modules that Scene imports use only these."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from carom.scene import box as _box
 
 
 class Fields:
-    """Components, box and obstacles. How they are given and checked says :class:`carom.Scene`."""
+    """Components, box and obstacles. :class:`carom.Scene` says how they are given and checked."""
 
     positions: np.ndarray
     box: tuple[float, ...]
@@ -100,7 +100,7 @@ class Maker(Generic[P]):
     Parameters
     ----------
     make : callable
-        Called with the class, and with what the method is called with.
+        Called with the class and with the arguments of the method.
     """
 
     def __init__(self, make: Callable[Concatenate[Any, P], Any]):

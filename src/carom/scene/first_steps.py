@@ -1,4 +1,4 @@
-"""On which step each pair of a scene starts: the only time that distances say so."""
+"""The step on which each pair of a scene starts; later, events change it, and distances are not used."""
 
 from __future__ import annotations
 

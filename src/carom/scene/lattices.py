@@ -1,8 +1,7 @@
 """Lattices as plain arrays.
 
-A lattice is a cell with right angles, repeated: the box is then a whole number of cells and the lattice fits
-it without a seam. Lengths are in units of the cell's first edge here; :class:`carom.Scene` gives them their
-unit.
+A lattice is a cell with right angles, repeated. The box is a whole number of cells, so that the lattice is
+periodic in it. Lengths are in units of the cell's first edge; :class:`carom.Scene` gives them their unit.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from carom import checks
 from carom.densities import packing_fraction
 from carom.errors import InputError
 
-#: The most components a scene may have; the arrays of more fill some 30 GB.
+#: The most components a scene may have; their arrays fill about 30 GB.
 MOST = 10**8
 
 #: The most dimensions: D_n has 2^(d-1) points a cell, and every sphere 3^d sectors around it.
@@ -86,7 +85,7 @@ class Lattice:
         """
         edges = edge * np.asarray(self.shape)
         basis = np.asarray(self.basis)
-        # Off the faces of the box, where rounding would decide on which side a point lies.
+        # Points are moved off the faces of the box, where rounding would decide on which side they lie.
         basis = basis + (1 - basis.max(axis=0)) / 2
         corners = np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1)
         places = corners.reshape(-1, 1, self.dimension) + basis
@@ -174,7 +173,7 @@ def between_walls(
 
 
 def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
-    """Return the number of cells along each axis, from one number or one an axis.
+    """Return the number of cells along each axis, from one number or one for each axis.
 
     One number m stands for m cells along the first axis and as many along the others as make the box most
     nearly a cube.

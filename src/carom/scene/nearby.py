@@ -1,8 +1,8 @@
-"""Pairs that are near each other, listed over sorted cells by compiled code: for many components.
+"""Pairs that are near each other, listed by compiled code from sorted cells: for many components.
 
 The list is that of a k-d tree, in another order, in any dimension. A cell is compared with the stretches of
-memory around it (:mod:`carom.cells`), as g(r) does. The walk around a cell stands in
-:mod:`carom.observables.pairs`, too: Numba's cache sees no edit outside of the file of a compiled function.
+memory around it (:mod:`carom.cells`), as for g(r). The loop around a cell is repeated in
+:mod:`carom.observables.pairs`: Numba's cache notices no edit outside the file of a compiled function.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from carom.cells import Grid, SortedCells
 from carom.jit import compiled
 
 ACROSS = 1.0 + 2.0**-10
-"""Edge of a cell across the columns, in reaches. The reach is short: 3 x 3 long stretches of memory take 0.6
-of the time of 21 short ones.
+"""Edge of a cell across the columns, in reaches. The reach is short, and 3 x 3 long stretches of memory take
+0.6 of the time of 21 short ones.
 """
 
 CROWDED = 64
-"""Components in the cell of a component, on average, above which a k-d tree is better: few cells hold all,
-as where a drop stands in a large box.
+"""Mean number of components in the cell of a component, above which a k-d tree is better. Few cells then hold
+nearly all components, as for a drop in a large box.
 """
 
 WIDE = 1000
@@ -44,7 +44,7 @@ def near_pairs(
     box, periodic : (d,) arrays
         Edges [length], and which axes are periodic.
     ours, theirs : (n, d) arrays
-        Places in the box [length]. A pair has one of each, or two of the first where there is no second.
+        Places in the box [length]. A pair has one of each, or two of `ours` if `theirs` is None.
     within : float
         Distance of nearest images [length].
     """
@@ -60,7 +60,7 @@ def near_pairs(
             return None
     around = columns_around(grid, offsets)
     period = np.where(grid.periodic, grid.box, np.inf)
-    # As many as a gas has, and some more; if that is too little, the kernel says how many there are.
+    # The pairs of a gas, and some more. If there are still more, the kernel returns how many.
     fraction = min(float(np.prod(np.minimum(2.0 * within / grid.box, 1.0))), 1.0)
     share = 0.6 if theirs is None else 1.2
     room = int(share * len(ours) * len(others.order) * fraction) + len(ours)
@@ -87,7 +87,7 @@ def near_pairs(
 
 
 def crowded(cells: SortedCells) -> bool:
-    """Return whether few cells hold nearly everybody, so that a k-d tree is better."""
+    """Return whether few cells hold nearly all components, so that a k-d tree is better."""
     members = np.diff(cells.starts).astype(np.float64)
     return float(np.sum(members * members)) > CROWDED * len(cells.order)
 
@@ -127,8 +127,8 @@ def _lister() -> Any:
 def _list(ours, theirs, starts, others, us, them, alike, height, around, windows, period, limit, found):
     """Write the pairs whose squared distance is at most `limit` to `found`; return how many there are.
 
-    What does not fit is counted only. A pair of cells is looked at from the one with the lower number, where
-    both hold the same components.
+    Pairs that do not fit are only counted. If both sets of components are the same (`alike`), a pair of cells
+    is visited only from the cell with the lower number.
     """
     dimension = period.size
     begins = np.empty(3 * windows.size + 1, np.int64)
@@ -148,7 +148,7 @@ def _list(ours, theirs, starts, others, us, them, alike, height, around, windows
                     continue
                 least = level + 1 if alike and other == column else 0
                 below, above = level - windows[step], level + windows[step] + 1
-                # What the window holds, then what comes round from below the bottom, and from above the top.
+                # The window, then its periodic parts: those below the bottom, and those above the top.
                 for turn in range(3 if round_the_end else 1):
                     a, b = max(below, least), min(above, height)
                     if turn == 1:
@@ -165,11 +165,11 @@ def _list(ours, theirs, starts, others, us, them, alike, height, around, windows
                 if alike:
                     begins[parts - 1] = i + 1
                 for part in range(parts):
-                    # Unsigned: a signed index is tested for counting from the end.
+                    # Unsigned: Numba tests whether a signed index is negative.
                     begin, size = np.uint64(begins[part]), np.uint64(ends[part] - begins[part])
                     x, edge = ours[0, i], period[0]
                     for j in range(size):
-                        # The nearest image: both lie in the box.
+                        # This is the nearest image, because both lie in the box.
                         r = abs(theirs[0, begin + j] - x)
                         r = min(r, edge - r)
                         squares[j] = r * r

@@ -1,8 +1,8 @@
-"""Who overlaps whom, or an obstacle: the check of every initial state, in any dimension and any box.
+"""Overlaps of spheres with each other and with obstacles: the check of every initial state.
 
-Two spheres overlap if and only if their *nearest* images do, and in a box with right angles the nearest image
-is the nearest one along each axis. So one distance a pair decides, in small boxes too; that a sphere does not
-meet its own image is the condition edge > diameter, which :class:`carom.Scene` checks apart.
+Two spheres overlap if and only if their *nearest* images do. In a box with right angles the nearest image is
+the nearest one along each axis. So one distance per pair decides, in small boxes too. No sphere meets its own
+image, because :class:`carom.Scene` requires edge > diameter.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from carom.scene.species import Contacts
 ENGINE_OVERLAP = 1e-12
 
 FEW = 400
-"""Components up to which looking at every pair is quicker than loading SciPy."""
+"""Components up to which checking every pair is faster than loading SciPy."""
 
 MANY = 20_000
-"""Components from which compiled code lists pairs. Below, loading it takes longer than a k-d tree."""
+"""Components from which compiled code lists pairs. For fewer, loading it takes longer than a k-d tree."""
 
-#: Overlap, in roundings of coordinates, that flights through the box may leave besides (see tolerance).
+#: Further overlap, in units of :func:`rounding`, that flights through the box may leave (see tolerance).
 FLIGHTS = 16
 
 
@@ -58,7 +58,7 @@ class Overlap(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Where the components are: a box, which of its axes are periodic, and what stands in it.
+    """Where the components are: a box, which of its axes are periodic, and the obstacles in it.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Room:
         """Return the vectors (m, d) from i to the nearest image of j, for ``pairs`` (m, 2)."""
         i, j = pairs.T
         result = np.empty((len(pairs), len(self.box)))
-        # An axis at a time, which takes half as long as all axes at once: that gathers rows of few numbers.
+        # One axis at a time takes half as long as all axes at once, which gathers rows of few numbers.
         for axis, (edge, periodic) in enumerate(zip(self.box, self.periodic, strict=True)):
             place = np.ascontiguousarray(positions[:, axis])
             separation = place[j] - place[i]
@@ -103,7 +103,7 @@ class Room:
     def pairs(
         self, positions: np.ndarray, contacts: Contacts, factor: float = 1.0, skin: float = 0.0
     ) -> np.ndarray:
-        """Return pairs (m, 2), i < j or not, among them all that are near contact.
+        """Return pairs (m, 2), with i and j in either order, which include all that are near contact.
 
         Parameters
         ----------
@@ -156,14 +156,16 @@ class Room:
         if not 4.0 * within < self.box.min():
             period = np.where(self.periodic, self.box, 0.0)
             return cKDTree(places, boxsize=period).query_pairs(within, output_type="ndarray")
-        # A tree without periods, of the places and their images, takes half the time of one with them.
+        # A tree without periods, of the places and their images, takes half the time of a periodic tree.
         points, names = self._with_images(places, within)
         pairs = cKDTree(points, balanced_tree=False).query_pairs(within, output_type="ndarray")
         return names[pairs[pairs[:, 0] < len(places)]]
 
     def _with_images(self, places: np.ndarray, within: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the places, then those images that are near them and further along the last axis by which
-        they differ: of two images of a pair, one. And whose each is.
+        """Return the places followed by their images near the box, and the component of each.
+
+        An image is moved forward along the last axis along which it is moved. So one of the two images of a
+        pair is listed.
         """
         points, names = [places], [np.arange(len(places))]
         for axis in np.flatnonzero(self.periodic):
@@ -211,15 +213,15 @@ def rounding(box: np.ndarray, epsilon: float = float(np.finfo(np.float64).eps)) 
 
 
 def tolerance(box: np.ndarray, contact: float = 1.0) -> float:
-    """Overlap [length] that is let through: what the engine and the coordinates' rounding may leave.
+    """Overlap [length] that is accepted: what the engine and the coordinates' rounding may leave.
 
     Relative to lengths, so that it does not change with their unit.
 
     Notes
     -----
-    A flight is as long as four boxes, at twice the usual speed as eight, before its clock is set back, and
-    so is what is rounded in the product of speed and time, in its sum with the place it began at, and in the
-    time of the contact itself. Of two spheres this is 16 times what a change of unit does.
+    Before its clock is reset, a component flies up to four box lengths, at twice the usual speed eight.
+    Numbers of this size are rounded in the product of speed and time, in its sum with the starting place, and
+    in the time of the contact. For two spheres this is 16 times :func:`rounding`.
     """
     return ENGINE_OVERLAP * contact + FLIGHTS * rounding(box)
 
@@ -229,7 +231,7 @@ def deepest(
 ) -> Overlap | None:
     """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None.
 
-    If very many spheres share one place, any one overlapping pair of them.
+    If very many spheres share one place, it is any one overlapping pair of them.
 
     Parameters
     ----------
@@ -244,8 +246,8 @@ def deepest(
     """
     if pinned is not None:
         return _deepest_of(positions, room, contacts, pinned)
-    # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Those it must have are found
-    # first.
+    # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Spheres that share a cell, and
+    # thus overlap, are found first.
     crowds = [
         members[_sharing_a_cell(positions[members], float(contacts.diameters[members].min()))]
         for members in contacts.classes
@@ -260,7 +262,7 @@ def deepest(
 
 
 def _deepest_of(positions: np.ndarray, room: Room, contacts: Contacts, pinned: np.ndarray) -> Overlap | None:
-    """Return the deepest overlap in which one at least is not pinned, or any one of very many."""
+    """Return the deepest overlap in which at least one is not pinned, or any one of very many."""
     free, fixed = np.flatnonzero(~pinned), np.flatnonzero(pinned)
     diameters = contacts.diameters
     among = deepest(positions[free], room, Contacts(diameters[free]))
@@ -297,12 +299,12 @@ def intruder(positions: np.ndarray, room: Room, radii: np.ndarray) -> tuple[int,
 
 
 def _sharing_a_cell(positions: np.ndarray, contact: float) -> np.ndarray:
-    """Return neighbours in the same cell of diagonal (1 - 2^-20) contact, which surely overlap: (m, 2)."""
-    # Divided first: where the unit is far from 1, the inverse of a length is rounded too.
+    """Return pairs (m, 2) in the same cell, whose diagonal is (1 - 2^-20) contact: they surely overlap."""
+    # The division comes first: where the unit is far from 1, the inverse of a length would be rounded too.
     cells = np.floor(positions / contact * (math.sqrt(positions.shape[1]) / (1.0 - 2.0**-20)))
     cells -= cells.min(axis=0)
     along = cells.max(axis=0) + 1.0
-    if math.prod(along.tolist()) < 2.0**53:  # one number a cell, in the same order, is sorted faster
+    if math.prod(along.tolist()) < 2.0**53:  # one number for each cell is sorted faster, in the same order
         order = np.argsort(cells @ np.cumprod([1.0, *along[:-1]]), kind="stable")
     else:
         order = np.lexsort(cells.T)

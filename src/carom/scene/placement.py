@@ -1,6 +1,6 @@
 """Random placement of spheres that do not overlap, at fluid densities and in any dimension.
 
-Equal or not, in a periodic box or between walls and obstacles.
+Spheres are equal or not, in a periodic box or between walls and obstacles.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from carom.scene.sweeps import sweep
 #: 3, Skoge, Donev, Stillinger and Torquato (2006) for d = 4 to 6.
 RANDOM_CLOSE_PACKING = {2: 0.84, 3: 0.64, 4: 0.46, 5: 0.31, 6: 0.20}
 
-#: Up to this part of random close packing, well above freezing in every dimension, a few hundred steps
+#: Up to this part of random close packing, which is above freezing in every dimension, a few hundred steps
 #: suffice.
 REACH = 0.85
 
-#: Growth (``carom.simulation.growth``) goes on to this part.
+#: Growth (``carom.simulation.growth``) reaches this part.
 GROWTH_REACH = 0.95
 
-#: Packing fraction at which growth starts, over the highest of random placement: some ten steps reach it.
+#: Packing fraction at which growth starts, over the highest of random placement; about ten steps reach it.
 GROWTH_START = 0.4
 
 #: Pairs are moved to this many contact distances, so that the last of them clear contact after few steps.
@@ -33,17 +33,17 @@ CLEARANCE = 1 + 1e-3
 #: The same for many components, of which only pairs that overlap are moved: half as many sweeps as at 1e-3.
 WIDE_CLEARANCE = 1.01
 
-#: Pairs up to this many diameters (of their sizes) farther apart are listed, and used until a sphere has
-#: moved half of its own.
+#: Skin of the list of pairs, in diameters of their sizes. The list is used until a sphere has moved half of
+#: its skin.
 SKIN = 0.3
 
-#: The same for many components: compiled sweeps over longer lists take less time than more lists.
+#: The same for many components: compiled sweeps over longer lists take less time than listing more often.
 WIDE_SKIN = 0.6
 
-#: Steps after which a scene counts as jammed; the densest that are allowed took 100 to 500.
+#: Steps after which a scene counts as jammed; the densest scenes allowed took 100 to 500.
 PATIENCE = 5000
 
-#: How often a component that was thrown into an obstacle, or into a larger one, is thrown again before it is
+#: How often a component that overlaps an obstacle, or a larger component, is placed again. After that it is
 #: pushed out instead.
 THROWS = 50
 
@@ -51,7 +51,7 @@ THROWS = 50
 def random_limit(dimension: int) -> float:
     """Return the highest packing fraction at which spheres are placed at random in d dimensions.
 
-    From d = 7 on, the value of d = 6 reduced by 2 a dimension, below the known ones.
+    From d = 7 on, it is the value of d = 6, halved for each further dimension: less than the known values.
     """
     if dimension == 1:
         return 1.0
@@ -65,7 +65,7 @@ def growth_limit(dimension: int) -> float:
 
 
 def to_grow(packing_fraction: float, dimension: int) -> bool:
-    """Tell whether growth is the way to a density: random placement cannot reach it."""
+    """Tell whether growth reaches a density that random placement cannot reach."""
     limit = random_limit(dimension)
     if dimension == 1 or packing_fraction > growth_limit(dimension):
         return False
@@ -96,8 +96,7 @@ def random_positions(
     rng : numpy.random.Generator
         Source of randomness.
     kinds : (n,) array, optional
-        Of one number where components are exchangeable; those of one kind come in an order of space
-        (:func:`ordered`).
+        Equal numbers for exchangeable components. Those of one kind are sorted in space (:func:`ordered`).
 
     Raises
     ------
@@ -110,8 +109,8 @@ def random_positions(
     order, their gaps those of n points thrown on a line of the free length. For d >= 2 the points are thrown
     into the room, and pairs that overlap are moved apart along their centre line until none is left: a valid
     start, but no equilibrium, so equilibrate it. Below jamming this took 40 steps at packing fraction 0.3 and
-    some 200 at 0.54 (d = 3). Where sizes differ by more than an octave the largest come first, and the
-    smaller ones are thrown between them.
+    about 200 at 0.54 (d = 3). If sizes differ by a factor of 2 or more, the largest are placed first, and
+    the smaller ones between them.
     """
     box, dimension, n = room.box, len(room.box), len(contacts.diameters)
     fraction = sphere_volume(dimension) * float(np.sum(np.prod(contacts.diameters[:, None] / box, axis=1)))
@@ -145,13 +144,14 @@ def random_positions(
 
 
 def ordered(positions: np.ndarray, box: np.ndarray, kinds: np.ndarray) -> np.ndarray:
-    """Return the same positions (n, d), those of each kind (n,) in an order in which neighbours in space are
-    neighbours in memory: a million spheres then run up to a fifth faster.
+    """Return the same positions (n, d), with those of each kind (n,) sorted in space.
+
+    Neighbours in space are then neighbours in memory: a million spheres run up to a fifth faster.
     """
     n, dimension = positions.shape
-    # Cells of some eight positions, taken in blocks of four by four by four.
+    # Cells of about eight positions, in blocks of four cells along each axis.
     cells = np.floor(positions / box * max((n / 8.0) ** (1.0 / dimension), 1.0)).astype(np.int64)
-    # By kind, block and cell in the block, as one number.
+    # One number sorts by kind, then by block, then by cell in the block.
     key = kinds.astype(np.int64)
     for part, count in ((cells // 4, int(cells.max()) // 4 + 1), (cells % 4, 4)):
         for axis in reversed(range(dimension)):
@@ -185,7 +185,7 @@ def _thrown(
     members: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Return random places (m, d) of ``members``, where possible outside obstacles and what is ``placed``."""
+    """Return random places (m, d) of ``members``, if possible outside obstacles and spheres ``placed``."""
     places = rng.random((len(members), len(room.box))) * room.box
     radii = 0.5 * contacts.diameters[members]
     both = np.concatenate([placed, members])
@@ -197,7 +197,7 @@ def _thrown(
         if of_both is not None:
             there = np.concatenate([positions[placed], places])
             pairs = room.pairs(there, of_both)
-            # Of overlaps with those that are placed already, the later one gives way.
+            # Only overlaps with spheres placed earlier count: the later sphere is thrown again.
             pairs = pairs[(pairs < len(placed)).sum(axis=1) == 1]
             near = room.distances(there, pairs) < of_both.of(pairs)
             wrong[pairs[near].max(axis=1) - len(placed)] = True
@@ -233,7 +233,7 @@ def separated(
         Steps after which it ends without a result.
     """
     n, dimension = positions.shape
-    # Of a pair the smaller gives way more, in proportion to its volume.
+    # The displacements of a pair are inversely proportional to the volumes: the smaller sphere moves more.
     weight = (contacts.diameters / contacts.size(0)) ** dimension
     obstructed = bool(room.everything())
     if n >= MANY:
@@ -274,9 +274,9 @@ def _swept(
     clearance: float,
     patience: int,
 ) -> np.ndarray | None:
-    """Do what :func:`separated` does by compiled sweeps over the pairs, each moved at once: for many.
+    """Do the same as :func:`separated` for many components, by compiled sweeps over the pairs.
 
-    Pairs that follow see where the earlier ones have gone, which takes fewer steps.
+    Each pair is moved at once, so that later pairs see the new positions. This takes fewer steps.
     """
     push = sweep()
     far = (0.5 * WIDE_SKIN * contacts.sizes) ** 2
@@ -299,9 +299,9 @@ def _swept(
 
 
 def _moved_out(positions: np.ndarray, room: Room, radii: np.ndarray, clearance: float) -> np.ndarray | None:
-    """Return positions moved out of the obstacles that they are in, or None where nobody is in one.
+    """Return positions moved out of obstacles, or None if no component is inside one.
 
-    An obstacle says how far it is, and nothing else; the way out is the direction in which that grows.
+    An obstacle gives only its distance; components move along the gradient of the distance.
     """
     box, periodic = tuple(room.box.tolist()), tuple(room.periodic.tolist())
     result = None

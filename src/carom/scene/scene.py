@@ -1,4 +1,4 @@
-"""What is simulated: components, box, walls and obstacles, checked once and then never again."""
+"""The scene: components, box, walls and obstacles, which are checked only once."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ class Scene(Fields):
         diameters = _species.per_component(diameter, "diameter", n)
         masses = _species.per_component(mass, "mass", n)
         kinds = _species.labels(species, n)
-        if isinstance(interaction, HardCores):  # the same in other words
+        if isinstance(interaction, HardCores):  # the same as the keyword
             contact, interaction = interaction.contact, None
         if isinstance(impact, Restitution):
             restitution, elastic_below, impact = impact.restitution, impact.elastic_below, None
@@ -193,7 +193,7 @@ class Scene(Fields):
             if hasattr(value, "check"):
                 value.check(self)
         if hasattr(self.interaction, "steps_of"):
-            first_steps(self)  # refuses pairs that are where their energy is infinite
+            first_steps(self)  # refuses pairs whose energy is infinite
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"A Scene cannot be changed; make another: scene.with_({name}=...).")
@@ -323,7 +323,7 @@ class Scene(Fields):
         except (KeyError, TypeError) as problem:
             raise InputError(f"These arrays and attributes are no scene: {problem}.") from None
 
-    # On a lattice, at random, from what others hold: each a function of the class, in a module of its kind.
+    # Constructors: on a lattice, at random, from a frame or from ASE. Each is a function of another module.
     cubic = Maker(crystals.cubic)
     fcc = Maker(crystals.fcc)
     triangular = Maker(crystals.triangular)

@@ -1,4 +1,4 @@
-"""Who is what: diameters and masses of the components, their species, and when pairs touch."""
+"""Diameters, masses and species of the components, and the distances at which pairs touch."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def contact_matrix(given: Any, species: np.ndarray | None, diameters: np.ndarray
 def counts_of(fractions: Any, n: int) -> tuple[int, ...]:
     """Return how many of n components each species gets, in the ratio of ``fractions``.
 
-    Rounded down, and the rest to those that lost most by it.
+    The numbers are rounded down, and those that lost most by it get one more.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def counts_of(fractions: Any, n: int) -> tuple[int, ...]:
 
 
 def listed(values: Any, name: str) -> list[Any]:
-    """Return values given one a species as a list."""
+    """Return values as a list; one is given for each species."""
     if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
         raise InputError(f"{name} must be a list, one value a species, found {checks.describe(values)}.")
     return list(values)
@@ -168,7 +168,7 @@ def counts_from(counts: Any, n: Any, fractions: Any, most: int) -> tuple[int, ..
 
 
 class Contacts:
-    """When two components touch, and in which classes of size their pairs are looked for.
+    """Distances at which pairs touch, and the classes of size in which near pairs are searched.
 
     Parameters
     ----------
@@ -182,9 +182,9 @@ class Contacts:
     Attributes
     ----------
     classes : list of int arrays
-        The components by size, the largest first: by octave, or by species where there is a matrix. What is
-        near is looked for class by class, because a search as wide as the largest sphere would find
-        thousands of small ones around each small one.
+        The components by size, the largest first: by octave, or by species where there is a matrix. Near
+        pairs are searched class by class, because a search as wide as the largest sphere would find thousands
+        of small ones around each small one.
     """
 
     def __init__(

@@ -23,18 +23,18 @@ def sweep() -> Any:
 
 
 def _sweep(positions, pairs, contact, weight, edges, inverse, clearance):
-    """Move apart each pair that overlaps, one after the other; return how many did.
+    """Move apart each pair that overlaps, one after the other; return the number of overlaps.
 
     Parameters
     ----------
     positions : (n, d) array
         Centres [length], changed.
     pairs : (m, 2) array
-        Who may overlap.
+        Pairs that may overlap.
     contact : (m,) array
-        When they touch [length].
+        Distances at which they touch [length].
     weight : (n,) array
-        Of a pair the one with less weight moves more.
+        In each pair, the component with less weight moves more.
     edges, inverse : (d,) arrays
         Of the box [length], and their inverses; 0 along axes with walls.
     clearance : float

@@ -1,8 +1,8 @@
-"""Temperature: the kinetic energy about the motion of the centre of mass, by the velocities that are free.
+"""Temperature: twice the kinetic energy about the motion of the centre of mass, per degree of freedom.
 
-One definition for all of Carom. Along an axis on which the total momentum is conserved, the velocity of the
-centre of mass is no part of the temperature; along the others walls or obstacles take momentum up, and every
-velocity counts.
+All of Carom uses this definition. Along an axis on which the total momentum is conserved, the velocity of the
+centre of mass does not count for the temperature. Along the others the momentum changes, for example at
+walls, and every velocity counts.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 def conserved(scene: Scene) -> tuple[bool, ...]:
     """Tell for every axis whether the total momentum along it is conserved.
 
-    Walls and obstacles take it up, but planes only along their normals and cylinders only across their axis;
-    of an obstacle of one's own nothing is known. Pinned components take up all of it, and units that decide
-    by rules do not care. One component alone needs no exception: nothing is conserved that it does not have
-    itself, and all its velocities are free.
+    Walls and obstacles take momentum up: planes only along their normals, cylinders only across their axis,
+    an obstacle of one's own along every axis unless it has a method ``glides``. Pinned components take
+    momentum up along every axis, units that follow range rules do not conserve it, and a motion such as
+    gravity changes it along some axes. For a single component the answer is no: all of its velocities are
+    free.
     """
     decides = not getattr(scene.interaction, "keeps_momentum", True)
     if scene.n == 1 or scene.pinned is not None or decides:
@@ -58,7 +59,7 @@ def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
 
     Notes
     -----
-    A drift is taken out together with its rounding: equal velocities leave exactly nothing.
+    A drift is subtracted together with its rounding: equal velocities leave exactly zero.
     """
     still, masses = np.array(conserved(scene)), scene.masses[:, None]
 
@@ -68,14 +69,15 @@ def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
     rest = without_drift(velocities)
     drift = np.abs(velocities - rest).max(axis=0)
     if (drift > np.abs(rest).max(axis=0)).any():
-        # Differences of nearly equal velocities are exact, those from a rounded mean are not.
+        # Differences of nearly equal velocities are exact; differences from a rounded mean are not.
         rest = without_drift(velocities - np.where(still, velocities[0], 0.0))
     return rest
 
 
 def temperature(scene: Scene, velocities: np.ndarray) -> float:
-    """Return kT of a scene with velocities (n, d): twice the kinetic energy about the motion of the centre of
-    mass, by :func:`degrees_of_freedom` [energy].
+    """Return kT [energy] of a scene with velocities (n, d).
+
+    It is twice the kinetic energy about the motion of the centre of mass, over :func:`degrees_of_freedom`.
     """
     v = peculiar(scene, velocities)
     return float(np.sum(scene.masses[:, None] * v * v) / degrees_of_freedom(scene))

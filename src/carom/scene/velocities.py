@@ -34,8 +34,8 @@ def maxwell_velocities(
     seed : int or numpy.random.Generator
         Source of randomness.
     conserved : d bools, optional
-        Axes along which momentum is conserved, and zero: all by default. Walls and obstacles take up that of
-        others.
+        Axes along which momentum is conserved, and zero: all by default. Along other axes walls and obstacles
+        take momentum up.
     pinned : (n,) bool array, optional
         Components that stay at rest.
 
@@ -68,7 +68,7 @@ def maxwell_velocities(
     if n == 1:
         still[:] = False
     if still.any():
-        for _ in range(2):  # the second time takes away what rounding left
+        for _ in range(2):  # the second time removes what rounding left
             velocities -= np.where(still, mass @ velocities, 0.0) / mass.sum()
     twice_kinetic = float(mass @ np.einsum("ij,ij->i", velocities, velocities))
     moving = n if pinned is None else n - int(pinned.sum())

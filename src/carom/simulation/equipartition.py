@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.observables.equilibrium import equipartition
+from carom.observables.equilibrium import equipartition, slow_exchange
 from carom.simulation.preparation import conserved
 
 if TYPE_CHECKING:
@@ -50,10 +50,11 @@ class Thermometer:
             names = tuple(
                 scene.species_names[k] if scene.species_names else f"species {k}" for k in present.tolist()
             )
-        if not 1 < len(names) <= MOST:
+        self._conserved = np.array(conserved(scene))
+        # Two that conserve all momentum keep their temperatures in a fixed ratio.
+        if not 1 < len(names) <= MOST or scene.n - int(self._conserved.all()) < 2:
             return
         self.names = names
-        self._conserved = np.array(conserved(scene))
         counts = np.bincount(self._kinds)
         masses = np.bincount(self._kinds, weights=scene.masses)
         # Without the momentum that is conserved: <m v^2> = d kT (1 - m / M).
@@ -71,6 +72,14 @@ class Thermometer:
             mean = total / self._freedoms.sum()
             self.series.append(tuple((energies / np.maximum(self._freedoms, 1e-300) / mean).tolist()))
 
-    def doubts(self) -> list[str]:
+    def differences(self) -> list[str]:
         """Return a sentence if species differ in temperature over the looks so far."""
         return equipartition(self.names, self.series, self._freedoms) if self.series else []
+
+    def doubts(self, relative_error: float) -> list[str]:
+        """Return a sentence if species differ in temperature, or exchange energy too slowly.
+
+        ``relative_error`` is that of what was measured during the looks.
+        """
+        slow = slow_exchange(self.names, self.series, self._freedoms, relative_error) if self.series else []
+        return self.differences() or slow

@@ -76,8 +76,9 @@ def measure(
     -----
     CaromWarning
         If ``max_walltime`` came first. If the measured quantity drifts, or changes so slowly that there are
-        fewer than 8 independent samples. If species of different masses have different temperatures. One of a
-        thousand runs in equilibrium is flagged as drifting, too (``carom.observables.equilibrium``).
+        fewer than 8 independent samples. If species of different masses have different temperatures, or
+        exchange energy too slowly for the stretch. One of a thousand runs in equilibrium is flagged as
+        drifting, too (``carom.observables.equilibrium``).
     """
     _check_observable(observable)
     given = {

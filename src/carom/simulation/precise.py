@@ -57,7 +57,9 @@ def until(
 
 def tell_doubts(result: Any, thermometer: Thermometer) -> None:
     """Warn of what speaks against a result."""
-    for sentence in (*doubts_about(result), *thermometer.doubts()):
+    primary = getattr(result, "primary", None)
+    error = math.inf if primary is None else primary.relative_error
+    for sentence in (*doubts_about(result), *thermometer.doubts(error)):
         warnings.warn(sentence, CaromWarning, stacklevel=3)
 
 

@@ -1,4 +1,4 @@
-"""What the equations of state share: checked packing fractions, polynomials, Pade approximants."""
+"""Shared by the equations of state: checked packing fractions, polynomials, Pade approximants."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def horner(coefficients: Any, x: Any) -> Any:
 
 
 def pade(series: np.ndarray, above: int, below: int) -> tuple[np.ndarray, np.ndarray]:
-    """Numerator and denominator (constant term 1) that agree with `series` as far as they can."""
+    """Return numerator and denominator (constant term 1) of the Pade approximant of `series`."""
 
     def term(k: int) -> float:
         return float(series[k]) if k >= 0 else 0.0

@@ -10,7 +10,7 @@ from carom.theory.arithmetic import Equation
 from carom.theory.fluid import pieprzyk
 from carom.theory.solid import almarza
 
-# Excess free energy of the fcc crystal a particle [kT] at this density (number in sigma^3), from a
+# Excess free energy per particle of the fcc crystal [kT] at this density (number in sigma^3), from a
 # lattice-switch free energy: Schultz and Kofke, doi:10.1063/1.4818990, N -> infinity.
 REFERENCE_DENSITY = 1.0409
 REFERENCE_FREE_ENERGY = 5.91901
@@ -48,8 +48,8 @@ def coexistence(
     Parameters
     ----------
     fluid, solid : callable
-        Z as a function of the packing fraction. That of the fluid is needed from 0 to 0.51, that of the
-        crystal from 0.53 to 0.57.
+        Z as a function of the packing fraction. That of the fluid is needed from 0 to 0.53, that of the
+        crystal from 0.51 to 0.60.
     free_energy : float
         Excess free energy per particle of the crystal at `density` [kT]. It is needed because an equation of
         state gives differences only.
@@ -59,7 +59,7 @@ def coexistence(
     Raises
     ------
     InputError
-        If the two do not cross between the pressures 10 and 13.
+        If the two do not cross between the pressures 10.5 and 12.5.
 
     Notes
     -----
@@ -72,10 +72,13 @@ def coexistence(
     volume = math.pi / 6.0
 
     def excess(equation: Equation, start: float, end: float) -> float:
-        # The integrand is finite at zero density, where it is B_2; quad does not ask for it there.
+        """Return the difference of excess free energies between two packing fractions."""
+        # The integrand is finite at zero density, where quad does not evaluate it.
         return float(quad(lambda eta: (equation(eta) - 1.0) / eta, start, end, epsabs=1e-10)[0])
 
     def density_at(equation: Equation, pressure: float, low: float, high: float) -> float:
+        """Return the packing fraction at a pressure."""
+
         def surplus(eta: float) -> float:
             return float(eta / volume * equation(eta)) - pressure
 
@@ -87,6 +90,7 @@ def coexistence(
         return float(brentq(surplus, low, high, xtol=1e-14))
 
     def potentials(pressure: float) -> tuple[float, float, float, float]:
+        """Return packing fractions and chemical potentials of both phases at a pressure."""
         liquid = density_at(fluid, pressure, 0.40, 0.53)
         crystal = density_at(solid, pressure, 0.51, 0.60)
         # A / N kT = ln rho - 1 + A_ex.

@@ -1,4 +1,4 @@
-"""What a finite number of particles changes, at constant energy in a periodic box."""
+"""Effects of a finite number of particles, at constant energy in a periodic box."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
     far_below, below, here, above, far_above = (
         (eta + k * step) * equation(eta + k * step) for k in (-2, -1, 0, 1, 2)
     )
-    # With f = eta Z: eta f'' / f', each difference in units of its step, which is a fixed part of eta.
+    # For f = eta Z this is eta f'' / f', with differences in units of the step, a fixed fraction of eta.
     slope = (far_below - 8.0 * below + 8.0 * above - far_above) / 12.0
     curvature = (-far_below + 16.0 * below - 30.0 * here + 16.0 * above - far_above) / 12.0
     relative_step = np.finfo(np.float64).eps ** (1.0 / 6.0)

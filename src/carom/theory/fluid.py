@@ -140,6 +140,7 @@ def tonks(packing_fraction: Any, n: int | None = None) -> Any:
 
 
 def _polynomial_in_x(packing_fraction: Any, coefficients: dict[int, float]) -> Any:
+    """Return 1 plus the sum of ``c x^k`` with x = eta / (1 - eta)."""
     eta = checked(packing_fraction)
     x = eta / (1.0 - eta)
     return 1.0 + sum(c * x**power for power, c in coefficients.items())

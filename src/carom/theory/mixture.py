@@ -1,7 +1,6 @@
 """Additive mixtures of hard particles: equations of state, contact values, second virial, collision rates.
 
-A mixture is given by the parts `fractions` of the particles that are of each species, which sum to 1,
-and their `diameters`.
+A mixture is given by the number `fractions` of the species, which sum to 1, and their `diameters`.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from carom.theory.contact import ball_volume, contact_value
 from carom.theory.fluid import henderson
 
 ROUNDED = 5e-3
-"""By how much each fraction may have been rounded."""
+"""Largest rounding error of a fraction that is accepted."""
 
 
 def bmcsl(packing_fraction: Any, fractions: ArrayLike, diameters: ArrayLike) -> Any:
@@ -141,7 +140,7 @@ def santos_yuste_lopez_de_haro_contact_value(
     x, sigma = _species(fractions, diameters)
     bare = 1.0 / (1.0 - eta)
     alone = (best(dimension) if equation is None else equation)(eta)
-    # Without density there is nothing to divide by, and g is 1.
+    # At zero density contact_value would divide by zero; g is 1 there.
     g = contact_value(alone, eta, dimension) if eta > 0.0 else 1.0
     size = float(x @ sigma ** (dimension - 1)) / float(x @ sigma**dimension)
     return bare + (g - bare) * size * 2.0 * np.outer(sigma, sigma) / (sigma[:, None] + sigma)
@@ -213,7 +212,7 @@ def _species(fractions: ArrayLike, diameters: ArrayLike) -> tuple[np.ndarray, np
         )
     if not (np.isfinite(x).all() and (x >= 0.0).all() and x.sum() > 0.0):
         raise InputError("fractions must be numbers of at least zero, not all of them zero.")
-    # Parts that were rounded, as 0.333, sum to 1 within some 1e-3 each.
+    # Rounded fractions, such as 0.333, do not sum to 1 exactly.
     if abs(x.sum() - 1.0) > ROUNDED * x.size:
         raise InputError(
             f"fractions sum to {x.sum():.6g}; parts of the particles sum to 1. If these are numbers of "

@@ -1,4 +1,4 @@
-"""What a finite number of particles changes in a mixture, at constant energy in a periodic box."""
+"""Effects of a finite number of particles in a mixture, at constant energy in a periodic box."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from carom.errors import InputError
 
 STEP = 2e-3
-"""Relative step of second differences: their own error is then some 1e-5, beside rounding of 1e-9."""
+"""Relative step of second differences: their truncation error is about 1e-5, and rounding adds 1e-9."""
 
 ORDER = 24
-"""Points of the quadrature from zero density; an equation of state is smooth there."""
+"""Points of the quadrature from zero density, over which an equation of state is smooth."""
 
 
 def mixture_finite_size_shift(

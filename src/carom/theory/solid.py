@@ -12,7 +12,7 @@ from carom.errors import InputError
 from carom.theory.arithmetic import checked, horner
 
 CLOSE_PACKING = {d: CLOSEST_PACKING[d] for d in range(1, 7)}
-"""Packing fraction of the densest known lattices, in the dimensions of this room."""
+"""Packing fraction of the densest known lattices in 1 to 6 dimensions."""
 
 _FCC = CLOSE_PACKING[3]
 
@@ -54,7 +54,7 @@ def almarza(packing_fraction: Any) -> Any:
     volume = math.pi / 6.0 / eta
     free = volume - math.sqrt(0.5)
     pressure = 3.0 / free
-    # Quadratic from the free-volume law on; the limit only ends a search far outside of the crystal.
+    # Convergence is quadratic from the free-volume law; the limit only ends a search far outside the crystal.
     for _ in range(50):
         y = 1.0 / pressure
         value = pressure * free - horner(coefficients, y)
@@ -108,6 +108,7 @@ def free_volume(packing_fraction: Any, dimension: int) -> Any:
 
 
 def _below_close_packing(packing_fraction: Any, dimension: int) -> Any:
+    """Return a packing fraction, checked to be between 0 and close packing."""
     if dimension not in CLOSE_PACKING:
         raise InputError(f"No densest lattice is known here for dimension {dimension!r}, only for 1 to 6.")
     eta, limit = checked(packing_fraction), CLOSE_PACKING[dimension]

@@ -20,8 +20,8 @@ SONINE: dict[int, tuple[float, float, float]] = {
     4: (1.01457, 1.01302, 1.02190),
 }
 """Factors by which converged Sonine expansions exceed the first order, by dimension: of self-diffusion, shear
-viscosity and thermal conductivity. Of d = 2 and 4 orders 1 to 6, extrapolated; of d = 3 the literature's (S.
-Chapman and T. G. Cowling, The Mathematical Theory of Non-uniform Gases, sec. 10.21).
+viscosity and thermal conductivity. Those for d = 2 and 4 are extrapolated from orders 1 to 6. Those for d = 3
+are from S. Chapman and T. G. Cowling, The Mathematical Theory of Non-uniform Gases, sec. 10.21.
 """
 
 

@@ -11,10 +11,10 @@ from carom.theory.arithmetic import checked, horner, pade
 from carom.theory.fluid import tonks
 
 # beta_k of Z = 1 + sum beta_k eta^(k - 1), given as b_k = B_k / B_2^(k - 1), from k = 3 on; B_2 = 2^(d - 1) v
-# with v the volume of a particle. d = 1 is exact (Tonks). Otherwise B_3 and, for even d, B_4 are analytic;
-# the rest are numerical: Clisby and McCoy, J. Stat. Phys. 122, 15 (2006), but for d = 3, B_5 to B_8: Labik,
-# Kolafa and Malijevsky, Phys. Rev. E 71, 021105 (2005), B_9 and B_10: Schultz and Kofke's fit, and B_11:
-# Wheatley, Phys. Rev. Lett. 110, 200601 (2013).
+# with v the volume of a particle. d = 1 is exact (Tonks). Otherwise B_3 and B_4 are analytic; the rest are
+# numerical: Clisby and McCoy, J. Stat. Phys. 122, 15 (2006). For d = 3, B_5 to B_8 are from Labik, Kolafa and
+# Malijevsky, Phys. Rev. E 71, 021105 (2005), B_9 and B_10 from Schultz and Kofke's fit, B_11 from Wheatley,
+# Phys. Rev. Lett. 110, 200601 (2013).
 _REDUCED_VIRIALS: dict[int, tuple[float, ...]] = {
     2: (0.7820044379, 0.532231807, 0.33355604, 0.1988425, 0.1148728, 0.064993, 0.0362193, 0.0199537),
     3: (
@@ -33,8 +33,8 @@ _REDUCED_VIRIALS: dict[int, tuple[float, ...]] = {
     6: (0.340941, 0.03336314, 0.0075231, -0.0017385, 0.0013066, -0.000895, 0.0006673, -0.000525),
 }
 
-# Order of numerator and denominator of the approximants whose mean is virial_pade's default. Each uses all
-# coefficients known to better than 5 % (ten in 2D and 6D, nine in 5D, eight in 4D).
+# Orders of numerator and denominator of the approximants whose mean is the default of virial_pade. Each uses
+# all coefficients known to better than 5 % (ten in 2D and 6D, nine in 5D, eight in 4D), or ten in 3D.
 _PADE_ORDERS = {
     2: ((5, 4), (4, 5)),
     3: ((5, 4), (4, 5)),

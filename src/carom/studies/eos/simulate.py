@@ -103,7 +103,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "moved": moved,
         "moved_at_end": _moved(began_at, sim.frame()),
         "order": None if sampler is None else sampler.values(),
-        "species_differ": bool(thermometer.doubts()),
+        "species_differ": bool(thermometer.differences()),
         "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
         "confined": bool(scene.walls or scene.obstacles),
         "worst_overlap": statistics.worst_overlap,

@@ -26,6 +26,7 @@ from carom.observables.rdf import rdf
 from carom.observables.wall_pressure import obstacle_names
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.simulation.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
 from carom.studies.runs.folder import RunFolder
@@ -53,8 +54,8 @@ class Facts:
         Collisions per second of wall time in the engine, in the measured stretch.
     began : float
         Reading of the performance counter when the run began, corrected for earlier sessions.
-    doubts : tuple of str
-        Doubts about the equilibrium of the run, a sentence each.
+    thermometer : Thermometer
+        The temperatures of species during the measured stretch.
     without : str, optional
         Why there are no trajectories, if the plan left that open.
     """
@@ -67,7 +68,7 @@ class Facts:
     trajectories: list[Path]
     rate: float
     began: float
-    doubts: tuple[str, ...] = ()
+    thermometer: Thermometer
     without: str | None = None
 
 
@@ -174,7 +175,9 @@ def _summary(
 ) -> dict[str, Any]:
     sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
     statistics = sim.statistics
-    doubts = () if _decides(scene) else facts.doubts
+    remarks = [] if pressure is None else doubts_about(pressure)
+    if not _decides(scene):
+        remarks += facts.thermometer.doubts(math.inf if pressure is None else pressure.primary.relative_error)
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
     phase = None
@@ -210,7 +213,7 @@ def _summary(
         "contact_value_from_rdf": whole,
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
-        "remarks": [*(doubts_about(pressure) if pressure is not None else ()), *doubts],
+        "remarks": remarks,
         "note": "" if pressure is None else pressure.note,
         "obstacles": _obstacles(facts),
         "collisions_by_species": _by_species(sim),

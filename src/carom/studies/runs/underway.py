@@ -304,7 +304,7 @@ class Run:
             trajectories=[self.folder.trajectory(form) for form in self.formats],
             rate=sum(block.collisions for block in blocks) / stretch.engine_seconds,
             began=self._began - self._before,
-            doubts=tuple(self.thermometer.doubts()),
+            thermometer=self.thermometer,
             without=without_trajectory(
                 self.plan, self.sim.scene, self.formats, size_of_file(self.sim.machine)
             ),
