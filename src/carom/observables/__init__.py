@@ -1,6 +1,6 @@
-"""What is measured from frames and tallies, each number with its error bar.
+"""Measurements from frames and tallies, each number with its error bar.
 
-Nothing here runs a simulation or sees the engine's arrays.
+Nothing here runs a simulation or reads the engine's arrays.
 """
 
 from carom.observables.bond_order import BondOrder, BondOrderEstimate

@@ -1,10 +1,10 @@
-"""Order of bonds on the way: psi_l in the plane, Q_l in space, and the same in any dimension.
+"""Bond-orientational order during a run: psi_l in 2D, Q_l in 3D, and their analogue in any dimension.
 
-A bond is the direction from a component to a neighbour. In d dimensions its order l is a vector of real
-harmonics y of degree l, scaled so that ``y(u) . y(u')`` is the Gegenbauer polynomial of ``u . u'`` that is 1
-at 1: ``cos(l angle)`` in the plane, the Legendre polynomial P_l in space. So the mean of y over the bonds of
-a component has the length ``|psi_l|`` of Halperin and Nelson (1978), and q_l of Steinhardt, Nelson and
-Ronchetti (1983).
+A bond is the direction u from a component to a neighbour. Its order of degree l is a vector y of real
+harmonics of degree l. They are scaled so that ``y(u) . y(u')`` is the Gegenbauer polynomial of ``u . u'``
+that is 1 at 1: ``cos(l angle)`` in 2D, the Legendre polynomial P_l in 3D. The length of the mean of y over
+the bonds of a component is therefore ``|psi_l|`` of Halperin and Nelson (1978) in 2D, and q_l of Steinhardt,
+Nelson and Ronchetti (1983) in 3D.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from carom.observables.statistics import Estimate, blocking
 from carom.scene.overlaps import Room
 
 NEAREST = {2: 6, 3: 12, 4: 24}
-"""Neighbours where nothing else is said, by dimension: as many as touch one in the densest lattice."""
+"""Default number of neighbours, by dimension: the number of contacts in the densest lattice."""
 
 
 PORTION = 2**15
-"""Bonds at a time: all at once leave the processor's cache, and take gigabytes where `rmax` is long."""
+"""Bonds at a time: all at once would exceed the processor's cache, and take gigabytes for a long ``rmax``."""
 
 
 @dataclass
@@ -135,7 +135,7 @@ class BondOrder:
         return sums.T / np.maximum(counts, 1)[:, None], len(i)
 
     def _neighbors(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return component and neighbour of each bond, both ways of a pair."""
+        """Return component and neighbour of each bond; a pair of neighbours has two bonds."""
         if self.voronoi:
             return _voronoi(room, places)
         if self.reach is not None:
@@ -150,6 +150,7 @@ class BondOrder:
         return np.repeat(np.arange(len(places)), count), found.ravel()
 
     def _correlate(self, room: Room, places: np.ndarray, orders: np.ndarray) -> None:
+        """Add the sums of ``q_i . q_j`` and the numbers of pairs in each bin."""
         assert self.rmax is not None
         _refuse_images(room, self.rmax, "rmax")
         edges = self._edges
@@ -167,6 +168,7 @@ class BondOrder:
 
     @property
     def _edges(self) -> np.ndarray:
+        """Edges of the bins of the correlation [length]."""
         assert self.rmax is not None
         return self.width * np.arange(max(int(self.rmax / self.width * (1.0 + 1e-12)), 1) + 1)
 
@@ -187,12 +189,12 @@ class BondOrder:
 
 
 def _portions(pairs: np.ndarray) -> list[np.ndarray]:
-    """Return the pairs (m, 2), some at a time."""
+    """Return the pairs (m, 2) in portions."""
     return [pairs[at : at + PORTION] for at in range(0, len(pairs), PORTION)]
 
 
 def _ratio(sums: np.ndarray, counts: np.ndarray) -> Estimate:
-    """Return the mean over all pairs of all frames, its error linearised; nan where there is no pair."""
+    """Return the mean over all pairs of all frames, with a linearised error; nan where there is no pair."""
     total = counts.sum()
     if not total:
         return Estimate(math.nan, math.inf, 0.0, math.inf, 0)
@@ -223,7 +225,7 @@ def _voronoi(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         ) from None
     points = np.zeros((len(places), 3), np.float32)
     points[:, :d] = places - 0.5 * room.box
-    with freud.parallel.NumThreads(1):  # several would sum in an order of their own
+    with freud.parallel.NumThreads(1):  # with several threads the order would vary
         tessellation = freud.locality.Voronoi().compute((freud.box.Box(*room.box, is2D=d == 2), points))
     return tuple(np.asarray(tessellation.nlist[:], np.int64).T)
 
@@ -272,8 +274,10 @@ class BondOrderEstimate:
 
 
 def gegenbauer(degree: int, dimension: int) -> np.ndarray:
-    """Return the coefficients (degree + 1,), lowest first, of the polynomial of the angle's cosine that is 1
-    at 1 and orthogonal to all of lower degree on the sphere: Chebyshev's, Legendre's, and so on.
+    """Return the coefficients (degree + 1,), lowest first, of a Gegenbauer polynomial that is 1 at 1.
+
+    As a function of the cosine of an angle it is orthogonal on the sphere to all of lower degree. It is the
+    Chebyshev polynomial in 2D and the Legendre polynomial in 3D.
     """
     before, now = np.array([1.0]), np.array([0.0, 1.0])
     if degree == 0:
@@ -288,11 +292,11 @@ def gegenbauer(degree: int, dimension: int) -> np.ndarray:
 
 @functools.cache
 def _basis(degree: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return exponents (m, d) of all terms of a degree, and weights (m, h) that make harmonics of them."""
+    """Return exponents (m, d) of all terms of a degree, and weights (m, h) that combine them to harmonics."""
     rows = _terms(degree, dimension)
-    # (u . u')^l is the sum over terms of their number of orders times both; a power x^(l - 2 k) of the
-    # polynomial is that times |u|^2k |u'|^2k. So the polynomial is a quadratic form of the terms, and its
-    # eigenvectors are harmonics.
+    # (u . u')^l is the sum over all terms of term(u) term(u') times a multinomial coefficient. A lower power
+    # l - 2 k of the polynomial is multiplied by |u|^2k |u'|^2k = 1. So the polynomial is a quadratic form of
+    # the terms, and its eigenvectors are harmonics.
     at = {row: k for k, row in enumerate(rows)}
     form = np.zeros((len(rows), len(rows)))
     coefficients = gegenbauer(degree, dimension)
@@ -311,19 +315,19 @@ def _basis(degree: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _terms(degree: int, dimension: int) -> list[tuple[int, ...]]:
-    """Return the exponents of all products of so many coordinates."""
+    """Return the exponents of all products of ``degree`` coordinates."""
     if dimension == 1:
         return [(degree,)]
     return [(k, *rest) for k in range(degree + 1) for rest in _terms(degree - k, dimension - 1)]
 
 
 def _orders_of(term: tuple[int, ...]) -> float:
-    """Return in how many orders the factors of a term can be written."""
+    """Return the multinomial coefficient of a term."""
     return math.factorial(sum(term)) / math.prod(math.factorial(k) for k in term)
 
 
 def harmonics(degree: int, units: np.ndarray) -> np.ndarray:
-    """Return harmonics (m, h) of unit vectors (m, d), whose products are the polynomial of their cosine."""
+    """Return harmonics (m, h) of unit vectors (m, d); their scalar products are Gegenbauer polynomials."""
     exponents, weights = _basis(degree, units.shape[1])
     powers = [[np.ones(len(units)), np.ascontiguousarray(x)] for x in units.T]
     for each in powers:

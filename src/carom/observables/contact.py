@@ -10,15 +10,15 @@ import numpy as np
 from carom.errors import CaromWarning
 from carom.observables.statistics import Estimate, blocking
 
-# The fit is a parabola in ln g from contact to where g has fallen to half, but at most a quarter of a
-# diameter. There g has one scale, on which it falls, at every density: on the reference histograms of the
+# The fit is a parabola in ln g from contact to where g has fallen to half, but at most over a quarter of a
+# diameter. In this range g falls on a single scale at every density. For the reference histograms of the
 # tests (densities 0.5 and 0.8) the parabola is within 1e-3 of the contact value that the pressure implies,
-# and a cubic has only more noise.
+# and a cubic only has more noise.
 REACH = 0.25
 FALL = 0.5
 DEGREE = 2
 
-# Blocks of frames for the jackknife: enough for an error to 10 %, few enough to stay cheap.
+# Blocks of frames for the jackknife: they give the error to 10 %, and are few enough to be cheap.
 JACKKNIFE = 64
 
 
@@ -66,19 +66,19 @@ def contact_value(
     groups = min(frames, JACKKNIFE)
     if groups < 8:
         return Estimate(value, value * math.sqrt(variance), float(frames), 1.0, frames)
-    # Groups of equal size, the oldest frames left out of the error, so that pseudo-values are alike.
+    # Groups have equal sizes, so that pseudo-values are alike; the error leaves out some first frames.
     size = frames // groups
     kept = counts[frames - groups * size :, :used].reshape(groups, size, used).sum(axis=1)
     without = [math.exp(fit.solve(total[:used] - part, frames - size, full)[0][0]) for part in kept]
     with warnings.catch_warnings():
-        # The caller hears of too few samples from g itself; two warnings on one run help nobody.
+        # As for g: a wide error bar shows too few samples.
         warnings.simplefilter("ignore", CaromWarning)
         pseudo = blocking(groups * value - (groups - 1) * np.array(without))
     return Estimate(value, pseudo.error, pseudo.n_eff, pseudo.tau, pseudo.blocks)
 
 
 def _bins_used(g: np.ndarray, edges: np.ndarray) -> int:
-    """Bins from contact on that the fit uses."""
+    """Return the number of bins, from contact on, that the fit uses."""
     diameter = edges[0]
     if diameter <= 0.0:
         return 0
@@ -105,13 +105,13 @@ class _Fit:
         self.powers = ((r - edges[0]) / (edges[-1] - edges[0]))[..., None] ** np.arange(degree + 1)
 
     def start(self, counts: np.ndarray, frames: int) -> np.ndarray:
-        """Constant g with the same number of pairs."""
+        """Return the coefficients of a constant g with the same number of pairs."""
         coefficients = np.zeros(self.powers.shape[-1])
         coefficients[0] = math.log(counts.sum() / (frames * self.ideal.sum()))
         return coefficients
 
     def solve(self, counts: np.ndarray, frames: int, start: np.ndarray) -> tuple[np.ndarray, float]:
-        """Coefficients of ln g by Fisher scoring, and the variance of the first (that of ln g at contact)."""
+        """Return the coefficients of ln g by Fisher scoring, and the variance of ln g at contact."""
         a = start
         inverse = np.eye(a.size)
         for _ in range(50):
@@ -120,9 +120,9 @@ class _Fit:
             jacobian = (frames * self.ideal)[:, None] * np.einsum("kq,kqj->kj", g, self.powers)
             inverse = np.linalg.pinv(jacobian.T @ (jacobian / expected[:, None]), hermitian=True)
             step = inverse @ (jacobian.T @ (counts / expected - 1.0))
-            # Newton may overshoot from a poor start; ln g never needs to move by more than 1 at once.
+            # A step from a poor start may be too long; ln g never needs to change by more than 1 at once.
             a = a + step * min(1.0, 1.0 / max(float(np.abs(step).max()), 1e-300))
-            # A hundredth of the statistical error is converged.
+            # Converged when the step is a hundredth of the statistical error.
             if step @ np.linalg.pinv(inverse, hermitian=True) @ step < 1e-4:
                 break
         return a, float(inverse[0, 0])

@@ -1,7 +1,7 @@
-"""The course of a stretch in which kT or diameters change: what each block says of them, and averages.
+"""The course of kT and diameters along a stretch in which they change, and averages over its blocks.
 
 Inelastic contacts cool and growth heats. The kinetic energy is constant between contacts, so that its
-integral over a block is known exactly; what remains is how blocks of different temperature are put together.
+integral over a block is known exactly. This module combines blocks of different temperature.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from carom.block import Block
 from carom.observables.statistics import Estimate, blocking, ratio
 
 TREND = 3
-"""Degree in time of what is no scatter, while diameters grow: Z along a stretch is a smooth curve."""
+"""Degree in time of the trend of Z while diameters grow. The trend is a smooth curve, and no scatter."""
 
 FEW = 16
-"""Blocks below which a straight line is all that is taken for a trend."""
+"""Number of blocks below which the trend is a straight line."""
 
 
 @dataclass(frozen=True)
@@ -29,17 +29,17 @@ class Course:
     Parameters
     ----------
     durations : (m,) array
-        Of the blocks [time].
+        Durations of the blocks [time].
     heat : (m,) array
-        Average of kT in each block, by that of the stretch; ones where kT is constant.
+        Average of kT in each block over that of the stretch; ones where kT is constant.
     filling : (m,) array
-        The same of the packing fraction.
+        The same for the packing fraction.
     kT, packing_fraction, cube : float
-        Averages over the time of the stretch; ``cube`` is of the largest diameter to the power d.
+        Averages over the time of the stretch; ``cube`` is that of the largest diameter to the power d.
     equal : bool
         Whether all diameters are the same.
     cools, grows : bool
-        Whether contacts lose energy, and diameters stay; or diameters grow.
+        Whether contacts lose energy at constant diameters; whether diameters grow.
     """
 
     durations: np.ndarray
@@ -56,7 +56,7 @@ class Course:
     def of(
         cls, blocks: Sequence[Block], kT: float, packing_fraction: float, cube: float, exchanges: bool = False
     ) -> Course:
-        """Return the course of blocks; kT, packing fraction and ``cube`` are for a stretch without.
+        """Return the course of blocks; blocks without their own kT and sizes have the given ones.
 
         ``exchanges`` tells whether kT only fluctuates, in exchange with a potential energy.
         """
@@ -80,7 +80,7 @@ class Course:
 
     @property
     def note(self) -> str:
-        """What is measured, a sentence; empty where nothing changes."""
+        """A sentence on the meaning of Z and P; empty where nothing changes."""
         if self.cools:
             first, last = self.kT * self.heat[0], self.kT * self.heat[-1]
             return (
@@ -97,30 +97,31 @@ class Course:
         return ""
 
     def excess(self, virials: np.ndarray) -> Estimate:
-        """Return ``sum(virials) / sum(heat durations)``: Z - 1, of virials by ``d N kT``.
+        """Return Z - 1 as ``sum(virials) / sum(heat durations)``, for virials in units of ``d N kT``.
 
         Notes
         -----
-        Z does not depend on kT, so that while a gas cools a block may have any weight: here that of the
-        collisions in it, or the hot beginning of a stretch would be all that counts. While diameters grow Z
+        Z does not depend on kT, so that blocks of a cooling gas may have any weight. Here it is their number
+        of collisions; otherwise the hot beginning of a stretch would dominate. While diameters grow Z
         changes, and the weight is that of the definition.
         """
         pace = np.sqrt(self.heat) if self.cools else np.ones(len(self.heat))
         return self.average(virials / pace, self.durations * self.heat / pace)
 
     def contact(self, virials: np.ndarray) -> Estimate:
-        """Return :meth:`excess` by the packing fraction of each block, over that of the stretch."""
+        """Return :meth:`excess` with the packing fraction of each block, over that of the stretch."""
         return self.average(virials, self.durations * self.heat * self.filling)
 
     def rate(self, collisions: np.ndarray, dimension: int) -> Estimate:
-        """Return collisions by the time that they take at the average temperature and diameter."""
+        """Return the collision rate at the average temperature and diameter."""
         return self.average(
             collisions, self.durations * np.sqrt(self.heat) / self.filling ** (1.0 / dimension)
         )
 
     def average(self, sums: np.ndarray, weights: np.ndarray) -> Estimate:
-        """Return the ratio of two sums over blocks; where diameters grow, its error is from the scatter about
-        a smooth curve, as the course itself is no scatter.
+        """Return the ratio of two sums over blocks.
+
+        While diameters grow, its error is that of the scatter about a smooth curve, the trend.
         """
         count = len(sums)
         if not self.grows or count < 4:

@@ -1,4 +1,4 @@
-"""Whether a stretch of a run was in equilibrium: tests for a drift, a relaxation, and what has not moved."""
+"""Tests of equilibrium for a stretch of a run: drift, relaxation, and the displacement of particles."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from carom.observables.quantiles import normal_above, student_tail
 from carom.observables.statistics import blocking
 
 PARTS = 16
-"""Means that a series is reduced to: few enough to be nearly independent, enough to know their scatter."""
+"""Number of means of a series: few enough to be nearly independent, enough to give their scatter."""
 
 MEANS = 64
-"""Means that a long series is reduced to before a decay is looked for: a block of a short run may hold no
-collision, and the tails of such blocks are not those of a normal number."""
+"""Number of means of a long series in the test for a decay. A block of a short run may have no collision, and
+the tails of such blocks are not normal."""
 
 LEVEL = 1e-3
-"""Probability with which a point in equilibrium is called drifting all the same."""
+"""Probability that a point in equilibrium is called drifting."""
 
 STUCK = 0.5
-"""Median displacement [mean spacing] below which the particles still are where they began: in a crystal it is
-some 0.15 for ever (Lindemann), in a fluid it grows as the square root of the time."""
+"""Median displacement [mean spacing] below which the particles are still near their start. In a crystal it
+stays at some 0.15 (Lindemann); in a fluid it grows as the square root of the time."""
 
 
 def drift(values: Sequence[float], parts: int = PARTS) -> float:
@@ -82,9 +82,9 @@ def relaxation(values: Sequence[float]) -> float:
     Notes
     -----
     J. Geweke, in Bayesian Statistics 4 (Oxford, 1992), p. 169. The error is that of the second half alone, by
-    blocking, and Student's t has its degrees of freedom. So what decays in the first quarter does not widen
-    it. A decay makes :func:`drift` blind, because it bends the line and correlates the rest about it; a
-    steady trend makes this one blind, because it goes on in the second half.
+    blocking, and Student's t has its degrees of freedom. So a decay in the first quarter does not widen the
+    error. :func:`drift` misses a decay, because it bends the line and correlates the residuals. This test
+    misses a steady trend, because it continues in the second half.
     """
     x = np.asarray(values, dtype=np.float64)
     if x.size > 2 * MEANS:
@@ -101,7 +101,7 @@ def relaxation(values: Sequence[float]) -> float:
 
 
 def _constant(values: np.ndarray) -> bool:
-    """Tell whether nothing but the rounding of a mean makes values differ."""
+    """Return whether values differ only by the rounding of a mean."""
     return bool(np.ptp(values) <= 8.0 * np.finfo(np.float64).eps * np.abs(values).max())
 
 

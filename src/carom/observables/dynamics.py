@@ -1,9 +1,9 @@
-"""Correlations in time on the way, at times from one frame to the whole run, without storing frames.
+"""Correlations in time during a run, at times from one frame to the whole run, without a trajectory.
 
-The latest 16 frames are kept; of these, every second of the 16 before them at twice the spacing; and so on
-(J. Ramirez, S. K. Sukumaran, B. Vorselaars and A. E. Likhtman, J. Chem. Phys. 133, 154103 (2010), without
-their averaging, which would smear out the times). So times are spaced evenly at first, then by their
-logarithm, without a gap, and the memory grows with the logarithm of the number of frames.
+The latest 16 frames are kept, the latest 16 at twice the spacing, and so on (J. Ramirez, S. K. Sukumaran, B.
+Vorselaars and A. E. Likhtman, J. Chem. Phys. 133, 154103 (2010), without their averaging, which would blur
+the times). So times are first evenly and then logarithmically spaced, without a gap. The memory grows with
+the logarithm of the number of frames.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from carom.frame import Frame
 from carom.observables.statistics import Estimate, blocking
 
 KEPT = 16
-"""Frames kept at each spacing; correlated with the new one at 8 to 15 spacings, at the shortest at 1 to
-15."""
+"""Frames kept at each spacing. A new frame is correlated with those 8 to 15 spacings before; at the shortest
+spacing, with those 1 to 15 before."""
 
 FEW = 8
-"""Origins of a time below which it is left out: their scatter says nothing of the error."""
+"""Least number of origins of a time; with fewer, the scatter does not give the error."""
 
 
 @functools.cache
@@ -193,7 +193,7 @@ class Dynamics:
         }
         scattering: list[list[Estimate]] = []
         with warnings.catch_warnings():
-            # A long time has few origins, and a wide error bar that says so.
+            # A long time has few origins; its wide error bar shows this.
             warnings.simplefilter("ignore", CaromWarning)
             for _, x, f in rows:
                 square, fourth, product, moved = x.T
@@ -216,7 +216,7 @@ class Dynamics:
         )
 
     def _rows(self, least: int) -> list[tuple[int, np.ndarray, np.ndarray]]:
-        """Return of every lag with enough origins: frames, sums of components, scattering."""
+        """Return for every lag with enough origins: the lag [frames], sums (o, 4), and scattering (o, s)."""
         found = []
         for k, level in enumerate(self._levels):
             for lag, values in sorted(level.values.items()):
@@ -227,7 +227,7 @@ class Dynamics:
 
 
 def _non_gaussian(square: np.ndarray, fourth: np.ndarray, d: int) -> Estimate:
-    """Return ``d <r^4> / ((d + 2) <r^2>^2) - 1`` with its error, linearised."""
+    """Return ``d <r^4> / ((d + 2) <r^2>^2) - 1`` with a linearised error."""
     a, b = float(square.mean()), float(fourth.mean())
     if a == 0.0:
         return Estimate(math.nan, math.inf, 0.0, math.inf, 0)
@@ -237,7 +237,7 @@ def _non_gaussian(square: np.ndarray, fourth: np.ndarray, d: int) -> Estimate:
 
 
 class _Level:
-    """The latest frames at one spacing, and what they correlate to."""
+    """The latest frames at one spacing, and their correlations."""
 
     def __init__(self, n: int, d: int, waves: int):
         self.positions, self.velocities = np.zeros((KEPT, n, d)), np.zeros((KEPT, n, d))
@@ -255,7 +255,7 @@ class _Level:
         chosen: np.ndarray,
         waves: Waves | None,
     ) -> None:
-        """Correlate a frame with those kept, and keep it."""
+        """Correlate a frame with the kept ones, and keep it."""
         correlate, sums = _kernel(), np.zeros(4)
         for lag in range(KEPT // 2 if level else 1, min(KEPT, self.count + 1)):
             k = (self.count - lag) % KEPT
@@ -279,13 +279,13 @@ class Waves:
     Attributes
     ----------
     numbers : (m, d) int array
-        Waves along each axis; of q and -q one.
+        Number of waves along each axis; only one of q and -q.
     shell : (m,) int array
-        To which length each belongs.
+        Index of the length of each wave vector.
     lengths : (s,) array
-        [1 / length]
+        Lengths of the wave vectors [1 / length].
     box : (d,) array
-        [length]
+        Edges of the box [length].
     """
 
     numbers: np.ndarray
@@ -303,7 +303,7 @@ class Waves:
             waves = np.floor(reach * edges / (2.0 * math.pi) + 0.5).astype(int)
             ranges = [np.arange(-k, k + 1) for k in waves]
             numbers = np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, len(edges))
-            numbers = numbers[len(numbers) // 2 + 1 :]  # of q and -q one, and no q = 0
+            numbers = numbers[len(numbers) // 2 + 1 :]  # only one of q and -q, without q = 0
             lengths = 2.0 * math.pi * np.sqrt(np.sum((numbers / edges) ** 2, axis=1))
             found = np.unique(np.round(lengths / lengths.min(), 9)) * lengths.min()
             inside = found[found <= reach * (1.0 + 1e-9)]

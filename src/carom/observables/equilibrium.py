@@ -1,4 +1,4 @@
-"""Whether what was measured was in equilibrium: what every measured number is checked for."""
+"""Checks of every measured number for equilibrium."""
 
 from __future__ import annotations
 
@@ -15,44 +15,46 @@ from carom.observables.quantiles import normal_above, student_above
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
 
 FEW = 8.0
-"""Independent samples below which the error bar of a long series is a guess. Their number is itself
-estimated: of blocks with a correlation of 0.3, which those of a collision a particle hardly have, one series
-in a thousand seems to have less.
+"""Independent samples below which the error bar of a long series is unreliable. Their number is itself an
+estimate: with a correlation of 0.3 between blocks, one series in a thousand seems to have fewer. Blocks of a
+collision per particle hardly have such a correlation.
 """
 
 PART = 8.0
-"""Independent samples in each of the parts whose trend is looked at, where there are enough: neighbouring
-parts are then correlated by 1/32, which hardly makes false alarms more frequent."""
+"""Independent samples in each part of the test for a trend, where there are enough. Neighbouring parts are
+then correlated by 1/32, which hardly makes false alarms more frequent."""
 
 FEWEST_PARTS = 4
 
 STILL = 0.25
-"""Independent samples of the temperature of a species below which no error bar is trusted: a stretch half as
-long as the time in which energy is exchanged."""
+"""Independent samples of the temperature of a species below which no error bar is reliable. The stretch is
+then shorter than half of the time in which the species exchanges energy."""
 
 SHARE = 0.5
-"""How far an observable may follow the temperature of one species: for the pressure, its part of it."""
+"""Largest relative response of an observable to the temperature of one species; for the pressure it is the
+species' fraction of the pressure."""
 
 
 def doubts_about(result: Any) -> list[str]:
-    """Return the :func:`doubts` about an observable's estimate, if it keeps its ``block_values`` and is not
-    expected to change (``steady``).
+    """Return the :func:`doubts` about the estimate of an observable.
+
+    There are none if it has no ``block_values``, or is expected to change (not ``steady``).
     """
     values = getattr(result, "block_values", ()) if getattr(result, "steady", True) else ()
     return doubts(getattr(result, "quantity", "what was measured"), result.primary, values) if values else []
 
 
 def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
-    """Return what speaks against a measured number, a sentence each.
+    """Return doubts about a measured number, a sentence each.
 
     Parameters
     ----------
     name : str
-        What was measured, with its article: "the pressure".
+        Name of the quantity, with its article: "the pressure".
     found : Estimate
         Mean and error bar.
     values : sequence of float
-        Its values in equal blocks, in order of time.
+        Values in equal blocks, in order of time.
 
     Returns
     -------
@@ -61,11 +63,11 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
 
     Notes
     -----
-    Three things are looked for. A trend: :func:`carom.observables.drift.drift` of up to 16 parts, each of at
-    least 8 independent samples, at the level of 1e-3. Where there is none, a decay at the start:
-    :func:`carom.observables.drift.relaxation`, at the same level. And less than 8 independent samples in at
-    least twice as many blocks: then the number changes as slowly as a relaxation does. Below 4 ``blocking``
-    has warned.
+    There are three tests. The first is for a trend: :func:`carom.observables.drift.drift` of up to 16 parts,
+    each of at least 8 independent samples, at the level of 1e-3. If there is none, the second is for a decay
+    at the start: :func:`carom.observables.drift.relaxation`, at the same level. The third is for fewer than 8
+    independent samples in 16 blocks or more: the number then changes as slowly as in a relaxation. Below 4
+    samples ``blocking`` has warned.
     """
     said = []
     trend = drift(values, _parts(np.asarray(values, dtype=np.float64))) if found.error > 0.0 else 0.0
@@ -92,21 +94,21 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
 def equipartition(
     names: Sequence[str], series: Sequence[Sequence[float]], freedoms: Sequence[float]
 ) -> list[str]:
-    """Return which species are hotter or colder than the whole, a sentence or none.
+    """Return a sentence on the species that are hotter or colder than the whole; none if there are none.
 
     Parameters
     ----------
     names : sequence of K str
     series : (m, K) array_like
-        Temperature of each species in units of that of all, at m equally spaced times.
+        Temperature of each species over that of all, at m equally spaced times.
     freedoms : sequence of K floats
         Degrees of freedom of each species.
 
     Notes
     -----
     The mean of each species is compared with 1, by Student's t at the level of 1e-3 for all species together.
-    Its error is from blocking, but not more than a single look has in equilibrium, ``sqrt(2 / f (1 - f /
-    F))`` of f of F degrees of freedom: a species that exchanges no energy at all has no other.
+    Its error is from blocking, but at most that of a single sample in equilibrium, ``sqrt(2 / f (1 - f /
+    F))`` for f of F degrees of freedom. The second bound is needed for a species that exchanges no energy.
     """
     tail = 0.5 * LEVEL / max(len(names), 1)
     found = []
@@ -114,7 +116,7 @@ def equipartition(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)
             mean = blocking(values)
-        # Both are bounds on how far the mean may be off by chance.
+        # Both are bounds on the deviation of the mean by chance.
         bound = min(
             student_above(tail, mean.degrees_of_freedom) * mean.error if mean.error > 0.0 else math.inf,
             normal_above(tail) * alone * (1.0 + alone),
@@ -135,23 +137,23 @@ def slow_exchange(
     freedoms: Sequence[float],
     relative_error: float,
 ) -> list[str]:
-    """Return which species exchanged too little energy for an error bar to be trusted, a sentence or none.
+    """Return a sentence on the species that exchanged too little energy for a reliable error bar, or none.
 
     Parameters
     ----------
     names, series, freedoms
         As of :func:`equipartition`.
     relative_error : float
-        Of what was measured in the same stretch.
+        Relative error of the quantity that was measured in the same stretch.
 
     Notes
     -----
-    What is slower than a stretch is in no error bar. The temperature of a species has the variance
-    ``alone**2`` in equilibrium (:func:`equipartition`), and changes by ``2 alone**2 (1 - a)`` in the mean
-    square from one look to the next, where a is the correlation of the two. Of k looks, ``m = k (1 - a) /
-    (1 + a)`` are independent if it relaxes exponentially. This estimate of m holds in stretches far shorter
-    than the relaxation, too. A species is named if m < 1/4. It is also named if m < 8 and half of ``alone /
-    sqrt(m)``, by which the mean temperature is off by chance, is more than ``relative_error``.
+    An error bar does not contain fluctuations that are slower than the stretch. The temperature of a species
+    has the variance ``alone**2`` in equilibrium (:func:`equipartition`). Its mean square change between
+    successive samples is ``2 alone**2 (1 - a)``, where a is their correlation. Among k samples, ``m = k (1 -
+    a) / (1 + a)`` are independent if it relaxes exponentially. This estimate of m also holds in stretches far
+    shorter than the relaxation. A species is named if m < 1/4. It is also named if m < 8 and half of ``alone
+    / sqrt(max(m, 1))``, the deviation of its mean temperature by chance, exceeds ``relative_error``.
     """
     found = []
     for name, values, alone in _temperatures(names, series, freedoms):
@@ -173,7 +175,7 @@ def slow_exchange(
 def _temperatures(
     names: Sequence[str], series: Sequence[Sequence[float]], freedoms: Sequence[float]
 ) -> Iterator[tuple[str, np.ndarray, float]]:
-    """Yield of each species its name, its temperatures, and their spread in equilibrium, in units of kT."""
+    """Yield name, temperatures and their standard deviation in equilibrium, for each species [kT]."""
     ratios = np.asarray(series, dtype=np.float64)
     if ratios.ndim != 2 or ratios.shape[1] < 2 or not len(ratios):
         return
@@ -184,7 +186,7 @@ def _temperatures(
 
 
 def _parts(values: np.ndarray) -> int:
-    """Return into how many parts a series can be cut that know little of each other, a trend left out."""
+    """Return the number of nearly independent parts of a series, after its linear trend is removed."""
     if values.size < 2:
         return FEWEST_PARTS
     times = np.arange(values.size) - 0.5 * (values.size - 1)

@@ -112,7 +112,7 @@ def flights_of(
     """
     kinds = len(counts)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)  # rare bins are few samples, and their bars say so
+        warnings.simplefilter("ignore", CaromWarning)  # bins with few samples have wide error bars
         found = FlightsEstimate(
             [
                 _distribution([b.times[k] for b in blocks], [b.flown[k, :2] for b in blocks], widths[0])
@@ -136,24 +136,24 @@ def flights_of(
             [_probability([b.returns[k] for b in blocks]) for k in range(kinds)],
         )
         for k in range(kinds):
-            # A collision of two of one species counts for both.
+            # A collision within a species counts for both components.
             rates = [(b.met[k, :, 0].sum() + b.met[:, k, 0].sum()) / max(counts[k], 1) for b in blocks]
             found.collision_rate.append(ratio(rates, durations))
     return found
 
 
 def _probability(rows: list[np.ndarray]) -> Estimate:
-    """Return how often a case happens, from how often it could have and did in blocks."""
+    """Return a probability from blocks (trials, successes)."""
     could, did = np.array([row for row in rows if row[0] > 0.0]).reshape(-1, 2).T
     return ratio(did, could) if len(could) else Estimate(np.nan, np.inf, 0.0, np.inf, 0)
 
 
 def _distribution(rows: list[np.ndarray], sums: list[np.ndarray], width: float) -> Distribution:
-    """Return a density and a mean: ``sums`` hold how many, and the sum of the values, of each block."""
+    """Return a density and a mean; ``sums`` hold the number and the sum of the values of each block."""
     counts = np.array(rows, np.float64)
     totals = np.array([row[0] for row in sums])
     kept = totals > 0.0
-    edges = width * np.arange(counts.shape[1])  # the last bin holds what is beyond
+    edges = width * np.arange(counts.shape[1])  # the last bin holds values beyond the last edge
     if not kept.any():
         empty = np.full(len(edges) - 1, np.nan)
         return Distribution(edges, empty, empty, Estimate(np.nan, np.inf, 0.0, np.inf, 0))

@@ -1,4 +1,4 @@
-"""g(r) by MDAnalysis, to compare with."""
+"""g(r) by MDAnalysis, for comparison."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def rdf_mdanalysis(
     if not isinstance(universe, MDAnalysis.Universe):
         path = os.fspath(universe)
         if path.endswith((".h5md", ".h5")):
-            # MDAnalysis would follow whatever links and external storage the file names.
+            # MDAnalysis would follow any links and external storage in the file.
             from carom.io.hdf5 import inspect
 
             inspect(path)
@@ -97,7 +97,7 @@ def rdf_mdanalysis(
         raise InputError(f"dimension is {dimension}; MDAnalysis knows 2 (in the plane z = 0) and 3.")
     box = np.asarray(universe.dimensions[:dimension], dtype=np.float64)
     rmax = checked_rmax(rmax, float(box.min()), rmin)
-    # Pairs of the same index in blocks of one are each particle with itself.
+    # Blocks of one exclude each particle with itself.
     analysis = InterRDF(
         atoms,
         around,
@@ -108,7 +108,7 @@ def rdf_mdanalysis(
     ).run()
     edges = np.asarray(analysis.results.edges, dtype=np.float64)
     frames = int(analysis.n_frames)
-    # Of one selection ordered pairs, i with j and j with i; with norm="none" a sum over the frames.
+    # In one selection each pair counts twice, i with j and j with i. With norm="none" frames are summed.
     twice = 2.0 if other is None else 1.0
     pairs = 0.5 * n * (n - 1) if other is None else float(n * around.n_atoms)
     counts = np.rint(np.asarray(analysis.results.count) / twice).astype(np.int64)

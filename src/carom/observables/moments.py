@@ -10,7 +10,7 @@ import numpy as np
 from carom.errors import InputError
 
 PARTS = ("kinetic", "cross", "collisional")
-"""Of a mean square ``<(k + c)^2>``: ``<k^2>``, ``2 <k c>`` and ``<c^2>``."""
+"""Parts of a mean square ``<(k + c)^2>``: ``<k^2>``, ``2 <k c>`` and ``<c^2>``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,16 +62,16 @@ class MeanSquares:
     Attributes
     ----------
     times : (l,) array
-        [time]
+        Times between the samples [time].
     shear : (3, l) array
-        Of one off-diagonal element of the stress: kinetic, cross, collisional. It is the mean over all
-        elements of the traceless tensor, hence over every off-diagonal element in every orientation.
+        Mean square of an off-diagonal element of the stress: kinetic, cross, collisional. It is the mean over
+        all elements of the traceless tensor, hence over every off-diagonal element in every orientation.
     heat : (3, l) array
-        Of one component.
+        Mean square of one component: kinetic, cross, collisional.
     bulk : (2, l) array
-        Mean and mean square of :attr:`HelfandMoments.pressure` less ``rate`` times the time.
+        Mean and mean square of the change of :attr:`HelfandMoments.pressure` minus ``rate`` times the time.
     rate : float
-        See there.
+        As in :func:`mean_squares`.
     fluxes : (1 + K, 1 + K, l) array
         Mean products of one component of heat and of the displacement of each species.
     """
@@ -85,17 +85,17 @@ class MeanSquares:
 
 
 def mean_squares(moments: HelfandMoments, lags: Sequence[int], rate: float) -> MeanSquares:
-    """Return mean squares over all stretches of so many samples, however they overlap.
+    """Return mean squares over all stretches of so many samples, which may overlap.
 
     Parameters
     ----------
     moments : HelfandMoments
-        Of one stretch of a run.
+        Moments of one stretch of a run.
     lags : sequence of int
-        In samples; less than there are.
+        Times in samples, smaller than their number.
     rate : float
-        Pressure times volume, about, which is taken out of the change of the trace [energy]. That it is not
-        exactly the mean is made good by whoever knows the mean.
+        Approximate pressure times volume, which is subtracted from the change of the trace [energy]. The
+        caller corrects for its difference from the mean.
 
     Raises
     ------
@@ -105,8 +105,8 @@ def mean_squares(moments: HelfandMoments, lags: Sequence[int], rate: float) -> M
     Notes
     -----
     In an isotropic fluid ``<S_ab S_cd> = A (delta_ac delta_bd + delta_ad delta_bc - 2/d delta_ab delta_cd)``
-    for the traceless stress S, so that the sum of its squares is ``A (d - 1) (d + 2)``, and A that of one
-    off-diagonal element.
+    for the traceless stress S. The sum of its squares is therefore ``A (d - 1) (d + 2)``, and A is the mean
+    square of an off-diagonal element.
     """
     d = moments.dimension
     if max(lags, default=1) >= moments.count or min(lags, default=1) < 1:
@@ -139,6 +139,6 @@ def mean_squares(moments: HelfandMoments, lags: Sequence[int], rate: float) -> M
 
 
 def _parts(x: np.ndarray) -> np.ndarray:
-    """Return the mean over samples of k.k, 2 k.c and c.c of (2, m, components)."""
+    """Return the means over samples of k.k, 2 k.c and c.c, for (k, c) of the shape (2, m, components)."""
     (kk, kc), (_, cc) = np.einsum("pma,qma->pq", x, x) / x.shape[1]
     return np.array([kk, 2.0 * kc, cc])

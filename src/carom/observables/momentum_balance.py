@@ -1,16 +1,16 @@
-"""The momentum balance of walls and containers: what they took up, freed of the sound in the box.
+"""The momentum balance of walls and containers: the force on them, without the pulses of sound in the box.
 
-A wall takes up momentum in pulses, because sound runs to and fro between it and the other wall. Let u be a
-field that is the unit normal at the wall's contacts, pointing out of the fluid, and zero at the other walls.
-The weighted momentum ``M = sum_i p_i . u(r_i)`` changes by what the wall takes up and by the stress in the
-fluid::
+A wall receives momentum in pulses, because sound runs to and fro between it and the other wall. Let u be a
+vector field. At the wall's contacts it is the unit normal that points out of the fluid; at the other walls it
+is zero. The weighted momentum ``M = sum_i p_i . u(r_i)`` changes by the momentum that the wall receives and
+by the stress in the fluid::
 
     dM/dt = -F + sum of (stress : grad u) over the fluid
 
 So ``F + dM/dt`` is the stress averaged with the weight grad u. M is bounded, so its change adds nothing to
-the mean of a long stretch. Where div u is the same everywhere, sound waves, whose density averages to zero,
-cancel in that average to first order: what is left is correlated for a mean free time or two, not for the
-time that sound takes through the box.
+the mean of a long stretch. If div u is uniform, sound waves, whose density averages to zero, cancel in that
+average to first order. The rest is correlated for a mean free time or two, and not for the time that sound
+takes through the box.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 def balanced_by_field(obstacle: object) -> bool:
     """Return whether a field is known that balances the momentum which the obstacle takes up."""
-    if isinstance(obstacle, Plane):  # other walls would see a slanting field, and their sound with it
+    if isinstance(obstacle, Plane):  # the field of a slanting plane would not vanish at other walls
         return np.count_nonzero(obstacle.normal) == 1
     return isinstance(obstacle, Ball | SphericalContainer | CylindricalContainer)
 
@@ -45,16 +45,17 @@ def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
     Returns
     -------
     tuple of float
-        In the order of :attr:`carom.Simulation.obstacles` [mass length / time]. Zero for slanting planes and
-        obstacles of one's own, for which no such field is known (``carom.observables.surface_changes``).
+        In the order of :attr:`carom.Simulation.obstacles` [mass length / time]. It is zero for slanting
+        planes and the user's own obstacles, for which no such field is known
+        (``carom.observables.surface_changes``).
 
     Notes
     -----
     Between walls at 0 and L the weight of the lower one is ``(L - sigma_i / 2 - x) / (L - sigma_i)``, from 1
-    where component i touches it to 0 where i touches the upper one. In a container of radius R about c it is
-    ``(r - c) / (R - sigma_i / 2)``, of a cylinder without the component along its axis. Around a ball the
-    field is radial, of constant divergence up to half of the box, and zero beyond. A plane's goes to zero at
-    the height of the highest component, where another plane may be.
+    where component i touches it to 0 where i touches the upper one. In a container of radius R about c the
+    field is ``(r - c) / (R - sigma_i / 2)``, for a cylinder without the coordinate along its axis. Around a
+    ball the field is radial, with constant divergence up to half of the box, and zero beyond. The field of a
+    plane vanishes at the height of the highest component, where another plane may be.
     """
     momenta, places, radii = frame.masses[:, None] * frame.velocities, frame.positions, 0.5 * frame.diameters
     found: list[float] = []
@@ -87,14 +88,14 @@ def _around(ball: Ball, momenta: np.ndarray, places: np.ndarray, radii: np.ndarr
     toward -= np.where(scene.periodic, np.round(toward / edges) * edges, 0.0)
     distance = np.sqrt(np.sum(toward * toward, axis=1))
     d, contact, end = scene.dimension, ball.radius + radii, 0.5 * float(edges.min())
-    # Of constant divergence: r^(d-1) u falls linearly with r^d.
+    # The divergence is constant if r^(d-1) u falls linearly with r^d.
     weight = _over(end**d - distance**d, end**d - contact**d) * (contact / distance) ** (d - 1)
     weight[distance >= end] = 0.0
     return float(np.sum(momenta * toward, axis=1) / distance @ weight)
 
 
 def _above(plane: Plane, momenta: np.ndarray, places: np.ndarray, radii: np.ndarray) -> float:
-    """Return the momentum towards a plane, weighted from 1 at contact to 0 where the highest component is."""
+    """Return the momentum towards a plane, weighted from 1 at contact to 0 at the highest component."""
     toward = -momenta @ np.sign(plane.normal)
     height = plane.gap(places, radii, (), ())
     return float(toward @ (1.0 - _over(height, np.full_like(height, height.max()))))

@@ -1,10 +1,10 @@
-"""Who is near whom, by sorted cells: the nearest of each component, and all pairs within a reach.
+"""Neighbours by sorted cells: the nearest ones of each component, and all pairs within a reach.
 
-The cells are those of g(r) (:mod:`carom.cells`). Compiled code looks at the stretches of memory around a cell
-and keeps the nearest of each component; those that have too few in reach are looked at again, further out.
-Where few cells hold nearly everybody, or a cell has too many around it, a k-d tree is better and takes over.
-The walk around a cell stands in :mod:`carom.observables.pairs`, too: Numba's cache sees no edit outside of
-the file of a compiled function.
+The cells are those of g(r) (:mod:`carom.cells`). Compiled code reads the stretches of memory around a cell
+and keeps the nearest ones of each component. Components with too few in reach are treated again with a larger
+reach. A k-d tree replaces the cells where few cells hold nearly all components, or a cell has too many around
+it. The loop over the surroundings of a cell is repeated in :mod:`carom.observables.pairs`, because Numba's
+cache notices no edit outside of the file of a compiled function.
 """
 
 from __future__ import annotations
@@ -23,33 +23,33 @@ from carom.scene.overlaps import Room
 from carom.theory import ball_volume
 
 SPARE = 1.25
-"""Components expected in the first reach, over those asked for. In a dense fluid one of fifteen then has too
-few; with 1.5 one of two hundred has, and all others look at more.
+"""Expected number of components in the first reach over the requested one. In a dense fluid one component of
+fifteen then has too few. With 1.5 it would be one of two hundred, but all others would examine more.
 """
 
 FURTHER = 2.0
 """Volume of each later reach over that of the one before."""
 
 ACROSS = 1.0 + 2.0**-10
-"""Edge of a cell across the columns, in reaches."""
+"""Edge of a cell across the columns [reach]."""
 
 
 def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
-    """Return the pairs (m, 2) of places (n, d), inside the box, at most `reach` [length] apart."""
+    """Return the pairs (m, 2) of places (n, d), inside the box, at most ``reach`` [length] apart."""
     pairs = near_pairs(room.box, room.periodic, places, None, reach)
     return room.near(places, reach) if pairs is None else pairs
 
 
 def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
-    """Return the `count` components that are nearest to each, (n, count), by distance.
+    """Return the ``count`` nearest components of each component, (n, count), by distance.
 
     Parameters
     ----------
     room : Room
     places : (n, d) float64 array
-        Inside the box [length].
+        Positions inside the box [length].
     count : int
-        At least 1.
+        Number of neighbours, at least 1.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
 
     Notes
     -----
-    Distances are those of nearest images. Which of several at one distance comes first is left open.
+    Distances are those of nearest images. The order of components at equal distances is not defined.
     """
     n, d = places.shape
     if n <= count:
@@ -95,7 +95,7 @@ def _by_tree(room: Room, places: np.ndarray, chosen: np.ndarray, count: int) -> 
 
     tree = cKDTree(places, boxsize=np.where(room.periodic, room.box, 0.0))
     _, found = tree.query(places[chosen], k=count + 1)
-    # A component is its own nearest, or among those at its very place.
+    # A component finds itself, unless too many others are at the same position.
     own = found == chosen[:, None]
     own[~own.any(axis=1), -1] = True
     return np.asarray(found[~own].reshape(len(chosen), count), dtype=np.int64)
@@ -117,12 +117,12 @@ def _compiled() -> Any:
 
 
 def _keep(places, starts, order, height, around, windows, period, limit, who):
-    """Write the nearest of those components whose row of `who` ends with -1, if so many are in reach.
+    """Write the nearest ones of each component whose row of ``who`` ends with -1, if enough are in reach.
 
-    `limit` is the square of the reach.
+    ``limit`` is the square of the reach.
     """
     dimension, count = period.size, who.shape[1]
-    # What is around a cell, side by side; then of one component: squared distances, and who is in reach.
+    # First the components around a cell; then, for one component, squared distances and those in reach.
     them, rows = np.empty((dimension, order.size)), np.empty(order.size, np.uint32)
     squares, near, names = np.empty(order.size), np.empty(order.size), np.empty(order.size, np.uint32)
     round_the_end = not math.isinf(period[dimension - 1])
@@ -140,7 +140,7 @@ def _keep(places, starts, order, height, around, windows, period, limit, who):
                 if other < 0:
                     continue
                 below, above = level - windows[step], level + windows[step] + 1
-                # What the window holds, then what comes round from below the bottom, and from above the top.
+                # The window itself, then its periodic images beyond the bottom and beyond the top.
                 for turn in range(3 if round_the_end else 1):
                     a, b = max(below, 0), min(above, height)
                     if turn == 1:
@@ -162,7 +162,7 @@ def _keep(places, starts, order, height, around, windows, period, limit, who):
                     continue
                 x, edge = places[0, i], period[0]
                 for j in range(total):
-                    # The nearest image: both lie in the box.
+                    # This is the nearest image, because both lie in the box.
                     r = abs(them[0, j] - x)
                     r = min(r, edge - r)
                     squares[j] = r * r
@@ -174,13 +174,13 @@ def _keep(places, starts, order, height, around, windows, period, limit, who):
                         squares[j] += r * r
                 found = np.uint64(0)
                 for j in range(total):
-                    # Without a branch, which would often be mispredicted.
+                    # No branch, as it would often be mispredicted.
                     near[found], names[found] = squares[j], rows[j]
                     found += np.uint64((squares[j] <= limit) & (rows[j] != i))
                 if found < count:
                     continue
                 for k in range(found):
-                    # How many are nearer says where in the row it stands.
+                    # The number of nearer ones is the place in the row.
                     rank, square = np.uint64(0), near[k]
                     for j in range(found):
                         rank += np.uint64((near[j] < square) | ((near[j] == square) & (j < k)))

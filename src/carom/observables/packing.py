@@ -1,8 +1,8 @@
-"""Jammed packings: who touches whom, who rattles, and whether the backbone is isostatic.
+"""Jammed packings: contacts, rattlers, and whether the backbone is isostatic.
 
-In a packing compressed to a reduced pressure p the spheres that carry it are apart by about 1/p of a
-diameter, and those that nearly touch by much more: between the two the distribution of gaps has a void of
-several decades, within which the border of "contact" lies.
+In a packing compressed to a reduced pressure p, spheres that carry it have gaps of about 1/p of a diameter.
+The gaps of near contacts are much larger. Between the two, the distribution of gaps has a void of several
+decades. A pair is in contact if its gap lies below this void.
 """
 
 from __future__ import annotations
@@ -22,16 +22,15 @@ from carom.scene import overlaps
 from carom.scene.species import Contacts, contact_matrix, labels
 from carom.theory import ball_volume
 
-#: Gaps up to this part of the contact distance are looked at: less than to the second neighbours of any
-#: dense lattice (0.41 in fcc), more than any contact.
+#: Largest gap considered, over the contact distance: smaller than that of second neighbours in any dense
+#: lattice (0.41 in fcc), larger than that of any contact.
 REACH = 0.3
 
-#: A void in the gaps tells contacts from near contacts if it is as wide as this factor. Between two gaps next
-#: to each other among hundreds over some decades there is a factor of 2 or 3 by chance.
+#: Least width of a void, as a factor, that separates contacts from near contacts. By chance, two successive
+#: gaps among hundreds over some decades differ by a factor of 2 or 3.
 DISTINCT = 10.0
 
-#: Directions of contacts are known to about the relative gap; what their combination to zero misses by less
-#: than this is zero.
+#: Tolerance for a sum of directions to be zero: directions of contacts are known to about the relative gap.
 BALANCED = 1e-6
 
 
@@ -108,13 +107,13 @@ class PackingNetwork:
         It is the number of degrees of freedom plus one for the state of stress. The degrees of freedom are
         ``d N_b`` minus one for each rigid motion of the whole. In a periodic box the sum is ``d (N_b - 1) +
         1`` (Donev, Torquato and Stillinger, Phys. Rev. E 71, 011105 (2005)). Along walls the whole can be
-        shifted, and in a round container rotated. It is None without a backbone.
+        shifted, and in a round container rotated. It is 0 without a backbone.
         """
         solid = int(self.backbone.sum())
         return self.frame.dimension * solid - self._together() + 1 if solid else 0
 
     def _together(self) -> int:
-        """Return how many shifts and turns of all together no wall or obstacle that is touched opposes."""
+        """Return the number of rigid motions of the whole that no touched wall or obstacle opposes."""
         fixed = self.held & (self.bonds[:, 1] >= self.frame.n)
         x = self.frame.positions[self.bonds[fixed, 0]] / max(self.frame.box)
         normals = self.vectors[fixed] / np.linalg.norm(self.vectors[fixed], axis=1, keepdims=True)
@@ -239,7 +238,7 @@ def packing_network(
 def _near(
     frame: Frame, contact: ArrayLike | None, obstacles: Sequence[Obstacle]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs (p, 2) near contact, under all images, their vectors (p, d) and relative gaps (p,)."""
+    """Return all pairs (p, 2) near contact, with all images, their vectors (p, d) and relative gaps (p,)."""
     from scipy.spatial import cKDTree
 
     species = labels(frame.species, frame.n)
@@ -254,7 +253,7 @@ def _near(
         near = ours.sparse_distance_matrix(cKDTree(places), reach, output_type="ndarray")
         i, j = classes[a][near["i"]], owners[near["j"]]
         vectors = places[near["j"]] - frame.positions[i]
-        # Of one class every pair is met from both sides, and nobody touches its own image.
+        # Within a class every pair is found twice; a component does not touch its own image.
         kept = i < j if a == b else i != j
         pairs = np.stack([i, j], axis=1)[kept]
         distance = contacts.of(pairs)
@@ -275,7 +274,7 @@ def _near(
 
 
 def _with_images(frame: Frame, members: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (q, d) of `members` and of their images within reach of the box, and whose they are."""
+    """Return places (q, d) of ``members`` and of their images within reach of the box, and their owners."""
     places, owners = frame.positions[members], members
     for axis, (edge, repeats) in enumerate(zip(frame.box, frame.periodic, strict=True)):
         if not repeats:
@@ -289,7 +288,7 @@ def _with_images(frame: Frame, members: np.ndarray, reach: float) -> tuple[np.nd
 
 
 def _widest_void(gaps: np.ndarray, smallest: float, n: int) -> float:
-    """Return the middle of the widest void in the logarithm of gaps, those below `smallest` being equal."""
+    """Return the middle of the widest void in the logarithm of gaps; those below ``smallest`` are equal."""
     logarithms = np.log(np.append(np.maximum(gaps, smallest), REACH))
     first = min(max(n // 2, 1), len(gaps)) - 1
     widths = np.diff(logarithms)[first:]
@@ -298,7 +297,7 @@ def _widest_void(gaps: np.ndarray, smallest: float, n: int) -> float:
 
 
 def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray, sided: bool) -> np.ndarray:
-    """Return who remains (n,) when rattlers are taken away until there is none."""
+    """Return which components (n,) remain when rattlers are removed until there is none."""
     n = frame.n
     touching: list[list[tuple[int, np.ndarray]]] = [[] for _ in range(n)]
     directions = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -319,9 +318,9 @@ def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray, sided: bool)
 
 
 def is_held(directions: np.ndarray) -> bool:
-    """Tell whether contacts in these directions (m, d) hold a component from all sides.
+    """Return whether contacts in these directions (m, d) hold a component from all sides.
 
-    They do if they span the space and some combination of them with positive coefficients is zero; with
+    They do if they span the space and a combination of them with positive coefficients is zero. With the
     coefficients 1 + mu this is a problem of non-negative least squares.
     """
     from scipy.optimize import nnls

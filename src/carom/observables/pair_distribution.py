@@ -1,4 +1,4 @@
-"""g(r) on the way: an observable of frames, beside others in one pass."""
+"""g(r) during a run: an observable of frames, together with others in one pass."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""How many pairs are how far apart, counted in one pass over sorted cells, in any dimension.
+"""Histograms of pair distances, counted in one pass over sorted cells, in any dimension.
 
-Distances are those of nearest images. The counts are integers, so that neither the number of threads nor the
-order of the components changes them.
+Distances are those of nearest images. The counts are integers, so that they do not depend on the number of
+threads or on the order of the components.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from carom.cells import SortedCells
 from carom.jit import compiled
 
 WORTH_THREADS = 2_000_000
-"""Pairs in reach below which a second thread gains nothing: some 15 ms."""
+"""Number of pairs in reach below which a second thread gains nothing; they take some 15 ms."""
 
 PORTIONS = 8
-"""Portions a thread: the columns at a border of the box hold more pairs to look at than the others."""
+"""Portions of work per thread, to balance the load: columns at a border of the box have more pairs."""
 
 
 def distance_counts(
@@ -37,20 +37,20 @@ def distance_counts(
     Parameters
     ----------
     ours, theirs : SortedCells
-        Of one grid. Pairs have one component of each, or both of the first where there is no second.
+        Cells of one grid. Pairs have one component in each, or both in the first if there is no second.
     edges : (m + 1,) float64 array
-        Of bins of equal width [length], up to half of the shortest periodic edge at most. A bin includes its
-        lower edge, the last one also its upper edge, as :func:`numpy.histogram` has it.
+        Edges of bins of equal width [length], at most up to half of the shortest periodic edge. A bin
+        includes its lower edge, and the last one also its upper edge, as in :func:`numpy.histogram`.
     closest : float, optional
-        Pairs from this distance on [length] belong to the first bin; without it, those from ``edges[0]``.
+        Pairs from this distance on [length] belong to the first bin; by default those from ``edges[0]`` on.
     threads : int, optional
-        Without it as many as Numba uses (its ``NUMBA_NUM_THREADS``, by default one a core).
+        By default as many as Numba uses (its ``NUMBA_NUM_THREADS``, by default one per core).
 
     Returns
     -------
     counts : (m,) int64 array
     closer : int
-        Pairs closer than all bins.
+        Number of pairs below all bins.
     """
     grid = ours.grid
     others = ours if theirs is None else theirs
@@ -59,10 +59,10 @@ def distance_counts(
     limits = np.array(edges, dtype=np.float64)
     limits[-1] = np.nextafter(limits[-1], np.inf)
     low = float(edges[0] if closest is None else min(closest, edges[0]))
-    # Rounding of a distance, of an edge, and of their quotient, in bins.
+    # Rounding errors of a distance, of an edge, and of their quotient, in units of a bin.
     doubt = 16.0 * float(np.finfo(np.float64).eps) * (float(edges[-1]) * scale + bins + 1.0)
-    # Pairs beyond the last bin are counted in further ones, and not in one: increments of one place wait for
-    # each other.
+    # Pairs beyond the last bin are counted in many further bins, because increments of a single counter would
+    # wait for each other.
     length = 2 * bins + 64
     offsets, windows = grid.surroundings(float(limits[-1]))
     period = np.where(grid.periodic, grid.box, np.inf)
@@ -102,7 +102,7 @@ def distance_counts(
 
 
 def _threads(asked: int | None, ours: SortedCells, others: SortedCells, reach: float) -> int:
-    """Return how many threads are worth their beginning."""
+    """Return the number of threads that is worth their start."""
     if asked is not None:
         return max(asked, 1)
     box = ours.grid.box
@@ -116,7 +116,7 @@ def _threads(asked: int | None, ours: SortedCells, others: SortedCells, reach: f
 
 @lru_cache(maxsize=1)
 def _compiled() -> Any:
-    """Return the compiled :func:`_count`, from the cache of an earlier process where there is one."""
+    """Return the compiled :func:`_count`, if possible from the cache of an earlier process."""
     from numba import types
 
     numbers, integers = types.float64[::1], types.int64[::1]
@@ -146,17 +146,17 @@ def _count(
     last,
     counts,
 ):
-    """Add the pairs of the columns from `first` to `last` to `counts`: 0 for those closer than all bins.
+    """Add the pairs of the columns from ``first`` to ``last`` to ``counts``; place 0 is below all bins.
 
-    `period` is infinite along an axis with walls. A pair of cells is looked at from the one with the lower
-    number, where both hold the same components. Indices are unsigned: a signed one is tested for counting
-    from the end, and the loop is not vectorised.
+    ``period`` is infinite along an axis with walls. If both arguments hold the same components, a pair of
+    cells is visited from the one with the lower number. Indices are unsigned, because the sign test of signed
+    ones would prevent vectorisation.
     """
     dimension = shape.size
     across, height = dimension - 1, shape[dimension - 1]
     n, m = np.uint64(ours.size // dimension), np.uint64(theirs.size // dimension)
     where = np.empty(dimension, np.int64)
-    # Stretches of memory near a cell: two a column around, three in its own, and the cell itself.
+    # Stretches of memory near a cell: at most three for each column around, and the cell itself.
     begins = np.empty(3 * windows.size + 1, np.uint64)
     sizes = np.empty(3 * windows.size + 1, np.uint64)
     squares = np.empty(theirs.size // dimension)
@@ -187,7 +187,7 @@ def _count(
                     continue
                 least = level + 1 if alike and other == column else 0
                 below, above = level - windows[step], level + windows[step] + 1
-                # What the window holds, then what comes round from below the bottom, and from above the top.
+                # The window itself, then its periodic images beyond the bottom and beyond the top.
                 for turn in range(3 if round_the_end else 1):
                     a, b = max(below, least), min(above, height)
                     if turn == 1:
@@ -209,7 +209,7 @@ def _count(
                     size, row, mine = sizes[part], begins[part], np.uint64(i)
                     x, edge = ours[mine], period[0]
                     for j in range(size):
-                        # The nearest image, with the bits of x - edge: both lie in the box.
+                        # This is the nearest image, because both lie in the box.
                         r = abs(theirs[row + j] - x)
                         r = min(r, edge - r)
                         squares[found + j] = r * r
@@ -230,7 +230,7 @@ def _count(
                     doubtful |= np.uint64((part < doubt) | (part > 1.0 - doubt) | (place < 0.0))
                     slots[j] = np.uint32(max(min(whole, top), -1.0) + 1.0)
                 if doubtful:
-                    # Some distance is an edge, but for rounding: all are compared with the edges themselves.
+                    # A distance is an edge up to rounding, so all are compared with the edges themselves.
                     for j in range(found):
                         r, slot = math.sqrt(squares[j]), np.int64(slots[j]) - 1
                         while 0 <= slot <= bins and r < edges[slot]:

@@ -1,4 +1,4 @@
-"""The partial g_ij(r) of a mixture, one for each pair of its species, and the table that holds them all."""
+"""The partial g_ij(r) of a mixture, one for each pair of its species, and a table of all of them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 MOST_SPECIES = 4
-"""Species of which every pair gets its own g(r): ten pairs."""
+"""Largest number of species whose pairs each have a g(r): ten pairs."""
 
 
 def species_of(scene: Scene) -> np.ndarray | None:
@@ -68,6 +68,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
     named = scene.species_names if species is scene.species else ()
 
     def alike() -> Iterator[Frame]:
+        """Return the frames with these species."""
         return (dataclasses.replace(frame, species=species, species_names=named) for frame in frames())
 
     wanted: dict[str, tuple[tuple[int | str, int | str] | None, float | None]] = {}
@@ -123,6 +124,7 @@ def write_partial(distributions: Mapping[str, RadialDistribution], path: str | o
 
 
 def _columns(found: RadialDistribution) -> list[tuple[str, ...]]:
+    """Return the rows of one g(r) as text, with all digits."""
     floats = (found.edges[:-1], found.edges[1:], found.g, found.error)
     return [
         (*(f"{value:.17g}" for value in row), f"{count:d}")

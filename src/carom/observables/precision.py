@@ -1,4 +1,4 @@
-"""Accuracy as a request: when a mean is known well enough, and how much longer that takes."""
+"""Runs to a requested error: when a mean is known well enough, and how much longer that takes."""
 
 from __future__ import annotations
 
@@ -11,29 +11,30 @@ from carom import checks
 from carom.observables.statistics import Estimate
 
 FLOOR = 64
-"""Independent blocks without which no error bar counts as known: with 64 it is known to sqrt(3 / 126), 15 %
-(:attr:`Estimate.degrees_of_freedom`). A run that stops at its first lucky error bar would stop too soon.
+"""Least number of independent blocks of an error bar. With 64 it is known to sqrt(3 / 126), 15 %
+(:attr:`Estimate.degrees_of_freedom`). Without this condition, a run would stop at an error bar that is too
+small by chance.
 """
 
 LEAST_GROWTH, MOST_GROWTH = 1.1, 4.0
-"""A stretch grows by this much from one look at its error bar to the next. Few looks give luck few chances; a
-prediction from a pilot is not trusted beyond the larger one.
+"""Smallest and largest factor by which a stretch grows between two checks of its error bar. With few checks,
+an error bar that is too small by chance is unlikely. A prediction is not trusted beyond the larger factor.
 """
 
 FEWEST_COLLISIONS = 16
-"""Collisions of a block, where one a particle are fewer: a virial of so few terms is hardly normal, and
+"""Least number of collisions of a block, for small n: a virial of fewer terms is hardly normal, and
 correlated with its own error bar.
 """
 
 
 class Aim(Protocol):
-    """When a stretch is long enough."""
+    """The condition for a stretch to be long enough."""
 
     def reached(self, estimate: Estimate) -> bool:
-        """Tell whether the error is small enough."""
+        """Return whether the error is small enough."""
 
     def next_look(self, length: int, estimate: Estimate) -> int:
-        """Return at which length to look again; no more than ``length`` gives up."""
+        """Return the length for the next check; if it does not exceed ``length``, the stretch ends."""
 
 
 def lengthen(
@@ -43,25 +44,25 @@ def lengthen(
     error_bar: Callable[[], Estimate | None],
     expect: Callable[[int, Estimate], object] = lambda length, estimate: None,
 ) -> bool:
-    """Make a stretch longer until its error bar fits.
+    """Make a stretch longer until its error bar is small enough.
 
     Parameters
     ----------
     aim : Aim
-        How small the error shall be, and when to look at it again.
+        The requested error, and the rule for the next check.
     length : int
-        At which length to look first, in blocks.
+        Length at the first check [blocks].
     extend : callable
-        Goes on to a length, and returns the length then; None if there was no time for it.
+        Continues to a length, and returns the reached length; None if there was no time for it.
     error_bar : callable
-        Returns the estimate so far; None where it never gets an error bar.
+        Returns the estimate so far; None if there will never be an error bar.
     expect : callable, optional
-        Called with length and estimate, where more is needed.
+        Called with length and estimate, if the stretch must be longer.
 
     Returns
     -------
     bool
-        False if there was no time.
+        False if there was not enough time.
     """
     while (reached := extend(length)) is not None:
         found = error_bar()
@@ -75,13 +76,13 @@ def lengthen(
 
 
 def block_collisions(n: int) -> float:
-    """Return the pair collisions of a block: one a particle, so that one block hardly knows of the next."""
+    """Return the pair collisions of a block: one per particle, so that blocks are hardly correlated."""
     return max(0.5 * n, float(FEWEST_COLLISIONS))
 
 
 @dataclass(frozen=True)
 class Goal:
-    """A relative error to be reached.
+    """A relative error to reach.
 
     Parameters
     ----------
@@ -100,15 +101,15 @@ class Goal:
         checks.number(self.relative_error, "relative_error", low=checks.FINEST_ERROR, high=1.0)
 
     def reached(self, estimate: Estimate) -> bool:
-        """Tell whether the error is small enough, and rests on at least ``FLOOR`` independent blocks."""
+        """Return whether the error is small enough, and based on at least ``FLOOR`` independent blocks."""
         return (
             estimate.error == 0.0 or _independent(estimate) >= FLOOR
         ) and estimate.error <= self.relative_error * abs(estimate.mean)
 
     def remaining(self, estimate: Estimate) -> float:
-        """Return by what factor the stretch must grow, as far as this estimate can tell: at least 1.
+        """Return the factor by which the stretch must grow according to an estimate, at least 1.
 
-        Its error shrinks with the square root of the length. Infinity where nothing is known yet.
+        The error shrinks with the square root of the length. The factor is infinite if nothing is known yet.
         """
         if self.reached(estimate):
             return 1.0
@@ -118,7 +119,7 @@ class Goal:
         return max(shrink, FLOOR / known if known > 0.0 else math.inf, 1.0)
 
     def next_look(self, length: int, estimate: Estimate) -> int:
-        """Return at which length to look again, after a stretch of ``length`` that is too short."""
+        """Return the length for the next check, after a stretch of ``length`` that is too short."""
         growth = min(max(self.remaining(estimate), LEAST_GROWTH), MOST_GROWTH)
         return math.ceil(growth * length)
 
@@ -143,10 +144,11 @@ class Prediction:
 
 
 def _independent(estimate: Estimate) -> float:
-    """Return the number of independent blocks that the error rests on.
+    """Return the number of independent blocks that the error is based on.
 
-    Where neighbours are anticorrelated (tau < 1), as in the quasi-periodic motion of rods on a line, blocking
-    ends with few large blocks, and an error bar too large rather than too small: then all blocks count.
+    Neighbours may be anticorrelated (tau < 1), as in the quasi-periodic motion of rods on a line. Blocking
+    then ends with few large blocks, and its error bar is rather too large than too small. So all blocks
+    count.
     """
     if estimate.tau < 1.0:
         return estimate.tau * estimate.n_eff

@@ -20,15 +20,15 @@ from carom.observables.statistics import Estimate
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
-# With fewer collisions than this the error of the virial is itself uncertain by a fifth, and blocks are
-# mostly empty.
+# With fewer collisions than this, the error of the virial is uncertain by a fifth, and blocks are mostly
+# empty.
 FEW_COLLISIONS = 16
 
 
-# Edge of a box [diameters] and part of the freezing density: below and beyond them images are felt.
+# Edge of a box [diameters] and fraction of the freezing density: images bias Z in smaller, denser boxes.
 SMALL, DENSE = 6.0, 0.7
 
-# Where no number exists: the contact value of one particle, the count's Z on a line.
+# For numbers that do not exist: the contact value of one particle, Z from the collision rate on a line.
 UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
 
 
@@ -181,7 +181,7 @@ class Pressure:
         collisions = np.array([float(block.collisions) for block in kept])
         scale = dimension * n * kT
         with warnings.catch_warnings():
-            # One series, one warning: the counts fail where the virial does.
+            # The virial warns; counts of the same series would only repeat the warning.
             warnings.simplefilter("ignore", CaromWarning)
             count = _of_events(course.average(collisions, durations), collisions)
             paced = _of_events(course.rate(collisions, dimension), collisions)
@@ -329,7 +329,7 @@ class PressureEstimate:
 def finite_size_correction(
     compressibility_factor: Estimate, *, packing_fraction: float, n: int, equation: theory.Equation
 ) -> Estimate:
-    """Take Z of n particles to Z of infinitely many, to leading order in 1 / n.
+    """Return Z of infinitely many particles from Z of n, to leading order in 1 / n.
 
     Parameters
     ----------
@@ -354,14 +354,14 @@ def finite_size_correction(
 
 
 def finite_size_doubt(packing_fraction: float, n: int, dimension: int) -> str:
-    """Return why the correction to infinite size is not to be trusted, a sentence; or "".
+    """Return a sentence on why the correction to infinite size is not reliable; or "".
 
     Notes
     -----
-    Each particle meets the shells around its own images where the edge of the box is below six diameters and
-    the fluid is dense, beyond 0.7 of freezing; that is no correction of order 1 / n. At a density of 0.8, 108
-    spheres (edge 5.1) are 0.026 below the infinite fluid after the correction of 0.017; at 0.5 (edge 6.0) it
-    is good to 3e-4.
+    If the edge of the box is below six diameters and the density beyond 0.7 of freezing, each particle is
+    correlated with the shells around its own images. This effect is not of order 1 / n. At a density of 0.8,
+    Z of 108 spheres (edge 5.1) is 0.026 below that of the infinite fluid after the correction of 0.017. At
+    0.5 (edge 6.0) the correction is accurate to 3e-4.
     """
     dense = packing_fraction > DENSE * theory.FREEZING.get(dimension, math.inf)
     edge = (n * theory.ball_volume(dimension) / packing_fraction) ** (1.0 / dimension)
@@ -375,7 +375,7 @@ def finite_size_doubt(packing_fraction: float, n: int, dimension: int) -> str:
 
 
 def _of_events(found: Estimate, collisions: np.ndarray) -> Estimate:
-    """Estimate of something that collisions add to; without a collision its error is infinite, not zero."""
+    """Return an estimate of a sum over collisions; without any collision its error is infinite, not zero."""
     return found if collisions.any() else Estimate(0.0, math.inf, 0.0, math.inf, len(collisions))
 
 

@@ -1,8 +1,8 @@
-"""What an observable is: a class of one's own that ``measure`` and ``for frame in sim.sample(...)`` share.
+"""The interface of an observable: a user's class for ``measure`` and for ``for frame in sim.sample(...)``.
 
-It has ``update(frame)`` or ``update(block)``: the name of the parameter says what it wants to see. The method
-may return a number or an array; Carom then makes the mean with its error bar. Or it keeps what it needs, and
-``result()`` returns what was measured.
+It has ``update(frame)`` or ``update(block)``; the name of the parameter determines its input. The method may
+return a number or an array; Carom then computes the mean with its error bar. Alternatively, it stores data,
+and ``result()`` returns the result.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Observable(Protocol):
 
 
 def sees(observable: Any) -> str:
-    """Return what an observable's ``update`` wants: "frame" or "block".
+    """Return the input of the ``update`` of an observable: "frame" or "block".
 
     Raises
     ------
@@ -57,7 +57,7 @@ def sees(observable: Any) -> str:
 
 
 def averages(values: Sequence[Any]) -> Any:
-    """Return the means of what ``update`` returned, with error bars from blocking.
+    """Return the means of the values from ``update``, with error bars from blocking.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def averages(values: Sequence[Any]) -> Any:
 
 
 def outcome(observable: Any, values: Sequence[Any]) -> Any:
-    """Return ``result()``, or where there is none the means of what ``update`` returned.
+    """Return ``result()``; without this method, the means of the values from ``update``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What g(r) is: a histogram of pair distances, with error bars, and its files."""
+"""g(r) as a value: a histogram of pair distances, with error bars, and its files."""
 
 from __future__ import annotations
 
@@ -127,6 +127,7 @@ class RadialDistribution:
             Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     def _header(self) -> dict[str, float]:
+        """Return the numbers at the head of a file, by name."""
         names = ("n", "dimension", "frames", "diameter", "packing_fraction")
         header = {name: getattr(self, name) for name in names}
         if self.contact_value is not None:
@@ -136,7 +137,7 @@ class RadialDistribution:
 
 @contextlib.contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Turn the system's complaint about a path into ours."""
+    """Raise FileError in place of an OSError."""
     try:
         yield
     except OSError as error:

@@ -18,11 +18,10 @@ from carom.observables.statistics import MIN_BLOCKS, blocking
 from carom.scene.overlaps import Room
 from carom.theory import ball_volume
 
-# Bins of a fiftieth of a diameter where nothing is said: g falls by at most a tenth in one, up to freezing in
-# 3D.
+# Default width of a bin [diameters]: up to freezing in 3D, g falls by at most a tenth in one bin.
 DEFAULT_WIDTH = 0.02
 
-# Structure fades beyond five diameters in a fluid, while the cost goes on growing as r^d.
+# Default largest distance [diameters]: in a fluid structure fades beyond it, while the cost grows as r^d.
 DEFAULT_REACH = 5.0
 
 
@@ -112,7 +111,7 @@ def distributions(
 
 
 class Histograms:
-    """Histograms of distances, frame by frame, from which every g(r) is made.
+    """Histograms of distances of each frame, from which every g(r) follows.
 
     Parameters
     ----------
@@ -196,10 +195,10 @@ def _distribution(
 def _running(
     first: Frame, counts: np.ndarray, pair: tuple[int, int] | None
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the neighbours that are nearer than the upper edge of each bin, and their errors, (m,) each.
+    """Return the numbers of neighbours below the upper edge of each bin, and their errors, (m,) each.
 
-    Sums over bins are blocked as they are: bins of one frame do not count as independent, because who leaves
-    one goes into the next.
+    Blocking is applied to the sums over bins. Bins of one frame are not independent, because a particle that
+    leaves one enters the next.
     """
     centers = first.n if pair is None else int(np.count_nonzero(first.species == pair[0]))
     per_pair = 1.0 if pair is not None and pair[0] != pair[1] else 2.0
@@ -208,11 +207,12 @@ def _running(
         independent = np.sqrt(np.cumsum(counts.sum(axis=0))) * (per_pair / centers / len(counts))
         return numbers.mean(axis=0), independent
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)  # as for g: the contact value's task
+        warnings.simplefilter("ignore", CaromWarning)  # as for g
         return numbers.mean(axis=0), np.array([blocking(column).error for column in numbers.T])
 
 
 def _common_diameter(frame: Frame) -> float:
+    """Return the diameter of all particles."""
     diameters = np.unique(frame.diameters)
     if frame.n < 2:
         raise InputError(f"The frame holds {frame.n} particle; g(r) needs two or more.")
@@ -276,7 +276,7 @@ def _packing_fraction(frame: Frame) -> float:
 
 
 def checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
-    """Return where the bins from ``rmin`` end: at ``rmax``, or at half of the ``shortest`` edge [length].
+    """Return the end of the bins: ``rmax``, or by default half of the ``shortest`` edge [length].
 
     Raises
     ------
@@ -285,7 +285,6 @@ def checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
     """
     half = 0.5 * shortest
     end = half if rmax is None else float(rmax)
-    # The edge of a box in a file of single precision is rounded, and so may be its half.
     if not end <= half:
         raise InputError(
             f"rmax is {end:.6g}, beyond half of the shortest box edge ({half:.6g}), where shells leave the "
@@ -299,6 +298,7 @@ def checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
 def _bin_edges(
     diameter: float, shortest: float, bins: int | None, width: float | None, rmax: float | None
 ) -> np.ndarray:
+    """Return the edges of the bins from the diameter on."""
     if bins is not None and width is not None and rmax is not None:
         raise InputError("bins, width and rmax were all given; give two of them.")
     if bins is not None and (isinstance(bins, bool) or not isinstance(bins, (int, np.integer)) or bins < 1):
@@ -313,13 +313,14 @@ def _bin_edges(
     if bins is None:
         if width is None:
             width = DEFAULT_WIDTH * diameter if diameter > 0.0 else end / 200
-        # A range that is a whole number of widths, but for rounding, keeps its last bin.
+        # A range that is a whole number of widths up to rounding keeps its last bin.
         bins = max(int((end - diameter) / width * (1.0 + 1e-12)), 1)
         end = min(diameter + bins * width, end)
     return np.linspace(diameter, end, int(bins) + 1)
 
 
 def _check_same(first: Frame, frame: Frame, index: int) -> None:
+    """Raise InputError if a frame is of another system than the first."""
     for name in ("n", "dimension", "box"):
         ours, theirs = (np.asarray(getattr(each, name)) for each in (frame, first))
         if not np.array_equal(ours, theirs):
@@ -335,7 +336,7 @@ def _check_same(first: Frame, frame: Frame, index: int) -> None:
 def _histograms(
     frame: Frame, asked: Mapping[str, tuple[tuple[int, int] | None, np.ndarray]]
 ) -> dict[str, np.ndarray]:
-    """Return the pairs (m,) of one frame, or of two of its species, in each bin, by name."""
+    """Return the numbers of pairs (m,) of one frame, or of two of its species, in each bin, by name."""
     box = np.asarray(frame.box, dtype=np.float64)
     grid = Grid.of(box, np.ones(len(box), dtype=np.bool_), frame.n, max(e[-1] for _, e in asked.values()))
     rounding = float(np.finfo(np.float32).eps) * float(box.max())
@@ -378,7 +379,7 @@ def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) 
 
 
 def ideal_counts(edges: np.ndarray, pairs: float, box: tuple[float, ...]) -> np.ndarray:
-    """Return how many of ``pairs`` pairs of an ideal gas lie in each shell between ``edges`` of a ``box``."""
+    """Return the expected number of pairs in each shell between ``edges``, for ``pairs`` of an ideal gas."""
     shells = ball_volume(len(box)) * np.diff((2.0 * edges) ** len(box))
     return pairs * shells / math.prod(box)
 
@@ -389,14 +390,14 @@ def independent_errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
 
 
 def _errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """Standard errors (m,) of g from the histograms (frames, m)."""
+    """Return the standard errors (m,) of g from the histograms (frames, m)."""
     frames = counts.shape[0]
     total = counts.sum(axis=0)
     errors = independent_errors(total, frames * expected)
     if frames < MIN_BLOCKS:
         return errors
     with warnings.catch_warnings():
-        # One message for all bins is the contact value's task.
+        # Wide error bars show too few samples; a warning for each bin would not help.
         warnings.simplefilter("ignore", CaromWarning)
         for k in np.flatnonzero(total):
             errors[k] = blocking(counts[:, k]).error / expected[k]

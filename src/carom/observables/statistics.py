@@ -16,15 +16,15 @@ from carom.observables.quantiles import chi_squared_below, student_above
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# Fewer blocks than this say too little about their own variance: it is known to sqrt(2 / 15), a third, and
-# the Student factor at 95 % is 2.57. Halving further trades a small bias for a large noise.
+# From so many blocks their variance is known to sqrt(2 / 15), a third, and the Student factor at 95 % is
+# 2.57. Fewer blocks would have a slightly smaller bias, but much more noise.
 MIN_BLOCKS = 16
 
 # Blocks count as uncorrelated when Jonsson's statistic is below this quantile of its chi-squared
 # distribution.
 QUANTILE = 0.95
 
-# Below this many independent samples an error bar is a guess, and the user is told.
+# With fewer independent samples than this, an error bar is unreliable, and a warning says so.
 FEW_SAMPLES = 4.0
 
 
@@ -179,7 +179,7 @@ def blocking(samples: ArrayLike) -> Estimate:
         index = int(np.flatnonzero(~np.isfinite(x))[0])
         raise InputError(f"sample {index} is {x[index]}; a mean needs finite samples.")
     n = x.size
-    # In a unit like the numbers their squares are doubles; it is a power of two, so that no bit changes.
+    # In this unit squares do not overflow or underflow; as a power of two it changes no bit.
     unit = _unit_of(x)
     return _blocked(x / unit, n).scaled(unit)
 
@@ -242,7 +242,7 @@ def _unit_of(x: np.ndarray) -> float:
 
 
 def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:
-    """Block means at the chosen level, and the lag-one correlation that is left there."""
+    """Return block means at the chosen level, and the remaining lag-one correlation."""
     levels: list[np.ndarray] = []
     correlations: list[float] = []
     y = deviations
@@ -251,8 +251,9 @@ def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:
         correlations.append(_lag_one(y))
         pairs = y.size // 2
         y = 0.5 * (y[0 : 2 * pairs : 2] + y[1 : 2 * pairs : 2])
-    # Only what makes errors too small is looked for: were a negative r by chance at the coarsest level taken
-    # for correlation, no level would pass, and its factor (1 + r) / (1 - r) would make a third of the error.
+    # Only positive r count, which make errors too small. If a negative r at the coarsest level, by chance,
+    # counted as correlation, no level would pass, and its factor (1 + r) / (1 - r) could reduce the error to
+    # a third.
     statistics = np.array(
         [level.size * max(r, 0.0) ** 2 for level, r in zip(levels, correlations, strict=True)]
     )
@@ -263,19 +264,19 @@ def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _lag_one(y: np.ndarray) -> float:
-    """Lag-one correlation of a short series, freed of its leading bias and kept inside (-1, 1)."""
+    """Return the lag-one correlation of a short series, corrected for its leading bias, inside (-1, 1)."""
     d = y - y.mean()
     square = float(d @ d)
     if square == 0.0:
         return 0.0
     r = float(d[1:] @ d[:-1]) / square
-    # 16 blocks cannot tell an r beyond 1 - 1/16 from a random walk, whose mean has no error bar.
+    # With 16 blocks, an r beyond 1 - 1/16 cannot be distinguished from a random walk, which has no error bar.
     limit = 1.0 - 1.0 / max(y.size, MIN_BLOCKS)
     return min(max(r + (1.0 + 4.0 * r) / y.size, -limit), limit)
 
 
 def _warn_few(n_eff: float) -> None:
-    # Half a sample is what is left where a series moves one way only.
+    # A monotonic series has n_eff of about half a sample; hence the 2.
     warnings.warn(
         f"Fewer than {max(math.floor(n_eff) + 1, 2)} independent samples were found: the error bar is a "
         "guess. Run longer, after a longer equilibration.",

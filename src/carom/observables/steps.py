@@ -1,4 +1,4 @@
-"""What happens at the steps of pair potentials: g(r) on both sides, pressure from it, heat capacity."""
+"""Events at the steps of pair potentials: g(r) on both sides, the pressure from it, and the heat capacity."""
 
 from __future__ import annotations
 

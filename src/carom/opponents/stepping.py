@@ -1,8 +1,8 @@
 """Time-driven stepping, compiled: the method with which Lubachevsky (1991) compares his algorithm.
 
-The same rules as :class:`carom.reference.stepping.SteppedSystem`, which is written to be read: the clock
-advances by a fixed step, and pairs that are then found to overlap and to approach exchange momentum, the
-earliest contact first.
+The rules are those of :class:`carom.reference.stepping.SteppedSystem`, which is written for readability. The
+time advances by a fixed step. Then pairs that overlap and approach exchange momentum, the earliest contact
+first.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Stepper(ListedSpheres):
     step : float
         The time step [time].
     diameter, mass : float
-        Of every sphere [length], [mass].
+        Diameter [length] and mass [mass] of every sphere.
     single : bool
         Whether to compute in float32.
     skin : float, optional
@@ -39,9 +39,9 @@ class Stepper(ListedSpheres):
     Attributes
     ----------
     steps, collisions : int
-        The time is ``steps * step``.
+        Numbers so far; the time is ``steps * step``.
     virial : float
-        Sum of ``r_ij . dp_ij`` [energy], with the separation found.
+        Sum of ``r_ij . dp_ij`` [mass length^2 / time], with the separation at which a pair was found.
     worst_overlap : float
         Deepest overlap found after a step [diameters].
     """
@@ -78,7 +78,7 @@ class Stepper(ListedSpheres):
 
     @property
     def virial(self) -> float:
-        """Sum of ``r_ij . dp_ij`` so far [energy]."""
+        """Sum of ``r_ij . dp_ij`` so far [mass length^2 / time]."""
         return self.mass * float(self._tally[1])
 
     @property
@@ -116,6 +116,7 @@ class Stepper(ListedSpheres):
 
 @lru_cache
 def _move(dimension: int) -> Any:
+    """Return the compiled time-driven steps."""
     D = dimension
 
     def move(
@@ -135,7 +136,10 @@ def _move(dimension: int) -> Any:
         log_times,
         chunk,
     ):
-        """Make steps until the list is no longer valid or the log is full; return both numbers."""
+        """Make steps until the list is no longer valid, or the log is half full.
+
+        Returns the number of steps and the number of logged collisions.
+        """
         n = x.shape[1]
         pairs = len(first)
         size = chunk if chunk > 0 else max(pairs, 1)
@@ -144,7 +148,7 @@ def _move(dimension: int) -> Any:
         hits = np.empty(16, np.int64)
         ago = np.empty(16, np.float64)
         fastest = box[0] * 0
-        safe = np.int64(0)  # steps for which nobody can go too far
+        safe = np.int64(0)  # steps during which the list surely stays valid
         for made in range(steps):
             if safe == 0:
                 furthest = box[0] * 0
@@ -172,7 +176,7 @@ def _move(dimension: int) -> Any:
             for begin in range(0, pairs, size):
                 end = min(begin + size, pairs)
                 least = square
-                # Nothing is stored in this loop, so that it is vectorised.
+                # This loop stores nothing, so that it is vectorised.
                 for k in range(begin, end if chunk > 0 else begin):
                     p = np.uint64(first[k])
                     q = np.uint64(second[k])
@@ -206,7 +210,7 @@ def _move(dimension: int) -> Any:
                             rv += r * u
                             vv += u * u
                         c = rr - square
-                        # Back along straight lines to contact; two at rest have always been there.
+                        # Time of contact, back along straight lines; a pair at rest has always overlapped.
                         way = np.sqrt(max(rv * rv - vv * c, 0.0)) - rv
                         hits[found] = k
                         ago[found] = c / way if way > 0.0 else -1e300

@@ -1,4 +1,4 @@
 """Figures of results and frames.
 
-Nothing here computes a result or moves a component.
+Nothing here computes results or runs a simulation.
 """

@@ -1,4 +1,4 @@
-"""Caps on the usual sphere, shaded, and their contacts."""
+"""Pictures of caps on the sphere S^2, shaded, with their contacts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from carom import checks
 from carom.errors import InputError
 
 LIGHT = np.array([-0.45, 0.55, 0.70]) / math.sqrt(0.45**2 + 0.55**2 + 0.70**2)
-"""Where it comes from, as seen by who looks: to the right, up, towards them."""
+"""Unit vector towards the light, in the axes of the picture: right, up, towards the eye."""
 
 GROUND = 0.42
 """Grey of the sphere between the caps."""
@@ -21,10 +21,10 @@ COLORS = (
     (0.80, 0.80, 0.80), (0.77, 0.68, 0.84), (0.77, 0.68, 0.84), (0.53, 0.74, 0.87), (0.97, 0.76, 0.46),
     (0.62, 0.83, 0.58), (0.91, 0.56, 0.53),
 )  # fmt: skip
-"""Of caps with 0, 1, 2, ... contacts."""
+"""Colours of caps with 0, 1, 2, ... contacts."""
 
 RIM = 0.96
-"""Part of a cap's angle that is as bright as its middle."""
+"""Fraction of a cap's angular radius where its rim begins, which is darker."""
 
 
 def caps(
@@ -47,7 +47,7 @@ def caps(
     contacts : (m, 2) array, optional
         Pairs that touch. The number of its contacts gives a cap its colour; rattlers are grey.
     view : (float, float)
-        Longitude and latitude from which one looks [degrees].
+        Longitude and latitude of the direction of view [degrees].
     pixels : int
         Edge of the picture.
     path : path, optional
@@ -107,7 +107,7 @@ def caps(
 
 
 def _turn(longitude: float, latitude: float) -> np.ndarray:
-    """Return the matrix that turns a direction of view towards who looks."""
+    """Return the matrix that rotates a direction of view towards the eye."""
     a, b = math.radians(longitude), math.radians(latitude)
     right = np.array([-math.sin(a), math.cos(a), 0.0])
     towards = np.array([math.cos(b) * math.cos(a), math.cos(b) * math.sin(a), math.sin(b)])

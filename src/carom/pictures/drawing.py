@@ -1,4 +1,4 @@
-"""How particles are drawn, to scale, one function for each kind of space."""
+"""Drawings of particles to scale, one function for each kind of space."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ BORDER = "#333333"
 SOLID = "#b9b4ab"
 BOND = "#c0392b"
 
-# Where the camera of the 3D picture stands: right of the box, above it.
+# Direction of the camera in 3D: from the right of the box, and from above.
 AZIMUTH = math.radians(30.0)
 ELEVATION = math.radians(20.0)
 
 SIZE = 540
-"""Pixels of the longer edge of a picture in space."""
+"""Pixels of the longer edge of a picture in 3D."""
 MARGIN = 12
 """Pixels below it."""
 
 MOST_OUTLINES = 20_000
-"""Disks in the plane with outlines; of more, an outline is as wide as what it encloses."""
+"""Largest number of disks with outlines; with more, an outline is as wide as its disk."""
 
 
 def draw_rods(axes: Axes, frame: Frame) -> None:
@@ -68,7 +68,7 @@ def draw_rods(axes: Axes, frame: Frame) -> None:
 
 
 def draw_disks(axes: Axes, frame: Frame) -> None:
-    """2D: disks in the box, and pale the periodic copies of those that cross its border."""
+    """2D: disks in the box; periodic copies of those that cross its border are pale."""
     centres, owners, copies = _with_copies(frame.positions, frame.diameters, frame.box, frame.periodic)
     radii = 0.5 * frame.diameters[owners]
     _circles(axes, centres[copies], radii[copies], PALE_FACE, PALE_EDGE)
@@ -136,7 +136,7 @@ def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Frame) -> N
 
 
 def _draw_stick(axes: Axes, stick: outlines.Stadium, solid: dict[str, Any]) -> None:
-    """All places within a distance of a segment, or the segment itself."""
+    """Draw all places within a distance of a segment, or the segment itself."""
     from matplotlib.patches import Polygon
 
     ends = np.array([stick.start, stick.end])
@@ -150,7 +150,7 @@ def _draw_stick(axes: Axes, stick: outlines.Stadium, solid: dict[str, Any]) -> N
 
 
 def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.ndarray | float = 0.0) -> None:
-    """Bonds of the backbone, from both of their ends where they cross the border."""
+    """Draw the bonds of the backbone, from both ends, as they may cross the border."""
     from matplotlib.collections import LineCollection
 
     frame, held = network.frame, network.held
@@ -164,7 +164,7 @@ def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.nd
 
 
 def _faces(frame: Frame) -> np.ndarray:
-    """The colour of each particle, by its species."""
+    """Return the colour of each particle, by its species."""
     kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
     return np.array(FACES)[kinds % len(FACES)]
 
@@ -178,9 +178,9 @@ def draw_projection(axes: Axes, frame: Frame) -> None:
 
 
 def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -> None:
-    """3D: spheres and obstacles with light and depth, in parallel projection, in the edges of the box."""
+    """3D: shaded spheres and obstacles in parallel projection, with the edges of the box."""
     image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles)
-    # Pixel by pixel: to resample it would take as long as to draw it.
+    # Pixel by pixel: resampling would take as long as drawing.
     figure: Any = axes.get_figure(root=True)
     width = round(figure.bbox.width)
     figure.figimage(image, (width - image.shape[1]) // 2, MARGIN, origin="upper")
@@ -194,7 +194,7 @@ def _edges_of_box(
     from matplotlib.collections import LineCollection
 
     corners = np.array(list(itertools.product((-1, 1), repeat=3))) * centre
-    # The corner farthest from the camera: its three edges lie behind the spheres, all others before them.
+    # The three edges at the corner farthest from the camera lie behind the spheres, all others before them.
     far = int(np.argmin(corners @ towards))
     pairs = [(a, b) for a in range(8) for b in range(a) if np.count_nonzero(corners[a] != corners[b]) == 1]
     plane = np.stack([corners @ right, corners @ up], axis=1)
@@ -206,7 +206,7 @@ def _edges_of_box(
 
 
 def _camera() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unit vectors to the right, up, and towards the eye."""
+    """Return the unit vectors to the right, up, and towards the eye."""
     towards = np.array(
         [
             math.cos(ELEVATION) * math.sin(AZIMUTH),
@@ -227,6 +227,7 @@ def _circles(
     alpha: float | None = None,
     linestyle: str = "-",
 ) -> None:
+    """Draw circles in units of the axes; very many filled ones have no outline."""
     from matplotlib.collections import EllipseCollection
 
     if radii.size > MOST_OUTLINES and not (isinstance(face, str) and face == "none"):
@@ -243,7 +244,7 @@ def _circles(
 def _with_copies(
     positions: np.ndarray, diameters: np.ndarray, box: tuple[float, ...], periodic: tuple[bool, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Centres of the particles and of the copies that reach into the box; their owners; which are copies."""
+    """Return centres of particles and of copies that reach into the box, owners, and which are copies."""
     edges = np.asarray(box)
     centres, owners, copies = [], [], []
     index = np.arange(len(positions))
@@ -260,9 +261,9 @@ def _with_copies(
 
 
 def _box_and_axes(axes: Axes, box: tuple[float, ...], margin: float, periodic: tuple[bool, ...]) -> None:
+    """Draw the box with thick walls, and set the axes around it."""
     from matplotlib.patches import Rectangle
 
-    # Walls are thick.
     if not periodic[0]:
         axes.vlines([0.0, box[0]], 0.0, box[1], color=BORDER, linewidth=3.0, zorder=5)
     if not periodic[1]:
@@ -272,7 +273,6 @@ def _box_and_axes(axes: Axes, box: tuple[float, ...], margin: float, periodic: t
     axes.set_xlim(-margin, box[0] + margin)
     axes.set_ylim(-margin, box[1] + margin)
     axes.set_aspect("equal")
-    # The box has its own border.
     axes.spines[:].set_visible(False)
     axes.set_xlabel("x")
     axes.set_ylabel("y")

@@ -1,4 +1,4 @@
-"""A matplotlib figure that a notebook shows without a magic word."""
+"""A matplotlib figure that a notebook shows without a magic command."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 
 class Picture(Figure):
-    """A figure that pyplot does not know; as the last value of a cell it is shown."""
+    """A figure that pyplot does not know; a notebook shows it as the last value of a cell."""
 
     def __init__(self, width: float, height: float, dpi: float):
         super().__init__(figsize=(width, height), dpi=dpi, layout="constrained")

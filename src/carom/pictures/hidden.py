@@ -1,4 +1,4 @@
-"""Which spheres of a picture can be seen: of very many, those in front, which are few."""
+"""The visible spheres of a picture: among very many spheres, the few in front."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ import math
 import numpy as np
 
 FINE = 6.0
-"""Points of the grid in a radius. What shows less than a point of 10^5 spheres is smaller than a pixel."""
+"""Grid points per radius. In a picture of 10^5 spheres, parts between the points are smaller than a pixel."""
 
 MOST_POINTS = 2e7
-"""Points that all discs take together, at most, some half a second; beyond, the grid is coarser."""
+"""Largest number of points in all discs together, for some half a second; beyond it, the grid is coarser."""
 
 FEW = 5000
-"""Discs up to which all are drawn: they are large, and soon drawn."""
+"""Number of discs up to which all are drawn, which takes little time."""
 
 
 def visible(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Return which discs (n,) bool can be seen on a grid of points that is finer than they are.
+    """Return which discs are visible on a fine grid of points, (n,) bool.
 
     Parameters
     ----------
     centres : (n, 2) array
-        In the picture [length], in the order in which they are drawn: the last one lies on top.
+        Centres in the picture [length], in the order of drawing: the last disc lies on top.
     radii : (n,) array
-        [length], positive.
+        Positive radii [length].
 
     Notes
     -----
-    Each point gets the number of the last disc that it lies in; a disc without a point is hidden, or shows
-    less than the grid can tell. A disc smaller than the distance of two points is kept.
+    Each point gets the number of the last disc that contains it. A disc without a point is hidden, or its
+    visible part is smaller than the grid resolves. A disc smaller than the distance of two points is kept.
     """
     n = len(radii)
     if n <= FEW:
@@ -37,13 +37,13 @@ def visible(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
     side = max(float(np.median(radii)) / FINE, math.sqrt(math.pi * float(np.sum(radii**2)) / MOST_POINTS))
     x = (centres - (centres - radii[:, None]).min(axis=0)) / side
     near = np.rint(x).astype(np.int64)
-    # From the centre to the nearest point, and the radius, in distances of two points.
+    # Offset of the centre from the nearest point, and radius, in units of the grid.
     off, r = near - x, radii / side
     margin = int(r.max()) + 2
     row = int(near[:, 1].max()) + 2 * margin
     place = (near[:, 0] + margin) * row + near[:, 1] + margin
     last = np.full((int(near[:, 0].max()) + 2 * margin) * row, -1, dtype=np.int64)
-    # Discs of about one size at a time: each size has steps of its own.
+    # Discs of about one size together, as each size covers another range of grid steps.
     sizes = np.ceil(np.log2(r) * 2.0)
     for size in np.unique(sizes):
         members = np.flatnonzero(sizes == size)

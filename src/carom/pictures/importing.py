@@ -1,6 +1,6 @@
-"""Import what draws, without what costs time and shows nothing.
+"""A fast import of matplotlib.
 
-A short run would spend more on the import of matplotlib than on its pictures.
+In a short run the import would take longer than the pictures.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ _unread = False
 
 
 def nobody_reads_docstrings() -> None:
-    """Say that this process is a command, so that nobody will ask for the help of matplotlib's classes.
+    """State that this process is a command, in which the docstrings of matplotlib are not used.
 
-    Matplotlib composes the docstrings of all its `set` methods, which takes a third of its import.
+    Matplotlib composes the docstrings of all its ``set`` methods, which takes a third of its import.
     """
     global _unread
     _unread = True
 
 
 def picture() -> type[Picture]:
-    """Return the class of figures, imported with matplotlib where it is not yet."""
-    # An import leaves no garbage, but makes so many objects that all others are looked through for some.
+    """Return the class of figures, and import matplotlib if needed."""
+    # An import leaves no garbage, but its many new objects would trigger full garbage collections.
     collects = gc.isenabled()
     gc.disable()
     try:
@@ -39,9 +39,9 @@ def picture() -> type[Picture]:
 
 
 def _leave_docstrings() -> None:
-    """Have the classes of matplotlib that are still to come do without composed docstrings."""
+    """Skip the composed docstrings of those classes of matplotlib that are not yet imported."""
     from matplotlib.artist import Artist
 
-    # Private: a version of matplotlib without it composes its docstrings.
+    # This name is private: without it, matplotlib composes its docstrings as usual.
     if hasattr(Artist, "_update_set_signature_and_docstring"):
         Artist._update_set_signature_and_docstring = classmethod(lambda cls: None)

@@ -31,7 +31,7 @@ RAMP = np.array([
     [0.231, 0.298, 0.753], [0.435, 0.573, 0.953], [0.667, 0.780, 0.992], [0.867, 0.863, 0.863],
     [0.969, 0.722, 0.612], [0.906, 0.455, 0.357], [0.706, 0.016, 0.149],
 ])  # fmt: skip
-"""From slow to fast: the map "coolwarm" of Moreland (2009), which the viewer has, too."""
+"""Colours from slow to fast: the map "coolwarm" of Moreland (2009), as in the viewer."""
 
 
 @watchable("Drawing frames", by_count)
@@ -107,7 +107,7 @@ def movie(
 
 
 def _colours(frame: Frame, colour: str, top: float, obstacles: Sequence[Obstacle]) -> np.ndarray | None:
-    """Return the colours (n, 3) of a frame's spheres; None for those of the species."""
+    """Return the colours (n, 3) of the spheres of a frame; None for the colours of species."""
     if colour == "species":
         return None
     if colour == "rattlers":

@@ -29,21 +29,21 @@ if TYPE_CHECKING:
     from carom.observables.radial import RadialDistribution
     from carom.observables.statistics import Estimate
 
-# Readable without colour too: one strong blue for data, greys and line styles for the rest.
+# Also readable without colour: one strong blue for data, greys and line styles for the rest.
 INK = "#1f4e79"
 PALE = "#9dbbd8"
 GREY = "#555555"
 WARM = "#c0392b"
 DPI = 160
-PIXELS = 100  # to an inch, of pictures in space, which are pixels themselves
+PIXELS = 100  # per inch, for pictures in 3D, which are drawn pixel by pixel
 TITLE = 10.5
-DIGIT = 0.09  # inches, of a number at an axis
-TOP = 1.0  # of the axes, for a title: matplotlib need not look for what it could run into
+DIGIT = 0.09  # width of a digit of a tick label, in inches
+TOP = 1.0  # height of a title in units of the axes; given, so that matplotlib does not search for it
 
-# Of zlib: half of the time of its default, and files a tenth longer or shorter.
+# Level of zlib: half of the time of its default, and files that differ by a tenth in size.
 PNG_LEVEL = 3
 
-# More blocks than this are drawn as their means, so that points stay points.
+# More blocks than this are drawn as means of groups, so that points do not merge.
 _MOST_POINTS = 64
 
 
@@ -151,12 +151,12 @@ def rdf(
     axes.fill_between(r, g - error, g + error, color=INK, alpha=0.25, linewidth=0, zorder=2)
     axes.plot(r, g, color=INK, linewidth=1.4, zorder=3)
     if edges[0] > 0.0:
-        # Below contact g is zero, and it jumps there.
+        # g is zero below contact, and jumps at contact.
         axes.plot([0.0, edges[0], edges[0]], [0.0, 0.0, g[0]], color=INK, linewidth=1.4, zorder=3)
     axes.set_xlim(max(edges[0] - 0.15 * (edges[-1] - edges[0]), 0.0), edges[-1])
     top = 1.12 * float(np.max(g + error))
     if distribution.contact_value is not None:
-        # The enlarged part stands above the right half, from 0.4 of the height on.
+        # The inset lies above the right half, from 0.4 of the height on.
         far = (g + error)[edges[1:] > 0.5 * sum(axes.get_xlim())]
         top = max(top, float(np.max(far)) / 0.38)
     axes.set_ylim(0.0, top)
@@ -207,7 +207,7 @@ def partial_rdf(
         axes.fill_between(
             r, g - found.error, g + found.error, color=colour, alpha=0.25, linewidth=0, zorder=2
         )
-        # Below contact g is zero, and it jumps there.
+        # g is zero below contact, and jumps at contact.
         contact = found.edges[0] / unit
         axes.plot([contact, contact, *r], [0.0, g[0], *g], color=colour, linewidth=1.3, label=name, zorder=3)
     axes.set_ylim(bottom=0.0)
@@ -255,7 +255,7 @@ def snapshot(
     space = frame.dimension == 3
     figure, axes = _figure(6.0, 1.6 if frame.dimension == 1 else 6.4, PIXELS if space else DPI)
     if space:
-        # Without axes there is nothing to lay out, and a layout would draw everything once more.
+        # Without axes there is nothing to lay out, and a layout engine would draw everything twice.
         figure.set_layout_engine("none")
         axes.set_position((0.0, 0.0, 1.0, 0.93))
         draw_spheres(axes, frame, obstacles)
@@ -334,7 +334,7 @@ def gaps(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None)
         If the picture cannot be saved.
     """
     figure, axes = _figure(6.4, 4.0)
-    # Pairs that overlap by rounding stand at the left border.
+    # Pairs that overlap by rounding are drawn at the left border.
     positive = network.gaps[network.gaps > 0.0]
     least = float(positive.min()) if positive.size else network.gap
     axes.step(np.maximum(network.gaps, least), np.arange(1, len(network.gaps) + 1), where="post", color=INK)
@@ -378,7 +378,7 @@ def compression(
     fraction, pressure = history["packing_fraction"], history["pressure"]
     if np.isfinite(jamming_fraction):
         left = 1.0 - fraction / jamming_fraction
-        # The last differences are rounding, and the law is what the jamming density comes from.
+        # The last differences are rounding, because the jamming density comes from this law.
         shown = left > 64 * np.finfo(float).eps
         axes.plot(left[shown], pressure[shown], ".", color=PALE, markersize=4, label="compression")
         if shown.any():
@@ -409,7 +409,7 @@ def _figure(width: float, height: float, dpi: float = DPI) -> tuple[Figure, Axes
 def _lay_out(figure: Figure, axes: Axes) -> None:
     """Leave room for a title, the labels of both axes and the longest number at the left.
 
-    A layout engine finds the same room by drawing all text once more, which takes as long as the picture.
+    A layout engine would draw all text twice, which takes as long as the picture.
     """
     figure.set_layout_engine("none")
     width, height = figure.get_size_inches()
@@ -435,7 +435,7 @@ def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
 
 
 def _write_png(figure: Figure, path: Path) -> None:
-    """Write a figure as it is drawn once, and without its opacity, which is that of paper: a quarter less."""
+    """Write a figure after a single drawing, and without the constant opacity: a quarter less data."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
@@ -447,23 +447,25 @@ def _write_png(figure: Figure, path: Path) -> None:
 
 
 def _state(n: int, dimension: int, packing_fraction: float) -> str:
+    """Return number, kind and packing fraction of the particles, for a title."""
     count = f"{n:,}".replace(",", "\u202f") if n >= 10_000 else str(n)
     return f"{count} hard {particles(dimension, n)}, η = {packing_fraction:.4g}"
 
 
 def _text(estimate: Estimate) -> str:
+    """Return an estimate as text for a picture."""
     return estimate.value_text.replace("+-", "±").replace("inf", "∞")
 
 
 def _grouped(values: np.ndarray, durations: np.ndarray, group: int) -> tuple[np.ndarray, np.ndarray]:
-    """Means of `group` blocks each, and the time at the middle of each group."""
+    """Return means of ``group`` blocks each, and the time at the middle of each group."""
     starts = np.arange(0, values.size, group)
     lengths = np.add.reduceat(durations, starts)
     return np.add.reduceat(values * durations, starts) / lengths, np.cumsum(lengths) - 0.5 * lengths
 
 
 def _frame_values(axes: Axes, shown: list[float], means: np.ndarray) -> None:
-    """Limits that show the convergence: most of the blocks, and every value in `shown`."""
+    """Set limits that show the convergence: most of the blocks, and every value in ``shown``."""
     low, high = np.quantile(means, [0.02, 0.98])
     low, high = min(low, *shown), max(high, *shown)
     margin = 0.12 * (high - low) or 0.05 * abs(high)
@@ -471,7 +473,7 @@ def _frame_values(axes: Axes, shown: list[float], means: np.ndarray) -> None:
 
 
 def _contact_inset(axes: Axes, distribution: RadialDistribution, implied: Estimate | None) -> None:
-    """The first quarter of a diameter, with the contact values at its left border."""
+    """Draw the first quarter of a diameter enlarged, with the contact values at its left border."""
     fitted: Any = distribution.contact_value
     unit = distribution.diameter
     r, near = distribution.r / unit, distribution.r < 1.25 * unit

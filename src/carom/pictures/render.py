@@ -1,6 +1,6 @@
-"""Spheres with light and depth, as an array of pixels: for pictures in space and for every frame of a movie.
+"""Shaded spheres as an array of pixels, for pictures in 3D and for the frames of a movie.
 
-Pixels know which sphere is nearest, from a depth buffer; then all of them are shaded at once. The light, the
+A depth buffer holds the nearest sphere of each pixel; then all pixels are shaded at once. The light, the
 colours and the haze are those of the viewer (``viewer/viewer.js``).
 """
 
@@ -20,13 +20,13 @@ from carom.pictures.hidden import visible
 from carom.pictures.shapes import Shapes, shapes_of
 
 FINE = 2
-"""Pixels of the buffer to one of the picture, along each axis: what makes edges smooth."""
+"""Pixels of the buffer per pixel of the picture, along each axis; they make edges smooth."""
 
 GROUND = np.array([1.0, 1.0, 1.0], dtype=np.float32)
 INK = np.array([0.2, 0.24, 0.29], dtype=np.float32)
 STONE = (0.66, 0.64, 0.6)
-# Unit vectors towards the light, and half-way from there to the eye, where a sphere shines. Python's
-# floats, so that pixels stay float32.
+# Unit vectors towards the light, and half-way between light and eye, the normal of a highlight. They are
+# Python floats, so that pixels stay float32.
 LIGHT = (-0.4381, 0.6133, 0.6572)
 HALF = (-0.2406, 0.3369, 0.9103)
 
@@ -40,15 +40,15 @@ class Camera:
     Parameters
     ----------
     middle : (3,) array
-        What is at the middle of the picture [length].
+        The point at the middle of the picture [length].
     axes : (3, 3) array
         Unit vectors to the right, up, and towards the eye.
     width, height : int
         Pixels.
     scale : float
-        Pixels to a length.
+        Pixels per length.
     depth : float
-        Half the depth of what is seen, over which haze thickens [length].
+        Half the depth of the visible space, over which haze thickens [length].
     """
 
     middle: np.ndarray
@@ -74,7 +74,7 @@ class Camera:
             reach = (np.abs(axes) @ (0.5 * box))[:2] + margin
         reach = 1.03 * reach
         scale = 0.5 * size / float(reach.max())
-        # Even numbers: half of the codecs want them.
+        # Even numbers, which many video codecs need.
         width, height = (2 * math.ceil(edge * scale) for edge in reach)
         depth = float(np.abs(axes[2]) @ (0.5 * box)) + margin
         return cls(0.5 * box, axes, width, height, scale, depth)
@@ -100,14 +100,14 @@ def rendered(
     Parameters
     ----------
     frame : Frame
-        Of one to three dimensions; less than three are seen from above.
+        A frame of one to three dimensions; one and two are seen from above.
     camera : Camera
     obstacles : sequence of obstacles
-        Drawn if they say how (:mod:`carom.pictures.shapes`).
+        Drawn if they have an outline or a surface (:mod:`carom.pictures.shapes`).
     colours : (n, 3) array, optional
         Red, green and blue of each sphere, from 0 to 1; those of the species if left out.
     ground : (3,) array
-        Colour behind everything.
+        Colour of the background.
     """
     fine = replace(camera, width=FINE * camera.width, height=FINE * camera.height, scale=FINE * camera.scale)
     if colours is None:
@@ -137,7 +137,7 @@ def rendered(
 def _nearest(
     centres: np.ndarray, radii: np.ndarray, camera: Camera, *, flat: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return who is nearest at each pixel, and how near; NOBODY and -inf where nobody is."""
+    """Return the nearest sphere at each pixel, and its depth; NOBODY and -inf where there is none."""
     owner = np.full((camera.height, camera.width), NOBODY, dtype=np.int32)
     depth = np.full((camera.height, camera.width), -np.inf, dtype=np.float32)
     order = np.argsort(centres[:, 2], kind="stable")
@@ -148,7 +148,7 @@ def _nearest(
     low = np.maximum(np.floor(centres[:, :2] - radii[:, None]), 0).astype(np.int64).tolist()
     high = (np.ceil(centres[:, :2] + radii[:, None]) + 1).astype(np.int64).tolist()
     places, squares = centres.astype(np.float32), (radii**2).astype(np.float32)
-    # The near ones first: what they hide is then soon known.
+    # Near spheres come first, so that the pixels that they hide are rejected early.
     for k in order[::-1].tolist():
         (left, top), (right, bottom) = low[k], high[k]
         x, y = columns[left:right], rows[top:bottom]
@@ -175,9 +175,9 @@ def _shaded(
     *,
     flat: bool,
 ) -> np.ndarray:
-    """Return the picture (height, width, 3) of spheres under a light, those far away in haze.
+    """Return the picture (height, width, 3) of lit spheres; far ones are in haze.
 
-    Where all points of a pixel belong to one sphere, they have one colour: that of their middle.
+    If all points of a pixel belong to one sphere, they get the colour of their middle.
     """
     image = np.empty((*owner.shape, 3), dtype=np.float32)
     image[:] = ground
@@ -185,6 +185,7 @@ def _shaded(
     haze = float(2.0 * camera.depth * camera.scale)
 
     def lit(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """Return the colours (m, 3) of points of the spheres ``who`` at the depths ``near``."""
         if flat:
             return _inked(rows, columns, who, *spheres)
         shade = _lit(rows, columns, who, *spheres)
@@ -214,7 +215,7 @@ def _shaded(
 
 
 def _places(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, centres: np.ndarray, radii: np.ndarray):
-    """Return where points are on their spheres, to the right and up, in radii."""
+    """Return the coordinates of points on their spheres [radii], to the right and up, and the radii."""
     size, middles = radii[who], centres[who]
     return (columns - middles[:, 0]) / size, (middles[:, 1] - rows) / size, size
 
@@ -254,7 +255,7 @@ def _lit(
 
 
 def _edges(frame: Frame) -> list[tuple[np.ndarray, int]]:
-    """Return the edges of the box (2, 3), and how wide each is: walls are wide."""
+    """Return the edges of the box (2, 3) and their widths [pixels]; walls are wide."""
     box = embed(frame.box[None])[0]
     corners = [tuple((k >> axis) & 1 for axis in range(3)) for k in range(4 if frame.dimension < 3 else 8)]
     result = []
@@ -269,7 +270,7 @@ def _edges(frame: Frame) -> list[tuple[np.ndarray, int]]:
 
 
 def _line(image: np.ndarray, depth: np.ndarray, ends: np.ndarray, wide: int) -> None:
-    """Draw a line (2, 3), so many pixels of the picture wide, where nothing is before it."""
+    """Draw a line (2, 3) of the width ``wide`` [pixels of the picture], where nothing hides it."""
     count = int(np.abs(ends[1] - ends[0])[:2].max()) + 2
     points = ends[0] + np.linspace(0.0, 1.0, count)[:, None] * (ends[1] - ends[0])
     reach = range(-(wide * FINE) // 2 + 1, (wide * FINE) // 2 + 1)
@@ -284,7 +285,7 @@ def _line(image: np.ndarray, depth: np.ndarray, ends: np.ndarray, wide: int) -> 
 
 
 def _face(image: np.ndarray, depth: np.ndarray, corners: np.ndarray, opacity: float) -> None:
-    """Lay a veil of a triangle (3, 3) over what is behind it."""
+    """Draw a translucent triangle (3, 3) where nothing hides it."""
     left, top = np.maximum(np.floor(corners[:, :2].min(axis=0)).astype(int), 0)
     right, bottom = np.ceil(corners[:, :2].max(axis=0)).astype(int) + 1
     part, near = image[top:bottom, left:right], depth[top:bottom, left:right]

@@ -1,7 +1,7 @@
-"""Obstacles as spheres, segments and triangles: all that a picture in space has to know of them.
+"""Obstacles as spheres, segments and triangles, for pictures in 3D.
 
-Whatever has ``outline(box, periodic)`` is drawn in the plane, whatever has ``surface(box, periodic)`` in
-space; types of one's own included (:mod:`carom.models.outlines` has the shapes that these return).
+Any obstacle with ``outline(box, periodic)`` is drawn in 2D, and any with ``surface(box, periodic)`` in 3D,
+also those of the user's own classes. :mod:`carom.models.outlines` has the shapes that these methods return.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ class Shapes(NamedTuple):
 
 
 def shapes_of(obstacles: Sequence[Obstacle], box: np.ndarray, periodic: tuple[bool, ...]) -> Shapes:
-    """Return the shapes of obstacles in a box of two or three dimensions, in the plane with z = 0."""
+    """Return the shapes of obstacles in a box of two or three dimensions; in two, z is 0."""
     spheres: list[list[float]] = []
     segments: list[np.ndarray] = []
     triangles: list[np.ndarray] = []
     plane = len(box) == 2
     name = "outline" if plane else "surface"
     shapes = [getattr(o, name)(box, periodic) for o in obstacles if hasattr(o, name)]
-    # In the plane, what is solid shows a little beyond the box.
+    # In 2D, solids are drawn a little beyond the box.
     beyond = 0.04 * float(max(box)) * np.array([1.0, 1.0, 0.0]) if plane else np.zeros(3)
     lower, upper = -beyond, _in_space(box) + beyond
     for shape in itertools.chain.from_iterable(shapes):
@@ -81,18 +81,19 @@ def shapes_of(obstacles: Sequence[Obstacle], box: np.ndarray, periodic: tuple[bo
 
 
 def _in_space(x: Any) -> np.ndarray:
-    """Return the first three coordinates, those that are missing 0."""
+    """Return the first three coordinates; missing ones are 0."""
     result = np.zeros(3)
     result[: min(len(x), 3)] = x[:3]
     return result
 
 
 def _flat(corners: Any) -> np.ndarray:
+    """Return points of the plane (k, 2) as points in space, (k, 3)."""
     return np.pad(np.array(corners, dtype=float), ((0, 0), (0, 1)))
 
 
 def _circle(centre: np.ndarray, radius: float, a: int, b: int) -> np.ndarray:
-    """Return a circle around `centre` in the plane of two axes, (ROUND, 2, 3)."""
+    """Return a circle around ``centre`` in the plane of the axes a and b, (ROUND, 2, 3)."""
     angles = np.linspace(0.0, 2.0 * math.pi, ROUND + 1)
     points = np.tile(centre, (ROUND + 1, 1))
     points[:, a] += radius * np.cos(angles)
@@ -150,7 +151,7 @@ def _face(point: np.ndarray, normal: np.ndarray, lower: np.ndarray, upper: np.nd
     other = np.cross(normal, along)
     signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     polygon = np.array([point + reach * (a * along + b * other) for a, b in signs])
-    # A plane that is a face of the box lies in it.
+    # The margin keeps a plane that is a face of the box.
     margin = 1e-9 * (upper - lower)
     for axis in range(3):
         polygon = _behind(polygon, upper + margin, np.eye(3)[axis])
@@ -159,4 +160,5 @@ def _face(point: np.ndarray, normal: np.ndarray, lower: np.ndarray, upper: np.nd
 
 
 def _fan(polygon: np.ndarray) -> list[np.ndarray]:
+    """Return the triangles of a convex polygon."""
     return [polygon[[0, k, k + 1]] for k in range(1, len(polygon) - 1)]

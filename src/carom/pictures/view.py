@@ -18,7 +18,7 @@ from carom.io.trajectory import open_reader
 from carom.models.interface import Interaction, Obstacle
 
 ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
-"""What is shown of a folder: the first of these that there is."""
+"""Files of a folder that can be shown; the first that exists is taken."""
 
 
 class View:
@@ -41,7 +41,7 @@ class View:
         folder = resources.files("carom.pictures") / "viewer"
         names = ("template.html", "viewer.css", "hexatic.js", "rings.js", "viewer.js")
         template, style, *scripts = ((folder / name).read_text(encoding="utf-8") for name in names)
-        # In a script element only "</" could end it.
+        # Only "</" could end the script element.
         data = json.dumps(self.data, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
         parts = {"TITLE": html.escape(self.title), "STYLE": style, "SCRIPT": "\n".join(scripts), "DATA": data}
         for name, part in parts.items():
@@ -160,7 +160,7 @@ def _data(
 
 
 def _of_scene(scene: Any) -> Frame:
-    """Return the frame of a scene; without velocities nobody moves."""
+    """Return the frame of a scene; missing velocities are zero."""
     velocities = scene.positions * 0.0 if scene.velocities is None else scene.velocities
     return Frame(
         0.0, 0, scene.positions, velocities, scene.box, scene.diameters, scene.masses,
@@ -174,7 +174,7 @@ def _of_path(
     collisions: int | None,
     interaction: Interaction | None,
 ) -> tuple[dict[str, Any], str]:
-    """Return the data of a file, or of what a folder holds."""
+    """Return the data and the title of a file, or of a file in a folder."""
     from carom.pictures import viewdata
 
     if path.is_dir():

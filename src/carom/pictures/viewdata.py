@@ -1,4 +1,4 @@
-"""What the page of :func:`carom.view` holds: frames or collisions as plain numbers, ready for JSON."""
+"""The data of the page of :func:`carom.view`: frames or collisions as plain numbers, ready for JSON."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from carom.scene.description import particles
 from carom.simulation.replay import Replay
 
 MOST_PLACES = 3_000_000
-"""Places of spheres that a page holds, 12 bytes each: of more frames, evenly spaced ones are kept."""
+"""Largest number of positions on a page, 12 bytes each; of more frames, evenly spaced ones are kept."""
 
 MOST_COLLISIONS = 20_000
-"""Collisions of a replay, by default: the first ones."""
+"""Default number of collisions of a replay, from the first one on."""
 
 GONE = 255
 """Kind of a unit that was removed."""
 
-SIX = 6  # neighbours whose directions make psi_6
+SIX = 6  # neighbours that psi_6 is computed from
 
 FAST = 2.5
-"""Speed at the end of the scale, in root mean square speeds."""
+"""Speed at the end of the colour scale [root mean square speeds]."""
 
 
 def _packed(values: Any, kind: Any) -> str:
@@ -42,7 +42,7 @@ def _packed(values: Any, kind: Any) -> str:
 
 
 def _common(frame: Frame, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
-    """Return what does not change with time."""
+    """Return the data that do not change with time."""
     if not 1 <= frame.dimension <= 3:
         raise InputError(
             f"The viewer shows one to three dimensions, and these frames have {frame.dimension}; "
@@ -79,12 +79,12 @@ def _common(frame: Frame, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
 
 
 def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
-    """Return the data of a trajectory; of more than fit, evenly spaced frames.
+    """Return the data of a trajectory; if there are too many frames, evenly spaced ones.
 
     Raises
     ------
     InputError
-        If there are none, or numbers or boxes differ.
+        If there are no frames, or their numbers of components or boxes differ.
     """
     if len(frames) == 0:
         raise InputError("There are no frames to show; expected at least one.")
@@ -123,7 +123,7 @@ def psi_6(frame: Frame) -> np.ndarray:
 
 
 def of_network(network: PackingNetwork) -> dict[str, Any]:
-    """Return the data of a packing: its spheres, rattlers marked, and the bonds of its backbone."""
+    """Return the data of a packing: its spheres with rattlers marked, and the bonds of its backbone."""
     data = of_frames([network.frame], network.obstacles)
     frame, held = network.frame, network.held
     ends, steps = network.bonds[held], network.vectors[held]
@@ -143,7 +143,7 @@ def of_network(network: PackingNetwork) -> dict[str, Any]:
 
 
 def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
-    """Return the data of a logged run: where each component was, and how fast, after each of its events.
+    """Return the data of a logged run: position and velocity of each component after each of its events.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
         "places": _packed(embed(np.concatenate(places)[order]), "f4"),
         "velocities": _packed(embed(np.concatenate(speeds)[order]), "f4"),
         "contacts": _packed(contacts, "f8"),
-        # Half a mean free time a second; on to the middle of one more, so that the last collision is seen.
+        # Half a mean free time per second, and half of one at the end, so that the last collision is seen.
         "pace": 0.5 * flight,
         "end": contacts[-1] + 0.5 * flight,
         "units": None if run.decided is None else _of_units(run, np.concatenate(became)[order]),
@@ -195,7 +195,7 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
 
 
 def _of_units(run: Replay, kinds: np.ndarray) -> dict[str, Any]:
-    """Return the kinds that units became, a number each record, GONE where one was removed, and circles."""
+    """Return the kind of the unit in each record, GONE if it was removed; and names and circles of kinds."""
     known = run.scene.interaction.kinds  # type: ignore[attr-defined]
     return {
         "kinds": _packed(np.where(kinds < 0, GONE, kinds % GONE), "u1"),

@@ -1,6 +1,6 @@
 """Whole studies: runs with a folder of results, packings, equations of state, transport, spherical codes.
 
-Nothing here knows how a component moves: that is the simulation's.
+Nothing here knows how a component moves; the simulation does.
 """
 
 from carom.studies.codes.code import SphericalCode

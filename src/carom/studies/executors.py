@@ -35,17 +35,17 @@ from carom.errors import CaromError, InputError
 ENGINES = ("processes", "threads", "serial", "mpi")
 
 ATTEMPTS = 3
-"""Workers that may die on a task before it counts as failed: one that needs too much memory kills them
-all."""
+"""Number of workers that may die in a task before it counts as failed. A task that needs too much memory
+kills every worker."""
 
 GLANCE = 0.1
-"""Seconds between two looks at Ctrl-C."""
+"""Seconds between two checks for Ctrl-C."""
 
 PATIENCE = 10.0
-"""Seconds after which a scheduler that does not answer is not there."""
+"""Seconds to wait for the answer of a scheduler."""
 
 _WHILE_ALIVE = contextlib.ExitStack()
-"""What a worker does from its beginning to its end."""
+"""Contexts that a worker keeps open until it ends."""
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -200,11 +200,15 @@ class _Process(SpawnProcess):
 
 
 class _Context(SpawnContext):
+    """Starts workers as :class:`_Process`."""
+
     Process = _Process
 
 
 def _begin(leash: Connection, mouth: Connection) -> None:
-    """Prepare a worker: deaf to Ctrl-C, and gone when the other end of `leash` is; by `mouth` it says once
+    """Prepare a worker process.
+
+    It ignores Ctrl-C, and ends when the other end of ``leash`` is closed. Through ``mouth`` it reports once
     that it compiles.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -222,7 +226,7 @@ def _begin(leash: Connection, mouth: Connection) -> None:
         nonlocal told
         if not told:
             told = True
-            with contextlib.suppress(OSError):  # the study was ended meanwhile
+            with contextlib.suppress(OSError):  # the study has ended meanwhile
                 mouth.send_bytes(b"compiling")
 
     _WHILE_ALIVE.enter_context(news.listening(say))
@@ -299,7 +303,7 @@ def _choose(choice: Any, workers: int | None) -> Engine:
             return Serial()
         return _mpi() if choice == "mpi" else _dask(choice)
     if hasattr(choice, "get_executor"):
-        # Dask takes calls for pure functions unless told otherwise, and would merge equal ones.
+        # By default Dask assumes pure functions and deduplicates equal calls.
         return Pool(choice.get_executor(pure=False), "Dask")
     return Pool(choice)
 
@@ -327,12 +331,14 @@ def _mpi() -> Engine:
 
 
 class _Dask(Pool):
+    """The Dask cluster of a ``client``, which is closed at the end."""
+
     def __init__(self, client: Any):
         super().__init__(client.get_executor(pure=False), "Dask")
         self.client = client
 
     def close(self, now: bool) -> None:
-        """Leave the cluster; it goes on without us."""
+        """Disconnect from the cluster, which keeps running."""
         self.client.close()
 
 

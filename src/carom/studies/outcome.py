@@ -1,4 +1,4 @@
-"""What the studies of many tasks have in common: how far they are, and what they come to."""
+"""The common part of studies with many tasks: their progress and their results."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Progress(Generic[R]):
     done, total : int
         Tasks.
     fraction : float
-        Of the work, in collisions.
+        Finished fraction of the work, in collisions.
     so_far : EquationOfState or Transport
         The results so far.
     """
@@ -49,11 +49,11 @@ class Outcome:
     Attributes
     ----------
     spec : value
-        What was asked for.
+        The requested study.
     records : list of dict
-        Results of the single runs that are done.
+        Results of the finished runs.
     failures : list of Failure
-        Tasks that failed in this session; running the study again tries them again.
+        Tasks that failed in this session; they run again when the study does.
     folder : Path or None
         Where the results are kept.
     engine : str
@@ -113,7 +113,7 @@ def carry_out(
     workers: int | None,
     progress: Callable[[Progress[R]], object] | None,
 ) -> R:
-    """Do the tasks of a study that are missing in its folder.
+    """Run the tasks of a study that are missing in its folder.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def carry_out(
 
 
 def write_csv(path: str | os.PathLike[str], columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write a table with one line of names.
+    """Write a table with the names of the columns as its first line.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Which phase a run was in, and so which equations of state it may be compared with."""
+"""The phase of a run, and the equations of state to compare it with."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from carom.scene.scene import Scene
 from carom.theory import Equation
 
 ACCURATE_DISKS = 0.6
-"""Packing fraction up to which the equations of state of disks are good to 1e-3."""
+"""Packing fraction up to which the equations of state of disks are accurate to 1e-3."""
 
 
 class Phase(NamedTuple):
-    """What a run of equal elastic particles in a periodic box was.
+    """The phase of a run of equal elastic particles in a periodic box.
 
     Attributes
     ----------
     name : str
         "fluid", "solid" or "coexistence".
     equations : dict of str to callable
-        What its Z may be compared with, the best one last.
+        Equations of state to compare its Z with, the best one last.
     note : str
-        What a reader has to know of it, a sentence; or "".
+        A caveat, in a sentence; or "".
     """
 
     name: str
@@ -48,14 +48,14 @@ def phase_of(scene: Scene, initial: str, distance: float) -> Phase:
     scene : Scene
         Of equal elastic particles in a periodic box.
     initial : str
-        How it began, as a scene file says it.
+        The start of the run, as in a scene file.
     distance : float
-        Median distance of the particles from their start, as :func:`moved` has it.
+        Median distance of the particles from their start, as :func:`moved` returns it.
 
     Notes
     -----
-    Beyond freezing, particles that stay near where they began are a solid; otherwise the fluid goes on,
-    metastable. Disks between freezing and melting are two phases side by side.
+    Beyond freezing, particles that stay near their start are a solid; otherwise the phase is a metastable
+    fluid. Disks between freezing and melting are two coexisting phases.
     """
     d, eta = scene.dimension, round(scene.packing_fraction, 9)
     freezing, melting = theory.FREEZING.get(d, 1.0), theory.MELTING.get(d, 1.0)

@@ -1,4 +1,4 @@
-"""One go at a study: what is missing is computed, wherever it is asked to, and everything is kept."""
+"""One session of a study: missing tasks run on the chosen engine, and every result is kept."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Failure:
-    """A task that came to no result.
+    """A task that failed.
 
     Attributes
     ----------
     task : dict
     reason : str
-        One clause.
+        The reason, in one clause.
     """
 
     task: dict[str, Any]
@@ -35,13 +35,13 @@ class Failure:
 
 
 def cost(task: Task) -> float:
-    """Return how much work a task is, in collisions."""
+    """Return the work of a task [collisions]."""
     length = task["equilibration"] + task["collisions_per_particle"]
     return 0.5 * float(length) * int(task["scene"]["n"])
 
 
 class Job(Generic[R]):
-    """The tasks of a study, and what makes one result of their records.
+    """The tasks of a study, and the function that summarises their records.
 
     Parameters
     ----------
@@ -49,12 +49,13 @@ class Job(Generic[R]):
         See :mod:`carom.studies.tasks`; each with ``scene``, ``equilibration`` and
         ``collisions_per_particle``.
     simulate : callable
-        From a task to its record: a module's function, which workers can import; it may be asked to ``stop``.
+        Returns the record of a task. It is a function of a module, which workers can import, with an optional
+        argument ``stop``.
     summary : callable
-        From the records that are done, and the failures, to the study's result.
+        Returns the result of the study for finished records and failures.
     report : callable, optional
-        Called at the start and after every task with the tasks done, all tasks, the fraction of the work, and
-        the result so far.
+        Called at the start and after every finished task with the number of finished tasks, of all tasks, the
+        finished fraction of the work, and the result so far.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class Job(Generic[R]):
         settings: dict[str, Any],
         grid: dict[str, Any],
     ) -> tuple[R, str]:
-        """Run what is missing, and return the result and where it ran.
+        """Run the missing tasks, and return the result and the name of the engine.
 
         Parameters
         ----------
@@ -89,12 +90,12 @@ class Job(Generic[R]):
         out : path or None
             Folder of the results.
         settings, grid : dict
-            What all tasks share, and which tasks there are.
+            Settings that all tasks share, and parameters that differ between tasks.
         """
         if out is None:
             return self._run(executor, workers)
         folder = TaskFolder(Path(out))
-        # Before anything is made: the engine may be none, and what stands there another study's.
+        # These checks come before any file is made.
         executors.check(executor, workers)
         folder.check(settings)
         folder.make()
@@ -145,7 +146,7 @@ class Job(Generic[R]):
             try:
                 self.folder.store(record)
             except FileError as error:
-                # A full disk may have room again before the end; the result is kept in memory until then.
+                # The result stays in memory; at the end a full disk may have room again.
                 self.unwritten.append(record)
                 self.problem = str(error)
         self._report()
@@ -154,6 +155,7 @@ class Job(Generic[R]):
         self.failures.append(Failure(self.missing[index], executors.reason(error)))
 
     def _write_again(self) -> None:
+        """Try again to write the results that could not be written."""
         assert self.folder is not None or not self.unwritten
         for record in [*self.unwritten]:
             try:
@@ -175,6 +177,7 @@ class Job(Generic[R]):
         self.report(len(self.records), len(self.tasks), done / total, self._so_far())
 
     def _farewell(self) -> str:
+        """Return the message of an interrupted study."""
         count = f"{len(self.records)} of {len(self.tasks)} runs are done"
         if self.folder is None:
             return f"Stopped; {count}, and lost, because no folder was given to keep them."

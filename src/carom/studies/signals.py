@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: at once where nothing would be lost, otherwise at the next safe moment."""
+"""Ctrl-C and SIGTERM: they act at once where nothing would be lost, otherwise at the next safe moment."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Stop:
-    """Whether somebody asked to stop.
+    """Whether a signal to stop was received.
 
     Attributes
     ----------
     deferred : bool
-        While true, a signal is only noted in `asked`, and the second one raises KeyboardInterrupt. While
+        While true, the first signal only sets ``asked``, and the second one raises KeyboardInterrupt. While
         false, the first one does.
     asked : bool
-        Whether a signal came.
+        Whether a signal was received.
     """
 
     def __init__(self) -> None:
@@ -40,7 +40,7 @@ class Stop:
 
 @contextlib.contextmanager
 def stoppable() -> Iterator[Stop]:
-    """Receive Ctrl-C and SIGTERM in the body; elsewhere than in the main thread, nothing is received."""
+    """Receive Ctrl-C and SIGTERM in the body of a ``with``; only the main thread can."""
     stop = Stop()
     if threading.current_thread() is not threading.main_thread():
         yield stop
@@ -52,5 +52,5 @@ def stoppable() -> Iterator[Stop]:
         yield stop
     finally:
         for number, handler in before.items():
-            # None stands for a handler that Python did not install and cannot put back.
+            # None stands for a handler that Python did not install and cannot restore.
             signal.signal(number, signal.SIG_DFL if handler is None else handler)

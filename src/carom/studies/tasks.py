@@ -1,11 +1,11 @@
-"""The tasks of a study: plain values with a name of their own, and a folder with one result file each.
+"""The tasks of a study: plain values, each with its own key, and a folder with one result file for each.
 
-A task is a dictionary of JSON values from which every bit of its result follows. Its key is a digest of that
-content, so that results are found again whatever else the study holds, and its random stream is keyed by its
-content too: adding tasks to a study changes none of the others.
+A task is a dictionary of JSON values that determines every bit of its result. Its key is a digest of that
+content, and its random stream depends only on the content, too. So results are found again in any study, and
+adding tasks to a study does not change the others.
 
-Result files are written by the process that leads the study, never by the workers, which need no common disk
-then. Each appears complete or not at all.
+Only the leading process of a study writes result files, so that workers need no common disk. Each file
+appears complete or not at all.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from carom.errors import FileError
 from carom.io.paths import reason, replacing, writing
 
 Task = dict[str, Any]
-"""What to compute: strings, numbers, and lists and tables of them."""
+"""The input of a task: strings, numbers, and lists and tables of them."""
 
 Record = dict[str, Any]
-"""What was computed: ``task``, ``result`` (the same bits wherever it ran) and ``provenance``."""
+"""The output of a task: ``task``, ``result`` (bit-identical on every machine) and ``provenance``."""
 
 SETTINGS = "study.json"
-"""File with what all tasks of a study share."""
+"""File with the settings and the grid of a study."""
 
 RESULTS = "tasks"
 """Folder of the result files."""
 
 
 def canonical(value: Any) -> str:
-    """Return a value as the JSON text that equal values share."""
+    """Return a value as JSON text; equal values have equal texts."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=True)
 
 
@@ -51,12 +51,12 @@ def stream(seed: int, identity: Any) -> SeedSequence:
 
 
 class TaskFolder:
-    """Where a study keeps its settings and the results of its tasks.
+    """The folder with the settings of a study and the results of its tasks.
 
     Parameters
     ----------
     path : Path
-        The folder; :meth:`begin` makes it.
+        The folder; :meth:`make` makes it.
     """
 
     def __init__(self, path: Path):
@@ -68,12 +68,12 @@ class TaskFolder:
         return self.path / RESULTS / f"{key(task)}.json"
 
     def check(self, settings: dict[str, Any]) -> None:
-        """Refuse a folder that holds the results of another study; touches nothing.
+        """Refuse a folder that holds the results of another study; no file is changed.
 
         Parameters
         ----------
         settings : dict
-            What all tasks share.
+            Settings that all tasks share.
 
         Raises
         ------
@@ -85,19 +85,19 @@ class TaskFolder:
             _check_same(before["settings"], settings, self.path)
 
     def make(self) -> None:
-        """Make the folder, unless it is there."""
+        """Make the folder, unless it exists."""
         with writing(self.path):
             (self.path / RESULTS).mkdir(parents=True, exist_ok=True)
 
     def begin(self, settings: dict[str, Any], grid: dict[str, Any]) -> None:
-        """Sweep out what a kill left half-written, and write what the study is.
+        """Remove incomplete files of a killed process, and write settings and grid.
 
         Parameters
         ----------
         settings : dict
-            What all tasks share; as for :meth:`check`.
+            As for :meth:`check`.
         grid : dict
-            Which tasks there are; it may have grown or shrunk since.
+            Parameters that differ between tasks; they may differ from those of an earlier session.
         """
         self.check(settings)
         with writing(self.path):
@@ -129,7 +129,7 @@ class TaskFolder:
         return data
 
     def load(self, task: Task) -> Record | None:
-        """Return the stored result of a task; None if there is none that is whole and its own."""
+        """Return the stored result of a task; None if there is none, or its file is damaged."""
         try:
             record = json.loads(self.result(task).read_text(encoding="utf-8"))
             whole = record["task"] == task and record["digest"] == _digest(record["result"])

@@ -1,4 +1,4 @@
-"""What every task of a study does on its worker, whatever it measures: begin, and be recorded."""
+"""The common part of all tasks on a worker: their start and their record."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ def refuse_other_version(task: Task) -> None:
 
 
 def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **settings: Any) -> Simulation:
-    """Return the scene of a task in motion, before anything has happened.
+    """Return the simulation of a task at its start.
 
-    The lengths of a run are no part of its identity: a longer one begins like a shorter one.
+    The start does not depend on the length of the run: a longer run begins like a shorter one.
 
     Parameters
     ----------
     task : dict
         With ``seed``, ``scene``, ``replica`` and ``neighbors``.
     check : callable, optional
-        Called with the scene, which it may refuse.
+        Called with the scene; it may raise InputError.
     **settings
-        Further ones of :class:`carom.Simulation`.
+        Further arguments of :class:`carom.Simulation`.
 
     Raises
     ------
@@ -63,13 +63,13 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
 
 
 class Stopwatch:
-    """When a task began; :meth:`record` says how long it took, and where."""
+    """The time at which a task began; :meth:`record` notes its duration and its machine."""
 
     def __init__(self) -> None:
         self._began, self._clock_time = clock.perf_counter(), clock.time()
 
     def record(self, task: Task, result: dict[str, Any], sim: Simulation) -> Record:
-        """Return the record of a task that is done."""
+        """Return the record of a finished task."""
         return {
             "task": task,
             "result": result,

@@ -1,4 +1,4 @@
 """The speed-accuracy front: methods, their measures, the table and its picture.
 
-Only here do the engine and the reference methods meet; nothing here is needed to simulate.
+The engine and the reference methods are compared only here. No simulation needs this package.
 """

@@ -1,4 +1,4 @@
-"""Self-diffusion by one rule, whatever moves the spheres: the slope of their mean square displacement."""
+"""Self-diffusion by one rule for all methods: the slope of the mean square displacement."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from carom.errors import CaromWarning
 from carom.observables.statistics import Estimate, blocking
 
 BLOCK = 2.5
-"""Time of a block [mean free times]."""
+"""Duration of a block [mean free times]."""
 
 NEAR, FAR = 4, 8
-"""The slope is that between so many blocks: 10 and 20 mean free times. Later ones have a larger slope in a
-fluid, because currents of many spheres live long; slow methods do not come that far."""
+"""The slope is taken between these numbers of blocks: 10 and 20 mean free times. In a fluid it is larger at
+later times, because collective currents decay slowly; slow methods do not reach such times."""
 
 FASTEST = 6.0
-"""Thermal velocities, along an axis, beyond which nobody is: one in 500 million is faster."""
+"""Largest expected velocity along an axis [thermal velocities]: one in 500 million is faster."""
 
 
 def looks(box: Sequence[float], thermal: float, duration: float) -> int:
-    """Return into how many parts a time is cut so that nobody crosses half of the box unseen in one.
+    """Return the number of parts of a time such that no sphere crosses half of the box in one part.
 
     Parameters
     ----------

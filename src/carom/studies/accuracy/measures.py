@@ -1,4 +1,4 @@
-"""What is asked of every way to move hard spheres: how fast, how true, how reversible, how biased."""
+"""Measures of every method: speed, horizon, reversibility, bias of Z and D."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from carom.studies.accuracy.diffusion import BLOCK, EinsteinSlope, looks
 from carom.studies.accuracy.methods import Method, Motion
 
 NUDGE = 1e-30
-"""By how much the oracle's twin is moved, in boxes: far above its rounding, and never near saturation."""
+"""Displacement of the oracle's twin [box edges]: far above its rounding, and too small to saturate."""
 
 APART = 1e-3
 """Distance from the true position at which a trajectory counts as lost [diameters]."""
 
 SAMPLES = 4
-"""Looks at a trajectory in a mean free time."""
+"""Samples of a trajectory per mean free time."""
 
 FEWEST = 16
-"""Values of D at least, however slow a method is."""
+"""Smallest number of values of D, also for a slow method."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Track:
 
     @property
     def rate(self) -> float:
-        """Collisions of one particle a time."""
+        """Collisions of one particle per unit of time."""
         return 2.0 * float(self.collisions[-1]) / (self.positions.shape[1] * float(self.times[-1]))
 
 
@@ -71,7 +71,7 @@ def true_track(
     collisions_per_particle: float,
     progress: Callable[[float], object],
 ) -> Track:
-    """Follow the oracle, and its twin for the first half of the way."""
+    """Follow the oracle, and its twin for the first half of the time."""
     interval = mean_free_time / SAMPLES
     count = max(round(collisions_per_particle * SAMPLES), 8 * SAMPLES)
     motion, twin = method.start(scene, True), _twin(scene)
@@ -87,14 +87,14 @@ def true_track(
             apart.append(0.5 * math.log(float((difference * difference).sum())))
         progress(k / count)
     times = interval * np.arange(1, count + 1)
-    # The first mean free times turn a difference of positions into the fastest growing one.
+    # During the first mean free times the difference turns into the direction of fastest growth.
     late = slice(len(apart) // 5, None)
     slope = np.polyfit(times[: len(apart)][late], np.array(apart)[late], 1)[0]
     return Track(times, np.array(positions), np.array(collisions), motion.order() or [], float(slope))
 
 
 def _twin(scene: Scene) -> NaiveSystem:
-    """Return the oracle at a state moved by ``NUDGE``, without a second look for overlaps of that size."""
+    """Return the oracle, started from positions displaced by random vectors of the size ``NUDGE``."""
     rng = np.random.default_rng(0)
     system = NaiveSystem(
         scene.positions, scene.velocities, scene.box, diameter=scene.diameter, masses=[scene.mass] * scene.n
@@ -117,11 +117,11 @@ class Faithfulness:
     Attributes
     ----------
     order, position : float
-        Collisions a particle until the order of collisions, and until any position by 10^-3 diameters,
-        differs; infinite if it never did, nan where nothing is a collision.
+        Collisions per particle until the order of collisions differs, and until any position differs by 10^-3
+        diameters; infinite if it never did. The order is nan for a method without collisions.
     error : float
-        Median distance from the true positions after one collision a particle [diameters]; 0 where no double
-        can tell the difference.
+        Median distance from the true positions after one collision per particle [diameters]; 0 where doubles
+        do not resolve it.
     """
 
     order: float = math.inf
@@ -144,7 +144,7 @@ def faithfulness(scene: Scene, method: Method, track: Track) -> Faithfulness:
             error = float(np.median(distances))
         if math.isinf(lost) and distances.max() > APART:
             lost = 2.0 * track.collisions[k] / n
-        # The order is lost soon after the positions are, and a slow method has better things to do.
+        # The order is lost soon after the positions, and going on would be slow.
         if k >= one and 2.0 * track.collisions[k] / n > lost + 8.0:
             break
     order = motion.order()
@@ -168,7 +168,7 @@ def reversal(scene: Scene, method: Method, duration: float) -> float:
 
 
 def speed(scene: Scene, method: Method, interval: float, seconds: float) -> tuple[float, Motion]:
-    """Return collisions per CPU second, and the motion that showed them, in calls for ``interval``."""
+    """Return collisions per CPU second, and the motion they were measured on, in calls for ``interval``."""
     motion = method.start(scene, False)
     motion.run(interval)
     before, began = motion.tally()[1], clock.process_time()
@@ -179,7 +179,7 @@ def speed(scene: Scene, method: Method, interval: float, seconds: float) -> tupl
 
 @dataclass(frozen=True)
 class Measured:
-    """What a run of a method gave.
+    """Results of a run of a method.
 
     Attributes
     ----------
@@ -187,7 +187,7 @@ class Measured:
     diffusion : Estimate
         D by the rule of :class:`EinsteinSlope` [length^2 / time].
     seconds : float
-        CPU seconds of the motion, without those of looking at it.
+        CPU seconds of the motion, without those of the analysis.
     motion : Motion
     """
 
@@ -232,7 +232,7 @@ def measured(scene: Scene, method: Method, mean_free_time: float, seconds: float
 
 
 def expected_pressure(scene: Scene) -> float | None:
-    """Return Z of as many particles by the best equation of state, or None where there is none."""
+    """Return Z of the scene's N by the best equation of state, or None where there is none."""
     eta = scene.packing_fraction
     try:
         equation = theory.best(scene.dimension)

@@ -1,4 +1,4 @@
-"""The ways to move hard spheres that are compared: same scene, same questions."""
+"""The methods that are compared, behind one interface: :class:`Motion`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from carom.scene.temperature import temperature
 from carom.simulation.simulation import Simulation
 
 UNTUNED = 0.3
-"""Skin of lists where the time does not count [diameters]."""
+"""Skin of neighbour lists where the CPU time is not measured [diameters]."""
 
 
 class Motion(Protocol):
@@ -33,14 +33,15 @@ class Motion(Protocol):
         """Move on by a time (a stepping method: by the nearest number of steps)."""
 
     def settle(self, time: float) -> None:
-        """Move on until it can be measured."""
+        """Move on by at least a time, until averages are those of equilibrium."""
 
     def kT(self) -> float:
-        """Return the mean temperature since then [energy]."""
+        """Return the mean temperature since :meth:`settle` [energy]."""
 
     def order(self) -> list[tuple[int, int]] | None:
-        """Return the pairs that collided so far, in order, the smaller index first, or None where nothing is
-        a collision; ends a motion that is logged.
+        """Return the pairs that collided so far, in order, the smaller index first.
+
+        It is None for a method without collisions. A logged motion ends here.
         """
 
     def positions(self) -> np.ndarray:
@@ -53,12 +54,13 @@ class Motion(Protocol):
         """Return time, collisions and virial so far."""
 
     def faults(self) -> tuple[float, float, float]:
-        """Return the worst overlap [diameters], nan where nobody looks, and the relative drifts of energy and
-        momentum so far.
+        """Return the worst overlap [diameters] and the relative drifts of energy and momentum so far.
+
+        The overlap is nan where it is not measured.
         """
 
     def bytes_per_particle(self) -> float:
-        """Return the memory that the state and its search structures take."""
+        """Return the memory per particle of the state and its search structures [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -72,12 +74,12 @@ class Method:
     kind : {"event-driven", "naive", "time-driven", "pseudo-hard"}
         Which algorithm.
     start : callable
-        ``start(scene, logged)`` returns a :class:`Motion`, which knows its order of collisions only if it is
-        ``logged``. That takes time: nobody times such a motion, or tunes it. The scene has velocities.
+        ``start(scene, logged)`` returns a :class:`Motion`. Only if it is ``logged``, it knows its order of
+        collisions. Logging takes time, so such a motion is neither timed nor tuned. The scene has velocities.
     fast : bool
-        Whether its speed is measured on the scene itself; else on the small one.
+        Whether speed, Z and D are measured on the scene itself; else on the small one.
     many_digits : bool
-        Whether its rounding is far below that of doubles, so that it is what others are compared with.
+        Whether its rounding is far below that of doubles. Such a method is the reference of the others.
     """
 
     name: str
@@ -137,8 +139,8 @@ def stepping(fraction: float, mean_free_time: float, *, single: bool = False) ->
 def pseudo_hard(step: float, mean_free_time: float, *, lammps: bool = False) -> Method:
     """Return pseudo hard spheres by velocity Verlet, by Carom or by LAMMPS.
 
-    The time step is in units of sigma sqrt(m / epsilon). They have no collisions. What is counted are those
-    that hard spheres make in the same time.
+    The time step is in units of sigma sqrt(m / epsilon). They have no collisions; their count is the expected
+    number of collisions of hard spheres in the same time.
     """
 
     def start(scene: Scene, logged: bool) -> Motion:
@@ -199,7 +201,7 @@ class _Engine:
     def reversed(self) -> Motion:
         frame = self.sim.frame()
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # single precision leaves overlaps of its own
+            warnings.simplefilter("ignore", CaromWarning)  # single precision leaves overlaps by rounding
             back = Scene.from_frame(replace(frame, velocities=-frame.velocities))
         return _Engine(back, self.settings, logged=False)
 
@@ -219,7 +221,7 @@ class _Engine:
 
 @dataclass
 class _Naive:
-    """The naive algorithm, in whatever arithmetic."""
+    """The naive algorithm, in any arithmetic."""
 
     system: NaiveSystem
     pairs: list[tuple[int, int]] = field(default_factory=list)
@@ -308,7 +310,7 @@ class _Stepping:
         return self.pairs
 
     def positions(self) -> np.ndarray:
-        # At the time asked for, which lies within half a step of the present.
+        # At the requested time, which is within half a step of the present time.
         return self.system.positions + self.system.velocities * (self._asked - self.system.time)
 
     def reversed(self) -> Motion:
@@ -342,7 +344,7 @@ class _PseudoHard:
 
     system: Any
     rate: float
-    """Collisions of hard spheres a time."""
+    """Collisions of all hard spheres per unit of time."""
 
     def __post_init__(self) -> None:
         self._asked, self._begun = 0.0, 0
@@ -404,6 +406,7 @@ def _changes(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
 
 
 def _system(scene: Scene, velocities: Any, **arithmetic: Any) -> NaiveSystem:
+    """Return the scene with these velocities, for the naive algorithm."""
     return NaiveSystem(
         scene.positions,
         velocities,

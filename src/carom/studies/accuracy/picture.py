@@ -1,4 +1,4 @@
-"""The picture of ``carom trade``: speed against error, and where event-driven simulation stands."""
+"""The picture of ``carom trade``: error against speed for every method."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ SIDES = {
     "LAMMPS": ("right", (-6, -3)),
     "Mie 50-49": ("center", (0, 8)),
 }
-"""Where the name of a method stands, if not to the right of its slowest point."""
+"""Alignment and shift of a method's name, where it is not to the right of its slowest point."""
 
 FLOOR = 2.0**-53
-"""Where an error of zero is drawn: half a rounding."""
+"""Position of an error of zero on the logarithmic axis: half a rounding."""
 
 
 def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) -> Figure:
-    """Draw what each method makes of a second: the error of positions, the bias of Z, and error against N.
+    """Draw the error of positions and the bias of Z against speed, and the error of Z against N.
 
     Parameters
     ----------
@@ -57,10 +57,10 @@ def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) 
     for panel in axes:
         panel.spines[["top", "right"]].set_visible(False)
     rates = [row.collisions_per_second for row in result.rows]
-    # Below half a rounding no double can tell a position from the true one.
+    # Doubles do not resolve errors below half a rounding.
     _panel(first, result, rates, [max(row.error_1, FLOOR) for row in result.rows])
     first.set_ylabel(r"error after one collision a particle [$\sigma$]")
-    # A bias that is not seen is no smaller than the error with which it was looked for.
+    # Without a significant bias, its standard error is the upper bound.
     biases = [max(abs(row.z_bias), row.z_error) for row in result.rows]
     _panel(axes[1], result, rates, biases, bars=[row.z_error for row in result.rows])
     axes[1].set_ylabel(r"bias of $Z$, relative (or what hides it)")
@@ -80,6 +80,7 @@ def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) 
 def _panel(
     axes: Axes, result: TradeResult, rates: list[float], errors: list[float], bars: list[float] | None = None
 ) -> None:
+    """Draw errors against speed: a point per row, a line per method, and the Pareto front."""
     for k, row in enumerate(result.rows):
         marker, colour = LOOKS[row.algorithm]
         axes.plot(rates[k], errors[k], marker, color=colour)
@@ -100,7 +101,7 @@ def _panel(
 
 
 def families(result: TradeResult) -> dict[str, list[int]]:
-    """Return the rows of each method, whatever its time step."""
+    """Return the indices of the rows of each method, all its time steps together."""
     found: dict[str, list[int]] = {}
     for k, row in enumerate(result.rows):
         name = re.sub(r"(^|, )step [\d.e-]+", "", row.method)
@@ -110,7 +111,7 @@ def families(result: TradeResult) -> dict[str, list[int]]:
 
 
 def pareto(speeds: list[float], errors: list[float]) -> list[int]:
-    """Return the indices, by speed, of those of which no other is both faster and more accurate."""
+    """Return the indices of the Pareto front, by speed: no other method is both faster and more accurate."""
     front: list[int] = []
     for k in sorted(range(len(speeds)), key=lambda k: (-speeds[k], errors[k])):
         if np.isfinite(errors[k]) and (not front or errors[k] < errors[front[-1]]):

@@ -1,4 +1,4 @@
-"""What ``carom trade`` finds: a row for each method, and how long trajectories can be followed."""
+"""Results of ``carom trade``: a row for each method, and how long trajectories can be followed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carom.studies.accuracy.statistics import SamplingRow, SizeRow
 
 @dataclass(frozen=True)
 class Row:
-    """One way to move hard spheres, with its figures; nan where none was asked for.
+    """The figures of one method; nan where none was measured.
 
     Attributes
     ----------
@@ -23,25 +23,27 @@ class Row:
     worst_overlap : float
         Deepest overlap [diameters].
     energy_drift, momentum_drift : float
-        In a million collisions, relative.
+        Relative, per million collisions.
     horizon_order, horizon_position : float
-        Collisions a particle until the order of collisions, and any position by 10^-3 diameters, is not the
-        oracle's, the median of three starts; infinite if that did not happen while it was looked at.
+        Collisions per particle until the order of collisions is not the oracle's, and until any position
+        differs by 10^-3 diameters. Median of three starts; infinite if that did not happen in the time
+        followed.
     error_1 : float
-        Median distance from the true position after one collision a particle, of the three [diameters].
+        Median distance from the true position after one collision per particle; median of the three starts
+        [diameters].
     back_5, back_10, back_20 : float
-        Largest distance from the start after so many collisions a particle forward and back [diameters]; 0
-        where no double can tell the difference, nan beyond half of what the oracle was followed for.
+        Largest distance from the start after so many collisions per particle forward and back [diameters]. It
+        is 0 where doubles do not resolve it, and nan beyond half the length of the oracle's trajectory.
     z_bias, z_error : float
-        Z over what it should be less one, and its standard error.
+        Relative bias of Z, and its standard error.
     contact_bias, contact_error : float
-        The same of g(sigma+), from the number of collisions; from the virial where nothing is a collision.
+        The same of g(sigma+), from the number of collisions; from the virial for a method without collisions.
     diffusion, diffusion_bias, diffusion_error : float
-        D of these spheres [length^2 / time], compared with the engine's D of as many, by the rule of
-        :class:`carom.studies.accuracy.diffusion.EinsteinSlope`.
+        D at this N [length^2 / time] by the rule of
+        :class:`carom.studies.accuracy.diffusion.EinsteinSlope`, and its relative deviation from the engine's
+        D at the same N, with the standard error.
     z_cost, diffusion_cost : float
-        Error of Z and D after one CPU second, relative: the statistical one. What a bias leaves is beside
-        it.
+        Relative statistical error of Z and of D after one CPU second, without the bias.
     """
 
     method: str
@@ -71,18 +73,18 @@ class Row:
 
 @dataclass(frozen=True)
 class Horizon:
-    """How long doubles can follow a trajectory: what theory says, in collisions a particle.
+    """How long doubles can follow a trajectory, by theory [collisions per particle].
 
     Attributes
     ----------
     lyapunov, rate : float
-        Largest Lyapunov exponent and collision rate of a particle, from two oracles side by side [1 / time].
+        Largest Lyapunov exponent and collision rate of a particle, from the oracle and its twin [1 / time].
     to_one, to_apart : float
         Until one rounding, 2.2e-16, has grown to one diameter, and to 10^-3 diameters.
     published_to_one : float
         The first from published exponents; nan where there are none for this density.
     followed : float
-        Collisions a particle that the oracle was followed for.
+        Length of the oracle's trajectory [collisions per particle].
     """
 
     lyapunov: float
@@ -95,7 +97,7 @@ class Horizon:
 
 @dataclass(frozen=True)
 class TradeResult:
-    """What ``carom trade`` found.
+    """The results of ``carom trade``.
 
     Attributes
     ----------

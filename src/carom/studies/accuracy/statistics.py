@@ -17,18 +17,18 @@ from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 
 SIZES = (108, 256, 500, 864, 2048, 4000, 10976, 32000)
-"""Numbers of particles that are compared; the nearest that fill a lattice."""
+"""Numbers of particles to compare; the nearest that fill a lattice are taken."""
 
 INTERVALS = (0.1, 0.3, 1.0, 3.0, 10.0)
-"""Sampling intervals that are compared [mean free times]."""
+"""Sampling intervals to compare [mean free times]."""
 
 MELTING = 100
-"""Collisions per particle from a lattice to a fluid."""
+"""Collisions per particle that melt a lattice."""
 
 
 @dataclass(frozen=True)
 class SizeRow:
-    """What N costs and gives.
+    """Cost and error of Z at one N.
 
     Attributes
     ----------
@@ -40,11 +40,11 @@ class SizeRow:
     relative_error_1s : float
         The relative error after one CPU second; it falls with the square root of the time.
     finite_size_bias : float
-        By how much Z of n particles differs from that of infinitely many, relative; nan without a theory.
+        Relative difference between Z of n particles and of infinitely many; nan without a theory.
     corrected_bias, corrected_error : float
-        The same after the correction to leading order, as measured against theory, and its error.
+        The same after the correction to leading order, measured against theory, and its standard error.
     break_even : float
-        CPU seconds after which the bias, uncorrected, is the larger part of the error.
+        CPU seconds after which the uncorrected bias is larger than the statistical error.
     """
 
     n: int
@@ -60,7 +60,7 @@ class SizeRow:
 
 @dataclass(frozen=True)
 class SamplingRow:
-    """What sampling more often gives.
+    """Cost and error of g(r) at one sampling interval.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class SamplingRow:
     g_error : float
         Mean relative error of g in bins of 0.02 diameters, up to two diameters.
     cpu_seconds : float
-        Of the run, the frames and g(r).
+        For the run, the frames and g(r) together.
     """
 
     interval: float
@@ -85,7 +85,7 @@ class SamplingRow:
 def sizes(
     dimension: int, packing_fraction: float, seed: int, seconds: float, progress: Callable[[float], object]
 ) -> list[SizeRow]:
-    """Measure Z with different N, for as many CPU seconds each."""
+    """Measure Z at different N, each for the same CPU time."""
     lattice = lattices.densest(dimension)
     rows, seen = [], set()
     for k, wanted in enumerate(SIZES):
@@ -99,6 +99,7 @@ def sizes(
 
 
 def _size(scene: Scene, seed: int, seconds: float) -> SizeRow:
+    """Measure Z of a scene for so many CPU seconds."""
     sim = Simulation(scene, seed=seed, images=False)
     sim.run(collisions=1)  # compiles
     sim.run(collisions_per_particle=MELTING)
@@ -106,7 +107,7 @@ def _size(scene: Scene, seed: int, seconds: float) -> SizeRow:
     sim.run(walltime=0.1 * seconds)
     pace = (sim.collisions - before) / (clock.process_time() - began)
     began, before = clock.process_time(), sim.collisions
-    # Twenty collisions a particle at least: less would not show how the virial is correlated.
+    # A run of less than twenty collisions per particle would not resolve the correlation of the virial.
     found = sim.measure(Pressure(blocks=512), collisions=round(max(pace * seconds, 10.0 * scene.n)))
     spent = clock.process_time() - began
     z = found.compressibility_factor
@@ -116,7 +117,7 @@ def _size(scene: Scene, seed: int, seconds: float) -> SizeRow:
         true = float(equation(scene.packing_fraction))
         bias = float(theory.finite_size_shift(scene.packing_fraction, scene.n, equation)) / true
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # how small a box may be is what is measured here
+            warnings.simplefilter("ignore", CaromWarning)  # small boxes are meant here
             corrected = found.infinite_size().mean / true - 1.0
     except CaromError:
         bias = corrected = math.nan

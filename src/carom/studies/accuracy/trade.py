@@ -1,4 +1,4 @@
-"""``carom trade``: what a digit costs, measured on one's own machine and scene."""
+"""``carom trade``: speed against accuracy, measured on the user's machine and scene."""
 
 from __future__ import annotations
 
@@ -40,19 +40,19 @@ from carom.studies.accuracy.rows import Horizon, Row, TradeResult
 from carom.studies.accuracy.statistics import sampling, sizes
 
 SMALL = 64
-"""Particles that the 50-digit oracle can follow for as long as doubles can."""
+"""Largest number of particles that the 50-digit oracle follows."""
 
 STARTS = 3
-"""Small scenes that are followed: by chance a graze ends one trajectory long before its rounding does."""
+"""Small scenes to follow. One is not enough: a grazing collision may end its trajectory early by chance."""
 
 STEPS = (1e-1, 1e-2, 1e-3, 1e-4)
 """Steps of the time-driven method [mean free times]."""
 
 VERLET = (5e-4, 1e-3, 2e-3)
-"""Steps of pseudo hard spheres [sigma sqrt(m / epsilon)]: at 4e-3 their energy runs away."""
+"""Steps of pseudo hard spheres [sigma sqrt(m / epsilon)]: at 4e-3 their energy diverges."""
 
 BACK = (5, 10, 20)
-"""Collisions a particle forward, and as many back."""
+"""Collisions per particle forward, and as many back."""
 
 FILES = ("trade.csv", "sizes.csv", "sampling.csv", "trade.json", "trade.png")
 
@@ -61,13 +61,12 @@ LYAPUNOV = {
     (2, 0.7): (5.17, 9.2789),
     (3, 0.5): (5.671, 7.6846),
 }
-"""Largest Lyapunov exponent and collision rate of a particle by (d, density), N = 64, kT = 1, to 0.5 %:
-tangent-space dynamics after Dellago, Posch and Hoover, Phys. Rev. E 53, 1485 (1996).
-"""
+"""Largest Lyapunov exponent and collision rate of a particle by (d, density), at N = 64 and kT = 1, to 0.5 %.
+From tangent-space dynamics after Dellago, Posch and Hoover, Phys. Rev. E 53, 1485 (1996)."""
 
 
 def methods(mean_free_time: float, dimension: int = 3) -> list[Method]:
-    """Return what is compared: one line a row of the table."""
+    """Return the methods to compare, one per row of the table."""
     from carom.opponents.lammps import available
 
     return [
@@ -104,11 +103,11 @@ def trade(
     Parameters
     ----------
     plan : Plan, optional
-        Whose scene to take: equal spheres in a periodic box; its seed, and nothing else of it.
+        Only its scene and its seed are used. The scene must be equal spheres in a periodic box.
     out : path
         The folder; made if needed.
     seconds : float
-        CPU seconds for each row's statistics; the whole takes some thirty times as long.
+        CPU seconds for the statistics of each row; the whole comparison takes some thirty times as long.
     overwrite : bool
         Whether files of an earlier comparison may be replaced.
     progress : callable, optional
@@ -121,7 +120,7 @@ def trade(
     Raises
     ------
     InputError
-        If the scene is none of equal spheres in a periodic box.
+        If the scene is not one of equal spheres in a periodic box.
     FileError
         If the folder cannot be written, or holds a comparison already.
     """
@@ -154,7 +153,7 @@ def trade(
         where = scene if method.fast else small
         found = measured(where, method, mean_free_time, seconds)
         if where.n not in rights:
-            # The engine is the first; slow methods have its D of their own size.
+            # The engine is the first method. Slow ones are compared with its D on the small scene.
             right = found if method.fast else measured(small, followed[0], mean_free_time, seconds)
             z = expected_pressure(where)  # without a theory, the engine's own Z
             own = right.pressure.compressibility_factor.mean
@@ -175,7 +174,7 @@ def trade(
 
 
 def _reach(seconds: float) -> float:
-    """Return for how many collisions a particle the oracle is followed: with 8 s, all that doubles can do."""
+    """Return the collisions per particle of the oracle's trajectory: with 8 s, the horizon of doubles."""
     return min(max(7.5 * seconds, 12.0), 60.0)
 
 
@@ -189,7 +188,7 @@ def _row(
     z: float,
     diffusion: Estimate,
 ) -> Row:
-    """Return the figures of a method; ``z`` and ``diffusion`` are what it should have found."""
+    """Return the figures of a method; ``z`` and ``diffusion`` are the reference values."""
     small, track = followings[0]
     rate, moving = speed(where, method, SAMPLES * mean_free_time, 0.25 * seconds)
     # The oracle would only be compared with itself.
@@ -234,7 +233,7 @@ def _row(
 
 
 def melted(scene: Scene, seed: int) -> tuple[Scene, float]:
-    """Return the scene in motion, after a hundred collisions a particle, and its mean free time."""
+    """Return the scene in motion, after 200 collisions per particle, and its mean free time."""
     sim = Simulation(scene, seed=seed, images=False)
     if scene.n < 2:
         raise InputError("A scene of one particle has nothing to compare; take more.")
@@ -263,7 +262,7 @@ def small_scene(scene: Scene) -> Scene:
 
 
 def _medium(scene: Scene) -> Scene:
-    """Return a scene of the same density in which g(r) is cheap and has room."""
+    """Return a scene of the same density with about 500 particles, for g(r)."""
     lattice = lattices.densest(scene.dimension)
     cells = max(2, round((500 / len(lattice.basis) * math.prod(lattice.shape)) ** (1.0 / scene.dimension)))
     return Scene.lattice(
@@ -292,6 +291,7 @@ def median(found: list[Faithfulness]) -> Faithfulness:
 
 
 def _horizon(followings: list[tuple[Scene, Track]]) -> Horizon:
+    """Return the horizon of doubles by the mean Lyapunov exponent of the oracle's trajectories."""
     eps = float(np.finfo(float).eps)
     small, track = followings[0]
     density = small.n / math.prod(edge / small.diameter for edge in small.box)
@@ -316,6 +316,7 @@ def _horizon(followings: list[tuple[Scene, Track]]) -> Horizon:
 
 
 def _folder(path: Path, overwrite: bool) -> Path:
+    """Make the folder, and refuse one that holds a comparison."""
     with writing(path):
         path.mkdir(parents=True, exist_ok=True)
         found = [name for name in FILES if (path / name).exists()]
@@ -340,7 +341,7 @@ def _write(folder: Path, result: TradeResult) -> None:
             lines.append([format(v, ".6g") if isinstance(v, float) else str(v) for v in values])
         with replacing(folder / name) as temporary, writing(folder / name):
             table = io.StringIO()
-            csv.writer(table, lineterminator="\n").writerows(lines)  # names have commas
+            csv.writer(table, lineterminator="\n").writerows(lines)  # quotes names with commas
             temporary.write_text(table.getvalue(), encoding="utf-8")
     facts = {
         "scene": result.scene,

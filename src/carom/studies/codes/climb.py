@@ -7,20 +7,19 @@ import numpy as np
 from carom.studies.codes.contacts import ROUNDING, pairs_by_product
 
 WIDEST, NARROWEST = 2.0**-6, 2.0**-50
-"""Steps of a coordinate, at most; and where a climb ends."""
+"""Largest change of a coordinate in a step, and the one below which a climb ends."""
 
 PROGRAMMES = 200
-"""At most; some ten are used."""
+"""Linear programmes, at most; some ten are used."""
 
 
 def climb(points: np.ndarray) -> np.ndarray:
     """Return points (n, k) at a local maximum of the smallest angle, near those given.
 
-    Where caps are nearly jammed, but some contacts close much later than the others, growth at a finite
-    pressure ends before the optimum. Each linear programme maximises the smallest angle at first order, over
-    tangent steps of a bounded size; the bound shrinks where curvature takes the gain away. At an optimum that
-    is a vertex the steps converge quadratically (Torquato and Jiao, Phys. Rev. E 82 (2010) 061302, for
-    packings).
+    Growth ends at a finite pressure, and so before the optimum where some contacts close much later than the
+    others. Each linear programme maximises the smallest angle at first order, over tangent steps of a bounded
+    size. The bound shrinks where curvature cancels the gain. At an optimum that is a vertex the steps
+    converge quadratically (Torquato and Jiao, Phys. Rev. E 82 (2010) 061302, for packings).
     """
     x, reach = points, WIDEST
     _, products = pairs_by_product(x)
@@ -42,7 +41,7 @@ def climb(points: np.ndarray) -> np.ndarray:
 
 
 def _programme(x: np.ndarray, reach: float) -> tuple[np.ndarray | None, float]:
-    """Return the step (n, k) of a linear programme, and by how much the largest product should fall."""
+    """Return the step (n, k) of a linear programme, and the expected decrease of the largest product."""
     from scipy.optimize import linprog
     from scipy.sparse import coo_matrix
 
@@ -51,7 +50,7 @@ def _programme(x: np.ndarray, reach: float) -> tuple[np.ndarray | None, float]:
     near = products > products[0] - 4.0 * reach * np.sqrt(k)
     pairs, products = pairs[near], products[near]
     m = len(pairs)
-    # Steps in units of their bound, products likewise: numbers of order one.
+    # In units of the bound, steps and products are of order one.
     rows = np.repeat(np.arange(m), 2 * k + 1)
     first = pairs[:, :1] * k + np.arange(k)
     second = pairs[:, 1:] * k + np.arange(k)

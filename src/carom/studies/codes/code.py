@@ -15,7 +15,7 @@ from carom.io.paths import existing, reading, replacing, writing
 from carom.studies.codes.polish import GUARD
 
 FORMAT = "carom spherical code"
-"""What a file says that it is."""
+"""Value of the key "format" in a file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ class SphericalCode:
 
         path = Path(path)
         whole = path.suffix == ".json"
-        # What load() reads has the digits that are there to guard the last one, too.
+        # A file for load() keeps the guard digits.
         digits = self.digits + GUARD if whole else self.digits
 
         def written(x: Any) -> str:
@@ -199,6 +199,7 @@ class SphericalCode:
         return caps(self.points, 0.5 * self.angle, self.contacts, path=path, **options)
 
     def _rows(self) -> list[tuple[str, str]]:
+        """Return the results to print, by name."""
         words = self.summary()
         who = ", ".join(map(str, words["rattlers"])) or "none"
         kind = "a strict local optimum" if self.rigid else "held by forces, but parts of it can move"

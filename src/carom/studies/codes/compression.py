@@ -14,23 +14,22 @@ from carom.simulation.simulation import Simulation
 from carom.studies.executors import Stopped
 
 EDGE = 8.0
-"""Of the box around the unit sphere: no image is near."""
+"""Edge of the box around the unit sphere: no image is near."""
 
 SPARSE = 0.1
-"""Diameter at the start, in those of caps that would tile the sphere."""
+"""Diameter at the start over that of caps that would tile the sphere."""
 
 CLOSING = 1e3
-"""Reduced pressure from which caps grow ten times as fast as is slow enough for them to order: they cannot
-any more."""
+"""Reduced pressure from which caps grow ten times as fast: they can no longer order."""
 
 JAMMED = 1e8
-"""Reduced pressure at which contacts are told from near ones: gaps of contacts are of order 1e-8."""
+"""Reduced pressure at which a compression ends: gaps of contacts are then of order 1e-8."""
 
 HEATING = 0.4
-"""Growth rate times collisions per cap between two rescalings: as in :mod:`carom.studies.packings`."""
+"""Growth rate times collisions per cap between two rescalings, as in :mod:`carom.studies.packings`."""
 
 STRETCHES = 4000
-"""Stretches after which a compression ends, whatever the pressure."""
+"""Stretches after which a compression ends at any pressure."""
 
 
 def random_points(n: int, k: int, apart: float, rng: np.random.Generator) -> np.ndarray:
@@ -45,7 +44,7 @@ def random_points(n: int, k: int, apart: float, rng: np.random.Generator) -> np.
 
 
 def tiling_diameter(n: int, k: int) -> float:
-    """Return about the chord that ``n`` points could have if their caps left no room on the sphere."""
+    """Return the approximate chord between ``n`` points whose caps would tile the sphere."""
     area = 2.0 * math.exp(0.5 * k * math.log(math.pi) - math.lgamma(0.5 * k))
     cap = math.exp(0.5 * (k - 1) * math.log(math.pi) - math.lgamma(0.5 * (k + 1)))
     return min(2.0 * (area / (n * cap)) ** (1.0 / (k - 1)), 2.0)
@@ -62,10 +61,10 @@ def compress(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> 
     Parameters
     ----------
     task : dict
-        ``n`` points in R^``k``, the ``seed``, and the ``rate`` at which the diameters grow, over the thermal
-        speed.
+        The number ``n`` of points, the dimension ``k`` of the space, the ``seed``, and the growth ``rate`` of
+        the diameters over the thermal speed.
     stop : callable
-        Asked now and then; if true, :class:`carom.studies.executors.Stopped` is raised.
+        Called from time to time; if it returns true, :class:`carom.studies.executors.Stopped` is raised.
 
     Returns
     -------
@@ -83,7 +82,7 @@ def compress(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> 
             raise Stopped
         block = sim.run(collisions_per_particle=max(HEATING / growth, 1.0))
         if block.duration > 0.0:
-            heat = 0.5 * (1.0 + sim.kT) * block.duration  # growth heats from 1, about linearly
+            heat = 0.5 * (1.0 + sim.kT) * block.duration  # kT rises from 1, about linearly in time
             pressure = 1.0 + block.virial / ((k - 1) * n * heat)
         if pressure >= JAMMED:
             break

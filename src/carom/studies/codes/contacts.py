@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 ROUNDING = 2.0**-48
-"""Of a product x_i . x_j of unit vectors in double precision, with some room."""
+"""Rounding of a product x_i . x_j of unit vectors in double precision, with a margin."""
 
 
 def pairs_by_product(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -19,9 +19,9 @@ def pairs_by_product(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def contact_graph(points: np.ndarray) -> np.ndarray:
     """Return the pairs (m, 2) that touch in a jammed configuration (n, k): those before the largest leap.
 
-    Gaps of contacts are of one size, whatever it is; all others are larger by orders of magnitude. So the
-    leap is where a gap is the largest multiple of the mean of those before it. A jammed code has more
-    contacts than half as many as its points have coordinates.
+    Gaps of contacts are of one size; all others are larger by orders of magnitude. Among the sorted gaps the
+    leap is where a gap is the largest multiple of the mean of the gaps before it. A jammed code has at least
+    n (k - 1) / 2 contacts.
     """
     pairs, products = pairs_by_product(points)
     gaps = products[0] - products
@@ -34,8 +34,9 @@ def contact_graph(points: np.ndarray) -> np.ndarray:
 
 
 def jacobian(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Return the derivatives of ``x_i . x_j - c`` of the pairs, and of ``(x_i . x_i - 1) / 2`` of the points,
-    by the coordinates and c: (m + n, n k + 1).
+    """Return the derivatives of the equations by the coordinates and the cosine c, (m + n, n k + 1).
+
+    The equations are ``x_i . x_j - c`` for the pairs and ``(x_i . x_i - 1) / 2`` for the points.
     """
     n, k = points.shape
     m = len(pairs)
@@ -50,14 +51,15 @@ def jacobian(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 
 
 def forces(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Return the force along each contact (m,) of a code in equilibrium, none negative; all zero where there
-    is no equilibrium.
+    """Return the force along each contact (m,) in equilibrium, none negative.
+
+    All forces are zero where there is no equilibrium.
 
     Notes
     -----
-    Every point's forces must add up to one along its radius. Then no small displacement makes all contacts
-    longer (Farkas): the dual of the linear programme that maximises the smallest angle. Of all equilibria it
-    is one in which as many contacts as can bear a force.
+    The forces on every point must add up to a vector along its radius. Then no small displacement makes all
+    contacts longer (Farkas): this is the dual of the linear programme that maximises the smallest angle. Of
+    all equilibria it is one in which the largest number of contacts bear a force.
     """
     from scipy.optimize import linprog
     from scipy.sparse import coo_matrix, hstack, identity
@@ -71,7 +73,7 @@ def forces(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     along = np.vstack([points[j] - product * points[i], points[i] - product * points[j]])
     rows = np.r_[i, j][:, None] * k + np.arange(k)
     columns = np.repeat(np.tile(np.arange(m), 2), k)
-    # Forces f >= s, with s from 0 to 1 and as large as they can be: 1 wherever f can be positive.
+    # Forces f >= s, where s from 0 to 1 is maximised: s = 1 wherever f can be positive.
     equal = coo_matrix((along.ravel(), (rows.ravel(), columns)), shape=(n * k, 2 * m))
     solved = linprog(
         np.r_[np.zeros(m), -np.ones(m)],
@@ -89,8 +91,9 @@ def forces(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 
 
 def is_rigid(points: np.ndarray, pairs: np.ndarray) -> bool:
-    """Tell whether the points that contacts hold can only turn as one: no first-order motion keeps the
-    lengths of all contacts.
+    """Return whether the points that contacts hold can only rotate together.
+
+    Apart from rotations, every first-order motion then changes the length of a contact.
     """
     held = np.unique(pairs)
     if not len(held):

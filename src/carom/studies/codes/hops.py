@@ -1,4 +1,4 @@
-"""From one jammed code to a better one: a few points are moved into holes, and all climb again."""
+"""From one jammed code to a better one: a few points move into holes, then all climb again."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ MOVED = 3
 """Points that a hop moves, at most."""
 
 TRIED = 64
-"""Random places among which a moved point takes the one furthest from all others. Not the deepest hole every
-time: a hop should lead to different codes."""
+"""Random places, of which a moved point takes the one furthest from all others. It is not always the deepest
+hole, so that hops lead to different codes."""
 
 
 def improve(
@@ -28,11 +28,11 @@ def improve(
     points : (n, k) array
         A jammed configuration.
     hops : int
-        How many. Of each, the result is kept if its smallest angle is not smaller.
+        Number of hops. The result of a hop is kept if its smallest angle is not smaller.
     rng : Generator
-        Which points move, and to where.
+        Chooses the points that move, and their new places.
     stop : callable
-        Asked before each; if true, :class:`carom.studies.executors.Stopped` is raised.
+        Called before each hop; if it returns true, :class:`carom.studies.executors.Stopped` is raised.
     """
     best, product = points, largest_product(points)
     for _ in range(hops):

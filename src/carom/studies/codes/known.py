@@ -8,8 +8,9 @@ from carom.studies.codes.polish import GUARD, Digits
 
 
 def known(n: int, k: int, digits: int) -> tuple[Digits, Any, str] | None:
-    """Return coordinates (n, k) and cosine of an optimal code in numbers of ``mpmath``, and what it is; None
-    where none is known here.
+    """Return coordinates (n, k) and cosine of an optimal code in numbers of ``mpmath``, and its description.
+
+    It is None where no code is known here.
 
     Notes
     -----
@@ -25,7 +26,7 @@ def known(n: int, k: int, digits: int) -> tuple[Digits, Any, str] | None:
             corners = [[mpmath.cos(turn), mpmath.sin(turn)] for turn in turns]
             return corners, mpmath.cos(2 * mpmath.pi / n), f"the regular polygon of {n} corners, optimal"
         if n <= k + 1:
-            # Rows of the Cholesky factor of the products: 1 on the diagonal, -1 / (n - 1) elsewhere.
+            # Rows of the Cholesky factor of the products, which are 1 on the diagonal, else -1 / (n - 1).
             cosine = -one / (n - 1)
             rows = [[zero] * k for _ in range(n)]
             for i in range(n):

@@ -1,4 +1,4 @@
-"""From a jammed configuration to a code of many digits: Newton's method on the equations of its contacts."""
+"""From a jammed configuration to a code of many digits: Newton's method for the equations of its contacts."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from carom.studies.codes.contacts import (
 )
 
 STEPS = 60
-"""Of Newton's method, at most; six or less are used, unless the solution is singular."""
+"""Steps of Newton's method, at most; six or fewer are used, unless the solution is singular."""
 
 ROUNDS = 8
-"""In which contacts are let go and taken in, at most."""
+"""Rounds of removing and adding contacts, at most."""
 
 GUARD = 10
 """Decimal digits beyond those wanted."""
@@ -32,7 +32,7 @@ Digits = list[list[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Polished:
-    """A code whose contacts are equal to rounding.
+    """A code whose contacts are equal up to rounding.
 
     Attributes
     ----------
@@ -58,23 +58,24 @@ class Polished:
 
     @property
     def rigid(self) -> bool:
-        """Whether the code is a strict local optimum, but for rattlers and rotations: since all forces are
-        positive, it is one if every motion of first order changes the length of a contact.
+        """Whether the code is a strict local optimum, apart from rattlers and rotations.
+
+        All forces are positive, so it is one if every first-order motion changes the length of a contact.
         """
         return is_rigid(self.points, self.contacts)
 
 
 def residuals(points: np.ndarray, cosine: float, pairs: np.ndarray) -> np.ndarray:
-    """Return by how much each equation is missed, (m + n,)."""
+    """Return the residual of each equation, (m + n,)."""
     products = np.einsum("ij,ij->i", points[pairs[:, 0]], points[pairs[:, 1]])
     return np.r_[products - cosine, 0.5 * (np.einsum("ij,ij->i", points, points) - 1.0)]
 
 
 def newton(points: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return points and cosine at which the pairs are equal, by Gauss and Newton's method in doubles.
+    """Return points and cosine at which the pairs have equal products, by Gauss-Newton steps in doubles.
 
-    Steps are the shortest that solve the linear equations: rotations, rattlers and what else is free stay. A
-    singular value is known to as much as the equations are missed by; smaller ones are none.
+    Each step is the shortest solution of the linear equations: it moves nothing along rotations or other free
+    directions, and no rattlers. Singular values below the square root of the residual count as zero.
     """
     n, k = points.shape
     x = np.array(points)
@@ -96,9 +97,9 @@ def newton(points: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, float]:
 def polish(points: np.ndarray) -> Polished:
     """Return the code near a jammed configuration (n, k), in doubles.
 
-    Pairs that bear no force are let go, and pairs that the others have pushed together are taken in, until
-    neither is left. Where that does not end, the configuration was not jammed yet: it climbs to the next
-    optimum first.
+    Pairs that bear no force are removed from the contacts, and pairs that came closer than the contacts are
+    added, until there are none of either. Where that fails, the configuration was not jammed yet: it then
+    climbs to the next optimum first.
 
     Raises
     ------
@@ -112,7 +113,7 @@ def polish(points: np.ndarray) -> Polished:
 
 
 def _settled(points: np.ndarray) -> Polished:
-    """Return the code whose contacts are those of the configuration, as far as forces hold them."""
+    """Return the code with those contacts of the configuration that bear a force."""
     pairs, x = contact_graph(points), points
     for _ in range(ROUNDS):
         x, cosine = newton(x, pairs)
@@ -131,7 +132,7 @@ def _settled(points: np.ndarray) -> Polished:
 
 
 def equations(x: Digits, cosine: Any, contacts: np.ndarray, digits: int) -> list[Any]:
-    """Return by how much each equation is missed, to so many decimal digits, (m + n)."""
+    """Return the residual of each equation to so many decimal digits, (m + n)."""
     import mpmath
 
     with mpmath.workdps(digits + GUARD):
@@ -140,10 +141,10 @@ def equations(x: Digits, cosine: Any, contacts: np.ndarray, digits: int) -> list
 
 
 def refine(code: Polished, digits: int) -> tuple[Digits, Any, Any]:
-    """Return coordinates and cosine to so many decimal digits, and by how much an equation is missed.
+    """Return coordinates and cosine to so many decimal digits, and the largest residual.
 
-    The equations are computed in ``mpmath``, and solved with the pseudo-inverse of the Jacobian in doubles:
-    each step adds some fifteen digits.
+    Residuals are computed in ``mpmath``, and steps with the pseudo-inverse of the Jacobian in doubles. Each
+    step adds some fifteen digits.
 
     Raises
     ------

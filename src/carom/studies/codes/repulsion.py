@@ -1,4 +1,4 @@
-"""Points of a sphere that repel each other, ever more steeply: quick starts, each near a local optimum."""
+"""Quick starts near local optima: points of a sphere that repel each other, ever more steeply."""
 
 from __future__ import annotations
 
@@ -10,23 +10,24 @@ import numpy as np
 from carom.studies.executors import Stopped
 
 EXPONENTS = (4.0, 16.0, 64.0, 256.0, 1024.0)
-"""Of the repulsion r^-s. The largest leaves the smallest angle some 1e-3 below that of the code nearby."""
+"""Exponents s of the repulsion r^-s. The largest leaves the smallest angle some 1e-3 below that of the code
+nearby."""
 
 FIRST = 4
-"""How many of these a start may begin with: gentle repulsion orders, steep one ends in more codes."""
+"""A start begins with one of so many exponents: weak ones order the points, steep ones lead to more codes."""
 
 ITERATIONS = 300
-"""Of each minimisation, at most."""
+"""Iterations of each minimisation, at most."""
 
 PLACES = 3000
-"""Points of all starts of a seed together, where their number is left open."""
+"""Points of all starts of a seed together, by default."""
 
 STARTS, FEWEST = 50, 4
-"""Starts of a seed, where their number is left open: so many of small codes, and of large ones."""
+"""Starts of a seed, by default: for small codes, and for large ones."""
 
 
 def starts_for(n: int) -> int:
-    """Return how many starts a seed makes without a wish."""
+    """Return the default number of starts of a seed."""
     return max(FEWEST, min(STARTS, PLACES // n))
 
 
@@ -45,9 +46,9 @@ def repelled(
     starts : int
         Random sets of points, at least 1.
     rng : Generator
-        Where the points are at first, and how steep the repulsion is.
+        Chooses the first positions, and the first exponent.
     stop : callable
-        Asked before each; if true, :class:`carom.studies.executors.Stopped` is raised.
+        Called before each start; if it returns true, :class:`carom.studies.executors.Stopped` is raised.
     """
     best, least = np.empty((n, k)), math.inf
     for _ in range(starts):
@@ -62,7 +63,7 @@ def repelled(
 
 
 def _minimised(x: np.ndarray, exponent: float) -> tuple[np.ndarray, float]:
-    """Return unit vectors at a minimum of the energy near those given, and what :func:`_energy` is there."""
+    """Return unit vectors at a minimum of :func:`_energy` near those given, and its value there."""
     from scipy.optimize import minimize
 
     found = minimize(
@@ -78,9 +79,10 @@ def _minimised(x: np.ndarray, exponent: float) -> tuple[np.ndarray, float]:
 
 
 def _energy(flat: np.ndarray, n: int, k: int, exponent: float) -> tuple[float, np.ndarray]:
-    """Return log(sum r^-s) / s over all pairs of unit vectors, those along ``flat`` (n k,), and its gradient.
+    """Return log(sum r^-s) / s over all pairs of unit vectors, and its gradient by ``flat`` (n k,).
 
-    As s grows, it tends to -log of the smallest distance.
+    The unit vectors are those along the vectors in ``flat``. As s grows, the value tends to -log of the
+    smallest distance.
     """
     long = flat.reshape(n, k)
     lengths = np.linalg.norm(long, axis=1)[:, None]
@@ -88,7 +90,7 @@ def _energy(flat: np.ndarray, n: int, k: int, exponent: float) -> tuple[float, n
     squares = np.maximum(2.0 - 2.0 * (x @ x.T), np.finfo(float).tiny)
     np.fill_diagonal(squares, math.inf)
     nearest = squares.min()
-    parts = (nearest / squares) ** (0.5 * exponent)  # in units of the largest, so that none overflows
+    parts = (nearest / squares) ** (0.5 * exponent)  # in units of the largest term: none overflows
     total = parts.sum()
     along = 2.0 * (parts / squares / total) @ x
     along -= np.einsum("ij,ij->i", along, x)[:, None] * x

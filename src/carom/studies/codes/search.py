@@ -1,4 +1,4 @@
-"""Many seeds, the best code of them, and its polish."""
+"""The search over many seeds, and the polish of the best code."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from carom.studies.codes.repulsion import repelled, starts_for
 from carom.studies.signals import Interrupted, stoppable
 
 MOST = 1000
-"""Points: every cap looks at all others."""
+"""Largest number of points: every cap is compared with all others."""
 
 SEEDS = 40
-"""Without a wish."""
+"""Default number of seeds."""
 
 HOPS = 20
-"""Of every seed, without a wish."""
+"""Default number of hops of a seed."""
 
 RATES = (0.01, 0.2)
-"""Growth of the diameters over the thermal speed, without a wish, of even and odd seeds. Slow growth orders,
-and finds the best code of most sizes often. Of some it prefers another: of 15 points on S^2 one slow seed in
-20 ends at the best known, and one fast seed in six.
+"""Default growth rates of the diameters over the thermal speed, for even and odd seeds. Slow growth orders,
+and finds the best code of most sizes often. For some sizes it prefers another code: for 15 points on S^2 one
+slow seed in 20 ends at the best known one, and one fast seed in six.
 """
 
 SAME = 2.0**-44
-"""Of two cosines that are computed from the same code in doubles, some ten times over."""
+"""Largest difference of two cosines of the same code in doubles, with a margin of some ten."""
 
 Progress = Callable[[str, float], object]
 
@@ -175,7 +175,7 @@ def _seeds(seeds: int | Sequence[int]) -> list[int]:
     Raises
     ------
     InputError
-        If there is none, one is no number, or one is there twice.
+        If there is none, one is not a number, or one occurs twice.
     """
     if not checks.several(seeds):
         return list(range(checks.integer(seeds, "seeds", low=1)))
@@ -186,10 +186,10 @@ def _seeds(seeds: int | Sequence[int]) -> list[int]:
 
 
 def search(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> dict[str, Any]:
-    """Return what one seed leads to: points, contacts, forces and cosine; None where its caps did not jam.
+    """Return the code of one seed: points, contacts, forces and cosine; points are None if there is no code.
 
-    Parameters and task are those of :func:`carom.studies.codes.compression.compress`. The task also says how
-    many ``starts`` there are, of points that repel each other, and how many ``hops`` follow.
+    Parameters and task are those of :func:`carom.studies.codes.compression.compress`. The task also holds the
+    number of ``starts`` of points that repel each other, and of ``hops`` that follow.
     """
     n, k, seed, starts = (task[name] for name in ("n", "k", "seed", "starts"))
     points = np.array(compress(task, stop)["points"])

@@ -1,4 +1,4 @@
-"""A search for a spherical code as a TOML file: ``[code]`` with the words of ``carom code``."""
+"""A search for a spherical code as a TOML file: ``[code]`` with the options of ``carom code``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WORDS = ("n", "dimension", "seeds", "first", "rate", "hops", "starts", "digits")
 
 
 def load(path: str | Path) -> dict[str, Any]:
-    """Read the words of a search from a TOML file.
+    """Read the keys and values of a search from a TOML file.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def load(path: str | Path) -> dict[str, Any]:
 
 
 def parse(content: str) -> dict[str, Any]:
-    """Read the words of a search from TOML: see :func:`load`."""
+    """Read the keys and values of a search from TOML: see :func:`load`."""
     tables = sections(content)
     for name, table in tables.items():
         if name != "code":
@@ -46,7 +46,7 @@ def parse(content: str) -> dict[str, Any]:
 
 
 def arguments(words: dict[str, Any]) -> dict[str, Any]:
-    """Return the arguments of :func:`carom.studies.spherical_code` that words of a search stand for.
+    """Return the arguments of :func:`carom.studies.spherical_code` for the keys and values of a search.
 
     Raises
     ------

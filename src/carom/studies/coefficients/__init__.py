@@ -1,4 +1,4 @@
 """Transport coefficients from replicas of a fluid in equilibrium, by Einstein's and Helfand's relations.
 
-Nothing here adds up a current: that is the engine's and the simulation's.
+Nothing here sums a current; the engine and the simulation do.
 """

@@ -19,17 +19,16 @@ UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
 
 @dataclass(frozen=True)
 class Coefficient:
-    """A transport coefficient and what it rests on.
+    """A transport coefficient and the data behind it.
 
     Attributes
     ----------
     value : Estimate
-        Nan where there is no such number: in two dimensions.
+        The coefficient; nan if the blocks are too short for a slope.
     window : tuple of two floats
-        Between which times the slope was taken [time].
+        Times between which the slope was taken [time].
     kinetic, cross, collisional : Estimate or None
-        What the parts of the current, and the correlation between them, contribute; None where there is no
-        split.
+        Contributions of the two parts of the current and of their correlation; None where there is no split.
     times : tuple of float
         [time]
     running : tuple of Estimate
@@ -49,14 +48,14 @@ class Coefficient:
 
 
 def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], Any]) -> list[Estimate]:
-    """Return a function of the mean over blocks, with the error of leaving out one block after the other.
+    """Return a function of the mean over blocks, with its jackknife error.
 
     Parameters
     ----------
     blocks : (b, ...) array
-        Independent.
+        Independent blocks.
     function : callable
-        From the mean to one number, or several.
+        Function of the mean that returns one number or several.
     """
     count = len(blocks)
     whole = np.atleast_1d(function(blocks.mean(axis=0)))
@@ -72,16 +71,16 @@ def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], Any]) -> list
 
 @dataclass(frozen=True)
 class Extrapolation:
-    """Self-diffusion of infinitely many, by a straight line in 1 / L through several sizes.
+    """Self-diffusion of infinitely many spheres, by a straight line in 1 / L through several sizes.
 
     Attributes
     ----------
     packing_fraction : float
     value, slope : Estimate
-        At 1 / L = 0 [length^2 / time]; and against 1 / L [length^3 / time].
+        Value at 1 / L = 0 [length^2 / time], and slope against 1 / L [length^3 / time].
     sizes : tuple of int
     chi2_per_point : float
-        Of the fit, over sizes less two.
+        Chi squared of the fit over the number of sizes minus two.
     """
 
     packing_fraction: float
@@ -92,7 +91,7 @@ class Extrapolation:
 
 
 def line(x: np.ndarray, y: np.ndarray, error: np.ndarray) -> tuple[Estimate, Estimate, float]:
-    """Return intercept and slope of a straight line through points, and chi^2 over points less two."""
+    """Return intercept and slope of a straight line, and chi squared over the number of points minus two."""
     design = np.stack([np.ones_like(x), x]) / error
     covariance = np.linalg.inv(design @ design.T)
     found = covariance @ (design @ (y / error))
@@ -124,13 +123,13 @@ class Point:
         # With steps kT fluctuates, and each replica has its own mean.
         self.kT = math.fsum(result["kT"] for result in results) / len(results)
         self.volume = math.prod(self.first["box"])
-        # Replicas were given the same lags; a shorter one has fewer of them.
+        # All replicas have the same lags, but shorter blocks have fewer of them.
         self.count = min(len(block["shear"][0]) for block in self.blocks)
         self.lags = np.array(windows.LAGS[: self.count])
         self.times = self.every * self.lags
 
     def array(self, name: str) -> np.ndarray:
-        """Return what the blocks hold under a name, (b, ..., l)."""
+        """Return the entry ``name`` of all blocks, (b, ..., l)."""
         return np.array([np.asarray(block[name])[..., : self.count] for block in self.blocks])
 
     def coefficient(self, squares: np.ndarray, scale: float) -> Coefficient:
@@ -190,8 +189,8 @@ class Point:
 
         Notes
         -----
-        With steps each replica has its own energy, and so its own mean pressure. Over a stretch t of a run T
-        from which the mean is taken, the mean square is too small by ``1 - t / T``, and is corrected for it.
+        With steps each replica has its own energy, and so its own mean pressure. If the mean is taken from a
+        run of length T, the mean square at time t is too small by the factor ``1 - t / T``. It is corrected.
         """
         squares = []
         for blocks, steps in self._replicas:
@@ -215,7 +214,7 @@ class Point:
         low = int(np.searchsorted(times, begin * (1.0 - 1e-9)))
         high = int(np.searchsorted(times, 2.0 * begin * (1.0 - 1e-9)))
         settled = high < count
-        if not settled:  # blocks are too short: the longest times that there are
+        if not settled:  # blocks are too short: take the longest available times
             high = count - 1
             low = int(np.searchsorted(times, 0.5 * times[high])) if count else 0
         if high <= low or count < 2:

@@ -40,15 +40,15 @@ class Row:
     self_diffusion_by_velocity : dict of Coefficient
         From the velocity autocorrelation.
     self_diffusion_infinite : Estimate
-        Of infinitely many spheres, by :func:`carom.theory.diffusion_shift` with the viscosity measured; nan
-        but for equal spheres in d = 3.
+        Self-diffusion of infinitely many spheres, by :func:`carom.theory.diffusion_shift` with the measured
+        viscosity; nan except for equal spheres in d = 3.
     shear_viscosity, bulk_viscosity, thermal_conductivity : Coefficient
     mutual_diffusion, thermal_diffusion : Coefficient or None
         Of a binary mixture.
     enskog : theory.Enskog or None
         Of equal spheres, by the best equation of state.
     remarks : tuple of str
-        What to know before the numbers are used.
+        Doubts about the numbers.
     """
 
     packing_fraction: float
@@ -79,7 +79,7 @@ class Row:
 
     @property
     def erpenbeck_wood(self) -> float:
-        """Self-diffusion of infinitely many spheres by :func:`carom.theory.erpenbeck_wood`; nan like ours."""
+        """Self-diffusion at infinite N by :func:`carom.theory.erpenbeck_wood`; nan where the measured is."""
         if self.enskog is None or not math.isfinite(self.self_diffusion_infinite.mean):
             return math.nan
         return float(theory.erpenbeck_wood(self.packing_fraction)) * self.enskog.self_diffusion
@@ -163,7 +163,7 @@ def row(records: list[Record]) -> Row:
 def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point) -> Estimate:
     """Return self-diffusion of infinitely many spheres."""
     shift = 0.0
-    for _ in range(20):  # the shift has the result in its denominator, and is a tenth of it
+    for _ in range(20):  # fixed point: the shift depends on the result, and is a tenth of it
         shift = theory.diffusion_shift(
             point.n,
             point.n / point.volume,
@@ -177,6 +177,7 @@ def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point) -
 
 
 def _pressures(point: Point) -> tuple[Estimate, Estimate, Estimate]:
+    """Return Z with the smallest error, by the virial, and by the collision rate."""
     by_virial, by_rate, both = point.compressibility_factors()
     return both, by_virial, by_rate
 
@@ -188,7 +189,7 @@ class Measured(Outcome):
     Attributes
     ----------
     spec : TransportSpec
-        What was asked for.
+        The requested study.
     """
 
     spec: TransportSpec

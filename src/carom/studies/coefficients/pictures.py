@@ -39,7 +39,9 @@ WIDEST = 0.15
 
 
 def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figure:
-    """Draw the coefficients over Enskog's against packing fraction, and how each settles with time.
+    """Draw the coefficients over Enskog's against packing fraction, and the running shear viscosity.
+
+    In two dimensions the running self-diffusion replaces the coefficients.
 
     Parameters
     ----------
@@ -70,6 +72,7 @@ def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figur
 
 
 def _against_density(axes: Axes, rows: list[Row]) -> None:
+    """Draw the coefficients of all points over Enskog's."""
     for marker, (name, label) in zip(MARKERS, NAMES.items(), strict=True):
         points = [
             (row.packing_fraction, c.value.mean / enskog, c.value.error / enskog)
@@ -98,6 +101,7 @@ def _against_density(axes: Axes, rows: list[Row]) -> None:
 
 
 def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
+    """Draw the running coefficient ``name``, and its value over the window of the slope."""
     several = len({row.n for row in rows}) > 1
     for k, row in enumerate(rows):
         for key, (c, enskog) in row.quantities().items():

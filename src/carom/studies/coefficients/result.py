@@ -1,4 +1,4 @@
-"""The results of a transport study as a small object: table, picture, report."""
+"""The results of a transport study as one object: table, picture, report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One task of a transport study: a scene, equilibrated and measured, by a plain function."""
+"""One task of a transport study: a plain function that equilibrates and measures a scene."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     task : dict
         As :meth:`TransportSpec.tasks` makes it.
     stop : callable, optional
-        Asked now and then; if true, the run ends with :class:`Stopped`.
+        Called from time to time; if it returns true, the run ends with :class:`Stopped`.
 
     Returns
     -------
     dict
-        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: where and how long.
+        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: machine and times.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     every, stepped = task["every"], sim.machine.contents.stepped
     if stepped:
         _bring_to_temperature(sim, task["equilibration"], task["scene"].get("kT", 1.0), look)
-        # Crossings of steps are collisions, too, and carry little: the length is in free times of the cores.
+        # Crossings of steps count as collisions, but carry little. So the length is in free times of cores.
         duration = task["collisions_per_particle"] * windows.PER_FREE_TIME * every / task["blocks"]
     else:
         sim.run(collisions_per_particle=task["equilibration"], progress=look)
@@ -91,13 +91,13 @@ def _refuse_other_interactions(scene: Scene) -> None:
 
 
 ROUNDS = 8
-"""Times that velocities are scaled while pairs with steps come to a temperature."""
+"""Number of rescalings that bring pairs with steps to a temperature."""
 
 
 def _bring_to_temperature(sim: Simulation, length: float, kT: float, look: Callable[[object], None]) -> None:
-    """Equilibrate pairs with steps for so many collisions per particle, half of them at the end undisturbed.
+    """Equilibrate pairs with steps for ``length`` collisions per particle, the second half undisturbed.
 
-    Falling into wells heats, and kT fluctuates, so each round scales by the mean of its own.
+    Pairs that enter wells heat the system, and kT fluctuates. So each round rescales by its own mean kT.
     """
     for _ in range(ROUNDS):
         before = sim.tally
@@ -107,7 +107,7 @@ def _bring_to_temperature(sim: Simulation, length: float, kT: float, look: Calla
 
 
 def _kT_between(before: Block, after: Block) -> float:
-    """Return the mean kT of a stretch."""
+    """Return the mean kT between two tallies."""
     assert before.kT_time is not None
     assert after.kT_time is not None
     return (after.kT_time - before.kT_time) / (after.duration - before.duration)
@@ -118,7 +118,7 @@ def _mean(blocks: list[dict[str, Any]], name: str) -> float:
 
 
 def _block(sim: Simulation, every: float, count: int, look: Callable[[object], None]) -> dict[str, Any]:
-    """Run on for a block, and return its mean squares, displacements and collisions as plain values."""
+    """Run one block, and return its mean squares, displacements and collisions as plain values."""
     kinds = sim.scene.species_count if sim.scene.species is not None else 0
     dynamics = [Dynamics(species=k if kinds else None) for k in range(max(kinds, 1))]
 
@@ -163,4 +163,5 @@ def _by_species(scene: Scene, values: np.ndarray) -> list[float]:
 
 
 def _counts(scene: Scene) -> np.ndarray:
+    """Return the number of components of each species."""
     return np.array([scene.n]) if scene.species is None else np.bincount(scene.species)

@@ -1,4 +1,4 @@
-"""What a transport study computes, as a frozen value: the section ``[study]``."""
+"""The parameters of a transport study as a frozen value: the section ``[study]``."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from carom.studies.eos.spec import GRID, StudySpec, scene_spec
 from carom.studies.tasks import Task
 
 DENSITIES = {2: (0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 3: (0.05, 0.1, 0.2, 0.3, 0.4, 0.45)}
-"""Packing fractions where none are given, by dimension."""
+"""Default packing fractions, by dimension."""
 
 RELATIVE_ERROR = 0.01
-"""Of shear viscosity and thermal conductivity where no length is given."""
+"""Default relative error of shear viscosity and thermal conductivity."""
 
 REFUSED = ("periodic", "obstacles", "restitution", "elastic_below")
 """Keys of a scene with which there is no bulk fluid in equilibrium."""
 
 KEPT = ("diameter", "mass", "kT", "contact", "interaction", *REFUSED)
-"""Keys that a scene file and a study share, the refused ones so that they are refused."""
+"""Keys that a study takes from a scene file; the refused ones are taken so that they raise an error."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class TransportSpec(StudySpec):
         return task
 
     def _every(self, task: Task) -> float:
-        """Return the time from one sample to the next, a number of few digits."""
+        """Return the time between samples, rounded to four digits."""
         scene = scene_spec(task["scene"])
         species = scene.species
         kT = 1.0 if scene.kT is None else scene.kT
@@ -118,7 +118,7 @@ class TransportSpec(StudySpec):
         return float(f"{time / windows.PER_FREE_TIME:.4g}")
 
     def _length(self, eta: float, n: int) -> float:
-        """Return the collisions per particle of a run that reaches the error, a number of few digits."""
+        """Return the collisions per particle of a run that reaches the error, rounded to four digits."""
         if self.collisions_per_particle is not None:
             return self.collisions_per_particle
         assert self.relative_error is not None
@@ -134,8 +134,9 @@ class TransportSpec(StudySpec):
 
 
 def of_scene(path: str | Path, **given: Any) -> TransportSpec:
-    """Return the study of a file: with ``[study]``, or a scene file, whose size and density are then the
-    grid.
+    """Return the study of a file.
+
+    A file without ``[study]`` is a scene file; its size and density are then the grid.
 
     Parameters
     ----------

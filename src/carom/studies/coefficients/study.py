@@ -1,4 +1,4 @@
-"""Running a transport study: what is missing is computed, wherever it is asked to, and everything is kept."""
+"""Running a transport study: missing tasks run on the chosen engine, and every result is kept."""
 
 from __future__ import annotations
 

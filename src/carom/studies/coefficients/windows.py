@@ -1,8 +1,8 @@
-"""The stretch of time from whose ends the slope of a mean square is taken: the rule, in one place.
+"""The rule for the window of time in which the slope of a mean square is taken.
 
-A mean square M(t) of the change of a Helfand moment grows as ``2 C t + b`` when t is long beside the decay of
-the current's correlation, and the coefficient is half of the slope from ``t_1`` to ``t_2 = 2 t_1``. A short
-t_1 cuts off the decay; a long one costs precision, as ``sqrt(t_2)``.
+The mean square change M(t) of a Helfand moment grows as ``2 C t + b`` at times t that are long compared with
+the decay of the current's correlation. The coefficient is half of the slope from ``t_1`` to ``t_2 = 2 t_1``.
+A short t_1 cuts off the decay; a long one costs precision, as ``sqrt(t_2)``.
 
 Collective coefficients: t_1 is the first of 10, 20 and 40 mean free times whose slope differs from that of
 the next by no more than two standard errors of the difference. The slowest decay of the dilute gas takes 1.9
@@ -21,25 +21,25 @@ from carom import checks, theory
 from carom.scene.scene import Scene
 
 PER_FREE_TIME = 2
-"""Samples of the moments in a mean free time."""
+"""Samples of the moments per mean free time."""
 
 LAGS = (1, 2, 3, 4, 6, 8, 12, 16, 20, 30, 40, 60, 80, 120, 160)
-"""Times of the mean squares, in samples."""
+"""Times of the mean squares [samples]."""
 
 STARTS = (20, 40, 80)
-"""t_1 of the rule, in samples."""
+"""Values of t_1 that the rule tries [samples]."""
 
 AGREE = 2.0
-"""Standard errors by which slopes of two windows may differ and still be called the same."""
+"""Standard errors by which the slopes of two windows in agreement may differ."""
 
 FRAME = 8
 """Samples from one frame to the next, for self-diffusion."""
 
 WAVES = 4.0
-"""t_1 of self-diffusion in times of decay of the longest wave."""
+"""t_1 of self-diffusion [decay times of the longest wave]."""
 
 SHORTEST = 4
-"""Stretches of the longest lag in a block, at least."""
+"""Smallest length of a block [longest lag]."""
 
 
 def relative_variance(components: int, free_times: float) -> float:
@@ -74,12 +74,12 @@ def free_time(packing_fraction: float, diameters: list[float], masses: list[floa
 
 
 def _compressibility_factor(eta: float, d: int) -> float:
-    """Return Z of the fluid; to second order where no more is known."""
+    """Return Z of the fluid; to second virial order where no equation of state is known."""
     return float(theory.best(d)(eta)) if d in theory.FREEZING else 1.0 + 2.0 ** (d - 1) * eta
 
 
 def wave_time(scene: Scene, kT: float) -> float:
-    """Return how long the longest wave in the box takes to decay, by Enskog's theory [time]."""
+    """Return the decay time of the longest wave in the box by Enskog's theory [time]."""
     eta, d = scene.packing_fraction, scene.dimension
     sigma = (theory.ball_volume(d) ** -1 * eta * scene.volume / scene.n) ** (1.0 / d)
     z = _compressibility_factor(eta, d)

@@ -1,4 +1,4 @@
 """Equation-of-state studies: Z over packing fractions, sizes and replicas, on any Executor.
 
-Nothing here holds a published equation of state: these are in ``theory``.
+Nothing here holds a published equation of state; ``theory`` does.
 """

@@ -15,10 +15,10 @@ from carom.observables.quantiles import chi_squared_tail
 from carom.studies.eos.table import Row
 
 TERMS = 10
-"""Terms of the polynomial in ``y = eta / (1 - eta)`` that is fitted: more than any data can tell."""
+"""Terms of the fitted polynomial in ``y = eta / (1 - eta)``: more than any data can resolve."""
 
 FREE = 3
-"""Terms about which nothing is assumed: those that B_2 to B_4 depend on."""
+"""Terms without a prior: those that B_2 to B_4 depend on."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def virials(
     error = np.array([row.error for row in used])
     y = eta / (1.0 - eta)
     powers = np.stack([y**j for j in range(1, TERMS + 1)], axis=1)
-    # What is assumed is written as further data: each c_j beyond the third is zero, with that error.
+    # The prior enters as further data: each c_j beyond the third is 0 +- 2^(d-1).
     assumed = np.eye(TERMS)[FREE:]
     design = np.concatenate([powers, assumed])
     values = np.concatenate([excess, np.zeros(TERMS - FREE)])
@@ -197,7 +197,7 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
 
 
 def _theory_slope(row: Row) -> float:
-    """Return what theory has for the slope of Z against 1 / N at a point; nan where there is none."""
+    """Return the slope of Z against 1 / N by theory; nan where there is none."""
     if row.phase == "solid":
         return 1.0 - row.theory
     return row.n * (row.compressibility_factor - row.infinite)
@@ -216,7 +216,7 @@ def _solve(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Weighted least squares: coefficients, their covariance, and chi squared."""
     weighted = design / errors[:, None]
-    # Columns of one length, or the powers of a small y would look linearly dependent.
+    # Without scaled columns, powers of a small y would look linearly dependent.
     scale = np.linalg.norm(weighted, axis=0)
     inverse = np.linalg.pinv(weighted / scale)
     c = inverse @ (values / errors) / scale
@@ -226,6 +226,7 @@ def _solve(
 
 
 def _known(dimension: int, count: int) -> tuple[float, ...]:
+    """Return the published virial coefficients from B_2 on; unknown ones are nan."""
     try:
         return _padded(theory.virial_coefficients(dimension), count)
     except InputError:
@@ -233,4 +234,5 @@ def _known(dimension: int, count: int) -> tuple[float, ...]:
 
 
 def _padded(known: Sequence[float] | np.ndarray, count: int) -> tuple[float, ...]:
+    """Return the first ``count`` numbers; missing ones are nan."""
     return tuple(float(known[k]) if k < len(known) else math.nan for k in range(count))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 MOST_NAMED = 6
-"""Sizes of a mixture that its title names."""
+"""Largest number of diameters in the title of a mixture."""
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
@@ -94,7 +94,7 @@ def document(study: Measured) -> str:
 
 
 def composition(species: Sequence[Sequence[float]]) -> str:
-    """Return the diameters of a mixture and their parts, "" of one size: at most six of them."""
+    """Return the diameters of a mixture and their fractions, at most six; "" for one diameter."""
     if len(species) < 2:
         return ""
     total = sum(count for _, count in species)
@@ -251,6 +251,7 @@ def _provenance(study: Measured) -> str:
 
 
 def _repeat(study: Measured) -> str:
+    """Return the study file and the command that repeat the study."""
     command = "carom eos study.toml --out eos --report"
     return (
         f"<p>Save this as <code>study.toml</code> and run <code>{command}</code>. The same version of Carom "
@@ -293,11 +294,12 @@ def _table(
 
 
 def _decimals(error: float) -> int:
-    """Return how many decimals the error leaves: two digits of it."""
+    """Return the number of decimals that shows two digits of the error."""
     if not (math.isfinite(error) and error > 0.0):
         return 6
     return max(1 - math.floor(math.log10(error)), 0)
 
 
 def _number(value: float, decimals: int) -> str:
+    """Return a number as text; nothing if it is not finite."""
     return f"{value:.{decimals}f}" if math.isfinite(value) else ""

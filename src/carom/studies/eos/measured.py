@@ -1,4 +1,4 @@
-"""What a study has measured, as its pictures and its page read it: the table, and what follows from it."""
+"""The results of a study for its pictures and its page: the table, and what follows from it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Measured(Outcome):
     Attributes
     ----------
     spec : StudySpec
-        What was asked for.
+        The requested study.
     equation : callable or None
         Equation of state to compare with, instead of the usual one.
     """

@@ -14,14 +14,14 @@ REACH = 1.2 * 2 ** (1 / 6)
 """Longest bond of Q_6 [(V / n)^(1/3)]: half way between the first and the second neighbours of fcc."""
 
 MANY = 2048
-"""Bonds of Q_6 that are looked at together."""
+"""Bonds of Q_6 in one matrix product."""
 
 NAMES = {2: "psi_6", 3: "Q_6"}
 """Name of the order parameter, by dimension."""
 
 
 def available(dimension: int) -> bool:
-    """Return whether there is an order parameter in this dimension, and what it needs can be imported."""
+    """Return whether there is an order parameter in this dimension, and its package is installed."""
     from importlib.util import find_spec
 
     return dimension == 3 or (dimension == 2 and find_spec("freud") is not None)
@@ -58,7 +58,7 @@ def psi_6(frame: Frame) -> float:
     points = np.zeros((frame.n, 3), dtype=np.float32)
     points[:, :2] = frame.positions - 0.5 * np.asarray(frame.box)
     box = freud.box.Box(Lx=frame.box[0], Ly=frame.box[1], is2D=True)
-    # The sums of several threads depend on who comes first; and the other cores have work of their own.
+    # With several threads the rounding of sums varies; and the other cores are busy with other tasks.
     with freud.parallel.NumThreads(1):
         voronoi = freud.locality.Voronoi()
         voronoi.compute((box, points))
@@ -73,16 +73,16 @@ def q_6(frame: Frame) -> float:
     Notes
     -----
     By the addition theorem Q_6 squared is the mean of the Legendre polynomial P_6(u . u') over all pairs of
-    bonds; and the mean of ``(u . u')^k`` is the sum of the squared moments ``<x^a y^b z^c>`` of degree k,
-    each as often as its factors can be ordered. One matrix product of the terms of degree 3 with themselves
-    gives those of degree 6, and these the lower ones, since ``x^2 + y^2 + z^2 = 1``.
+    bonds. The mean of ``(u . u')^k`` is the sum of the squared moments ``<x^a y^b z^c>`` of degree k, with
+    multinomial coefficients as weights. One matrix product of the terms of degree 3 with themselves gives the
+    moments of degree 6. The lower moments follow from these, since ``x^2 + y^2 + z^2 = 1``.
     """
     room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
     reach = REACH * (math.prod(frame.box) / frame.n) ** (1 / 3)
     pairs = room.near(room.wrapped(frame.positions), reach)
     if not len(pairs):
         return 0.0
-    # Some at a time, so that what is made of them on the way stays in the cache.
+    # In parts, so that intermediate arrays stay in the cache.
     parts = np.array_split(pairs, math.ceil(len(pairs) / MANY))
     products = np.sum([_products(room.separations(frame.positions, part).T) for part in parts], axis=0)
     moments = dict(zip(SUMS, (products / len(pairs)).ravel(), strict=True))
@@ -106,7 +106,7 @@ def _products(bonds: np.ndarray) -> np.ndarray:
 
 
 def _exponents(degree: int) -> list[tuple[int, int, int]]:
-    """Return those of all terms ``x^a y^b z^c`` of a degree, falling."""
+    """Return the exponents of all terms ``x^a y^b z^c`` of a degree, in falling order."""
     return [(a, b, degree - a - b) for a in range(degree, -1, -1) for b in range(degree - a, -1, -1)]
 
 
@@ -115,7 +115,7 @@ SUMS = [(a + i, b + j, c + k) for a, b, c in _exponents(3) for i, j, k in _expon
 
 
 def _ordered_squares(moments: dict[tuple[int, int, int], float]) -> float:
-    """Return the sum of the squares of moments, each as often as its factors can be ordered."""
+    """Return the sum of the squared moments, weighted by multinomial coefficients."""
     return math.fsum(
         math.factorial(a + b + c) / (math.factorial(a) * math.factorial(b) * math.factorial(c)) * moment**2
         for (a, b, c), moment in moments.items()

@@ -35,13 +35,13 @@ def study(
     equations: Mapping[str, Equation] | None = None,
     path: str | os.PathLike[str] | None = None,
 ) -> Figure:
-    """Draw Z, its deviation from theory in units of the error, and the pressure, one below the other.
+    """Draw Z, its deviation from theory in standard errors, and the pressure, one below the other.
 
     Parameters
     ----------
     result : Measured
     equations : mapping of str to callable, optional
-        Equations of state to draw, by label; the first is compared with.
+        Equations of state to draw, by label; the first is compared with the data.
     path : path, optional
         Where to save the picture.
 
@@ -54,7 +54,7 @@ def study(
     if not rows:
         raise InputError("No point of the study is done yet, so there is nothing to draw.")
     chosen = _equations(result, equations)
-    # Beside nothing there are no deviations to draw.
+    # Without an equation of state there are no deviations to draw.
     heights = [3.0, 1.6, 2.4] if chosen else [3.0, 2.4]
     figure = _figure(7.0, 1.2 * sum(heights))
     panels = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
@@ -121,7 +121,7 @@ def order(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Fi
 
 
 def sizes(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
-    """Draw Z against 1 / N with the fitted line and theory's, a panel a density; None for one size."""
+    """Draw Z against 1 / N with the fitted line and theory's, a panel for each density; None for one size."""
     fits = result.extrapolate()
     if not fits:
         return None
@@ -173,7 +173,7 @@ def _figure(width: float, height: float) -> Figure:
 
 
 def _equations(result: Measured, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
-    """Return what is drawn, by name, with the one that is compared with first."""
+    """Return the equations of state to draw, by name; the first is compared with the data."""
     own, first = result.equation, result.records[0]
     if given is not None:
         return dict(given)
@@ -197,7 +197,7 @@ def _curves(
     *,
     pressure: bool,
 ) -> None:
-    """Draw theory; the pressure's unit holds the largest diameter, the packing fraction all of them."""
+    """Draw theory. The unit of pressure has the largest diameter; the packing fraction has all diameters."""
     dimension = rows[0].dimension
     n = sum(count for _, count in species)
     mean = sum(count * diameter**dimension for diameter, count in species) / n
@@ -222,23 +222,24 @@ def _curves(
 
 
 def _crystals(dimension: int) -> dict[str, Equation]:
+    """Return the equation of state of the crystal, by name; nothing beyond six dimensions."""
     if dimension > 6:
         return {}
     return {"Almarza (fcc)" if dimension == 3 else "free volume": theory.solid(dimension)}
 
 
 def of_size(number: int) -> str:
-    """Return the colour of a number of particles, counted from the smallest; dark, for markers on white."""
+    """Return the colour for a number of particles by its rank, from the smallest; dark, to show on white."""
     return SIZES[number % len(SIZES)]
 
 
 def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: bool) -> None:
-    """Draw one quantity: full where all is well, hollow where a point is flagged."""
+    """Draw one quantity; flagged points are hollow."""
     for number, n in enumerate(sorted({row.n for row in rows})):
         for good in (True, False):
             some = [row for row in rows if row.n == n and row.equilibrated is good]
             values = [getattr(row, name) for row in some]
-            # Without a correction for the size, what was measured is what can be shown.
+            # Without a finite-size correction, Z of n particles is shown.
             values = [
                 v if math.isfinite(v) else r.compressibility_factor for v, r in zip(values, some, strict=True)
             ]
@@ -261,7 +262,7 @@ def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: b
 
 
 def _deviations(axes: Axes, rows: Sequence[Row], first: tuple[str, Equation], *, compare: bool) -> None:
-    """Draw the deviation of every point from theory in units of its error."""
+    """Draw the deviation of every point from theory in standard errors."""
     axes.axhspan(-1.0, 1.0, color=plots.PALE, alpha=0.35, linewidth=0, zorder=1)
     axes.axhline(0.0, color=plots.GREY, linewidth=0.8, zorder=2)
     for number, n in enumerate(sorted({row.n for row in rows})):

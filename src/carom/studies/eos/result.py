@@ -1,4 +1,4 @@
-"""A study's results as a small object: table, fits, pictures, report."""
+"""The results of a study as one object: table, fits, pictures, report."""
 
 from __future__ import annotations
 
@@ -123,6 +123,7 @@ class EquationOfState(Measured):
 
 
 def _cell(value: Any) -> Any:
+    """Return a value of the table as the CSV file has it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):

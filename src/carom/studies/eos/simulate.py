@@ -1,4 +1,4 @@
-"""One task of a study: a scene, equilibrated and measured. A plain function, for workers anywhere."""
+"""One task of a study: a plain function that equilibrates and measures a scene, for workers anywhere."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from carom.studies.tasks import Record, Task
 from carom.studies.worker import Stopwatch, refuse_other_version, simulation_of
 
 MOST = 16
-"""Times the planned length that a run may reach on its way to the error asked for."""
+"""Largest length of a run on its way to the requested error, over the planned length."""
 
 GROWTH = 2.0
-"""Times its length that a run becomes before its error bar is looked at again."""
+"""Largest factor by which a run is lengthened before its error bar is computed again."""
 
 ROOM = 1.05
-"""Part by which a run is made longer than its error bar asks for, because that is known to some 5 % only."""
+"""Factor by which a run is longer than its error bar demands, as the error bar is known to some 5 % only."""
 
 
 def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
@@ -40,12 +40,12 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     task : dict
         As :meth:`StudySpec.tasks` makes it.
     stop : callable, optional
-        Asked now and then; if true, the run ends with :class:`Stopped`.
+        Called from time to time; if it returns true, the run ends with :class:`Stopped`.
 
     Returns
     -------
     dict
-        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: where and how long.
+        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: machine and times.
 
     Raises
     ------
@@ -115,28 +115,30 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
 
 @dataclass(frozen=True)
 class Planned:
-    """Near the length planned, which takes collisions for independent: else, near freezing, a run goes on.
+    """The planned length of a run, and more where correlated collisions need it.
+
+    The plan assumes independent collisions. Near freezing they are correlated, and runs become longer.
 
     Parameters
     ----------
     relative_error : float or None
-        Asked for; None keeps to the plan.
+        The requested error; None keeps the planned length.
     blocks : int
-        The length planned.
+        The planned length.
     """
 
     relative_error: float | None
     blocks: int
 
     def reached(self, z: Estimate) -> bool:
-        """Tell whether the error is small enough."""
+        """Return whether the error is small enough."""
         return self.relative_error is None or z.error <= self.relative_error * z.mean
 
     def next_look(self, length: int, z: Estimate) -> int:
         """Return the number of blocks after which the error should be small enough."""
         assert self.relative_error is not None
         factor = ROOM * (z.error / (self.relative_error * z.mean)) ** 2
-        # The error bar of a short run with long correlations is a guess, and most often too large a one here.
+        # With long correlations the error bar of a short run is uncertain, and here mostly too large.
         return min(math.ceil(min(factor, GROWTH) * length), MOST * self.blocks)
 
 
@@ -148,14 +150,15 @@ def _moved(start: np.ndarray, frame: Frame) -> float:
 
 
 def _plain(estimate: Estimate) -> dict[str, float | None]:
+    """Return an estimate as JSON values; numbers that are not finite are None."""
     values = {name: getattr(estimate, name) for name in ("mean", "error", "n_eff", "tau", "blocks")}
     return {name: value if math.isfinite(value) else None for name, value in values.items()}
 
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep warnings of single runs from the screen: the table says what they say."""
-    # Filters are the whole process's, and only the main thread may exchange them.
+    """Suppress warnings of single runs: the table reports them."""
+    # Filters belong to the whole process, and only the main thread may change them.
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""What an equation-of-state study computes, as a frozen value: the section ``[study]``."""
+"""The parameters of an equation-of-state study as a frozen value: the section ``[study]``."""
 
 from __future__ import annotations
 
@@ -26,26 +26,25 @@ DENSITIES: dict[int, tuple[float, ...]] = {
     5: tuple(round(0.012 * k, 3) for k in range(1, 13)),
     6: tuple(round(0.0075 * k, 4) for k in range(1, 13)),
 }
-"""Packing fractions where none are given, by dimension: twelve of the fluid, as far as theory is known better
-than 1e-4."""
+"""Default packing fractions, by dimension: twelve of the fluid, up to where theory is known to 1e-4."""
 
 N = 4000
-"""Particles where no number is given: the finite-size correction is then below 2e-4, and its own error far
-below that."""
+"""Default number of particles: the finite-size correction is then below 2e-4, and its own error far below
+that."""
 
 RELATIVE_ERROR = 7e-5
-"""Of Z where no length is given: some ten minutes for the default study of spheres on two cores."""
+"""Default relative error of Z: the default study of spheres then takes some ten minutes on two cores."""
 
 EXCESS = 1.2
-"""Relative error of Z - 1 after one collision: 2 / sqrt(pi) = 1.13 if collisions were independent, because
-``|u_n|`` of a collision has the second moment 4 / pi, in squares of its mean; and some room, so that most
-runs need not be made longer afterwards."""
+"""Relative error of Z - 1 after one collision. For independent collisions it is 2 / sqrt(pi) = 1.13, because
+``|u_n|`` of a collision has the second moment 4 / pi, in squares of its mean. The rest is a margin, so that
+most runs need not be lengthened."""
 
 FEWEST = 200.0
-"""Collisions per particle that are measured at least, however modest the error asked for."""
+"""Smallest number of measured collisions per particle, also for a large requested error."""
 
 FRAMES = 8
-"""Frames for the order parameter near freezing where no number is given: some 0.04 s each (N = 4000)."""
+"""Default number of frames for the order parameter near freezing; each takes some 0.04 s (N = 4000)."""
 
 START = ("auto", "random", "fcc", "cubic", "triangular", "dn")
 
@@ -145,10 +144,11 @@ class StudySpec:
                 raise InputError(
                     f"{name} must be one of {', '.join(known)}; found {checks.describe(getattr(self, name))}."
                 )
-        # Every scene's words are checked now, rather than in a worker an hour later.
+        # All scenes are checked now, rather than in a worker an hour later.
         self.tasks()
 
     def _template(self) -> dict[str, Any]:
+        """Return the keys of ``scene`` as plain values, without those that the grid sets."""
         known = [f.name for f in dataclasses.fields(SceneSpec)]
         template = {name: _plain(value) for name, value in self.scene.items()}
         for name in template:
@@ -172,14 +172,14 @@ class StudySpec:
         tasks = [
             self._task(eta, n, replica)
             for eta in self.packing_fractions
-            # Two numbers may be nearest to one that fills the lattice: the same runs are no replicas.
+            # Two values of n may give one number that fills the lattice; equal runs are no replicas.
             for n in dict.fromkeys(self._filling(eta, n) for n in self.n)
             for replica in range(self.replicas)
         ]
         return sorted(tasks, key=cost, reverse=True)
 
     def _filling(self, eta: float, n: int) -> int:
-        """Return how many particles a run that is to have n of them has."""
+        """Return the number of particles of a run for which n are requested."""
         start = self._start(eta)
         return n if start == "random" else nearest_filling(start, self.dimension, n)
 
@@ -213,6 +213,7 @@ class StudySpec:
         }
 
     def _start(self, eta: float) -> str:
+        """Return ``initial`` of a scene; "auto" depends on the density."""
         if self.initial != "auto":
             return self.initial
         if "species" in self.scene:
@@ -222,16 +223,16 @@ class StudySpec:
         return "random" if eta < middle else {2: "triangular", 3: "fcc"}.get(d, "dn")
 
     def _length(self, eta: float, n: int) -> float:
-        """Return the collisions per particle that reach the error, a number of few digits."""
+        """Return the collisions per particle that reach the error, rounded to four digits."""
         if self.collisions_per_particle is not None:
             return self.collisions_per_particle
         assert self.relative_error is not None
         collisions = (EXCESS * excess_part(eta, self.dimension) / self.relative_error) ** 2
-        # Few digits, because powers and logarithms differ in the last bit from one machine to the next.
+        # Rounded, because powers and logarithms differ in the last bit between machines.
         return float(f"{max(2.0 * collisions / n / self.replicas, FEWEST):.4g}")
 
     def _error(self) -> float | None:
-        """Return the relative error that each replica has to reach, for all together to reach theirs."""
+        """Return the relative error that each replica has to reach, so that their mean reaches the goal."""
         if self.relative_error is None:
             return None
         return float(f"{self.relative_error * math.sqrt(self.replicas):.6g}")
@@ -247,7 +248,7 @@ class StudySpec:
         """Return the settings that all tasks share, which must be the same for all studies in one folder."""
         shared = {name: value for name, value in self.words().items() if name not in GRID}
         if self.relative_error is not None:
-            # The length of a run then depends on how many share the work.
+            # The length of a run then depends on the number of replicas.
             shared["replicas"] = self.replicas
         return {"study": "equation of state", "version": __version__, **shared}
 
@@ -265,7 +266,7 @@ GRID = ("packing_fractions", "n", "replicas")
 
 
 def excess_part(eta: float, dimension: int) -> float:
-    """Return ``(Z - 1) / Z`` by theory, or 1, which it never exceeds, where none is known."""
+    """Return ``(Z - 1) / Z`` by theory, or its upper bound 1 where there is no theory."""
     if dimension > 6:
         return 1.0
     crystal = eta > theory.FREEZING.get(dimension, 1.0)
@@ -279,7 +280,7 @@ def scene_spec(words: Mapping[str, Any]) -> SceneSpec:
 
 
 def nearest_filling(start: str, dimension: int, n: int) -> int:
-    """Return the number nearest to `n` of points in equal cells of a lattice along every axis."""
+    """Return the number nearest to ``n`` that fills a lattice with equally many cells along every axis."""
     lattice = {"cubic": lattices.cubic, "dn": lattices.dn, "fcc": lattices.dn}.get(start)
     chosen = lattices.triangular() if lattice is None else lattice(dimension)
     edge = (n / len(chosen.basis) * math.prod(chosen.shape)) ** (1.0 / chosen.dimension)
@@ -292,7 +293,7 @@ def _close(dimension: int) -> float:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of a scene as JSON has it."""
+    """Return a value of a scene as JSON values."""
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
@@ -309,6 +310,7 @@ def _plain(value: Any) -> Any:
 
 
 def _tuples(value: Any) -> Any:
+    """Return a value with tuples in place of lists."""
     return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
 
 
@@ -320,6 +322,7 @@ def _listed(values: Any) -> list[Any]:
 
 
 def _distinct(name: str, values: list[Any]) -> tuple[Any, ...]:
+    """Return the values sorted; none or a repeated one is an error."""
     if not values:
         raise InputError(f"{name} must hold at least one value, found none.")
     if len(set(values)) < len(values):

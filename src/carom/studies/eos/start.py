@@ -1,4 +1,4 @@
-"""What a run of a study begins with."""
+"""The start of a run of a study."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from carom.scene.scene import Scene
 from carom.simulation.growth import grown
 
 NEAR_FREEZING = 0.93
-"""Part of the freezing density from which order is watched, and crystals are melted before they are squeezed
-to the density asked for.
+"""Fraction of the freezing density from which order is measured, and crystals melt at a lower density before
+spheres grow to the requested one.
 """
 
 LOOSE, LONG = 0.8, 20.0
-"""Part of the freezing density at which they are melted then, and collisions a component that takes."""
+"""Fraction of the freezing density at which they then melt, and collisions per component that this takes."""
 
 ROOM = 0.9
-"""Part of a lattice's densest packing up to which it is filled: beyond it there is no room to melt in."""
+"""Largest packing fraction of the full lattice over its densest one: beyond it there is no room to melt."""
 
 
 def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
-    """Return the scene that is asked for, with the fastest way to a random start.
+    """Return the requested scene, by the fastest way to a random start.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
 
     Notes
     -----
-    Spheres placed at random take the time of some hundred thousand collisions (N = 4000) to be moved apart.
-    Well below freezing a crystal, with as many random vacancies as n asks for, is gone after ten to a hundred
-    collisions a sphere, of the thousand that a run is equilibrated for; and a run whose spheres still are
-    where they began is flagged. So equal spheres from three dimensions on start as one. Near freezing it
-    would not melt: there it is melted in a larger box, and the spheres of the fluid grow.
+    To move apart spheres that were placed at random takes the time of some hundred thousand collisions
+    (N = 4000). Well below freezing, a crystal with random vacancies melts within ten to a hundred collisions
+    per sphere, of the thousand of equilibration. A run whose spheres stay near their start is flagged. So
+    equal spheres start as a crystal in three and more dimensions. Near freezing it would not melt: there it
+    melts with smaller spheres, which then grow.
     """
     melting = _melting(asked)
     if melting is None:
@@ -77,8 +77,10 @@ def _crystal(
 
 
 def _melting(asked: SceneSpec) -> tuple[lattices.Lattice, int, float] | None:
-    """Return a lattice, its cells along an edge and a packing fraction at which it melts at once, that asked
-    for where it does; None where there may be none.
+    """Return a lattice, its cells along an edge, and a packing fraction at which it melts quickly.
+
+    The packing fraction is the requested one where that is low enough. The result is None for a scene that
+    cannot start as a crystal.
     """
     d = asked.dimension or 3
     given = (asked.species, asked.obstacles, asked.periodic, asked.restitution, asked.box, asked.density)

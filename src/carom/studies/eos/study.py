@@ -1,4 +1,4 @@
-"""Running a study: what is missing is computed, wherever it is asked to, and everything is kept."""
+"""Running a study: missing tasks run on the chosen engine, and every result is kept."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from carom.theory import Equation
 
 
 def _by_runs(shown: Callable[..., None]) -> Callable[[Progress[EquationOfState]], object]:
-    """Return what shows the runs done."""
+    """Return a function that shows the number of finished runs."""
     return lambda present: shown(present.fraction, f"{present.done} of {present.total} runs")
 
 
@@ -151,7 +151,7 @@ def run(
 
 
 def load(out: str | PathLike[str], equation: Equation | None = None) -> EquationOfState:
-    """Return what is done of the study in a folder, without running anything.
+    """Return the finished part of the study in a folder, without running anything.
 
     Raises
     ------

@@ -15,10 +15,10 @@ from carom.studies.tasks import Record
 from carom.theory import Equation
 
 LEVEL = 1e-3
-"""Probability with which replicas in agreement are called inconsistent all the same."""
+"""Probability that replicas in agreement are called inconsistent."""
 
 FEW = 16.0
-"""Independent samples below which a run's error bar is a guess."""
+"""Number of independent samples below which the error bar of a run is unreliable."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def table(records: Sequence[Record], equation: Equation | None = None) -> list[R
         points.setdefault(point, []).append(record)
     rows = []
     for point in sorted(points):
-        # In the order of the replicas, whatever the order in which they came: sums have the same bits.
+        # Sorted, so that sums are bit-identical whatever the order in which replicas finished.
         several = sorted(points[point], key=lambda record: int(record["task"]["replica"]))
         rows.append(_row(several, equation))
     return rows
@@ -229,7 +229,7 @@ def finite_size_shift(state: str, packing_fraction: float, n: int, equation: Equ
 def _row(records: list[Record], equation: Equation | None) -> Row:
     results = [record["result"] for record in records]
     task, first = records[0]["task"], results[0]
-    # As it was asked for: that of the scene differs by rounding, and by another one for each n.
+    # The requested value: that of the scene differs by rounding, which depends on n.
     eta, n, d = float(task["scene"]["packing_fraction"]), int(first["n"]), int(first["dimension"])
     state = phase(eta, d, task["scene"]["initial"], mixture=len(first["species"]) > 1)
     z, error, chi2 = _quantity(results, "compressibility_factor")
@@ -239,7 +239,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         chosen = usual_equation(d, state, first["species"])
     known = _value(chosen, eta)
     if state == "solid" and beside:
-        # What the correction needs of a crystal is its own Z.
+        # For a crystal the correction follows from its own Z.
         infinite = 1.0 + (z - 1.0) * n / (n - 1.0)
     else:
         infinite = z - finite_size_shift(state, eta, n, chosen)
@@ -251,7 +251,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         remarks.append("the pressure drifts")
     if order_drifts and drift.drifts(order_drifts):
         remarks.append(f"{_order_name(results)} drifts")
-    # One sound run in a thousand is in doubt, two of the same row are not.
+    # One run in a thousand fails this test by chance, but not two of the same row.
     if sum(bool(r.get("species_differ")) for r in results) >= min(len(results), 2):
         remarks.append("species differ in temperature")
     if state == "fluid" and d > 1 and moved < drift.STUCK:
@@ -264,7 +264,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         remarks.append("too short for an error bar")
     equilibrated = not remarks
     goal = task.get("relative_error")
-    # Errors of the mean of replicas; a tenth more is not worth a remark.
+    # The goal is that of one replica, the error that of their mean. A tenth more is not worth a remark.
     if goal is not None and error > 1.1 * goal / math.sqrt(len(results)) * z:
         remarks.append("the error asked for was not reached")
     return Row(
@@ -294,6 +294,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
 
 
 def _quantity(results: list[dict[str, Any]], name: str) -> tuple[float, float, float]:
+    """Return mean, error and chi squared of a quantity over the runs."""
     values = [_number(result[name]["mean"], math.nan) for result in results]
     errors = [_number(result[name]["error"], math.inf) for result in results]
     return combined(values, errors, [float(result["time"]) for result in results])
@@ -304,6 +305,7 @@ def _number(value: float | None, missing: float) -> float:
 
 
 def _value(equation: Equation | None, eta: float) -> float:
+    """Return Z by an equation of state; nan where it gives none."""
     if equation is None:
         return math.nan
     try:
@@ -332,6 +334,7 @@ def _order(results: list[dict[str, Any]], n: int) -> tuple[float, float, float, 
 
 
 def _improbable(chi2: float, degrees: int) -> bool:
+    """Return whether chi squared is larger than chance explains."""
     if not math.isfinite(chi2) or degrees < 1:
         return False
     return chi_squared_tail(chi2, degrees) < LEVEL

@@ -1,4 +1,4 @@
-"""A study as a TOML file: ``[study]`` with the words of :class:`StudySpec`, and ``[scene]`` for the rest."""
+"""A study as a TOML file: ``[study]`` with the fields of :class:`StudySpec`, and ``[scene]`` for the rest."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from carom.studies.eos.spec import StudySpec
 S = TypeVar("S", bound=StudySpec)
 
 LARGEST_FILE = 64 * 1024
-"""Bytes; a study is about a page."""
+"""Largest size of a study file [bytes]; a study is about a page."""
 
 
 def load(path: str | Path, kind: type[S] = StudySpec) -> S:  # type: ignore[assignment]
-    """Read a study of a kind from a TOML file.
+    """Read a study of the class ``kind`` from a TOML file.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def sections(content: str) -> dict[str, Any]:
 
 
 def parse(content: str, kind: type[S] = StudySpec) -> S:  # type: ignore[assignment]
-    """Read a study of a kind from TOML; what is left out has its default.
+    """Read a study of the class ``kind`` from TOML; missing keys have their defaults.
 
     Raises
     ------
@@ -91,12 +91,12 @@ def parse(content: str, kind: type[S] = StudySpec) -> S:  # type: ignore[assignm
 
 
 def words_of(tables: Mapping[str, Any], section: str, known: Sequence[str]) -> dict[str, Any]:
-    """Return what a section says.
+    """Return the keys and values of a section.
 
     Raises
     ------
     InputError
-        If one of its keys is none of the ``known`` ones.
+        If a key is not among the ``known`` ones.
     """
     words = dict(tables.get(section, {}))
     for name in words:

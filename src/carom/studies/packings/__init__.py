@@ -1,4 +1,4 @@
-"""Compression of a scene until it jams, and what is known of the packing.
+"""Compression of a scene until it jams, and the results for the packing.
 
-Nothing here knows how components grow: that is the simulation's.
+Nothing here knows how components grow; the simulation does.
 """

@@ -1,8 +1,8 @@
 """Compression to a jammed packing: spheres that move and grow until they cannot (the paper's sec. 8).
 
 Every contact of growing spheres adds energy. So the run is cut into stretches of a fixed number of
-collisions; after each, the velocities are scaled back to kT = 1 and balanced, and the pressure of the
-stretch is looked at.
+collisions. After each stretch the velocities are scaled back to kT = 1, momentum is set to zero, and the
+pressure of the stretch decides how to go on.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from carom.studies.runs.folder import RunFolder
 from carom.studies.signals import Interrupted, Stop, stoppable
 
 FAST, SLOW = 0.02, 1e-3
-"""Rates without a wish: fast as long as spheres could order, then slowly enough to close the contacts."""
+"""Default rates: fast while spheres could still order, then slow enough to close the contacts."""
 
 DENSE = 1e3
-"""Reduced pressure between the two."""
+"""Reduced pressure at which the slow rate replaces the fast one."""
 
 PRESSURE = 1e10
-"""Reduced pressure at which a compression ends without a wish."""
+"""Default reduced pressure at which a compression ends."""
 
 HEATING = 0.4
 """Growth rate times collisions per particle between two rescalings: the energy grows by about a quarter."""
@@ -46,10 +46,10 @@ LONGEST = 100.0
 """Collisions per particle between two rescalings, at most."""
 
 PART = 50_000
-"""Collisions between two looks at Ctrl-C; some 50 ms."""
+"""Collisions between two checks for Ctrl-C; they take some 50 ms."""
 
 POINT = 1e-6
-"""Diameter, in final diameters, of what is to be a point: the first collisions come much later."""
+"""Diameter of a point [final diameters]: the first collisions happen at much larger diameters."""
 
 CHECKPOINT_EVERY = 10.0
 """Seconds between checkpoints."""
@@ -63,9 +63,9 @@ class Stage(NamedTuple):
     Attributes
     ----------
     rate : float
-        Growth of the mean diameter a time over the thermal speed.
+        Growth rate of the mean diameter over the thermal speed.
     until_pressure : float or None
-        Reduced pressure at which it ends.
+        Reduced pressure at which the stage ends.
     """
 
     rate: float
@@ -85,7 +85,7 @@ class PackingInterrupted(Interrupted):
 
 
 class PackingFolder(RunFolder):
-    """Where the files of a compression stand."""
+    """The folder of a compression, and the names of its files."""
 
     def __init__(self, path: Path):
         super().__init__(path)
@@ -103,7 +103,7 @@ class PackingFolder(RunFolder):
         return [self.summary, self.checkpoint, *(self.path / name for name in names)]
 
     def clear(self) -> None:
-        """Take an older compression out of the folder."""
+        """Remove an older compression from the folder."""
         with writing(self.path):
             for path in self._files():
                 path.unlink(missing_ok=True)
@@ -222,7 +222,7 @@ def pack(
     Notes
     -----
     Between two rescalings there are ``HEATING / rate`` collisions per particle, at most ``LONGEST``. Z comes
-    from the virial of each stretch, with the mean of kT before and after it. An increase of Z by a factor e
+    from the virial of each stretch, with the integral of kT over its time. An increase of Z by a factor e
     takes some ``3.4 / rate`` collisions per particle (d = 3). At the rate 1e-3, growth from Z = 1e3 to 1e12
     takes 70 000.
 
@@ -291,7 +291,7 @@ def holds_packing(out: str | PathLike[str]) -> bool:
 
 
 def _stages(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage, ...]:
-    """Return the stages that the arguments ask for."""
+    """Return the stages that the arguments of :func:`pack` describe."""
     if stages is None:
         if until is None and collisions is None:
             until = PRESSURE
@@ -322,19 +322,19 @@ class _Compression:
     Attributes
     ----------
     plan, limit, seed, pictures
-        What is asked for.
+        The arguments of :func:`pack`.
     unit : (n,) array
-        Growth of each diameter at a rate of one.
+        Growth rate of each diameter at a ``rate`` of 1 [length / time].
     stage : int
-        Which stage it is in.
+        Index of the present stage.
     history : list
         Rows of HISTORY.
     left : int
         Collisions left in the present stretch.
-    virial, duration, kT : float
-        Of the present stretch so far; kT at its beginning.
+    virial, duration, kT_time : float
+        Virial, time and integral of kT over time, of the present stretch so far.
     note : str
-        Why it ended; empty before.
+        Why the compression ended; empty before.
     """
 
     def __init__(
@@ -357,7 +357,7 @@ class _Compression:
 
     @classmethod
     def restored(cls, notes: dict[str, Any], progress: Progress | None) -> _Compression:
-        """Return the compression that a checkpoint's notes tell of."""
+        """Return the compression that the notes of a checkpoint describe."""
         plan = tuple(Stage(*stage) for stage in notes["plan"])
         self = cls(plan, notes["limit"], np.array(notes["unit"]), notes["seed"], notes["pictures"], progress)
         self.history = [tuple(row) for row in notes["history"]]
@@ -432,7 +432,7 @@ class _Compression:
         sim, stage = self.sim, self.plan[self.stage]
         pressure = math.inf
         if self.duration > 0.0:
-            # Of a stretch too short for its integral to have digits, by the temperature at its end.
+            # In a very short stretch rounding hides the integral; then the final temperature is taken.
             heat = self.kT_time if self.kT_time > 0.0 else sim.kT * self.duration
             pressure = 1.0 + self.virial / (sim.scene.dimension * sim.scene.n * heat)
         self.history.append((sim.collisions, sim.packing_fraction, pressure, stage.rate))
@@ -442,7 +442,7 @@ class _Compression:
         self._report()
 
     def _judge(self, pressure: float) -> None:
-        """Decide whether the stage, or all, is over."""
+        """Decide whether the stage, or the whole compression, is over."""
         sim = self.sim
         scene, diameters = sim.scene, sim.diameters
         # A gap is about a diameter over the pressure.

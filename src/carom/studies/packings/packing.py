@@ -1,4 +1,4 @@
-"""What a compression leaves: a packing, its pressure and density, its contact network, and files of it."""
+"""The result of a compression: a packing, its pressure and density, its contact network, and its files."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ from carom.version import __version__
 HISTORY = np.dtype(
     [("collisions", np.int64), ("packing_fraction", float), ("pressure", float), ("rate", float)]
 )
-"""What is kept of every stretch between two rescalings."""
+"""Fields of the record of every stretch between two rescalings."""
 
 NETWORK = (
     "jamming_fraction", "rattlers", "rattler_fraction", "contacts", "isostatic", "excess", "coordination",
     "gap", "void", "sided", "contacts_note",
 )  # fmt: skip
-"""What a summary says of the network of contacts."""
+"""Keys of a summary for the network of contacts."""
 
 BACKBONE_FROM = 1e3
-"""Reduced pressure from which rattlers are told from the backbone: gaps of 1e-3 and less."""
+"""Reduced pressure from which rattlers and backbone are distinguished: gaps are then 1e-3 and less."""
 
 LARGEST_EXTENDED = 3
-"""Dimensions that extended XYZ can hold."""
+"""Largest dimension that extended XYZ can hold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +202,7 @@ class Packing:
         }
         try:
             network = self.network
-        except InputError:  # nobody is near contact
+        except InputError:  # no pair is near contact
             return summary | dict.fromkeys(NETWORK)
         values = (
             _finite(self.jamming_fraction),
@@ -281,7 +281,7 @@ class Packing:
 
 
 def parted(frame: Frame, obstacles: Sequence[Obstacle]) -> tuple[Frame, float]:
-    """Return the frame with diameters so much smaller that nobody overlaps, and that part of them."""
+    """Return the frame with diameters reduced until nothing overlaps, and the fraction of the reduction."""
     room = Room(np.asarray(frame.box, dtype=float), np.asarray(frame.periodic), obstacles)
     contacts = Contacts(frame.diameters)
     pairs = room.pairs(frame.positions, contacts)

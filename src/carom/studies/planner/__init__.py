@@ -1,4 +1,4 @@
 """From a target to the run that reaches it for the least CPU time: ``carom plan``, ``carom.studies.plan``.
 
-Nothing here moves a component: pilots and plans run through the simulation.
+Nothing here moves a component; the simulation runs pilots and plans.
 """

@@ -1,4 +1,4 @@
-"""The size, the length and the replicas that reach a target for the least CPU."""
+"""The size, the length and the replicas that reach a target for the least CPU time."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from dataclasses import dataclass
 from carom.errors import InputError
 
 WORTH = 0.1
-"""Part by which replicas on all cores may make a plan dearer, by equilibrating each."""
+"""Largest relative increase of CPU time by replicas, each of which has to equilibrate."""
 
 SHORT = 20.0
-"""CPU seconds below which one run on one core is planned: starting workers would take as long."""
+"""CPU seconds below which one run on one core is planned: the start of workers would take as long."""
 
 LEAST = 1.0
-"""CPU seconds of a plan at least. A start of Python takes as long. The CPU time of much shorter runs
-depends on what else the machine does: runs of 0.1 s took up to 1.8 times their median on a busy one."""
+"""Least CPU seconds of a plan: a start of Python takes as long. The CPU time of much shorter runs depends on
+the load of the machine: on a busy one runs of 0.1 s took up to 1.8 times their median."""
 
 ROOM = 0.9
-"""Part of the time for which an error is named that can be reached: the next pilot finds another rate."""
+"""Fraction of the time for which a reachable error is reported: the next pilot finds another rate."""
 
 PART = 0.02
-"""Part of a run that is equilibration at least: long waves, which a pilot is too short for, cost no more."""
+"""Least fraction of a run for equilibration. A pilot is too short for long waves; this covers them."""
 
 CACHES, SLOWER = 10_000.0, 0.4
-"""Beyond so many particles arrays leave the caches, and the rate falls as N to this power; a second pilot at
-the chosen size measures it."""
+"""Number of particles beyond which arrays exceed the caches, and the power of N with which the rate falls
+there. A second pilot at the chosen size measures the rate."""
 
 
 @dataclass(frozen=True)
 class Costs:
-    """What a plan has to know of a size; errors are in the unit of the target.
+    """Costs of a run of one size; errors are in the unit of the target.
 
     Attributes
     ----------
@@ -40,14 +40,14 @@ class Costs:
     variance : float
         Squared error times pair collisions.
     bias : float
-        What the correction to infinite size leaves.
+        Possible bias after the correction to infinite size.
     collisions_per_second : float
     setup_seconds, overhead_seconds : float
-        CPU time of a run beside its collisions: to make the scene, and for the calls of its blocks.
+        CPU time of a run in addition to its collisions: to make the scene, and for the calls of its blocks.
     equilibration : float
-        Collisions per particle, at least.
+        Least collisions per particle of equilibration.
     shortest : float
-        Collisions per particle without which there is no error bar.
+        Least collisions per particle that give an error bar.
     """
 
     n: int
@@ -68,9 +68,9 @@ class Design:
     ----------
     n, replicas : int
     equilibration, collisions_per_particle : float
-        Of each replica.
+        For each replica.
     statistical, bias, error : float
-        Parts of the error, and both together.
+        The two parts of the error, and the whole error.
     cpu_seconds : float
         Of all replicas.
     """
@@ -95,7 +95,7 @@ def design(costs: Costs, error: float, replicas: int = 1) -> Design | None:
         return None
     collisions = costs.variance / (error**2 - costs.bias**2)
     per_particle = max(2.0 * collisions / costs.n / replicas, costs.shortest / replicas)
-    # Few digits, so that a plan can be typed.
+    # Rounded, so that a plan is easy to type.
     per_particle = float(f"{per_particle:.4g}")
     equilibration = float(f"{max(costs.equilibration, PART * per_particle):.3g}")
     measured = 0.5 * costs.n * per_particle * replicas
@@ -109,13 +109,13 @@ def design(costs: Costs, error: float, replicas: int = 1) -> Design | None:
 
 
 def cheapest(candidates: Sequence[Costs], error: float) -> Design | None:
-    """Return the design of least CPU over all sizes; None if every bias is too large."""
+    """Return the design of least CPU time over all sizes; None if every bias is too large."""
     designs = [found for each in candidates if (found := design(each, error)) is not None]
     return min(designs, key=lambda one: one.cpu_seconds, default=None)
 
 
 def on_cores(costs: Costs, error: float, cores: int, limit: float) -> Design:
-    """Return the design with replicas for the cores: as many as cost little, more if the time demands it.
+    """Return the design with replicas for the cores: as many as cost little, and more if time is short.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def on_cores(costs: Costs, error: float, cores: int, limit: float) -> Design:
     error : float
     cores : int
     limit : float
-        Time that there is [s]; may be infinite.
+        Available wall time [s]; may be infinite.
     """
     one = design(costs, error)
     assert one is not None
@@ -138,9 +138,9 @@ def on_cores(costs: Costs, error: float, cores: int, limit: float) -> Design:
 
 
 def filled(costs: Costs, limit: float) -> Costs:
-    """Return costs with which no run is planned that takes less than :data:`LEAST`, if the limit allows it.
+    """Return costs whose plans take at least :data:`LEAST` of CPU time, if the limit allows it.
 
-    A run of a tenth of that is made longer. Its error is then smaller than what was asked for.
+    A shorter run is lengthened. Its error is then smaller than requested.
     """
     if limit < 2.0 * LEAST:
         return costs
@@ -151,7 +151,7 @@ def filled(costs: Costs, limit: float) -> Costs:
 
 
 def within(costs: Costs, cores: int, limit: float) -> float:
-    """Return the smallest error that a size reaches in a time on all cores; infinite if there is none."""
+    """Return the smallest error of a size within the time limit on all cores; infinite if there is none."""
     each = limit - costs.setup_seconds - costs.overhead_seconds
     each -= 0.5 * costs.n * costs.equilibration / costs.collisions_per_second
     collisions = each / (1.0 + PART) * costs.collisions_per_second * cores
@@ -161,7 +161,7 @@ def within(costs: Costs, cores: int, limit: float) -> float:
 
 
 def slowed(collisions_per_second: float, here: int, there: int) -> float:
-    """Return the collisions per second of ``there`` particles, guessed from those of ``here``."""
+    """Return the collisions per second of ``there`` particles, estimated from those of ``here``."""
     before, after = (max(n / CACHES, 1.0) ** -SLOWER for n in (here, there))
     return collisions_per_second * after / before
 
@@ -175,20 +175,20 @@ def afford(
     Parameters
     ----------
     candidates : sequence of Costs
-        Of all sizes.
+        Costs of all sizes.
     chosen : Costs
-        Of the size that was chosen.
+        Costs of the chosen size.
     error, cores, limit
         As for :func:`on_cores`.
     what : str
-        The target, for sentences.
+        The target, for messages.
     shown : callable
-        From an error to the text of a target that asks for it.
+        Returns the text of the target that asks for an error.
 
     Raises
     ------
     InputError
-        If it does not, with what would.
+        If it does not fit; the message names an error that would.
     """
     found = on_cores(chosen, error, cores, limit)
     if found.seconds(cores) <= limit:

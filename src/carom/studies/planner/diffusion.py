@@ -33,12 +33,12 @@ BLOCKS = 128
 """Blocks of all replicas together: their error bar is known to 6 %."""
 
 FEWEST, SHORT = 16, 16.0
-"""Blocks of a run at least, and collisions per particle of one that only loads what is compiled."""
+"""Least number of blocks of a run, and collisions per particle of a run that only compiles or loads code."""
 
 OF_SHIFT, SMALL = 0.03, 10.0
-"""Part of the shift with N that mode coupling may miss: 500 to 4000 spheres agree to the first at eta = 0.26.
-The second, over N, is for few spheres, whose box is hardly longer than a free path: 64 of them are some 0.15
-of the shift too slow at eta = 0.1 and 0.2.
+"""Fraction of the shift with N that mode coupling may miss. The first number: 500 to 4000 spheres agree to it
+at eta = 0.26. The second, divided by N, is for few spheres, whose box is hardly longer than a free path: for
+64 spheres, D is too small by some 0.15 of the shift at eta = 0.1 and 0.2.
 """
 
 ESTIMATORS = {
@@ -57,7 +57,7 @@ def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
 
 
 def load(task: Task) -> None:
-    """Compile what a task calls, or load it: once in a process, before any time is taken."""
+    """Compile or load the code of a task, once in a process, before any time is measured."""
     brief = {
         **task, "equilibration": 1.0, "collisions_per_particle": SHORT, "blocks": FEWEST, "replica": REPLICA,
     }  # fmt: skip
@@ -65,22 +65,22 @@ def load(task: Task) -> None:
 
 
 def missed(n: int) -> float:
-    """Return the part of the shift of n spheres that mode coupling may miss."""
+    """Return the fraction of the shift of n spheres that mode coupling may miss."""
     return OF_SHIFT + SMALL / n
 
 
 @dataclass(frozen=True)
 class DiffusionPilot(trial.Found):
-    """What a pilot for D found.
+    """Results of a pilot for D.
 
     Attributes
     ----------
     value : float
-        D of infinitely many [length^2 / time].
+        D of infinitely many spheres [length^2 / time].
     viscosity : float
         Shear viscosity [mass / (length time)].
     of_viscosity : float
-        Its squared relative error times pair collisions.
+        Squared relative error of the viscosity times pair collisions.
     """
 
     value: float
@@ -100,7 +100,7 @@ class DiffusionMethod:
     Raises
     ------
     InputError
-        Where an infinite system has no D, or nothing is known of it.
+        If an infinite system has no D, or its correction to infinite size is not known.
     """
 
     simulate = staticmethod(measure)
@@ -167,16 +167,16 @@ class DiffusionMethod:
         )
 
     def value(self, found: DiffusionPilot) -> float:
-        """Return D of infinitely many, to the accuracy of a pilot."""
+        """Return D of infinitely many spheres, to the accuracy of a pilot."""
         return found.value
 
     def costs(self, found: DiffusionPilot, n: int) -> Costs:
-        """Return what n spheres cost, from a pilot of as many or of others.
+        """Return the costs of n spheres, from a pilot of any size.
 
         Notes
         -----
-        The error of D in a run is that of all displacements over the time t_1 of the rule, which grows with
-        the edge; the viscosity, of which there is one in a run, adds its own to the shift.
+        The variance of D is proportional to the time t_1 of the rule, which grows with the edge. The error of
+        the viscosity, of which a run gives one value, adds to that of the shift.
         """
         shift = self.shift(n, found.viscosity, found.value)
         variance = found.variances[found.estimator] * self._window(n) / self._window(found.n)
@@ -193,7 +193,7 @@ class DiffusionMethod:
         )
 
     def shift(self, n: int, viscosity: float, value: float) -> float:
-        """Return by how much n spheres diffuse too slowly [length^2 / time]."""
+        """Return by how much D of n spheres is too small [length^2 / time]."""
         mass = float(self.system.scene.get("mass", 1.0))
         return theory.diffusion_shift(
             n, self.system.density, viscosity, self_diffusion=value, mass=mass, kT=self.system.kT
@@ -226,7 +226,7 @@ class DiffusionMethod:
         return spec.tasks()
 
     def reached(self, records: Sequence[Record], estimator: str) -> tuple[Estimate, float, list[str]]:
-        """Return D of infinitely many, its bias at most, and what speaks against it."""
+        """Return D of infinitely many spheres, its possible bias, and doubts about it."""
         point = Point(list(records))
         viscosity = point.shear_viscosity()
         found = dict(zip(ESTIMATORS, point.self_diffusion(), strict=True))[estimator]

@@ -1,4 +1,4 @@
-"""One run of a plan, measured block by block in a way that two estimators of Z follow from."""
+"""One run of a plan, measured in blocks that give two estimators of Z."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ BLOCKS = 512
 """Blocks of a run. Their error bar is known to 3 %; each costs a call of the engine."""
 
 FIRST = 1000
-"""Collisions after which everything that a run calls was called."""
+"""Collisions after which all code of a run has been called."""
 
 REPLICA = 10**6
-"""Number of the replica that a pilot is: none of a study's, so that its collisions are not counted twice."""
+"""Replica number of a pilot. No run of a study has it, so that no collisions are counted twice."""
 
 _DONE: set[str] = set()
-"""What is compiled and loaded in this process."""
+"""Kinds of tasks whose code is compiled and loaded in this process."""
 
 FEWEST, BEYOND = 64, 2.6
-"""Blocks of the coarsest level, and standard errors beyond which a correlation is no chance (0.5 %)."""
+"""Least blocks of the coarsest level; standard errors beyond which a correlation is significant (0.5 %)."""
 
 ESTIMATORS = ("virial", "collision rate", "both")
-"""From what Z follows: the momentum that collisions carry, their number, or the best combination."""
+"""Sources of Z: the virial of collisions, their number, or the best combination."""
 
 
 def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
@@ -45,9 +45,9 @@ def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     Parameters
     ----------
     task : dict
-        As :meth:`carom.studies.planner.study.ZStudy.tasks` makes it.
+        As :meth:`carom.studies.planner.pressure.PressureMethod.tasks` makes it.
     stop : callable, optional
-        Asked now and then; if true, the run ends with :class:`carom.studies.executors.Stopped`.
+        Called from time to time; if true, the run ends with :class:`carom.studies.executors.Stopped`.
 
     Returns
     -------
@@ -84,31 +84,32 @@ def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
 
 
 def load(task: Task) -> None:
-    """Compile what a task calls, or load it: once in a process, before any time is taken."""
+    """Compile or load the code of a task, once in a process, before any time is measured."""
     once(json.dumps(task["scene"], sort_keys=True), lambda: _brief({**task, "replica": REPLICA}))
 
 
 def _brief(task: Task) -> None:
+    """Run a task for a short time."""
     sim = simulation_of(task, refuse_unusual)
     sim.run(collisions=FIRST)
     Blocks(sim).go_on(sim.time_for(1.0), 1)
 
 
 def once(kind: str, do: Callable[[], object]) -> None:
-    """Do something, unless it was done for this kind in this process."""
+    """Call ``do``, unless it was called for this kind in this process."""
     if kind not in _DONE:
         do()
         _DONE.add(kind)
 
 
 def refuse_unusual(scene: Scene) -> None:
-    """Raise InputError where what acts between spheres is not a collision of hard cores."""
+    """Raise InputError unless spheres move and collide as elastic hard cores."""
     if not (scene.usual("interaction") and scene.usual("motion") and scene.usual("impact")):
         raise InputError("A plan is made for elastic hard cores; remove interaction, motion and impact.")
 
 
 def of_scene(scene: Scene) -> dict[str, Any]:
-    """Return what the analysis has to know of a scene, as plain values."""
+    """Return the facts about a scene that the analysis needs, as plain values."""
     counts = [scene.n] if scene.species is None else np.bincount(scene.species).tolist()
     return {
         "n": scene.n,
@@ -120,12 +121,12 @@ def of_scene(scene: Scene) -> dict[str, Any]:
 
 
 class Blocks:
-    """Blocks of a run, and what collisions of each pair of species must carry on the average.
+    """Blocks of a run, with the mean virial of a collision for each pair of species.
 
     Parameters
     ----------
     sim : carom.Simulation
-        Of spheres in a periodic box.
+        A simulation of spheres in a periodic box.
     """
 
     def __init__(self, sim: Simulation):
@@ -138,6 +139,7 @@ class Blocks:
         self._before = self._count()
 
     def _count(self) -> np.ndarray:
+        """Return the collisions of each pair of species so far."""
         if self.sim.scene.species is None:
             return np.array([[self.sim.collisions]])
         return np.triu(self.sim.collisions_by_species)
@@ -167,10 +169,10 @@ def carried(sim: Simulation) -> np.ndarray:
 
     Notes
     -----
-    ``sigma_ij sqrt(2 pi mu_ij kT) / c_D`` at constant energy, exact for every N: the velocities of two that
-    touch are those of any two, weighted with the speed at which they meet (Chapman and Cowling, sec. 5.21;
-    c_D is :func:`carom.theory.speed_factor`). On a line collisions only exchange the velocities of the start,
-    and their number depends on those.
+    It is ``sigma_ij sqrt(2 pi mu_ij kT) / c_D`` at constant energy, exact for every N. Velocities of two
+    spheres in contact are those of any two, weighted with the speed of approach (Chapman and Cowling, sec.
+    5.21; c_D is :func:`carom.theory.speed_factor`). This does not hold on a line, where collisions only
+    exchange the initial velocities.
     """
     scene = sim.scene
     if scene.species is None:
@@ -193,7 +195,7 @@ class Spread(NamedTuple):
     estimator : str
         One of :data:`ESTIMATORS`.
     z : Estimate
-        Of this N.
+        Z of this N.
     """
 
     estimator: str
@@ -201,9 +203,9 @@ class Spread(NamedTuple):
 
 
 def estimates(by_virial: ArrayLike, by_rate: ArrayLike, dimension: int) -> list[Spread]:
-    """Return Z by every estimator there is, the one with the smallest error first.
+    """Return Z by every estimator, the one with the smallest error first.
 
-    Blocks should be long: slow changes of small size hide in the noise of short ones.
+    Blocks should be long, because the noise of short ones hides small slow changes.
     """
     a, b = np.asarray(by_virial, np.float64), np.asarray(by_rate, np.float64)
     found = [Spread("virial", mean(a))]
@@ -213,8 +215,9 @@ def estimates(by_virial: ArrayLike, by_rate: ArrayLike, dimension: int) -> list[
 
 
 def together(a: np.ndarray, b: np.ndarray) -> Estimate:
-    """Return the combination of two estimators with the smallest variance; see
-    :func:`carom.observables.combined`. Here blocks may be correlated.
+    """Return the combination of two estimators with the smallest variance.
+
+    See :func:`carom.observables.combined`. Here blocks may be correlated.
     """
     difference = a - b
     variance = float(np.var(difference, ddof=1))
@@ -229,10 +232,10 @@ def mean(values: np.ndarray) -> Estimate:
 
     Notes
     -----
-    Blocks are paired until neighbours look uncorrelated, and what is left of their correlation is corrected
-    for, as :func:`carom.observables.blocking` does. But no level has less than 64 blocks. A false alarm, of
-    which there blocking has one in twenty series, then costs little: an error bar from 16 blocks is off by a
-    third, and no promise could be compared with it.
+    As in :func:`carom.observables.blocking`, blocks are paired until neighbours look uncorrelated, and the
+    error is corrected for the remaining correlation. But no level has fewer than 64 blocks. Without that, a
+    false alarm, one in twenty series with that function, could leave 16 blocks. Their error bar is off by a
+    third, too much for a comparison with the promise.
     """
     y = values
     while (r := _lag_one(y)) > BEYOND / math.sqrt(y.size) and y.size // 2 >= FEWEST:
@@ -245,7 +248,7 @@ def mean(values: np.ndarray) -> Estimate:
 
 
 def _lag_one(y: np.ndarray) -> float:
-    """Return the lag-one correlation, freed of its leading bias (Marriott and Pope 1954)."""
+    """Return the lag-one correlation, corrected for its leading bias (Marriott and Pope 1954)."""
     d = y - y.mean()
     square = float(d @ d)
     r = float(d[1:] @ d[:-1]) / square if square else 0.0

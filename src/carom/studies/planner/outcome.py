@@ -1,4 +1,4 @@
-"""A plan that was run: what was promised, and what was reached."""
+"""The outcome of a plan: the promise, and the result."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from carom.studies.session import Failure, Job
 from carom.studies.tasks import Record
 
 NAME = "outcome.json"
-"""File of what was reached, in the folder of a plan."""
+"""File of the outcome, in the folder of a plan."""
 
 
 class Promise(Protocol):
-    """What an outcome is compared with: of a :class:`~carom.studies.RunPlan` what is asked here."""
+    """The part of a :class:`~carom.studies.RunPlan` with which an outcome is compared."""
 
     @property
     def target(self) -> Target:
-        """What is to be measured, and how well."""
+        """The quantity, and the error to reach."""
 
     @property
     def estimator(self) -> str:
-        """The one with the smallest variance."""
+        """The estimator with the smallest variance."""
 
     @property
     def design(self) -> Design:
-        """What is run."""
+        """N, replicas and length of the runs."""
 
     @property
     def seed(self) -> int:
@@ -43,7 +43,7 @@ class Promise(Protocol):
 
     @property
     def error(self) -> float:
-        """The error that is promised, bias included."""
+        """Promised error, bias included."""
 
     @property
     def cpu_seconds(self) -> float:

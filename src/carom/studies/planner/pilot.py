@@ -1,4 +1,4 @@
-"""A pilot of seconds: how fast the run is, how much a collision tells, and how long it equilibrates."""
+"""A pilot of some seconds: the speed of a run, the variance per collision, and the equilibration."""
 
 from __future__ import annotations
 
@@ -18,49 +18,49 @@ from carom.studies.planner.system import System
 from carom.studies.worker import simulation_of
 
 SIZE = 256
-"""Spheres of the first pilot: the variance of a collision hardly depends on N from there on."""
+"""Spheres of the first pilot: for larger N the variance per collision hardly depends on N."""
 
 FEWEST = 50.0
-"""Collisions per particle of any equilibration: velocities forget their start in a few, waves in some ten."""
+"""Least collisions per particle of an equilibration. Velocities relax in a few, waves in some ten."""
 
 OF_CRYSTAL = 200.0
-"""Collisions per particle after which the waves of a crystal are those of its temperature."""
+"""Collisions per particle after which the phonons of a crystal are in equilibrium."""
 
 APART = 4.0
-"""Equilibration of a fluid ends when the mean square displacement of its slowest species is so many squares
-of the mean spacing: each has then left its cage and its neighbours several times."""
+"""Mean square displacement of the slowest species at the end of the equilibration of a fluid [squared mean
+spacing]. Each particle has then left its cage and its neighbours several times."""
 
 SURE = 80.0
-"""Degrees of freedom of an error bar that a plan rests on: it is known to ``sqrt(1 / 160)``, 8 %."""
+"""Degrees of freedom of an error bar that suffices for a plan: it is known to ``sqrt(1 / 160)``, 8 %."""
 
 COLLISIONS = 3000
-"""Of a block of the pilot, at least."""
+"""Least collisions of a block of the pilot."""
 
 PART = 16.0
-"""Blocks of the pilot in the time of an equilibration: slow changes of small size hide in shorter ones."""
+"""Blocks of the pilot in the time of an equilibration: the noise of shorter ones hides small slow changes."""
 
 SMALL = 0.8
-"""Collisions per particle of the blocks that, beside long ones, tell what the call for a block costs: some as
-short as those of the shortest runs."""
+"""Collisions per particle of short blocks, about those of the shortest runs. Short and long blocks together
+give the time of the call for a block."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """What every pilot found, whatever it measured.
+    """Results of every pilot.
 
     Attributes
     ----------
     n : int
     variances : dict
-        By estimator: the squared error of what was measured times the pair collisions that it took.
+        By estimator: the squared error of the measured quantity times the number of pair collisions.
     collisions_per_second : float
-        In a second of CPU, while measuring.
+        Collisions per CPU second, in the measurement.
     setup_seconds : float
         CPU time to make the scene.
     equilibration : float
         Collisions per particle.
     sure : bool
-        Whether the error bars had enough blocks, and are those of a long run.
+        Whether the error bars had enough blocks to hold for a long run.
     seconds : float
         CPU time of the pilot.
     """
@@ -81,14 +81,14 @@ class Found:
 
 @dataclass(frozen=True)
 class Pilot(Found):
-    """What a pilot for Z found; the calls for blocks are left out of its rate.
+    """Results of a pilot for Z; its collision rate excludes the calls for blocks.
 
     Attributes
     ----------
     counts : tuple of int
-        Of each species.
+        Number of particles of each species.
     z : float
-        Of this n, to the accuracy of a pilot.
+        Z of this n, to the accuracy of a pilot.
     block_seconds : float
         CPU time of a call for a block.
     """
@@ -114,11 +114,11 @@ def pilot(
     system : System
     n, seed : int
     seconds : float
-        CPU time that the pilot may take, the compiler's left out.
+        CPU time that the pilot may take, without compilation.
     equilibration : float, optional
         Collisions per particle, where they are known.
     look : callable, optional
-        Called now and then with the part of the time that is over.
+        Called from time to time with the elapsed fraction of the time.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def pilot(
 
 
 class Watch:
-    """CPU time of this thread since it was made, and who is told of it."""
+    """Measures the CPU time of this thread, and reports the fraction of the available ``seconds``."""
 
     def __init__(self, seconds: float, tell: Callable[[float], object]):
         self.seconds, self._tell, self._began = seconds, tell, clock.thread_time()
@@ -169,22 +169,22 @@ class Watch:
 
     @property
     def over(self) -> bool:
-        """Whether there is no more."""
+        """Whether the available time is used up."""
         return self.passed > self.seconds
 
     def look(self, _: object = None) -> None:
-        """Tell what part of the time is over."""
+        """Report the elapsed fraction of the time."""
         self._tell(min(self.passed / self.seconds, 1.0))
 
 
 def begin(system: System, n: int, seed: int) -> Simulation:
-    """Return n particles in motion. No run of a plan has their start."""
+    """Return n particles in motion, from a start that no run of a plan has."""
     task = {**system.spec(n, seed=seed).tasks()[0], "replica": REPLICA}
     return simulation_of(task, refuse_unusual)
 
 
 def _calls(sim: Simulation) -> tuple[float, float]:
-    """Return the collisions and the CPU time [s] of a short block."""
+    """Return the mean collisions and the mean CPU time [s] of a short block."""
     duration, blocks, count = sim.time_for(0.5 * SMALL * sim.scene.n), Blocks(sim), BLOCKS // 4
     began = clock.thread_time()
     for _ in range(count):
@@ -193,7 +193,7 @@ def _calls(sim: Simulation) -> tuple[float, float]:
 
 
 def _measured(sim: Simulation, watch: Watch, equilibration: float) -> tuple[Blocks, float]:
-    """Run block by block until the error bar is sure, or the time is over."""
+    """Return blocks and CPU time, measured until the error bar suffices or the time is over."""
     duration = sim.time_for(max(0.5 * sim.scene.n * equilibration / PART, float(COLLISIONS)))
     blocks, wanted = Blocks(sim), BLOCKS
     began = clock.thread_time()
@@ -211,12 +211,12 @@ def _measured(sim: Simulation, watch: Watch, equilibration: float) -> tuple[Bloc
 
 
 def equilibrate(sim: Simulation, system: System, watch: Watch) -> float:
-    """Run until a fluid has forgotten where it began; return the collisions per particle that took.
+    """Run until a fluid has forgotten its start; return the collisions per particle that are needed.
 
     Raises
     ------
     InputError
-        If the pilot ends before: nobody can say how long that takes.
+        If the pilot ends before.
     """
     if system.crystal:
         sim.run(collisions_per_particle=OF_CRYSTAL, progress=watch.look)

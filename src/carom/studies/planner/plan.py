@@ -26,7 +26,7 @@ from carom.studies.planner.target import UNITS, Target
 from carom.version import __version__
 
 PILOT_SECONDS = 15.0
-"""CPU time that each of the two pilots may take; one takes some two seconds where nothing is slow."""
+"""CPU time that each of the two pilots may take; a typical one takes some two seconds."""
 
 NAME = "plan.json"
 """File of a plan in its folder."""
@@ -34,15 +34,15 @@ NAME = "plan.json"
 
 @dataclass(frozen=True)
 class Size:
-    """What one number of particles would cost.
+    """The cost of one number of particles.
 
     Attributes
     ----------
     n : int
     bias : float
-        What the correction to infinite size leaves, in the unit of the quantity.
+        Possible bias after the correction to infinite size, in the unit of the quantity.
     cpu_seconds : float
-        Until the error is that of the target; infinite where the bias alone is larger.
+        CPU time until the error is that of the target; infinite where the bias alone is larger.
     """
 
     n: int
@@ -231,10 +231,12 @@ class RunPlan:
         return "\n".join(lines)
 
     def _rivals(self) -> str:
+        """Return the variances of the other estimators, in words."""
         others = [f"{name} {ratio:.2g}" for name, ratio in self.ratios.items() if name != self.estimator]
         return f" (variance of others: {', '.join(others)})" if others else ""
 
     def _error(self) -> str:
+        """Return the expected value and the parts of its error, in words."""
         one, name = self.design, self.target.quantity
         return (
             f"{name} about {self.value:.4g} +- {one.error:.2g}{UNITS[name]}, "
@@ -244,11 +246,12 @@ class RunPlan:
 
 
 def _known(seconds: float) -> float | None:
+    """Return a time as a JSON value; None if it is infinite."""
     return seconds if math.isfinite(seconds) else None
 
 
 def method(system: System, target: Target) -> Any:
-    """Return how a target is measured."""
+    """Return the method that measures a target."""
     kind = DiffusionMethod if target.quantity == "D" else PressureMethod
     return kind(system, target.quantity)
 
@@ -373,7 +376,7 @@ def plan(
 
 
 def _timed(costs: Costs, again: Costs) -> Costs:
-    """Return costs with the speed of a second pilot, whose error bar is no better than the first one's."""
+    """Return ``costs`` with the speed of a second pilot, whose error bar is not used."""
     return dataclasses.replace(
         costs,
         collisions_per_second=again.collisions_per_second,
@@ -383,12 +386,13 @@ def _timed(costs: Costs, again: Costs) -> Costs:
 
 
 def _size(costs: Costs, error: float) -> Size:
+    """Return the cost of an error at one size."""
     found = design(costs, error)
     return Size(costs.n, costs.bias, math.inf if found is None else found.cpu_seconds)
 
 
 def _asking(goal: Target, value: float) -> Callable[[float], str]:
-    """Return the target that asks for an error, rounded up to two digits."""
+    """Return a function from an error to its target as text, rounded up to two digits."""
 
     def shown(error: float) -> str:
         wanted = error / abs(value) if goal.relative else error
@@ -401,7 +405,7 @@ def _asking(goal: Target, value: float) -> Callable[[float], str]:
 def system_of(
     packing_fraction: float | None, dimension: int, species: Sequence[Mapping[str, float]] | None, scene: Any
 ) -> System:
-    """Return the system that arguments of :func:`plan` name."""
+    """Return the system that the arguments of :func:`plan` describe."""
     if scene is not None:
         if packing_fraction is not None or species is not None:
             raise InputError("scene and packing_fraction or species contradict each other; give one of them.")

@@ -1,4 +1,4 @@
-"""Planning for Z, and what follows from it: the pressure, and g at contact."""
+"""Planning for Z, and for the pressure and the contact value, which follow from Z."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from carom.studies.planner.system import System
 from carom.studies.tasks import Record, Task
 
 SHORTEST = 16.0
-"""A run is at least so many times as long as its equilibration, which is some four times as long as blocks
-need to forget each other. Without 64 such blocks no error bar is known (``carom.observables.precision``)."""
+"""Least length of a run over that of its equilibration. An equilibration is some four blocks long that are
+independent of each other, and an error bar needs 64 such blocks (``carom.observables.precision``)."""
 
 ESTIMATORS = {
     "virial": "the virial: the momentum that collisions carry",
@@ -62,7 +62,7 @@ class PressureMethod:
         return self.scale.of(found.z - self.system.shift(found.n, found.counts))
 
     def costs(self, found: Pilot, n: int) -> Costs:
-        """Return what n particles cost, from a pilot of as many or of others."""
+        """Return the costs of n particles, from a pilot of any size."""
         factor = abs(self.scale.factor)
         return Costs(
             n=n,
@@ -84,7 +84,7 @@ class PressureMethod:
         return [{**task, "study": "plan for the pressure"} for task in spec.tasks()]
 
     def reached(self, records: Sequence[Record], estimator: str) -> tuple[Estimate, float, list[str]]:
-        """Return the quantity of the infinite system, its bias at most, and what speaks against it."""
+        """Return the quantity of the infinite system, its possible bias, and doubts about it."""
         results = [record["result"] for record in records]
         first = results[0]
         virial, rate = (

@@ -1,4 +1,4 @@
-"""Which sizes there are, and what bias each leaves behind the correction to infinite size."""
+"""Possible sizes, and the bias that remains after the correction to infinite size."""
 
 from __future__ import annotations
 
@@ -8,26 +8,27 @@ from carom import theory
 from carom.studies.planner.system import System
 
 SMALLEST = 64
-"""Fewer spheres meet their own images all round."""
+"""Smallest number of particles: fewer spheres are neighbours of their own images."""
 
 LARGEST = 10**6
 
 RATIO = 2.0**0.5
-"""From one size to the next."""
+"""Ratio of successive sizes."""
 
 IMAGES = {2: (1.0, 20.0, 3.6), 3: (2.2, 6.0, 1.0)}
-"""Relative bias that images leave: ``a (eta / eta_freezing)^p exp(-L / xi)`` with the edge L in mean
-diameters, as (a, p, xi); that of three dimensions is taken for more. It encloses what 64 to 256 spheres at
-eta = 0.2 to 0.49 and 56 to 120 disks at 0.3 to 0.66 have beyond the correction of order 1 / N; the sign
-changes with L (``python tests/benchmarks/sizes.py``).
+"""Relative bias of Z by images, ``a (eta / eta_freezing)^p exp(-L / xi)``, as (a, p, xi); L is the edge in
+mean diameters. Three dimensions also stand for more. It is an upper bound of the bias that remains after the
+correction of order 1 / N, measured for 64 to 256 spheres at eta = 0.2 to 0.49 and 56 to 120 disks at 0.3 to
+0.66. The sign of the bias changes with L (``python tests/benchmarks/sizes.py``).
 """
 
 SECOND_ORDER = 2.0
-"""Part of the shift, times 1 / N, that the next order may add."""
+"""The next order may add this number times the shift over N."""
 
 OF_MIXTURE, OF_CRYSTAL = 0.05, 0.2
-"""Part of the shift that theory may miss: where an equation of state of a mixture is good to a percent, and
-where long waves feel the volume more than theory says (:func:`carom.theory.crystal_finite_size_shift`)."""
+"""Fraction of the shift that theory may miss. Equations of state of mixtures are accurate to a percent; in
+crystals theory underestimates the effect of the volume on long waves
+(:func:`carom.theory.crystal_finite_size_shift`)."""
 
 
 def sizes(system: System) -> list[int]:
@@ -37,7 +38,7 @@ def sizes(system: System) -> list[int]:
 
 
 def residual(system: System, n: int) -> float:
-    """Return the bias of Z that the correction of order 1 / N leaves: one error of what is not known."""
+    """Return the possible bias of Z after the correction of order 1 / N, as one standard error."""
     shift = abs(system.shift(n))
     missed = OF_CRYSTAL if system.crystal else OF_MIXTURE if system.mixture else 0.0
     parts = [missed * shift, SECOND_ORDER / n * shift]
@@ -50,7 +51,7 @@ def residual(system: System, n: int) -> float:
 
 
 def images(system: System, n: int) -> float:
-    """Return the relative bias of Z because particles meet the shells around their own images."""
+    """Return the relative bias of Z by the correlation of particles with the shells of their own images."""
     d = system.dimension
     dense = system.packing_fraction / theory.FREEZING.get(d, 1.0)
     edge = (n * theory.ball_volume(d) / system.packing_fraction) ** (1.0 / d)

@@ -1,4 +1,4 @@
-"""What a plan is made for: a bulk phase of hard spheres, of which only the number of particles is free."""
+"""The system of a plan: a bulk phase of hard spheres with a free number of particles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from carom.studies.planner.target import Scale
 from carom.theory.mixture_size import mixture_finite_size_shift
 
 KEPT = ("diameter", "mass", "kT")
-"""Keys of a scene that a plan hands on; with species, which have their own diameters and masses."""
+"""Keys of a scene that a plan takes over, besides species."""
 
 REFUSED = (
     "periodic",
@@ -31,10 +31,10 @@ REFUSED = (
     "motion",
     "impact",
 )
-"""Keys of a scene with which nothing is known of infinitely many particles."""
+"""Keys of a scene for which no correction to infinite size is known."""
 
 LARGEST_DIMENSION = 6
-"""Beyond it no equation of state is known, which takes a finite size to an infinite one."""
+"""Largest dimension with an equation of state, which the correction to infinite size needs."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class System:
                 f"{d} dimensions): neither comes to equilibrium in a time that can be planned. "
                 "Ask below or above."
             )
-        self.spec(64)  # further words of the scene are checked now
+        self.spec(64)  # checks the other keys of the scene
 
     @property
     def mixture(self) -> bool:
@@ -90,7 +90,7 @@ class System:
 
     @property
     def crystal(self) -> bool:
-        """Whether the stable phase is a crystal, as far as that is known."""
+        """Whether the stable phase is known to be a crystal."""
         return not self.mixture and self.packing_fraction > theory.FREEZING.get(self.dimension, math.inf)
 
     @property
@@ -107,13 +107,13 @@ class System:
 
     @property
     def fractions(self) -> list[float]:
-        """Part of each species."""
+        """Fraction of each species."""
         parts = [float(each.get("fraction", 1.0)) for each in self.scene.get("species", ())] or [1.0]
         return [part / math.fsum(parts) for part in parts]
 
     @property
     def density(self) -> float:
-        """Particles in a volume [1 / length^d]."""
+        """Number density [1 / length^d]."""
         d = self.dimension
         volume = sum(
             x * theory.ball_volume(d, s) for x, s in zip(self.fractions, self.diameters, strict=True)
@@ -128,12 +128,12 @@ class System:
         )
 
     def filling(self, n: int) -> int:
-        """Return the number nearest to n that the start may have: a crystal fills its lattice."""
+        """Return the possible number of particles nearest to n: a crystal fills its lattice."""
         start = {2: "triangular", 3: "fcc"}.get(self.dimension, "dn" if self.dimension > 3 else "cubic")
         return nearest_filling(start, self.dimension, n) if self.crystal else n
 
     def counts(self, n: int) -> list[int]:
-        """Return how many of n particles are of each species, rounded as a scene rounds them."""
+        """Return the numbers of particles of each species among n, rounded as a scene rounds them."""
         ends = [round(n * part) for part in _running(self.fractions)]
         return [b - a for a, b in zip([0, *ends], ends, strict=False)]
 
@@ -145,7 +145,7 @@ class System:
         return _mixed(self.packing_fraction, x, self.diameters, self.dimension)
 
     def shift(self, n: int, counts: Sequence[int] | None = None) -> float:
-        """Return ``Z_N - Z`` by theory: of the finite number, and of a composition that had to be rounded."""
+        """Return ``Z_N - Z`` by theory: for finite N, and for the rounding of the composition."""
         if self.crystal:
             equation = theory.solid(self.dimension)
             return float(theory.crystal_finite_size_shift(self.packing_fraction, n, equation))
@@ -205,7 +205,7 @@ def of_scene(path: str | Path) -> tuple[System, int]:
     Raises
     ------
     FileError, InputError
-        If the file cannot be read, or is no bulk phase in a periodic box.
+        If the file cannot be read, or is not a bulk phase in a periodic box.
     """
     return of_plan(Plan.load(path))
 
@@ -241,4 +241,5 @@ def _mixed(eta: float, fractions: Sequence[float], diameters: Sequence[float], d
 
 
 def _running(parts: Sequence[float]) -> list[float]:
+    """Return the cumulative sums."""
     return [math.fsum(parts[: k + 1]) for k in range(len(parts))]

@@ -1,4 +1,4 @@
-"""What is to be known, and how well: ``Z=1e-4``."""
+"""The target of a plan, a quantity and its error: ``Z=1e-4``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ QUANTITIES = {
     "g": "g(contact)",
     "D": "D",
 }
-"""What a target may name, and what it is called then."""
+"""Names of quantities in a target, and the quantities that they mean."""
 
 UNITS = {"Z": "", "P": " [energy / length^d]", "g(contact)": "", "D": " [length^2 / time]"}
 

@@ -1,4 +1,4 @@
 """One run of a scene file: its folder, its phases, its report.
 
-Nothing here concerns many runs: that is in the other studies.
+Nothing here concerns many runs; the other studies do.
 """

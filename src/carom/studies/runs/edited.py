@@ -1,4 +1,4 @@
-"""Whether the scene file in the folder of a run is still that of the run."""
+"""Check whether the scene file in the folder of a run is still that of the run."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def check_unedited(path: Path, plan: Plan) -> None:
     path : Path
         The scene file.
     plan : Plan
-        What runs.
+        The plan of the run.
 
     Raises
     ------
     FileError
-        If the file asks for something else, or is no scene file any more.
+        If the file describes another run, or is no longer a scene file.
     """
     if not path.exists():
         return
@@ -39,7 +39,7 @@ def check_unedited(path: Path, plan: Plan) -> None:
 
 
 def differences(run: Plan, file: Plan) -> list[str]:
-    """Return in which keys two plans differ, in words."""
+    """Return the keys in which two plans differ, in words."""
     found = []
     for section in dataclasses.fields(Plan):
         one, other = getattr(run, section.name), getattr(file, section.name)
@@ -51,5 +51,6 @@ def differences(run: Plan, file: Plan) -> list[str]:
 
 
 def _shown(value: object) -> str:
+    """Return a value as text of at most 60 characters."""
     text = "left out" if value is None else repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

@@ -1,4 +1,4 @@
-"""What ``carom run`` and ``carom resume`` do: a plan becomes a folder."""
+"""The work of ``carom run`` and ``carom resume``: a plan is run, its results are written to a folder."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class RunResult:
 
 
 def _with_error(value: dict[str, Any]) -> str:
-    """Return a mean and its error as they stand in a summary."""
+    """Return a mean and its error from a summary as text."""
     error = math.inf if value["error"] is None else value["error"]
     return Estimate(value["mean"], error, 0.0, 0.0, 0).value_text.replace("+-", "±")
 
@@ -179,7 +179,7 @@ def _noted(path: Path) -> tuple[Plan, dict[str, Any]]:
 
 
 def _check_finished(folder: RunFolder) -> None:
-    """Refuse a scene file that is not that of the summary beside it, as far as the checkpoint can tell."""
+    """Refuse a scene file that is not that of a finished run, according to the checkpoint."""
     try:
         plan, _ = _noted(folder.checkpoint)
     except FileError:

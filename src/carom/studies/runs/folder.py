@@ -1,4 +1,4 @@
-"""The folder of a run: the names of its files, and who may write there."""
+"""The folder of a run: the names of its files, and its lock against other processes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
 
 
 class RunFolder:
-    """Where the files of one run stand.
+    """The folder of one run, and the names of its files.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class RunFolder:
     Attributes
     ----------
     scene, checkpoint, summary, events, rdf : Path
-        The plan that runs, the state to go on from, the result (written last), the event log, g(r).
+        The plan of the run, the state to continue from, the result (written last), the event log, g(r).
     """
 
     def __init__(self, path: Path):
@@ -43,14 +43,14 @@ class RunFolder:
         return self.path / f"trajectory.{form}"
 
     def _files(self) -> list[Path]:
-        """All files of a run, in the order in which an old run is taken away."""
-        # Without a summary the run is no longer finished, without a checkpoint no longer under way.
+        """Return all files of a run, in the order in which an old run is removed."""
+        # Without a summary the run is not finished; without a checkpoint it is not under way.
         trajectories = [self.trajectory(form) for form in FORMATS]
         pictures = [self.path / name for name in PICTURES]
         return [self.summary, self.checkpoint, self.scene, *trajectories, self.events, self.rdf, *pictures]
 
     def check_free(self, overwrite: bool) -> None:
-        """Refuse early what :meth:`begin` could not do; touches nothing.
+        """Refuse a folder in which :meth:`begin` would fail; no file is changed.
 
         Raises
         ------
@@ -78,9 +78,9 @@ class RunFolder:
             self.path.mkdir(parents=True, exist_ok=True)
 
     def begin(self, plan: Plan) -> None:
-        """Take an older run out of the folder and write the plan.
+        """Remove an older run from the folder and write the plan.
 
-        At whatever moment this is cut short, what is left starts again as the old run, or as the new one.
+        If this is interrupted at any moment, the folder starts again as the old run or as the new one.
         """
         with writing(self.path):
             for path in (self.summary, self.checkpoint):
@@ -92,7 +92,7 @@ class RunFolder:
                     path.unlink(missing_ok=True)
 
     def restore_scene(self, plan: Plan) -> None:
-        """Write the plan anew if its file is missing."""
+        """Write the plan again if its file is missing."""
         if not self.scene.exists():
             self._write_scene(plan)
 
@@ -102,7 +102,7 @@ class RunFolder:
             temporary.write_text(f"{title}\n\n{plan.to_toml()}", encoding="utf-8")
 
     def sweep(self) -> None:
-        """Remove what a kill left half-written."""
+        """Remove the incomplete files that a killed process left."""
         with writing(self.path):
             for path in self._files():
                 for remnant in self.path.glob(f".{path.stem}.*.tmp{path.suffix}"):
@@ -114,7 +114,7 @@ class RunFolder:
 
 
 def existing_run(path: Path) -> RunFolder:
-    """Return the folder of a run that was begun.
+    """Return the folder of a run that has begun.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def existing_run(path: Path) -> RunFolder:
 
 @contextlib.contextmanager
 def owned(path: Path) -> Iterator[None]:
-    """Keep other processes from running in a folder; a kill gives it back.
+    """Lock a folder against other processes; the lock ends with the process.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def owned(path: Path) -> Iterator[None]:
     """
     try:
         import fcntl
-    except ImportError:  # Windows has no such locks, and gets along without.
+    except ImportError:  # Windows has no such locks; there a folder is not protected.
         yield
         return
     with writing(path):
@@ -157,7 +157,7 @@ def owned(path: Path) -> Iterator[None]:
             f"Another process is running in {path}; wait for it or choose another folder."
         ) from None
     except OSError:
-        # Some network drives know no locks.
+        # Some network drives have no locks.
         pass
     try:
         yield

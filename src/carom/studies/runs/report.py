@@ -1,4 +1,4 @@
-"""The results of a run: pressure, g(r), theory beside them, pictures, and the summary, written last."""
+"""The results of a run: pressure, g(r), comparison with theory, pictures, and the summary, written last."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from carom.version import __version__
 
 @dataclass(frozen=True)
 class Facts:
-    """What a run leaves to report on.
+    """The data of a finished run for its report.
 
     Attributes
     ----------
@@ -49,15 +49,15 @@ class Facts:
     frames : int
         Frames sampled.
     trajectories : list of Path
-        Where they are.
+        Files of the trajectories.
     rate : float
         Collisions per second of wall time in the engine, in the measured stretch.
     began : float
-        Reading of the performance counter when the run began, earlier sessions counted in.
+        Reading of the performance counter when the run began, corrected for earlier sessions.
     thermometer : Thermometer
         The temperatures of species during the measured stretch.
     without : str, optional
-        Why there are no trajectories, where the plan asked for none and forbade none.
+        Why there are no trajectories, if the plan left that open.
     """
 
     plan: Plan
@@ -97,18 +97,18 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
 
 
 def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureEstimate | None:
-    """Return the pressure, or None where nothing moves, some are pinned, or units decide by rules."""
+    """Return the pressure; None where nothing moves, spheres are pinned, or units decide by rules."""
     without = sim.kT == 0.0 or sim.scene.pinned is not None or _decides(sim.scene)
     return None if without else sim.estimate(Pressure(), blocks)
 
 
 def _decides(scene: Scene) -> bool:
-    """Tell whether units decide by rules: they are in no equilibrium, and conserve nothing."""
+    """Return whether units decide by rules; they are not in equilibrium, and conserve nothing."""
     return getattr(scene.interaction, "decides", False)
 
 
 def without_rdf(scene: Scene, frames: bool) -> str | None:
-    """Return why a run, with frames or without, has no g(r), a sentence; None if it has one."""
+    """Return a sentence on why a run with or without ``frames`` has no g(r); None if it has one."""
     if _decides(scene):
         return "No pressure and no g(r): units that decide by rules are in no equilibrium."
     if scene.walls or scene.obstacles:
@@ -129,10 +129,10 @@ def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[s
     """Return g(r), named "", or that of each pair of species of a mixture."""
     scene, sim = facts.sim.scene, facts.sim
     if facts.without:
-        # The state at the end is the frame that there would be.
+        # The final state replaces the missing frames.
         report("Computing g(r)", 0.0)
         return {"": rdf([sim.frame()])} if scene.equal else partial_rdf(scene, lambda: iter([sim.frame()]))
-    # From the file rather than on the way: a resumed run then sees every frame as well. Text is slow to read.
+    # From the file, so that a resumed run sees every frame. H5MD is preferred, because text is slow to read.
     source = next((path for path in facts.trajectories if path.suffix == ".h5md"), facts.trajectories[0])
     with io.open(source) as reader:
         assert isinstance(reader, io.Reader)
@@ -234,8 +234,8 @@ def _summary(
 
 
 def _obstacles(facts: Facts) -> list[dict[str, Any]]:
-    """Return what every wall and obstacle bore while it was measured."""
-    # A plane ends where the box does, and nobody knows its area: it has a force alone.
+    """Return force and pressure on every wall and obstacle, from the measured stretch."""
+    # The area of a plane inside the box is not known, so it has only a force.
     return [
         {"name": name, "force": _borne(facts, k, 1.0), "pressure": _borne(facts, k, None)}
         for k, name in enumerate(obstacle_names(facts.sim.scene))
@@ -243,9 +243,9 @@ def _obstacles(facts: Facts) -> list[dict[str, Any]]:
 
 
 def _borne(facts: Facts, k: int, area: float | None) -> dict[str, float | None]:
-    """Return the pressure on wall or obstacle k, or nulls where there is none."""
+    """Return the pressure on wall or obstacle k; None values where there is none."""
     with warnings.catch_warnings():
-        # Of few blocks: the pressure of the fluid has said so already.
+        # The pressure of the fluid has already warned of few blocks.
         warnings.simplefilter("ignore", CaromWarning)
         try:
             request = WallPressure(k, area=area)
@@ -255,7 +255,7 @@ def _borne(facts: Facts, k: int, area: float | None) -> dict[str, float | None]:
 
 
 def _by_species(sim: Simulation) -> dict[str, int]:
-    """Return the collisions of every pair of species since the start, by their names or numbers."""
+    """Return the collisions of every pair of species since the start, by the names or numbers of species."""
     if sim.scene.species is None:
         return {}
     counts = sim.collisions_by_species
@@ -264,7 +264,7 @@ def _by_species(sim: Simulation) -> dict[str, int]:
 
 
 def _units(sim: Simulation) -> dict[str, int]:
-    """Return how many units of each kind are left, where units decide by rules."""
+    """Return the number of remaining units of each kind, where units decide by rules."""
     if not _decides(sim.scene):
         return {}
     units, kinds = sim.units, sim.scene.interaction.kinds  # type: ignore[attr-defined]
@@ -273,7 +273,7 @@ def _units(sim: Simulation) -> dict[str, int]:
 
 
 def _note(phase: Phase, scene: Scene) -> str | None:
-    """Return what a reader has to know of the phase and of the size of the box."""
+    """Return the caveats on the phase and on the size of the box."""
     small = ""
     if phase.name == "fluid":
         small = finite_size_doubt(scene.packing_fraction, scene.n, scene.dimension)
@@ -285,19 +285,19 @@ def _infinite(pressure: PressureEstimate | None, phase: Phase | None) -> Estimat
     if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
         return None
     if phase.name == "solid":
-        # What the correction needs of a crystal is its own Z: Z - 1 of n - 1 vibrating particles.
+        # For a crystal the correction follows from its own Z: Z - 1 is that of n - 1 vibrating particles.
         factor = pressure.n / (pressure.n - 1.0)
         return pressure.compressibility_factor.scaled(factor, offset=1.0 - factor)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # the note on the phase says so
+            warnings.simplefilter("ignore", CaromWarning)  # the note on the phase has the same text
             return pressure.infinite_size()
     except InputError:
         return None
 
 
 def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
-    """Return what the phase's equations of state say, for infinitely many particles and for n of them."""
+    """Return Z by the equations of state of the phase, for infinitely many particles and for n."""
     n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
     rows: list[dict[str, Any]] = []
     for name, equation in phase.equations.items():
@@ -319,7 +319,7 @@ def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
 
 
 def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
-    """Return what is known of additive mixtures in periodic boxes, infinitely large; nothing of others."""
+    """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
     if scene.walls or scene.obstacles or scene.contact is not None or scene.restitution < 1.0:
         return []
     if not scene.usual("interaction"):
@@ -329,7 +329,7 @@ def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
     values = {"Santos-Yuste-Lopez de Haro": theory.santos_yuste_lopez_de_haro(*arguments, scene.dimension)}
     if scene.dimension == 3:
         values = {"BMCSL": theory.bmcsl(*arguments), **values}
-    # What N does to a mixture's Z is not known here; where N is large, neither does it matter.
+    # The effect of N on Z of a mixture is left out; it is small where N is large.
     return [
         {
             "name": f"{name}, infinite N",
@@ -342,7 +342,7 @@ def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
 
 
 def _number(estimate: Estimate | None) -> dict[str, float | None]:
-    """Return an estimate as plain numbers; JSON knows neither NaN nor infinity, so they are null."""
+    """Return an estimate as JSON values; NaN and infinity become None."""
     return {name: _finite(getattr(estimate, name, math.nan)) for name in ("mean", "error", "n_eff")}
 
 

@@ -1,4 +1,4 @@
-"""How much of a run is kept where its plan does not say: as many frames and formats as fit a size."""
+"""Default number of frames and formats of a run: as many as fit a size."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 
 KEPT = 200e6
-"""Bytes that the files of a run take at most, unless its plan asks for more; the event log is not counted."""
+"""Largest size of the files of a run [bytes], unless its plan asks for more; the event log does not count."""
 
 OTHERS = 1e6
-"""Bytes of tables and pictures, which are as large whatever the scene."""
+"""Size of tables and pictures [bytes], which depends little on the scene."""
 
 FRAMES = 100
-"""Frames of a run at most, unless its plan asks for more."""
+"""Largest number of frames of a run, unless its plan asks for more."""
 
 SMALL = 20e6
-"""Bytes up to which a trajectory is written as text, too, unless the plan says which formats."""
+"""Size up to which a trajectory is also written as text [bytes], unless the plan names formats."""
 
 FORMATS = ("h5md", "extxyz")
-"""What is written of small trajectories; of others the first alone, which is smaller and faster."""
+"""Formats of small trajectories. Larger ones have only the first, which is smaller and faster."""
 
 BYTES = {"h5md": 20, "extxyz": 65, "gsd": 12}
-"""Bytes for a coordinate of a component in a frame: its place, its velocity and its image."""
+"""Bytes per coordinate of a component in a frame: position, velocity and image."""
 
 FIXED = 20
-"""Bytes for a component in a trajectory, once: its mass, diameter and species."""
+"""Bytes per component that a trajectory holds once: mass, diameter and species."""
 
 COORDINATES = 3
-"""Coordinates that a format holds at least; the missing ones are 0."""
+"""Least number of coordinates in a format; missing ones are 0."""
 
 LARGEST_EXTENDED = 3
-"""Dimensions that formats other than H5MD can hold."""
+"""Largest dimension that formats other than H5MD can hold."""
 
 
 def amount(plan: Plan, scene: Scene, checkpoint: float) -> tuple[tuple[str, ...], int]:
@@ -43,12 +43,12 @@ def amount(plan: Plan, scene: Scene, checkpoint: float) -> tuple[tuple[str, ...]
     Parameters
     ----------
     plan : Plan
-        What it says about ``[output] trajectory`` and ``[run] frames`` holds, whatever the size.
+        Its ``[output] trajectory`` and ``[run] frames`` hold for any size.
     scene : Scene
-        Its n and d say how large a frame is.
+        Its n and d determine the size of a frame.
     checkpoint : float
-        Bytes of a checkpoint. What it leaves of ``KEPT`` is for frames. If that is less than one, and the
-        plan says neither which formats nor how many frames, there are no trajectories.
+        Size of a checkpoint [bytes]. The rest of ``KEPT`` is for frames. If not even one frame fits, and the
+        plan names neither formats nor a number of frames, there are no trajectories.
     """
     formats, frames = plan.output.trajectory, plan.run.frames
     left_open = formats is None and frames is None
@@ -64,14 +64,14 @@ def amount(plan: Plan, scene: Scene, checkpoint: float) -> tuple[tuple[str, ...]
 
 
 def without_trajectory(plan: Plan, scene: Scene, formats: tuple[str, ...], checkpoint: float) -> str | None:
-    """Return why a run whose plan leaves it open has no trajectories, a sentence; None if it has some.
+    """Return a sentence on why a run has no trajectories; None if it has some, or its plan asks for none.
 
     Parameters
     ----------
     formats : tuple of str
-        Of the trajectories.
+        Formats of the trajectories.
     checkpoint : float
-        Bytes of a checkpoint.
+        Size of a checkpoint [bytes].
     """
     if formats or plan.output.trajectory is not None:
         return None
@@ -83,12 +83,12 @@ def without_trajectory(plan: Plan, scene: Scene, formats: tuple[str, ...], check
 
 
 def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
-    """Return those of the formats asked for that can hold so many dimensions.
+    """Return the requested formats that can hold a dimension.
 
     Raises
     ------
     InputError
-        If none of the formats asked for can, or GSD is asked for and not installed.
+        If none of the requested formats can, or GSD is requested and not installed.
     """
     held = tuple(form for form in asked if form == "h5md" or dimension <= LARGEST_EXTENDED)
     if asked and not held:
@@ -114,6 +114,6 @@ def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
 
 
 def _most(scene: Scene, formats: tuple[str, ...], room: float) -> int:
-    """Return how many frames fit into so many bytes, negative where there are less than none."""
+    """Return the number of frames that fit into ``room`` bytes; negative if ``room`` is."""
     size = scene.n * max(scene.dimension, COORDINATES) * sum(BYTES[form] for form in formats)
     return math.floor(room / size) if size else FRAMES

@@ -1,11 +1,11 @@
-"""The measured stretch of a run, in segments of equal time: what was counted, and how far it has come.
+"""The measured stretch of a run, in segments of equal time: its sums and its progress.
 
-There is a whole number of segments to a frame. One loop then serves the pressure, which needs the sums over
-each segment, and the trajectory, which needs the frames between them.
+The interval between frames is a whole number of segments. One loop then serves the pressure, which needs the
+sums over each segment, and the trajectory, which needs the frames between segments.
 
-Times are chosen so that a resumed run sees the same bits: the length of a segment has 12 binary digits,
-segments begin at its multiples, and are run in parts of 1/1024. All of these times are exact in a double, so
-it does not matter where a run was cut.
+Times are chosen so that a resumed run is bit-identical. The length of a segment has 12 binary digits,
+segments begin at its multiples, and run in parts of 1/1024. All of these times are exact in a double, so a
+run may be interrupted between any two parts.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from carom.observables.precision import FLOOR
 from carom.simulation.simulation import Simulation
 
 SEGMENTS = 1024
-"""Segments of a run, at least: ten times what an error bar needs, so that correlations are seen."""
+"""Least number of segments of a run: ten times as many as an error bar needs, to resolve correlations."""
 
 PILOT = FLOOR
-"""Segments of the pilot that finds out how long a run to a relative error takes."""
+"""Segments of the pilot that predicts the length of a run to a relative error."""
 
 PARTS = 1024
-"""Parts of a segment: 1024 segments of 1024 parts leave none that takes long in a run of days."""
+"""Parts of a segment: with 1024 segments of 1024 parts, each part is short even in a run of days."""
 
 DIGITS = 12
 """Binary digits of a segment's length."""
@@ -34,22 +34,21 @@ DIGITS = 12
 
 @dataclass
 class Stretch:
-    """All that a checkpoint keeps of a run beside the simulation.
+    """The state of a run that a checkpoint keeps in addition to the simulation.
 
     Attributes
     ----------
     frames, per_frame, segments : int
-        Frames of a run whose length is given; segments to a frame; segments to measure, as far as is known
-        yet.
+        Frames of a run of given length; segments per frame; segments to measure, by present knowledge.
     pilot : bool
         Whether the segments are those of the pilot, which has no frames.
     step : float
-        A segment lasts so long [time].
+        Duration of a segment [time].
     part : int
-        Parts done of the present segment.
+        Finished parts of the present segment.
     marks : list of (int, float, ...)
-        Collisions and virial so far at the beginning of every segment reached; with walls or obstacles also
-        what each took up so far, and the weighted momentum that belongs to each then.
+        Collisions, virial and integral of kT so far (None where kT is constant), at the beginning of every
+        segment. With walls or obstacles also the impulse on each so far, and the weighted momentum of each.
     temperatures : list of tuple of float
         Temperatures of species at the end of every segment, if their masses differ.
     equilibrated : tuple of int and float, or None
@@ -72,21 +71,21 @@ class Stretch:
 
     @classmethod
     def of(cls, frames: int) -> Stretch:
-        """Return a stretch with so many frames, of which nothing is measured yet."""
+        """Return a stretch with so many frames, before any measurement."""
         per_frame = math.ceil(SEGMENTS / frames)
         return cls(frames, per_frame, per_frame * frames)
 
     def begin(self, sim: Simulation, segments: int, duration: float) -> None:
-        """Run on to the beginning of a stretch; its segments depend on nothing but the state so far."""
+        """Run on to the beginning of a stretch; its segments depend only on the present state."""
         self.segments, self.step = segments, _rounded(duration / segments)
-        # Two segments further lies ahead, whatever the rounding of the present time.
+        # Two segments further is later than the present, whatever its rounding.
         first = math.floor(sim.time / self.step) + 2
         for _ in sim.sample(times=[first * self.step]):
             self.marks = [_sums(sim)]
             self.temperatures.clear()
 
     def mark(self, sim: Simulation) -> None:
-        """Note that a segment is over."""
+        """End a segment."""
         self.part = 0
         self.marks.append(_sums(sim))
 
@@ -97,11 +96,11 @@ class Stretch:
 
     @property
     def written(self) -> int:
-        """Frames that belong to the marks."""
+        """Number of frames written up to the last mark."""
         return 0 if self.pilot else max(self.measured, 0) // self.per_frame
 
     def blocks(self) -> list[Block]:
-        """Return what each segment added up to."""
+        """Return the sums over each segment."""
         blocks = []
         for before, after in zip(self.marks, self.marks[1:], strict=False):
             walls = [b - a for a, b in zip(before[3:], after[3:], strict=True)]
@@ -120,7 +119,7 @@ class Stretch:
 
 
 def _sums(sim: Simulation) -> tuple[Any, ...]:
-    """Return sums since the start: differences of them do not depend on where a segment was cut."""
+    """Return sums since the start; their differences do not depend on interruptions of a segment."""
     tally, scene = sim.tally, sim.scene
     sums = int(tally.collisions), float(tally.virial), tally.kT_time
     if not (scene.walls or scene.obstacles):
@@ -130,6 +129,6 @@ def _sums(sim: Simulation) -> tuple[Any, ...]:
 
 
 def _rounded(duration: float) -> float:
-    """Return the nearest number of few binary digits."""
+    """Return the nearest number of ``DIGITS`` binary digits."""
     mantissa, exponent = math.frexp(duration)
     return math.ldexp(round(math.ldexp(mantissa, DIGITS)), exponent - DIGITS)

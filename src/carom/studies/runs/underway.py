@@ -1,4 +1,4 @@
-"""A run under way: equilibrate, measure, sample and write a folder, from which a killed run goes on."""
+"""A run under way: equilibrate, measure, sample, and write a folder from which a killed run can continue."""
 
 from __future__ import annotations
 
@@ -29,30 +29,30 @@ from carom.studies.runs.written import Written
 from carom.studies.signals import Interrupted, Stop
 
 LONGEST = 1e9
-"""Pilots that a run to a relative error may last."""
+"""Largest length of a run to a relative error [lengths of its pilot]."""
 
 QUICK, SLOW = 0.02, 0.06
-"""Seconds that the engine runs between two looks at Ctrl-C: longer than a look takes, too short to notice."""
+"""Seconds of the engine between two checks for Ctrl-C: longer than a check takes, too short to notice."""
 
 KEPT = tuple(each.name for each in fields(Stretch))
-"""What a checkpoint keeps of a run under way, by name."""
+"""Names of the fields of :class:`Stretch` that a checkpoint keeps."""
 
 Progress = Callable[[str, float], object]
-"""Called with what is being done and the fraction of it that is done."""
+"""Called with the name of the stage and its finished fraction."""
 
 Predicted = Callable[[Prediction], object]
-"""Called when a run to a relative error knows how long it will take."""
+"""Called with the prediction of a run to a relative error."""
 
 
 class Run:
-    """The simulation, its files, and what has been counted.
+    """The simulation, its files, and the sums so far.
 
     Attributes
     ----------
     stretch : Stretch
-        What was measured so far.
+        The measurement so far.
     formats : tuple of str
-        Of the trajectories.
+        Formats of the trajectories.
     workers : int or "auto"
         Threads that run the simulation.
     """
@@ -80,7 +80,7 @@ class Run:
     # Beginning.
 
     def from_the_start(self) -> dict[str, Any]:
-        """Run from the initial state, in place of what the folder holds; return the summary."""
+        """Run from the initial state, replace an older run in the folder, and return the summary."""
         self._report("Preparing", 0.0)
         plan = self.plan
         scene = plan.build_scene()
@@ -91,10 +91,10 @@ class Run:
             "neighbors": plan.run.neighbors,
             "workers": self.workers,
         }
-        # Made before anything is written, because it refuses what cannot be simulated.
+        # Before anything is written, because this raises the errors of a scene that cannot be simulated.
         self.sim = Simulation(scene, **settings)
         if size(self.sim.machine) > LARGE:
-            # How much its lists can be packed shows when they are filled.
+            # The size of the packed lists is known only when they are filled.
             self._compile()
         checkpoint = size_of_file(self.sim.machine)
         formats, frames = amount(plan, scene, checkpoint)
@@ -112,10 +112,10 @@ class Run:
             return self._run(lambda form: io.open(self.folder.trajectory(form), "w", scene))
 
     def from_checkpoint(self, notes: dict[str, Any]) -> dict[str, Any]:
-        """Run on from a checkpoint; return the summary."""
+        """Continue from a checkpoint; return the summary."""
         self._report("Preparing", 0.0)
         with self.folder.owned():
-            # First all that can fail, then all that changes a file.
+            # All verification comes before any change of a file.
             check_unedited(self.folder.scene, self.plan)
             self.stretch = Stretch(**{name: notes[name] for name in KEPT})
             self._before = self.stretch.seconds
@@ -132,7 +132,7 @@ class Run:
             return self._run(self._continued)
 
     def _make_anew(self, sources: dict[str, str]) -> None:
-        """Make damaged trajectories anew from others."""
+        """Restore damaged trajectories from others."""
         for form, source in sources.items():
             path, other = self.folder.trajectory(form), self.folder.trajectory(source)
             warnings.warn(
@@ -148,7 +148,7 @@ class Run:
         return io.open(path, "a", scene, keep=keep) if keep else io.open(path, "w", scene)
 
     def _compile(self) -> None:
-        """Let the first events be chosen; that compiles, which takes some seconds and cannot be deferred."""
+        """Predict the first events; this compiles, for some seconds in which Ctrl-C cannot be deferred."""
         self._report("Compiling", 0.0)
         self.sim.run(time=0.0)
         self.sim.frame()
@@ -195,20 +195,21 @@ class Run:
             self._begin(self.stretch.segments, self._duration(wanted))
 
     def _begin(self, segments: int, duration: float) -> None:
+        """Begin a stretch, and save its beginning."""
         self.stretch.begin(self.sim, segments, duration)
         self._save()
 
     def _duration(self, wanted: float) -> float:
-        """Return the time in which about as many collisions per particle happen as are asked for."""
+        """Return the time of about the ``wanted`` number of collisions per particle."""
         sim = self.sim
         if sim.scene.n > 1 and sim.kT > 0.0:
             return sim.time_for(wanted * sim.scene.n / 2)
-        # Nobody will ever collide: let each go as far as it could between so many collisions.
+        # Without collisions, a particle crosses the box in place of every collision.
         speed = math.sqrt(sim.kT / sim.scene.mass)
         return wanted * max(sim.scene.box) / (speed or 1.0)
 
     def _size_up(self) -> None:
-        """Find out in a pilot how long the run must be, and begin it."""
+        """Measure in a pilot how long the run must be, and begin it."""
         stretch = self.stretch
         self._measure()
         found = self._error_bar()
@@ -218,25 +219,25 @@ class Run:
             self._predict(found, factor)
         limit = self.plan.run.max_walltime
         if limit is not None:
-            # A segment must not outlast what is allowed: its length follows from the stretch expected.
+            # The length of a segment follows from the expected stretch, which must not exceed the wall time.
             factor = max(min(factor, limit / stretch.engine_seconds), 1.0)
         stretch.pilot, stretch.engine_seconds = False, 0.0
         self._begin(stretch.per_frame * stretch.frames, factor * stretch.measured * stretch.step)
 
     def _extend(self, length: int) -> int | None:
-        """Measure until there are so many segments, and whole frames; None if there is no time for more."""
+        """Measure up to a number of segments that fills frames, and return it; None if the time is over."""
         per_frame = self.stretch.per_frame
         self.stretch.segments = math.ceil(length / per_frame) * per_frame
         self._measure()
         return None if self._late() else self.stretch.segments
 
     def _expect(self, length: int, found: Estimate) -> None:
-        """Say how much is still to come."""
+        """Report how much is still to come."""
         assert self.goal is not None
         self._predict(found, min(self.goal.remaining(found), LONGEST) - 1.0)
 
     def _predict(self, found: Estimate, more: float) -> None:
-        """Say how much is still to come, in stretches as long as that so far."""
+        """Report how much is still to come, in lengths of the stretch so far."""
         stretch = self.stretch
         if self._predicted is not None:
             collisions = stretch.marks[-1][0] - stretch.marks[0][0]
@@ -246,12 +247,12 @@ class Run:
     def _error_bar(self) -> Estimate | None:
         """Return Z so far, or None where it never gets an error bar."""
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # of short runs: this one goes on
+            warnings.simplefilter("ignore", CaromWarning)  # short runs warn, but this one goes on
             pressure = report.pressure_of(self.sim, self.stretch.blocks())
         return None if pressure is None else pressure.primary
 
     def _late(self) -> bool:
-        """Tell whether the wall time is over; one frame is always waited for."""
+        """Return whether the wall time is over; a run has at least one frame."""
         limit = self.plan.run.max_walltime
         return limit is not None and self._spent() >= limit and self.stretch.written > 0
 
@@ -260,6 +261,7 @@ class Run:
         return self._before + clock.perf_counter() - self._began
 
     def _measure(self) -> None:
+        """Run the remaining segments of the stretch, part by part, and write frames."""
         parts = 1
         stretch = self.stretch
         stage = "Pilot" if stretch.pilot else "Measuring"
@@ -312,7 +314,7 @@ class Run:
         except KeyboardInterrupt:
             raise self._interrupted() from None
 
-    # Between the steps.
+    # Between the parts.
 
     def _interrupted(self) -> Interrupted:
         return Interrupted(f"Stopped; `carom resume {self.folder.path}` goes on.")
@@ -322,7 +324,7 @@ class Run:
             self._progress(stage, min(max(fraction, 0.0), 1.0))
 
     def _look(self) -> None:
-        """Stop if somebody asked to, and keep the state from time to time."""
+        """Stop after a signal, and save the state from time to time."""
         if self.stop.asked:
             self._save()
             raise self._interrupted()
@@ -339,6 +341,6 @@ class Run:
             written=self.written.notes(),
             **vars(self.stretch),
         )
-        # A large state takes long to write; at most a tenth of the time goes there.
+        # A large state takes long to write; at most a tenth of the time is spent on that.
         after = clock.perf_counter()
         self._due = after + max(self.plan.run.checkpoint_every, 9.0 * (after - now))

@@ -1,8 +1,8 @@
-"""What a run has written to its trajectories, and whether it is still there when the run goes on.
+"""Checksums of the trajectories of a run, to verify them when the run continues.
 
-A checkpoint vouches for itself (SHA-256) and, by the checksums kept here, for the frames beside it: a CRC-32
-of the text of an extended XYZ; of the numbers of H5MD and GSD, as their readers return them. All trajectories
-hold the same frames, so that a damaged one is made anew from another, unless the other is GSD, which rounds.
+A checkpoint verifies itself by SHA-256, and the trajectories by the checksums kept here: a CRC-32 of the text
+of an extended XYZ, or of the numbers in H5MD and GSD as their readers return them. All trajectories hold the
+same frames. A damaged one is therefore restored from another, unless the other is GSD, which rounds.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from carom.io.trajectory import open_reader
 from carom.studies.runs.folder import RunFolder
 
 LOSSLESS = ("h5md", "extxyz")
-"""Formats from which another can be made anew."""
+"""Formats from which another can be restored."""
 
 
 class Written:
@@ -26,11 +26,11 @@ class Written:
     Parameters
     ----------
     folder : RunFolder
-        Where they stand.
+        The folder of the run.
     formats : sequence of str
-        Which there are.
+        Formats of the trajectories.
     notes : mapping, optional
-        What :meth:`notes` returned when the checkpoint was written; by default no frame has been written.
+        Result of :meth:`notes` when the checkpoint was written; by default no frame has been written.
     """
 
     def __init__(
@@ -42,11 +42,11 @@ class Written:
         }
 
     def notes(self) -> dict[str, tuple[int, int]]:
-        """Return bytes of text and checksum by format, to keep with a checkpoint."""
+        """Return length of the text [bytes] and checksum by format, for the checkpoint."""
         return dict(self._sums)
 
     def add(self, frame: Frame) -> None:
-        """Count in a frame that every trajectory has just taken."""
+        """Add a frame that every trajectory has just received."""
         for form, (size, before) in self._sums.items():
             if form == "extxyz":
                 path = self._folder.trajectory(form)
@@ -56,19 +56,19 @@ class Written:
                 self._sums[form] = 0, checksums.of_frame(_as_held(frame, form), before)
 
     def sources(self, keep: int, report: Callable[[float], object]) -> dict[str, str]:
-        """Return which trajectories are damaged, and from which each can be made anew; changes nothing.
+        """Return the damaged trajectories, and for each the one to restore it from; no file is changed.
 
         Parameters
         ----------
         keep : int
-            Frames that were written until the checkpoint.
+            Number of frames written up to the checkpoint.
         report : callable
-            Called with the fraction that is verified.
+            Called with the verified fraction.
 
         Raises
         ------
         FileError
-            If one is damaged and no other holds its frames.
+            If one is damaged and no lossless other is intact.
         """
         if keep == 0:
             return {}
@@ -87,7 +87,7 @@ class Written:
         return {form: intact[0] for form in damage}  # noqa: C420  (where none is damaged, none may be intact)
 
     def _damage(self, form: str, keep: int) -> str | None:
-        """Return what is wrong with a trajectory, or None."""
+        """Return a clause on the damage of a trajectory, or None."""
         path, (size, expected) = self._folder.trajectory(form), self._sums[form]
         try:
             if form == "extxyz":
