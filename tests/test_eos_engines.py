@@ -118,6 +118,20 @@ def test_a_killed_worker_costs_its_own_task_only(tmp_path):
     assert "killed" in engines.reason(failed[1])
 
 
+@unix
+def test_a_worker_killed_while_it_is_idle_costs_nothing():
+    with engines.engine(1) as pool:
+        first = pool.submit(os.getpgid, 0)
+        assert first.result() > 0
+        [worker] = pool._busy[first]._processes
+        os.kill(worker, signal.SIGKILL)
+        deadline = time.monotonic() + WAIT
+        while not pool._busy[first]._broken:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        assert pool.submit(abs, -3).result() == 3
+
+
 def alive(process):
     try:
         os.kill(process, 0)

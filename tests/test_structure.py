@@ -9,6 +9,14 @@ from carom.frame import Frame
 from carom.observables import DensityProfile, Dynamics, PairDistribution
 
 
+def test_a_profile_of_a_species_that_is_not_there_is_refused():
+    scene = carom.Scene.mixture([5, 5], diameters=[1.0, 0.5], packing_fraction=0.05, dimension=2, seed=1)
+    frame = carom.Simulation(scene).frame()
+    DensityProfile(species=1).update(frame)
+    with pytest.raises(InputError, match="species is 2; known are 0, 1"):
+        DensityProfile(species=2).update(frame)
+
+
 def test_a_uniform_fluid_has_a_flat_profile():
     sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
     sim.run(collisions_per_particle=30)

@@ -8,9 +8,9 @@ import pytest
 
 from carom import studies, theory
 from carom.errors import InputError
-from carom.observables import combined
-from carom.studies.coefficients import windows
-from carom.studies.coefficients.analysis import Point, jackknife, line
+from carom.observables import Estimate, combined
+from carom.studies.coefficients import pictures, windows
+from carom.studies.coefficients.analysis import Coefficient, Point, jackknife, line
 from carom.studies.coefficients.pictures import title_of
 
 FIVE = 5.0  # errors: by chance in one of two million
@@ -192,6 +192,39 @@ def test_a_mixture_conducts_without_a_flux_of_any_species():
     # first (1 / N_1 + 1 / N_2)^2.
     relative = first * (1.0 / counts[0] + 1.0 / counts[1]) ** 2
     assert point.mutual_diffusion().value.mean == pytest.approx(24.0 * relative)
+
+
+def test_a_mixture_whose_conductivity_has_not_settled_says_so():
+    matrix = np.array([[2.0, 0.6, -0.6], [0.6, 0.5, -0.5], [-0.6, -0.5, 0.5]])
+
+    def conductivity(lags, power):
+        noise = [block_of(lags, lags) for _ in range(4)]
+        for k, block in enumerate(noise):
+            growth = (1.0 + 1e-6 * k) * np.array(lags, dtype=float) ** power
+            block["fluxes"] = (matrix[..., None] * growth).tolist()
+        point = Point([{"result": {**result_of(noise), "counts": [40.0, 60.0]}}])
+        return point.thermal_conductivity()
+
+    assert conductivity(windows.LAGS, 1.0).settled
+    assert not conductivity(windows.LAGS, 1.5).settled
+    short = conductivity(windows.LAGS[:2], 1.0)
+    assert not short.settled
+    assert math.isnan(short.value.mean)
+
+
+def test_a_study_without_theory_draws_every_species(tmp_path):
+    half = Estimate(0.5, 0.01, 100.0, 1.0, 100)
+    curve = Coefficient(half, (2.0, 4.0), times=(1.0, 2.0, 4.0), running=(half, half, half))
+    names = ("self_diffusion_0", "self_diffusion_1", "shear_viscosity", "mutual_diffusion")
+    row = SimpleNamespace(
+        n=100, packing_fraction=0.2, mean_free_time=1.0, exists=True, enskog=None,
+        quantities=lambda: dict.fromkeys(names, (curve, math.nan)),
+    )  # fmt: skip
+    figure = pictures.study(SimpleNamespace(table=[row]), tmp_path / "t.png")
+    left, right = figure.axes
+    assert [each.get_label() for each in left.containers] == [f"$\\eta$ = 0.2, species {k}" for k in (0, 1)]
+    assert len(right.containers) == 1
+    assert "Enskog" not in left.get_ylabel() + right.get_ylabel()
 
 
 def test_replicas_of_unequal_pressure_have_the_bulk_viscosity_of_each():

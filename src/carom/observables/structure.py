@@ -31,8 +31,8 @@ class DensityProfile:
     Raises
     ------
     InputError
-        From :meth:`update`, if there is no such axis, or the frame has no species; from :meth:`result`,
-        before any frame.
+        From :meth:`update`, if there is no such axis, or the frame has no species or not this one; from
+        :meth:`result`, before any frame.
     """
 
     axis: int = 0
@@ -56,6 +56,9 @@ class DensityProfile:
         if self.species is not None:
             if frame.species is None:
                 raise InputError(f"species is {self.species}, and the frame has none.")
+            known = sorted({*range(len(frame.species_names)), *np.unique(frame.species).tolist()})
+            if self.species not in known:
+                raise InputError(f"species is {self.species}; known are {', '.join(map(str, known))}.")
             x = x[frame.species == self.species]
         edge = frame.box[self.axis]
         if not self._counts:

@@ -154,7 +154,12 @@ class Processes(Engine):
         for done in [future for future in self._busy if future.done()]:
             self._idle.append(self._busy.pop(done))
         pool = self._idle.pop() if self._idle else self._pool()
-        future = pool.submit(function, value)
+        try:
+            future = pool.submit(function, value)
+        except BrokenExecutor:  # the worker was killed while it was idle
+            pool.shutdown(wait=False)
+            pool = self._pool()
+            future = pool.submit(function, value)
         self._busy[future] = pool
         return future
 

@@ -174,7 +174,10 @@ class Point:
         fluxes = self.array("fluxes")
         if fluxes.shape[1] <= 2:  # no species, or one: its flux is zero
             return self.coefficient(self.array("heat"), scale)
-        low, high = self._window(np.diagonal(fluxes, axis1=1, axis2=2)[..., 0])[0] or (0, 1)
+        window, settled = self._window(np.diagonal(fluxes, axis1=1, axis2=2)[..., 0])
+        if window is None:
+            return Coefficient(UNKNOWN, (math.nan, math.nan), settled=False)
+        low, high = window
         half = 0.5 * scale
 
         def conductivity(mean: np.ndarray) -> float:
@@ -182,7 +185,7 @@ class Point:
             return half * float(slopes[0, 0] - slopes[0, 1:] @ np.linalg.solve(slopes[1:, 1:], slopes[1:, 0]))
 
         (value,) = jackknife(fluxes, conductivity)
-        return Coefficient(value, (float(self.times[low]), float(self.times[high])))
+        return Coefficient(value, (float(self.times[low]), float(self.times[high])), settled=settled)
 
     def bulk_viscosity(self) -> Coefficient:
         """Return the bulk viscosity, with the mean of each replica taken out of the pressure.

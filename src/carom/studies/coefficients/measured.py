@@ -123,16 +123,19 @@ def row(records: list[Record]) -> Row:
         if d == 3 and math.isfinite(viscosity.value.mean):
             infinite = infinite_diffusion(diffusion[0].value, viscosity.value, point)
     conductivity, bulk = point.thermal_conductivity(), point.bulk_viscosity()
+    mutual, thermal = point.mutual_diffusion(), point.thermal_diffusion()
     remarks = [PLANE] if d == 2 else []
     remarks += [
         f"{name} had not settled: blocks are too short for the rule, or the fluid is slow"
-        for name, c in (
-            ("self-diffusion", diffusion[min(diffusion)]),
-            ("shear viscosity", viscosity),
-            ("bulk viscosity", bulk),
-            ("thermal conductivity", conductivity),
+        for name, found in (
+            ("self-diffusion", list(diffusion.values())),
+            ("shear viscosity", [viscosity]),
+            ("bulk viscosity", [bulk]),
+            ("thermal conductivity", [conductivity]),
+            ("mutual diffusion", [mutual]),
+            ("thermal diffusion", [thermal]),
         )
-        if not c.settled and d > 2
+        if d > 2 and not all(c.settled for c in found if c is not None)
     ]
     collisions = sum(block["collisions"] for block in point.blocks)
     duration = sum(block["duration"] for block in point.blocks)
@@ -153,8 +156,8 @@ def row(records: list[Record]) -> Row:
         shear_viscosity=viscosity,
         bulk_viscosity=bulk,
         thermal_conductivity=conductivity,
-        mutual_diffusion=point.mutual_diffusion(),
-        thermal_diffusion=point.thermal_diffusion(),
+        mutual_diffusion=mutual,
+        thermal_diffusion=thermal,
         enskog=enskog,
         remarks=tuple(remarks),
     )

@@ -41,7 +41,8 @@ WIDEST = 0.15
 def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figure:
     """Draw the coefficients over Enskog's against packing fraction, and the running shear viscosity.
 
-    In two dimensions the running self-diffusion replaces the coefficients.
+    In two dimensions, and where there is no theory of Enskog, the running self-diffusion replaces the
+    coefficients.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figur
     left, right = figure.subplots(1, 2)
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)
-    if all(row.exists for row in rows):
+    if all(row.exists for row in rows) and any(row.enskog for row in rows):
         _against_density(left, rows)
     else:
         _with_time(left, rows, "self_diffusion")
@@ -101,12 +102,20 @@ def _against_density(axes: Axes, rows: list[Row]) -> None:
 
 
 def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
-    """Draw the running coefficient ``name``, and its value over the window of the slope."""
+    """Draw the running coefficient ``name`` of all species, and its value over the window of the slope.
+
+    It is divided by Enskog's, where all points have one.
+    """
     several = len({row.n for row in rows}) > 1
-    for k, row in enumerate(rows):
-        for key, (c, enskog) in row.quantities().items():
-            if key != name or not math.isfinite(enskog):
-                continue
+    divided = all(row.enskog for row in rows)
+    curves = [
+        (row, key.removeprefix(name), c, enskog if divided else 1.0)
+        for row in rows
+        for key, (c, enskog) in row.quantities().items()
+        if key == name or key.removeprefix(f"{name}_").isdecimal()
+    ]
+    for k, (row, species, c, enskog) in enumerate(curves):
+        if math.isfinite(enskog):
             points = [
                 (t / row.mean_free_time, e.mean / enskog, e.error / enskog)
                 for t, e in zip(c.times, c.running, strict=True)
@@ -115,14 +124,16 @@ def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
             if points:
                 x, y, e = np.transpose(points)
                 label = rf"$\eta$ = {row.packing_fraction:.3g}" + (f", $N$ = {row.n}" if several else "")
+                label += f", species {species[1:]}" if species else ""
                 axes.errorbar(x, y, e, fmt=".-", ms=4.0, lw=0.9, color=f"C{k % 10}", label=label)
                 if row.exists:
                     at = [t / row.mean_free_time for t in c.window]
                     axes.plot(at, [c.value.mean / enskog] * 2, lw=4.0, alpha=0.3, color=f"C{k % 10}")
     axes.set_xscale("log")
     axes.set_xlabel("time / mean free time")
-    axes.set_ylabel(f"running {NAMES[name]} / Enskog's")
-    axes.legend(fontsize=8, frameon=False)
+    axes.set_ylabel(f"running {NAMES[name]}" + (" / Enskog's" if divided else ""))
+    if axes.has_data():
+        axes.legend(fontsize=8, frameon=False)
 
 
 UNITS = "Units are those of the scene, with k = 1; without a scene file σ = m = kT = 1."

@@ -239,10 +239,11 @@ def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: b
         for good in (True, False):
             some = [row for row in rows if row.n == n and row.equilibrated is good]
             values = [getattr(row, name) for row in some]
-            # Without a finite-size correction, Z of n particles is shown.
-            values = [
-                v if math.isfinite(v) else r.compressibility_factor for v, r in zip(values, some, strict=True)
-            ]
+            if name == "infinite":  # without a finite-size correction, Z of n particles is shown
+                values = [
+                    v if math.isfinite(v) else r.compressibility_factor
+                    for v, r in zip(values, some, strict=True)
+                ]
             if not some:
                 continue
             errors = [e if math.isfinite(e) else 0.0 for e in (getattr(row, error) for row in some)]
