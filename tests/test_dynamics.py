@@ -9,6 +9,7 @@ import pytest
 import carom
 from carom import io, theory
 from carom.errors import InputError
+from carom.frame import Frame
 from carom.observables import Dynamics
 from carom.observables.dynamics import KEPT, Waves, _non_gaussian
 
@@ -167,3 +168,86 @@ def test_error_bars_of_the_non_gaussian_parameter_cover_what_is_zero():
     # The spread of 400 pulls is known to 3.5 %; 1 / n is the bias of the mean of products.
     assert 0.86 < np.std(pulls) < 1.14
     assert abs(np.mean(pulls)) < 4.0 / np.sqrt(400)
+
+
+def of_frames(sim, time, frames):
+    """Return the mean square displacement over a quarter of a unit of time, from unwrapped positions."""
+    x = np.array([frame.unwrapped for frame in sim.sample(every=time / frames, count=frames)])
+    return np.mean(np.sum((x[1:] - x[:-1]) ** 2, axis=(1, 2))) / x.shape[1]
+
+
+LORENTZ = carom.Scene(
+    [[0.5, 3.5]], (4.0, 4.0), diameter=0.5, velocities=[[0.8, 0.6]],
+    obstacles=[carom.obstacles.Ball((2.0, 2.0), 1.0)],
+)  # fmt: skip
+SLIT = carom.Scene(
+    [[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]], (4.0, 4.0), periodic=[True, False],
+    velocities=[[2.0, 0.1], [2.1, -0.2], [1.9, 0.3], [2.0, -0.2]],
+)  # fmt: skip
+
+
+@pytest.mark.slow
+def test_one_between_obstacles_has_no_centre_of_mass_to_subtract():
+    found = carom.Simulation(LORENTZ).measure(Dynamics(blocks=256), time=64.0)
+    expected = of_frames(carom.Simulation(LORENTZ), 64.0, 256)
+    assert found.mean_square[0].mean == pytest.approx(expected, rel=0.02)  # one frame more or less of 256
+    assert max(e.mean / t**2 for t, e in zip(found.times, found.mean_square, strict=True)) <= 1.0 + 1e-9
+
+
+@pytest.mark.slow
+def test_a_drift_along_a_slit_is_subtracted_and_none_across():
+    found = carom.Simulation(SLIT).measure(Dynamics(blocks=64), time=32.0)
+    at_rest = SLIT.velocities - [2.0, 0.0]
+    same = carom.Simulation(SLIT.with_(velocities=at_rest)).measure(Dynamics(blocks=64), time=32.0)
+    for one, two in zip(found.mean_square, same.mean_square, strict=True):
+        assert one.mean == pytest.approx(two.mean, rel=1e-9)
+
+
+def ballistic(velocities, turned=()):
+    """Frames of free flight, in which the velocities of some components are turned round half-way."""
+    v, frames = np.array(velocities, dtype=float), []
+    x, ones = np.full(v.shape, 50.0), np.ones(len(v))
+    for k in range(16):
+        if k == 8:
+            v[list(turned)] *= -1.0
+        frames.append(Frame(0.5 * k, k, x, v.copy(), (100.0, 100.0), ones, ones, np.zeros(v.shape, np.int32)))
+        x = x + 0.5 * v
+    return frames
+
+
+@pytest.mark.parametrize(
+    ("scene", "axes"),
+    [
+        (LORENTZ, (False, False)),
+        (SLIT, (True, False)),
+        (carom.Scene([[1.0, 1.0], [3.0, 3.0]], 4.0), (True, True)),
+        (carom.Scene([[1.0, 1.0], [3.0, 3.0]], 4.0, pinned=[1]), (False, False)),
+        (carom.Scene([[1.0, 1.0]], 4.0), (False, False)),
+    ],
+)
+def test_the_motion_of_the_centre_of_mass_is_subtracted_where_momentum_is_conserved(scene, axes):
+    frames = ballistic([[2.0, 0.5], [1.0, 0.25], [3.0, -0.5]])
+    dynamics = Dynamics()
+    dynamics.prepare(scene)
+    for frame in frames:
+        dynamics.update(frame)
+    v = frames[0].velocities - np.where(axes, frames[0].velocities.mean(axis=0), 0.0)
+    found = dynamics.result()
+    for t, square in zip(found.times, found.mean_square, strict=True):
+        assert square.mean == pytest.approx(t * t * np.mean(np.sum(v * v, axis=1)), rel=1e-12)
+
+
+def test_frames_whose_momentum_changes_are_refused_unless_the_axes_are_named():
+    frames = ballistic([[2.0, 0.5], [1.0, 0.25]], turned=[1])
+    first, second = Dynamics(), Dynamics(conserved=(False, False))
+    for frame in frames[:8]:
+        first.update(frame)
+    with pytest.raises(InputError, match=r"momentum changed along axis 0.*Dynamics\(conserved="):
+        first.update(frames[8])
+    for frame in frames:
+        second.update(frame)
+    x = np.array([frame.unwrapped for frame in frames])
+    expected = np.mean(np.sum((x[1:] - x[:-1]) ** 2, axis=2))
+    assert second.result().mean_square[0].mean == pytest.approx(expected, rel=1e-12)
+    with pytest.raises(InputError, match="conserved has 3 values, and a frame has 2 axes"):
+        Dynamics(conserved=(False,) * 3).update(frames[0])

@@ -11,8 +11,9 @@ from __future__ import annotations
 import functools
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,10 +21,18 @@ from carom import checks, jit
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables.statistics import Estimate, blocking
+from carom.scene import temperature
+
+if TYPE_CHECKING:
+    from carom.scene.scene import Scene
 
 KEPT = 16
 """Frames kept at each spacing. A new frame is correlated with those 8 to 15 spacings before; at the shortest
 spacing, with those 1 to 15 before."""
+
+SAME = 1e-5
+"""Change of the total momentum, in units of the sum of all magnitudes, up to which it counts as conserved:
+velocities of files may be in single precision."""
 
 FEW = 8
 """Least number of origins of a time; with fewer, the scatter does not give the error."""
@@ -73,12 +82,16 @@ class Dynamics:
         Species to measure; by default all components.
     shells : int
         Number of lengths of wave vectors at which F(q, t) is measured, from the shortest that the box allows.
+    conserved : sequence of bool, optional
+        Axes along which the total momentum is conserved. The motion of the centre of mass is subtracted
+        there.
+        ``measure`` knows them. Frames alone do not: the periodic axes are taken, of more than one component.
 
     Raises
     ------
     InputError
-        From :meth:`update`, if frames have no image counts, or are not equally spaced in time. From
-        :meth:`result`, if there are fewer than 9 frames.
+        From :meth:`update`, if frames have no image counts, or are not equally spaced in time, or if the
+        momentum changes along an axis that was taken. From :meth:`result`, if there are fewer than 9 frames.
 
     Examples
     --------
@@ -92,12 +105,14 @@ class Dynamics:
     blocks: int = 1024
     species: int | None = None
     shells: int = 0
+    conserved: Sequence[bool] | None = None
     _levels: list[_Level] = field(default_factory=list, init=False, repr=False)
     _frames: int = field(default=0, init=False, repr=False)
     _first: float = field(default=0.0, init=False, repr=False)
     _every: float = field(default=0.0, init=False, repr=False)
     _shape: tuple[int, int] = field(default=(0, 0), init=False, repr=False)
     _drift: np.ndarray = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
+    _momentum: np.ndarray | None = field(default=None, init=False, repr=False)
     _chosen: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64), init=False, repr=False)
     _waves: Waves | None = field(default=None, init=False, repr=False)
     _structure: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
@@ -106,6 +121,11 @@ class Dynamics:
     def __post_init__(self) -> None:
         checks.integer(self.blocks, "blocks", low=2)
         checks.integer(self.shells, "shells", low=0)
+
+    def prepare(self, scene: Scene) -> None:
+        """Note which momenta are conserved, unless ``conserved`` was given: ``measure`` calls this first."""
+        if self.conserved is None:
+            self.conserved = temperature.conserved(scene)
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""
@@ -138,9 +158,14 @@ class Dynamics:
 
     def _begin(self, frame: Frame) -> None:
         self._first, self._shape = frame.time, (frame.n, frame.dimension)
-        self._drift = frame.masses @ frame.velocities / frame.masses.sum()
-        if not all(frame.periodic):
-            self._drift = np.zeros(frame.dimension)
+        momentum = frame.masses @ frame.velocities
+        still = self.conserved
+        if still is None:
+            still = [wraps and frame.n > 1 for wraps in frame.periodic]
+            self._momentum = np.where(still, momentum, np.nan)  # a difference from nan is never too large
+        elif len(still) != frame.dimension:
+            raise InputError(f"conserved has {len(still)} values, and a frame has {frame.dimension} axes.")
+        self._drift = np.where(still, momentum / frame.masses.sum(), 0.0)
         chosen = np.ones(frame.n, bool)
         if self.species is not None:
             if frame.species is None or not (frame.species == self.species).any():
@@ -152,6 +177,14 @@ class Dynamics:
     def _check(self, frame: Frame) -> None:
         if (frame.n, frame.dimension) != self._shape:
             raise InputError(f"A frame has {frame.n} components after one with {self._shape[0]}.")
+        if self._momentum is not None:
+            change = np.abs(frame.masses @ frame.velocities - self._momentum)
+            if (change > SAME * float(np.sum(frame.masses @ np.abs(frame.velocities)))).any():
+                raise InputError(
+                    f"The total momentum changed along axis {int(np.nanargmax(change))}, for example at an "
+                    "obstacle: the motion of the centre of mass is no mere drift. Say along which axes it is "
+                    "conserved, Dynamics(conserved=...), or let Simulation.measure take the frames."
+                )
         if self._frames == 1:
             self._every = frame.time - self._first
         late = frame.time - self._first - self._frames * self._every

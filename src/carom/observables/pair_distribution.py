@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from carom import checks
+from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.radial import RadialDistribution
 from carom.observables.rdf import Histograms
+
+if TYPE_CHECKING:
+    from carom.scene.scene import Scene
 
 
 @dataclass
@@ -28,7 +33,8 @@ class PairDistribution:
     Raises
     ------
     InputError
-        From :meth:`update`, as from :func:`carom.rdf`; from :meth:`result`, before any frame.
+        From :meth:`update`, as from :func:`carom.rdf`; from :meth:`result`, before any frame; from
+        :meth:`prepare`, if the scene has obstacles.
 
     Examples
     --------
@@ -51,6 +57,14 @@ class PairDistribution:
         checks.integer(self.blocks, "blocks", low=2)
         wanted = {"": (self.pair, self.contact)}
         self._counted = Histograms(wanted, bins=self.bins, width=self.width, rmax=self.rmax)
+
+    def prepare(self, scene: Scene) -> None:
+        """Refuse a scene with obstacles, which frames do not show: ``measure`` calls this first."""
+        if scene.obstacles:
+            raise InputError(
+                f"The scene has {len(scene.obstacles)} obstacles; g(r) is that of a fluid which is the same "
+                "everywhere."
+            )
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""

@@ -25,7 +25,8 @@ class Observable(Protocol):
     """Interface of an observable, for :meth:`carom.Simulation.measure`.
 
     It may have ``blocks``, the number of stretches of equal time that the run is cut into (256 by default),
-    and ``result()``. An observable of frames gets one at the start, and one at the end of each stretch.
+    ``result()``, and ``prepare(scene)``, which is called first. An observable of frames gets one at the
+    start, and one at the end of each stretch.
     """
 
     def update(self, seen: Any, /) -> Any:

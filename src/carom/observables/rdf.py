@@ -62,9 +62,10 @@ def rdf(
     ------
     InputError
         If there is no frame, or frames differ. If an axis has walls: the fluid is then not homogeneous, and g
-        depends on more than r. If diameters are unequal and no pair is given, a species is unknown, or a pair
-        overlaps. If bins, width and rmax are all given. If `rmax` does not exceed the diameter, or exceeds
-        half of the shortest edge, beyond which the shells leave the box.
+        depends on more than r. Frames hold no obstacles: around them this g is not that of a fluid, either.
+        If diameters are unequal and no pair is given, a species is unknown, or a pair overlaps. If bins,
+        width and rmax are all given. If `rmax` does not exceed the diameter, or exceeds half of the shortest
+        edge, beyond which the shells leave the box.
 
     Notes
     -----

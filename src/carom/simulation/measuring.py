@@ -156,6 +156,8 @@ def _follow(
     """Run on, and hand every stretch, or every frame between two of them, to an observable of one's own."""
     count = getattr(observable, "blocks", BLOCKS)
     of_frames = sees(observable) == "frame"
+    if callable(getattr(observable, "prepare", None)):
+        observable.prepare(sim.scene)
     if time is None and not cools(sim):
         assert collisions is not None
         time = sim.time_for(collisions)  # it may run a pilot, so that the first frame comes after it
