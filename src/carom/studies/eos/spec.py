@@ -48,6 +48,9 @@ FRAMES = 8
 
 START = ("auto", "random", "fcc", "cubic", "triangular", "dn")
 
+REFUSED = ("motion", "impact")
+"""Keys of a scene with which there is no equation of state: nothing is uniform, or nothing keeps its kT."""
+
 _SET_BY_GRID = ("packing_fraction", "n", "density", "cells", "box", "file", "frame", "initial", "dimension")
 
 
@@ -89,7 +92,8 @@ class StudySpec:
     Raises
     ------
     InputError
-        If a value is out of range, or keys contradict each other.
+        If a value is out of range, keys contradict each other, or the scene has a `motion`, an `impact`, or
+        an `interaction` other than steps.
     """
 
     packing_fractions: tuple[float, ...] = ()
@@ -156,6 +160,11 @@ class StudySpec:
                 raise InputError(f"[scene] {name} is no known key{checks.suggestion(name, known)}.")
             if name in _SET_BY_GRID:
                 raise InputError(f"[scene] {name} is for the section [study] to say; move or remove it.")
+            if name in REFUSED:
+                raise InputError(
+                    f"[scene] {name} leaves no uniform phase at one temperature, of which a study could "
+                    "measure Z; remove it, or use carom run."
+                )
         if any(
             each.get("count") is not None
             for each in _listed(template.get("species", ()))
@@ -193,6 +202,11 @@ class StudySpec:
                 "dimension": self.dimension,
             }
         )
+        if scene.interaction is not None and not hasattr(scene.interaction, "steps"):
+            raise InputError(
+                "[scene] interaction of a study must be of steps, found "
+                f"{checks.describe(scene.interaction)}; leave it out for hard cores, or use carom run."
+            )
         words = {
             f.name: _plain(getattr(scene, f.name))
             for f in dataclasses.fields(scene)
