@@ -278,6 +278,22 @@ class StudySpec:
 
 GRID = ("packing_fractions", "n", "replicas")
 
+LENGTHS = ("relative_error", "collisions_per_particle")
+"""Fields of which each says how long runs are."""
+
+
+def replaced(words: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a file, and in their place those that are given.
+
+    A length takes the place of the other. The densities of one dimension mean nothing in another.
+    """
+    kept = dict(words)
+    if any(given.get(name) is not None for name in LENGTHS):
+        kept = {name: value for name, value in kept.items() if name not in LENGTHS}
+    if given.get("dimension", words["dimension"]) != words["dimension"]:
+        kept.pop("packing_fractions", None)
+    return {**kept, **given}
+
 
 def excess_part(eta: float, dimension: int) -> float:
     """Return ``(Z - 1) / Z`` by theory, or its upper bound 1 where there is no theory."""
