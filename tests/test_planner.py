@@ -20,6 +20,7 @@ from carom.simulation.simulation import Simulation
 from carom.studies import RunPlan, Target
 from carom.studies.planner import measures
 from carom.studies.planner.choice import LEAST, Costs, afford, cheapest, design, filled, on_cores
+from carom.studies.planner.diffusion import DiffusionMethod
 from carom.studies.planner.measures import Blocks, estimates
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import residual, sizes
@@ -214,6 +215,16 @@ def test_a_scene_file_says_what_there_is_and_walls_are_refused(tmp_path):
     path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\nperiodic = [true, true, false]\n")
     with pytest.raises(InputError, match="periodic"):
         of_scene(path)
+    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\npinned = 3\n")
+    with pytest.raises(InputError, match="pinned"):
+        of_scene(path)
+
+
+def test_one_species_has_the_shift_of_its_mass():
+    named = System(0.3, scene={"species": [{"fraction": 1.0, "diameter": 1.0, "mass": 4.0}]})
+    a, b = (DiffusionMethod(one, "D") for one in (named, System(0.3, scene={"mass": 4.0})))
+    assert a.shift(500, 1.0, 0.1) == b.shift(500, 1.0, 0.1) == pytest.approx(0.0128, abs=5e-5)
+    assert a.block(500) == b.block(500)
 
 
 @pytest.fixture(scope="module")
