@@ -292,7 +292,8 @@ def test_bad_input_is_a_sentence_and_exit_code_2(typed, said):
 )
 def test_a_folder_goes_on_with_its_own_plan_only(planned, tmp_path, target, eta):
     planned.save(tmp_path)
-    done = CliRunner().invoke(cli.app, ["plan", "-t", target, "--eta", eta, "--run", "--out", str(tmp_path)])
+    typed = ["plan", "-t", target, "--eta", eta, "--n", "64", "--run", "--out", str(tmp_path)]
+    done = CliRunner().invoke(cli.app, typed)
     if (target, eta) == ("g(contact)=5e-3", "0.3"):
         assert done.exit_code == 0
         assert "promised" in done.stdout
@@ -300,6 +301,24 @@ def test_a_folder_goes_on_with_its_own_plan_only(planned, tmp_path, target, eta)
         return
     assert done.exit_code == 2
     assert "g(contact)=0.005" in done.stderr
+    assert not (tmp_path / "outcome.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--n", "500"], "n is 64"),
+        (["--seed", "7"], "seed is 1"),
+        (["--cores", "8"], "cores is 2"),
+        (["--hours", "3"], "hours is no limit"),
+    ],
+)
+def test_a_folder_goes_on_with_the_size_and_the_seed_of_its_plan_only(planned, tmp_path, given, said):
+    planned.save(tmp_path)
+    typed = ["plan", "-t", "g(contact)=5e-3", "--eta", "0.3", "--run", "--out", str(tmp_path), *given]
+    done = CliRunner().invoke(cli.app, typed)
+    assert done.exit_code == 2
+    assert said in " ".join(done.stderr.split())
     assert not (tmp_path / "outcome.json").exists()
 
 
