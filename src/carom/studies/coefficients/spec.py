@@ -86,13 +86,11 @@ class TransportSpec(StudySpec):
             table = to_tables.to_table(interaction, "interaction")
             object.__setattr__(self, "scene", {**self.scene, "interaction": table})
         super().__post_init__()
-        for eta in self.packing_fractions:
-            if eta >= theory.FREEZING.get(d, 1.0):
-                raise InputError(
-                    f"packing_fraction {eta:g} is beyond freezing ({theory.FREEZING[d]:g}); expected a fluid."
-                )
 
     def _task(self, eta: float, n: int, replica: int) -> Task:
+        freezing = theory.FREEZING.get(self.dimension, 1.0)
+        if eta >= freezing:
+            raise InputError(f"packing_fraction {eta:g} is beyond freezing ({freezing:g}); expected a fluid.")
         task = super()._task(eta, n, replica)
         task["study"] = "transport"
         task["every"] = self._every(task)
