@@ -19,18 +19,18 @@ from carom.errors import CaromWarning, FileError, InputError
 from carom.models.gravity import Gravity
 from carom.models.hard_cores import HardCores
 from carom.models.losses import Loss
-from carom.observables import drift
+from carom.observables import Estimate, drift
 from carom.plan.sections import SceneSpec
 from carom.scene import lattices
 from carom.studies import StudySpec, tasks
 from carom.studies import executors as engines
 from carom.studies.eos import fits, pictures, spec, table, toml
 from carom.studies.eos.order import OrderParameter, q_6
-from carom.studies.eos.simulate import simulate
+from carom.studies.eos.simulate import Planned, simulate
 from carom.studies.eos.start import start as start_of
 from carom.studies.eos.study import load
 from carom.studies.session import Failure
-from carom.wells import SquareWell
+from carom.wells import SquareWell, Steps, StepTable
 
 SMALL = {"n": 108, "collisions_per_particle": 100, "equilibration": 20, "blocks": 64, "executor": "serial"}
 
@@ -871,6 +871,12 @@ def test_wells_are_brought_to_the_temperature_asked_for():
     assert math.isnan(row.infinite)
 
 
+def test_the_error_of_a_negative_z_is_relative_to_its_size():
+    """Wells can pull harder than cores push; no error would be small enough for such a Z."""
+    assert Planned(0.1, 16).reached(Estimate(-1.0, 0.05, 100.0, 1.0, 64))
+    assert not Planned(0.1, 16).reached(Estimate(-1.0, 0.2, 100.0, 1.0, 64))
+
+
 def test_a_point_at_another_temperature_is_flagged():
     record = made(np.random.default_rng(3).normal(size=64))
     record["task"]["scene"].update(interaction=WELL, kT=0.9)
@@ -884,6 +890,10 @@ def test_a_point_at_another_temperature_is_flagged():
         ({"motion": Gravity((0.0, 0.0, -1.0))}, "motion leaves no uniform phase"),
         ({"impact": Loss(0.9, contact_time=1e-3)}, "impact leaves no uniform phase"),
         ({"interaction": HardCores()}, "must be of steps, found a HardCores"),
+        (
+            {"interaction": StepTable(Steps([1.0, 1.5], [math.inf, 0.0], leaving=[math.inf, -1.0]))},
+            "hysteretic",
+        ),
     ],
 )
 def test_scenes_without_an_equation_of_state_are_refused(scene, text):

@@ -46,6 +46,11 @@ def compressibility_factor(contact: Any, packing_fraction: Any, dimension: int, 
     """Z that a ``contact`` value implies: the inverse of :func:`contact_value`.
 
     The other parameters are those of :func:`contact_value`.
+
+    Raises
+    ------
+    InputError
+        If a packing fraction is not in [0, 1), or n is less than 1.
     """
     pairs = 1.0 if n is None else (checks.number(n, "n", low=1) - 1.0) / n
     return 1.0 + 2.0 ** (dimension - 1) * checked(packing_fraction) * pairs * contact

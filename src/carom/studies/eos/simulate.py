@@ -137,7 +137,7 @@ class Planned:
 
     def reached(self, z: Estimate) -> bool:
         """Return whether the error is small enough."""
-        return self.relative_error is None or z.error <= self.relative_error * z.mean
+        return self.relative_error is None or z.error <= self.relative_error * abs(z.mean)
 
     def next_look(self, length: int, z: Estimate) -> int:
         """Return the number of blocks after which the error should be small enough."""

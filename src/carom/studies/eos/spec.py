@@ -93,7 +93,7 @@ class StudySpec:
     ------
     InputError
         If a value is out of range, keys contradict each other, or the scene has a `motion`, an `impact`, or
-        an `interaction` other than steps.
+        an `interaction` other than steps that conserve the energy.
     """
 
     packing_fractions: tuple[float, ...] = ()
@@ -202,11 +202,7 @@ class StudySpec:
                 "dimension": self.dimension,
             }
         )
-        if scene.interaction is not None and not hasattr(scene.interaction, "steps"):
-            raise InputError(
-                "[scene] interaction of a study must be of steps, found "
-                f"{checks.describe(scene.interaction)}; leave it out for hard cores, or use carom run."
-            )
+        _refuse_other_interactions(scene)
         words = {
             f.name: _plain(getattr(scene, f.name))
             for f in dataclasses.fields(scene)
@@ -302,6 +298,22 @@ def excess_part(eta: float, dimension: int) -> float:
     crystal = eta > theory.FREEZING.get(dimension, 1.0)
     z = float((theory.solid if crystal else theory.best)(dimension)(min(eta, 0.999 * _close(dimension))))
     return max(0.0, (z - 1.0) / z)
+
+
+def _refuse_other_interactions(scene: SceneSpec) -> None:
+    """Raise InputError if a scene has another interaction than steps that conserve the energy."""
+    if scene.interaction is None:
+        return
+    if not hasattr(scene.interaction, "steps"):
+        raise InputError(
+            f"[scene] interaction of a study must be of steps, found {checks.describe(scene.interaction)}; "
+            "leave it out for hard cores, or use carom run."
+        )
+    if not scene.interaction.conserves(scene.diameter or 1.0):
+        raise InputError(
+            "[scene] interaction has hysteretic steps, which lose energy and keep no temperature; leave out "
+            "leaving, or use carom run."
+        )
 
 
 def scene_spec(words: Mapping[str, Any]) -> SceneSpec:

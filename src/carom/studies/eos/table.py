@@ -276,7 +276,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
     equilibrated = not remarks
     goal = task.get("relative_error")
     # The goal is that of one replica, the error that of their mean. A tenth more is not worth a remark.
-    if goal is not None and error > 1.1 * goal / math.sqrt(len(results)) * z:
+    if goal is not None and error > 1.1 * goal / math.sqrt(len(results)) * abs(z):
         remarks.append("the error asked for was not reached")
     return Row(
         packing_fraction=eta,
