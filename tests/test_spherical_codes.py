@@ -272,6 +272,24 @@ def test_a_file_that_says_no_search_is_refused_in_a_sentence(tmp_path, content, 
     assert sentence in " ".join(refused.output.split())
 
 
+def test_a_picture_of_caps_in_four_dimensions_is_refused_before_the_search(tmp_path, monkeypatch):
+    monkeypatch.setattr("carom.studies.spherical_code", None)
+    refused = CliRunner().invoke(cli.app, ["code", "6", "-k", "4", "--out", str(tmp_path / "x.png")])
+    assert refused.exit_code == 2
+    assert "3 dimensions, and these have 4" in " ".join(refused.output.split())
+
+
+def test_a_code_that_cannot_be_written_is_printed_all_the_same(tmp_path, monkeypatch):
+    def full(*_):
+        raise FileError("the disk is full")
+
+    monkeypatch.setattr(SphericalCode, "save", full)
+    done = CliRunner().invoke(cli.app, ["code", "4", "--seeds", "1", "--out", str(tmp_path / "4.txt")])
+    assert done.exit_code == 2
+    assert "109.47" in done.stdout
+    assert "the disk is full" in done.stderr
+
+
 def test_what_is_neither_a_number_nor_a_file_is_refused():
     for text, sentence in (("eight", "number of points"), ("nowhere.toml", "does not exist")):
         refused = CliRunner().invoke(cli.app, ["code", text])
