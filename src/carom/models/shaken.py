@@ -116,6 +116,13 @@ class Shaken:
                     f"{edge:g}."
                 )
 
+    def spread(self) -> np.ndarray:
+        """Return the widths of all places that the obstacle passes, (d,) [length]."""
+        shape = getattr(self.obstacle, "spread", None)
+        width = 2.0 * getattr(self.obstacle, "radius", 0.0) if shape is None else shape()
+        far = max(abs(self.path.lowest), abs(self.path.highest))
+        return width + 2.0 * far * np.abs(self.direction)
+
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
