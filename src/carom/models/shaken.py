@@ -90,7 +90,7 @@ class Shaken:
 
     @property
     def fastest(self) -> float:
-        """Bound on the speed of the obstacle [length / time]."""
+        """Typical speed of the obstacle, its largest with a Sine [length / time]."""
         return float(self.path.acceleration * self.path.period / (2.0 * math.pi))
 
     def gap(self, positions, radii, box, periodic):
