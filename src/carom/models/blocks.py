@@ -54,6 +54,10 @@ class Box(Body):
         """Return all corners, (2^d, d) [length]."""
         return np.array(list(itertools.product(*zip(self.low, self.high, strict=True))))
 
+    def spread(self) -> np.ndarray:
+        """Return zeros (d,) [length]: sides that face each other tell the images of a block apart."""
+        return np.zeros(len(self.low))
+
     def model(self) -> Block:
         """Return the model that the engine compiles."""
         middle = tuple(0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))

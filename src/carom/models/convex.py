@@ -91,6 +91,10 @@ class Body(ABC):
                 nearest[k] = min(nearest[k], float(np.linalg.norm(r)))
         return nearest - self.radius - radii
 
+    def spread(self) -> np.ndarray:
+        """Return the widths of the body, (d,) [length]."""
+        return np.ptp(self.corners(), axis=0) + 2.0 * self.radius
+
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the body has another dimension, or is wider than half of a periodic box."""
         corners = self.corners()

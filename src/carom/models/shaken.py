@@ -90,7 +90,7 @@ class Shaken:
 
     @property
     def fastest(self) -> float:
-        """Bound on the speed of the obstacle [length / time]."""
+        """Typical speed of the obstacle, its largest with a Sine [length / time]."""
         return float(self.path.acceleration * self.path.period / (2.0 * math.pi))
 
     def gap(self, positions, radii, box, periodic):
@@ -115,6 +115,13 @@ class Shaken:
                     f"{self.name} moves {far:g} far; expected at most a quarter of the periodic edge, "
                     f"{edge:g}."
                 )
+
+    def spread(self) -> np.ndarray:
+        """Return the widths of all places that the obstacle passes, (d,) [length]."""
+        shape = getattr(self.obstacle, "spread", None)
+        width = 2.0 * getattr(self.obstacle, "radius", 0.0) if shape is None else shape()
+        far = max(abs(self.path.lowest), abs(self.path.highest))
+        return width + 2.0 * far * np.abs(self.direction)
 
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""

@@ -46,7 +46,7 @@ class _Covered:
 
     @property
     def fastest(self) -> float:
-        """Bound on its speed [length / time]."""
+        """Typical speed at which it moves [length / time]."""
         return float(getattr(self.obstacle, "fastest", 0.0))
 
     def gap(self, positions, radii, box, periodic):

@@ -58,9 +58,10 @@ class Triangle(Body):
 
     def model(self) -> Facet:
         """Return the model that the engine compiles."""
-        a, b, c = self.corners()
+        corners = self.corners()
+        a, b, c = corners
         u, v = b - a, c - a
-        middle = tuple(((a + b + c) / 3.0).tolist())
+        middle = tuple((0.5 * (corners.min(axis=0) + corners.max(axis=0))).tolist())
         sides = tuple(u.tolist()), tuple(v.tolist())
         return Facet(middle, self.radius, self.a, *sides, float(u @ u), float(u @ v), float(v @ v))
 
@@ -73,7 +74,7 @@ class Facet(NamedTuple):
     """All places within a distance of a triangle."""
 
     anchor: tuple
-    """Its centroid [length]."""
+    """Between its least and its largest coordinates [length]."""
     round: float
     """The distance [length]."""
     corner: tuple

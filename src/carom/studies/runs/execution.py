@@ -97,7 +97,7 @@ def run(
     The folder then holds ``scene.toml``, ``trajectory.*``, ``rdf.csv``, ``summary.json``, three pictures,
     ``checkpoint.h5`` and, if asked for, ``events.h5``.
     """
-    plan = Plan() if plan is None else plan
+    plan = (Plan() if plan is None else plan).beside(Path())
     folder = RunFolder(Path(out))
     folder.check_free(overwrite)
     with stoppable() as stop:
