@@ -56,7 +56,7 @@ class Pressure:
             )
 
     def check(self, scene: Scene) -> None:
-        """Raise InputError if the virial is not the pressure of a ``scene`` (:func:`without_pressure`)."""
+        """Raise InputError if the virial is not the pressure of a ``scene``; the text says why."""
         if reason := without_pressure(scene):
             raise InputError(reason)
 
@@ -66,7 +66,7 @@ class Pressure:
         Raises
         ------
         InputError
-            If the virial is not the pressure of such a scene (:func:`without_pressure`).
+            If the virial is not the pressure of such a scene; the text says why.
         """
         self.check(scene)
         return self.estimate(
