@@ -72,6 +72,7 @@ def test_algebraic_codes_come_out_to_thirty_digits(n):
     assert code.angle == pytest.approx(TABLE.get((3, n), code.angle), abs=LAST_DIGIT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [4, 5, 6])
 def test_what_is_known_exactly_is_found_by_caps_that_grow_as_well(n):
     """The search is not asked for these; here it is."""
@@ -337,9 +338,10 @@ def test_codes_of_lattices_and_polytopes_are_found_by_the_first_seed(n, k, one_o
     assert code.rattlers.size == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("n", "starts", "degrees", "contacts"),
-    [(24, 40, 60.0, 96), pytest.param(120, 12, 36.0, 720, marks=pytest.mark.slow)],
+    [(24, 40, 60.0, 96), (120, 12, 36.0, 720)],
 )
 def test_points_that_repel_each_other_become_the_24_cell_and_the_600_cell(n, starts, degrees, contacts):
     """From some random sets of points, without growth or hops."""
