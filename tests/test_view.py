@@ -38,6 +38,7 @@ from carom.observables.packing import packing_network
 from carom.pictures import plots, viewdata
 from carom.pictures.shapes import shapes_of
 from carom.simulation.replay import Replay
+from carom.studies.packings.packing import HISTORY, Packing
 
 SIZE = (640, 480)
 
@@ -237,6 +238,10 @@ def test_an_obstacle_with_another_surface_or_that_is_shaken_is_drawn_as_it_rests
                 assert sum(map(len, expected)) > 0
 
 
+class Own(Ball):
+    """An obstacle of one's own, of which a file holds the name only."""
+
+
 class Unseen:
     """An obstacle that does not say how it is drawn."""
 
@@ -266,6 +271,32 @@ def test_what_does_not_say_how_it_is_drawn_is_not_and_what_is_no_shape_is_refuse
             carom.view(frame, obstacles=[wrong])
         with pytest.raises(InputError, match=says):
             plots.snapshot(frame, obstacles=[wrong])
+
+
+def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
+    # A disk of the lattice has become an obstacle: without it, its six neighbours have one contact less.
+    frame = crystal(2, 6)
+    ball = Ball(tuple(frame.positions[14].tolist()), 0.5)
+    packing = Packing(
+        without(frame, 14), np.array([], HISTORY), "", 1, 0.0, (Surface(ball, Loss(0.9, contact_time=1e-3)),)
+    )
+    packing.save(tmp_path, pictures=False)
+    expected, found = carom.view(packing).data, carom.view(tmp_path).data
+    assert found["subtitle"] == expected["subtitle"]
+    assert found["obstacles"] == expected["obstacles"]
+    assert len(found["obstacles"]["spheres"]) == 1
+    assert unpacked(found["bonds"], "<f4").size == unpacked(expected["bonds"], "<f4").size
+    assert carom.view(tmp_path, obstacles=[]).data["obstacles"]["spheres"] == []
+    other = Packing(packing.frame, packing.history, "", 1, 0.0, (Own(ball.center, ball.radius),))
+    other.save(tmp_path, pictures=False)
+    with pytest.raises(FileError, match="of the class Own, which no file holds"):
+        carom.view(tmp_path)
+    with pytest.raises(FileError, match="of the class Own, which no file holds"):
+        carom.movie(tmp_path / "packing.h5md", tmp_path / "a.gif", colour="rattlers")
+    assert carom.view(tmp_path, obstacles=other.obstacles).data["subtitle"] == expected["subtitle"]
+    (tmp_path / "summary.json").write_text("[1")
+    with pytest.raises(FileError, match="not the summary of a packing"):
+        carom.view(tmp_path)
 
 
 # ----------------------------------------------------------------------------------------- Chromium
