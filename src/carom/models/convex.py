@@ -18,6 +18,7 @@ from carom.compiling.registry import inner, required
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.interface import NEVER
+from carom.models.outlines import Hull, images
 
 STEPS = 200
 """Steps of Newton's method at most. A contact takes five; a graze, at which each step halves the way, 60."""
@@ -76,6 +77,16 @@ class Body(ABC):
     @abstractmethod
     def model(self) -> Any:
         """Return the model that the engine compiles."""
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Hull]:
+        """Return the shapes to draw in two dimensions: all images that may reach into the box."""
+        return self.surface(box, periodic)
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Hull]:
+        """Return the shapes to draw in three dimensions, in the same way."""
+        corners = self.corners()
+        shifts = images(corners.mean(axis=0), box, periodic)
+        return [Hull(tuple(map(tuple, (corners + shift).tolist())), self.radius) for shift in shifts]
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each surface from the nearest image of the body, (n,) [length]."""

@@ -29,6 +29,7 @@ from carom.models.interface import (
     surface_speed,
     take_over,
 )
+from carom.models.outlines import shapes
 from carom.models.parabolas import HOP, Course, chase
 from carom.models.paths import Path, pace, place
 from carom.models.to_tables import obstacle_to_table, to_table
@@ -167,7 +168,11 @@ class Shaken:
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
         """Return the shapes to draw in two dimensions: the obstacle without displacement."""
-        return self.obstacle.outline(box, periodic)
+        return shapes(self.obstacle, "outline", box, periodic)
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
+        """Return the shapes to draw in three dimensions: the obstacle without displacement."""
+        return shapes(self.obstacle, "surface", box, periodic)
 
 
 class Displaced(NamedTuple):

@@ -31,6 +31,7 @@ from carom.models.interface import (
     take_over,
 )
 from carom.models.losses import Law, Loss, kept, never_touched
+from carom.models.outlines import shapes
 from carom.models.to_tables import obstacle_to_table
 
 
@@ -62,8 +63,12 @@ class _Covered:
         return self.obstacle.model()
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return the shapes to draw in two dimensions."""
-        return self.obstacle.outline(box, periodic)
+        """Return the shapes to draw in two dimensions; none if the obstacle has no outline."""
+        return shapes(self.obstacle, "outline", box, periodic)
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
+        """Return the shapes to draw in three dimensions; none if the obstacle has no surface."""
+        return shapes(self.obstacle, "surface", box, periodic)
 
     def _body(self, particles: Particles) -> Any:
         value = self.obstacle

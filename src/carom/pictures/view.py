@@ -186,11 +186,12 @@ def _of_path(
     if path.name == "packing.h5md":
         from carom.observables.packing import packing_network
 
+        standing = standing_beside(path) if obstacles is None else obstacles
         with open_reader(path) as reader:
             frame = reader[-1]
-        network = packing_network(frame, obstacles=obstacles or ())
+        network = packing_network(frame, obstacles=standing)
         if not network.backbone.any():
-            network = packing_network(frame, sided=False, obstacles=obstacles or ())
+            network = packing_network(frame, sided=False, obstacles=standing)
         return viewdata.of_network(network), title
     if is_log(path):
         from carom.simulation.replay import Replay
@@ -226,10 +227,36 @@ def rules_beside(source: Path) -> Interaction | None:
 
 
 def standing_beside(trajectory: Path) -> Sequence[Obstacle]:
-    """Return the obstacles of the scene file in the folder of a ``trajectory``, if there is one."""
+    """Return the obstacles of the scene file or of the packing in the folder of a ``trajectory``, if any.
+
+    Raises
+    ------
+    FileError
+        If the folder's file is damaged, or holds an obstacle of a class of one's own.
+    """
+    summary = trajectory.parent / "summary.json"
+    if trajectory.stem == "packing" and summary.exists():
+        return _of_packing(summary)
     plan = trajectory.parent / "scene.toml"
     if not plan.exists():
         return ()
     from carom.plan.plan import Plan
 
     return Plan.load(plan).scene.obstacles
+
+
+def _of_packing(summary: Path) -> Sequence[Obstacle]:
+    """Return the obstacles that the summary of a packing lists."""
+    from carom.models.tables import obstacle_from_table
+
+    try:
+        with summary.open(encoding="utf-8") as file:
+            tables = json.load(file).get("obstacles", [])
+        return [obstacle_from_table(table) for table in tables]
+    except InputError as error:
+        raise FileError(f"{summary}: {error}") from None
+    except (OSError, ValueError, AttributeError, TypeError) as error:
+        raise FileError(
+            f"{summary} is not the summary of a packing ({error}), so its obstacles are not known; "
+            "give them, obstacles=[...], to carom.view or carom.movie."
+        ) from None
