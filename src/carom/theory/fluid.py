@@ -65,10 +65,10 @@ def pieprzyk(packing_fraction: Any) -> Any:
 
     Notes
     -----
-    It is called mKLM: the same series, fitted to larger simulations, accurate to 1e-5 up to freezing. It holds
-    for the metastable fluid up to some 0.55: Z has a maximum at 0.57, and is negative at 0.6.
-    Pieprzyk, Bannerman, Branka, Chudak and Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019). The coefficients
-    are those in the program pyenskog (DynamO) of the same authors.
+    It is called mKLM: the same series, fitted to larger simulations, accurate to 1e-5 up to freezing. For the
+    metastable fluid it holds up to some 0.55: Z has a maximum at 0.57, and is negative at 0.6. Pieprzyk,
+    Bannerman, Branka, Chudak and Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019). The coefficients are those
+    in the program pyenskog (DynamO) of the same authors.
     """
     return _polynomial_in_x(
         packing_fraction,
