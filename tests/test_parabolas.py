@@ -255,3 +255,16 @@ def test_gravity_is_refused_where_it_is_no_field():
 def test_a_free_flight_stays_on_its_parabola():
     motion = Falling((-2.0,), 0.0)
     assert position(motion, 0, 1.0, 3.0, 2.0) == 1.0 + 6.0 - 4.0
+
+
+def test_a_nesting_that_would_lose_a_layer_is_refused():
+    floor, up, path, loss = Plane((0.0, 1.0), 0.0), (0.0, 1.0), Sine(0.1, 2.0), Loss(0.3, contact_time=1e-3)
+    for inside in (Surface(floor, loss), Thermal(floor, 5.0), Shaken(floor, up, path)):
+        with pytest.raises(InputError, match=r"Surface\(Shaken\(\.\.\.\), loss\)"):
+            Shaken(inside, up, path)
+    for inside in (Surface(floor, loss), Thermal(floor, 5.0)):
+        with pytest.raises(InputError, match=r"Surface\(Shaken\(\.\.\.\), \.\.\.\)"):
+            Surface(inside, loss)
+        with pytest.raises(InputError, match=r"Thermal\(Shaken\(\.\.\.\), \.\.\.\)"):
+            Thermal(inside, 5.0)
+    assert Surface(Shaken(floor, up, path), loss).name == Thermal(Shaken(floor, up, path), 5.0).name

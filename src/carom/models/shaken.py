@@ -51,7 +51,8 @@ class Shaken:
     Raises
     ------
     InputError
-        If the direction is zero, or the path is not a path or has bounds that are not finite.
+        If the direction is zero, the path is not a path or has bounds that are not finite, or the obstacle
+        moves already or has a surface.
 
     Examples
     --------
@@ -66,6 +67,12 @@ class Shaken:
     path: Any
 
     def __post_init__(self) -> None:
+        if hasattr(self.obstacle, "live"):
+            raise InputError(
+                f"Shaken moves an obstacle at rest without a surface of its own, found "
+                f"{type(self.obstacle).__name__}, whose motion or surface would be lost. A surface stands "
+                "outside: Surface(Shaken(...), loss) or Thermal(Shaken(...), kT). Two motions are one path."
+            )
         direction = fields.vector(self.direction, "direction of Shaken")
         length = math.hypot(*direction)
         if length == 0.0:

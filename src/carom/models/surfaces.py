@@ -69,6 +69,15 @@ class _Covered:
         value = self.obstacle
         return value.live(particles) if hasattr(value, "live") else value.model()
 
+    def _refuse_covered(self) -> None:
+        """Raise InputError if the obstacle has a surface of its own, which would be lost."""
+        if isinstance(self.obstacle, _Covered):
+            mine, other = type(self).__name__, type(self.obstacle).__name__
+            raise InputError(
+                f"{mine} encloses an obstacle without a surface of its own, found {other}, which would "
+                f"be lost. Choose one of the two; what moves stands inside: {mine}(Shaken(...), ...)."
+            )
+
 
 @dataclass(frozen=True)
 class Surface(_Covered):
@@ -84,7 +93,7 @@ class Surface(_Covered):
     Raises
     ------
     InputError
-        If ``loss`` is not a Loss.
+        If ``loss`` is not a Loss, or the obstacle has a surface already.
 
     Notes
     -----
@@ -104,6 +113,7 @@ class Surface(_Covered):
     def __post_init__(self) -> None:
         if not isinstance(self.loss, Loss):
             raise InputError(f"The loss of a Surface must be a Loss, found {checks.describe(self.loss)}.")
+        self._refuse_covered()
 
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""
@@ -136,7 +146,8 @@ class Thermal(_Covered):
     Raises
     ------
     InputError
-        If the temperature is not positive, or the seed is not an integer of at least 0.
+        If the temperature is not positive, the seed is not an integer of at least 0, or the obstacle has a
+        surface already.
 
     Notes
     -----
@@ -159,6 +170,7 @@ class Thermal(_Covered):
         object.__setattr__(self, "kT", kT)
         seed = checks.integer(self.seed, "seed of Thermal", low=0, high=2**63 - 1)
         object.__setattr__(self, "seed", seed)
+        self._refuse_covered()
 
     def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
