@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+import carom
 from carom.errors import InputError
 from carom.models.balls import SolidBall
 from carom.models.containers import InsideOfCylinder, InsideOfSphere
@@ -268,3 +269,31 @@ def test_a_nesting_that_would_lose_a_layer_is_refused():
         with pytest.raises(InputError, match=r"Thermal\(Shaken\(\.\.\.\), \.\.\.\)"):
             Thermal(inside, 5.0)
     assert Surface(Shaken(floor, up, path), loss).name == Thermal(Shaken(floor, up, path), 5.0).name
+
+
+def test_two_thermal_walls_of_one_seed_draw_different_numbers():
+    floor, ceiling = Plane((0.0, 1.0), 0.5, "floor"), Plane((0.0, -1.0), -5.5, "ceiling")
+    given = [
+        Thermal(floor, kT=1.0),
+        Thermal(ceiling, kT=1.0),
+        Thermal(Plane((0.0, 1.0), 0.4), kT=1.0, seed=1),
+    ]
+    scene = carom.Scene([[50.0, 3.0]], (100.0, 6.0), periodic=(True, False), obstacles=given)
+    assert scene.obstacles == (given[0], Thermal(ceiling, kT=1.0, seed=2), given[2])
+    motion, down = Falling((0.0, 0.0), 0.0), np.array([0.0, -1.0])
+    thrown = np.empty((2, 500))
+    for wall, speeds in zip(scene.obstacles[:2], thrown, strict=True):
+        model = wall.live(particles(2))
+        for k in range(len(speeds)):
+            v = np.array([0.1, 1.0])
+            recoil(model, motion, 0, 1.0, np.zeros(2), v, down, 0.0, 0.0)
+            speeds[k] = v[0]
+    assert abs(np.corrcoef(thrown)[0, 1]) < 6.0 / math.sqrt(500)
+    # Scenes made of it, and its files, have the same seeds.
+    assert scene.with_(box=(100.0, 7.0)).obstacles == scene.obstacles
+    arrays, attributes = scene.to_arrays()
+    assert carom.Scene.from_arrays(arrays, attributes).obstacles == scene.obstacles
+    assert carom.Scene.from_arrays(arrays, attributes, obstacles=given).obstacles == scene.obstacles
+    attributes["obstacles"][1]["seed"] = 0
+    with pytest.raises(InputError, match="have one seed in this file"):
+        carom.Scene.from_arrays(arrays, attributes)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -141,7 +142,8 @@ class Thermal(_Covered):
     kT : float
         Temperature of that gas [energy].
     seed : int
-        Seed of its random numbers; every component has its own stream.
+        Seed of its random numbers; every component has its own stream. In a scene, a later surface with
+        the seed of another gets a new one.
 
     Raises
     ------
@@ -171,6 +173,18 @@ class Thermal(_Covered):
         seed = checks.integer(self.seed, "seed of Thermal", low=0, high=2**63 - 1)
         object.__setattr__(self, "seed", seed)
         self._refuse_covered()
+
+    def drawing_apart(self, before: Sequence[Any], given: Sequence[Any]) -> Thermal:
+        """Return the surface with a seed that none of the obstacles ``before`` it has.
+
+        That is its own where possible, and else one that no obstacle of all those ``given`` has. Otherwise
+        two surfaces would throw a component with the same random numbers.
+        """
+        taken = {each.seed for each in before if isinstance(each, Thermal)}
+        if self.seed not in taken:
+            return self
+        taken |= {each.seed for each in given if isinstance(each, Thermal)}
+        return replace(self, seed=next(k for k in itertools.count() if k not in taken))
 
     def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
