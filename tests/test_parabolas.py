@@ -297,3 +297,15 @@ def test_two_thermal_walls_of_one_seed_draw_different_numbers():
     attributes["obstacles"][1]["seed"] = 0
     with pytest.raises(InputError, match="have one seed in this file"):
         carom.Scene.from_arrays(arrays, attributes)
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.6, 0.8), (0.0, 1.0)])
+@pytest.mark.parametrize("up", [(0.0, 1.0), (0.8, -0.6)])
+def test_a_thermal_wall_is_cold_in_its_own_frame_along_the_wall_too(direction, up):
+    # It moves at 10 pi: sideways, slanting or along the normal. At kT = 1e-6 a component goes with it.
+    floor = Shaken(Plane(up, 0.0), direction, Sine(5.0, period=1.0))
+    model, v = Thermal(floor, kT=1e-6).live(particles(2)), np.array([0.0, -1.0])
+    recoil(model, Falling((0.0, 0.0), 0.0), 0, 1.0, np.zeros(2), v, np.array(up), 0.0, 0.0)
+    left = v - 10.0 * math.pi * np.array(direction)
+    assert 0.0 < left @ up < 0.01
+    assert abs(left @ (up[1], -up[0])) < 0.01

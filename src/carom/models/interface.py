@@ -721,6 +721,16 @@ def surface_speed(obstacle, normal, now):
 
 
 @optional
+def surface_velocity(obstacle, axis, now):
+    """Return a coordinate of the velocity of an obstacle's surface at the time ``now``; by default 0.
+
+    Of it a thermal surface (``carom.models.surfaces``) uses the part along the surface. What is along the
+    normal is asked with :func:`surface_speed`.
+    """
+    return 0.0
+
+
+@optional
 def at_time(obstacle, now):
     """Set the time of the contact for the next calls of :func:`outward` and :func:`anchor`."""
     return

@@ -27,6 +27,7 @@ from carom.models.interface import (
     repeated,
     rest_speed,
     surface_speed,
+    surface_velocity,
     take_over,
 )
 from carom.models.parabolas import HOP, Course, chase
@@ -251,6 +252,11 @@ def _(obstacle: Displaced, normal, now):
     for axis in range(len(obstacle.course.direction)):
         along += normal[axis] * obstacle.course.direction[axis]
     return along * pace(obstacle.course.path, obstacle.phase[0] + now)
+
+
+@surface_velocity.register
+def _(obstacle: Displaced, axis, now):
+    return obstacle.course.direction[axis] * pace(obstacle.course.path, obstacle.phase[0] + now)
 
 
 @rest_speed.register

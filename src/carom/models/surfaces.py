@@ -29,6 +29,7 @@ from carom.models.interface import (
     repeated,
     rest_speed,
     surface_speed,
+    surface_velocity,
     take_over,
 )
 from carom.models.losses import Law, Loss, kept, never_touched
@@ -326,5 +327,9 @@ def _(obstacle: Thermostat, motion, i, mass, x, v, normal, growth, now):
     obstacle.drawn[i] = k + 1 + 2 * len(v)
     surface = growth + surface_speed(obstacle.body, normal, now)
     change = surface + max(fast, rest_speed(motion), rest_speed(obstacle.body)) - along
+    drift = 0.0
+    for axis in range(len(v)):
+        drift += surface_velocity(obstacle.body, axis, now) * normal[axis]
     for axis in range(len(v)):
         v[axis] += change * normal[axis]
+        v[axis] += surface_velocity(obstacle.body, axis, now) - drift * normal[axis]
