@@ -309,3 +309,19 @@ def test_a_thermal_wall_is_cold_in_its_own_frame_along_the_wall_too(direction, u
     left = v - 10.0 * math.pi * np.array(direction)
     assert 0.0 < left @ up < 0.01
     assert abs(left @ (up[1], -up[0])) < 0.01
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.05])
+def test_a_component_that_grows_is_met_without_a_field_too(speed):
+    # Beside a ball of radius 1, 2 away from its centre; in containers of 4, 2 away from their centre or axis.
+    x, v, size = np.array([0.0, 2.0]), np.array([0.0, -speed]), 0.2
+    ball = fall(SolidBall((0.0, 0.0), 1.0), (0.0, 0.0), x, v, RADIUS, size, 0.0)
+    assert math.isclose(ball, 0.5 / (size + speed), rel_tol=1e-12)
+    receding = fall(SolidBall((0.0, 0.0), 1.0), (0.0, 0.0), x, -v, RADIUS, size, 0.0)
+    assert math.isclose(receding, 0.5 / (size - speed), rel_tol=1e-12)
+    for body, g in (
+        (InsideOfSphere((0.0, 0.0), 4.0), (0.0, 0.0)),
+        (InsideOfCylinder(0, (0.0, 0.0), 4.0), (-1.0, 0.0)),
+    ):
+        t = fall(body, g, x, -v, RADIUS, size, 0.0)
+        assert math.isclose(t, 1.5 / (size + speed), rel_tol=1e-12)
