@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import carom
+from carom.engine.live import age_obstacles, made_live, models_in
+from carom.engine.obstacles import make_obstacles
 from carom.errors import InputError
 from carom.models.balls import SolidBall
 from carom.models.containers import InsideOfCylinder, InsideOfSphere
@@ -17,12 +19,14 @@ from carom.models.interface import (
     Particles,
     age,
     arrival,
+    encounter,
     fall,
     meeting,
     outward,
     position,
     recoil,
     surface_speed,
+    take_over,
     wall_meeting,
 )
 from carom.models.losses import Loss
@@ -325,3 +329,50 @@ def test_a_component_that_grows_is_met_without_a_field_too(speed):
     ):
         t = fall(body, g, x, -v, RADIUS, size, 0.0)
         assert math.isclose(t, 1.5 / (size + speed), rel_tol=1e-12)
+
+
+class Piston(NamedTuple):
+    """A wall of one's own that moves up at a constant speed, and does not say what a contact does."""
+
+    speed: float
+    begun: np.ndarray
+
+
+@encounter.register
+def _(obstacle: Piston, x, v, radius, growth):
+    return NEVER
+
+
+@surface_speed.register
+def _(obstacle: Piston, up, now):
+    return obstacle.speed * up[1]
+
+
+@age.register
+def _(obstacle: Piston, duration):
+    obstacle.begun[0] += duration
+
+
+class Clock(NamedTuple):
+    """An obstacle of one's own that has a memory, and no more."""
+
+    told: np.ndarray
+
+
+@take_over.register
+def _(obstacle: Clock, before, instant, passed, slower):
+    obstacle.told[0] = before.told[0]
+
+
+def test_an_obstacle_is_live_whichever_question_it_answers():
+    piston, clock, rests = Piston(0.5, np.zeros(1)), Clock(np.zeros(1)), HalfSpace((0.0, 1.0), 0.0)
+    assert made_live(make_obstacles(2, None, (rests,)), (rests,)).live is None
+    for model in (piston, clock):
+        obstacles = made_live(make_obstacles(2, None, (rests, model)), (rests, model))
+        assert obstacles.live is not None
+        assert models_in(obstacles.chain) == [model]
+        age_obstacles(obstacles, 3.0)
+    assert piston.begun[0] == 3.0
+    v = np.array([0.3, -1.0])
+    recoil(piston, Falling((0.0, 0.0), 0.0), 0, 1.0, np.zeros(2), v, np.array([0.0, 1.0]), 0.0, 0.0)
+    assert list(v) == [0.3, 2.0]

@@ -691,7 +691,7 @@ def push(motion, change, v, normal):
 def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     """Set ``v``, (d,) float64, to the velocity of component i after the contact.
 
-    By default the contact is elastic and the obstacle rests.
+    By default the contact is elastic in the frame of the obstacle (:func:`surface_speed`).
 
     Parameters
     ----------
@@ -708,7 +708,7 @@ def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     growth, now : float
         Rate at which its radius grows, and time since the beginning of the epoch.
     """
-    approach = growth
+    approach = growth + surface_speed(obstacle, normal, now)
     for axis in range(len(v)):
         approach -= normal[axis] * v[axis]
     push(motion, thrown(motion, approach), v, normal)
