@@ -34,6 +34,8 @@ from carom.models.paths import Parabolas, Sine, pace, place
 from carom.models.planes import HalfSpace, Plane
 from carom.models.shaken import Shaken
 from carom.models.surfaces import Surface, Thermal
+from carom.models.tables import obstacle_from_table
+from carom.models.to_tables import obstacle_to_table
 from carom.models.walls import Cushions
 from carom.units import TimeUnit
 
@@ -376,3 +378,10 @@ def test_an_obstacle_is_live_whichever_question_it_answers():
     v = np.array([0.3, -1.0])
     recoil(piston, Falling((0.0, 0.0), 0.0), 0, 1.0, np.zeros(2), v, np.array([0.0, 1.0]), 0.0, 0.0)
     assert list(v) == [0.3, 2.0]
+
+
+def test_a_direction_is_the_same_from_a_file():
+    directions = np.random.default_rng(1).normal(size=(200, 3))
+    for direction in directions:
+        shaken = Shaken(Plane((0.0, 0.0, 1.0), 0.0), tuple(direction), Sine(0.1, 2.0))
+        assert obstacle_from_table(obstacle_to_table(shaken)) == shaken

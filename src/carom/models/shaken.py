@@ -35,6 +35,9 @@ from carom.models.paths import Path, pace, place
 from carom.models.to_tables import obstacle_to_table, to_table
 from carom.units import TimeUnit
 
+UNIT = 2.0**-50
+"""How much the length of a unit vector may differ from 1 by rounding."""
+
 
 @dataclass(frozen=True)
 class Shaken:
@@ -78,7 +81,10 @@ class Shaken:
         length = math.hypot(*direction)
         if length == 0.0:
             raise InputError("The direction of Shaken must not be zero: the obstacle moves along it.")
-        object.__setattr__(self, "direction", tuple(x / length for x in direction))
+        # A unit vector stays as it is: a file holds one, and the run must go on with the same bits.
+        if abs(length - 1.0) > UNIT:
+            direction = tuple(x / length for x in direction)
+        object.__setattr__(self, "direction", direction)
         if isinstance(self.path, type) or not isinstance(self.path, Path):
             raise InputError(
                 f"The path of Shaken must have lowest, highest, acceleration, period and model, such as "
