@@ -27,6 +27,7 @@ from carom.models.interface import (
     repeated,
     rest_speed,
     surface_speed,
+    surface_velocity,
     take_over,
 )
 from carom.models.outlines import shapes
@@ -34,6 +35,9 @@ from carom.models.parabolas import HOP, Course, chase
 from carom.models.paths import Path, pace, place
 from carom.models.to_tables import obstacle_to_table, to_table
 from carom.units import TimeUnit
+
+UNIT = 2.0**-50
+"""How much the length of a unit vector may differ from 1 by rounding."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,8 @@ class Shaken:
     Raises
     ------
     InputError
-        If the direction is zero, or the path is not a path or has bounds that are not finite.
+        If the direction is zero, the path is not a path or has bounds that are not finite, or the obstacle
+        moves already or has a surface.
 
     Examples
     --------
@@ -67,11 +72,20 @@ class Shaken:
     path: Any
 
     def __post_init__(self) -> None:
+        if hasattr(self.obstacle, "live"):
+            raise InputError(
+                f"Shaken moves an obstacle at rest without a surface of its own, found "
+                f"{type(self.obstacle).__name__}, whose motion or surface would be lost. A surface stands "
+                "outside: Surface(Shaken(...), loss) or Thermal(Shaken(...), kT). Two motions are one path."
+            )
         direction = fields.vector(self.direction, "direction of Shaken")
         length = math.hypot(*direction)
         if length == 0.0:
             raise InputError("The direction of Shaken must not be zero: the obstacle moves along it.")
-        object.__setattr__(self, "direction", tuple(x / length for x in direction))
+        # A unit vector stays as it is: a file holds one, and the run must go on with the same bits.
+        if abs(length - 1.0) > UNIT:
+            direction = tuple(x / length for x in direction)
+        object.__setattr__(self, "direction", direction)
         if isinstance(self.path, type) or not isinstance(self.path, Path):
             raise InputError(
                 f"The path of Shaken must have lowest, highest, acceleration, period and model, such as "
@@ -256,6 +270,11 @@ def _(obstacle: Displaced, normal, now):
     for axis in range(len(obstacle.course.direction)):
         along += normal[axis] * obstacle.course.direction[axis]
     return along * pace(obstacle.course.path, obstacle.phase[0] + now)
+
+
+@surface_velocity.register
+def _(obstacle: Displaced, axis, now):
+    return obstacle.course.direction[axis] * pace(obstacle.course.path, obstacle.phase[0] + now)
 
 
 @rest_speed.register
