@@ -16,6 +16,7 @@ from carom.scene.temperature import peculiar
 from carom.simulation.alone import Alone
 from carom.simulation.clock import Clock
 from carom.simulation.invariants import Mechanics
+from carom.simulation.own_models import refuse_forgetful
 from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
 from carom.simulation.preparation import pace_of, unit_of
 from carom.units import TimeUnit
@@ -362,6 +363,7 @@ class Machine:
         from carom.engine.live import take_over_all
         from carom.engine.parts import build, keep_tallies
 
+        refuse_forgetful(self.contents)
         frame = self.frame()
         velocities = frame.velocities if velocities is None else velocities
         self._hold_balance(self.in_epoch(), 0.0)

@@ -17,7 +17,7 @@ from carom.models.restitution import Restitution
 from carom.models.walls import cushions
 from carom.scene.temperature import conserved, degrees_of_freedom, peculiar, temperature
 from carom.simulation import probes
-from carom.simulation.own_models import refuse_unsound
+from carom.simulation.own_models import refuse_forgetful, refuse_unsound
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -289,4 +289,6 @@ def contents_of(
             model = choice.made(value, contents.particles) if own else value.model(contents.particles)
             choice.answered(kind, model)
     refuse_unsound(scene, contents)
+    if rates is not None:
+        refuse_forgetful(contents)
     return contents
