@@ -59,7 +59,8 @@ class Simulation(Running):
     currents : bool
         Add up the currents of momentum and heat, for :meth:`helfand`.
     flights : bool
-        Keep histograms of free flights and of normal speeds, for :meth:`free_flights`.
+        Keep histograms of free flights and of normal speeds, for :meth:`free_flights`. It needs straight
+        flight and obstacles at rest.
     workers : int or "auto"
         Threads that run this one system together. The bits are those of one worker (``docs/parallel``).
         "auto" takes two where this was measured to be faster: large systems in the plane.
@@ -122,7 +123,9 @@ class Simulation(Running):
         if currents:
             helfand.check(contents)
             contents = dataclasses.replace(contents, currents=True)
-        contents = dataclasses.replace(contents, flights=bool(flights))
+        if flights:
+            flying.check(contents)
+            contents = dataclasses.replace(contents, flights=True)
         self._face(Machine(scene, velocities, contents, unit, wish), {})
         self.machine.team = team_of(self.machine, workers)
         self.machine.schedule()
