@@ -55,7 +55,7 @@ class Simulation(Running):
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     event_log : path, optional
-        Write every collision to this HDF5 file (see ``docs/files``).
+        Write every collision to this HDF5 file (see ``docs/files``); in double precision only.
     currents : bool
         Add up the currents of momentum and heat, for :meth:`helfand`.
     flights : bool
@@ -117,6 +117,11 @@ class Simulation(Running):
                 "An event log holds one diameter a component, but growth is given: leave out one."
             )
         single = in_single(precision, scene, velocities)
+        if single and event_log is not None:
+            raise InputError(
+                "A replay of an event log computes in double precision, but precision is 'single': leave out "
+                "one."
+            )
         unit = unit_of(scene, velocities, rates)
         speed = thermal_speed(scene, velocities, unit)
         contents = contents_of(scene, rates, speed, images, single, unit)
