@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import carom
+from carom.engine.parts import arrays
 from carom.errors import InputError
+from carom.ranges import Kind, Ranges
 
 EPS = np.finfo(float).eps
 
@@ -83,12 +85,21 @@ def test_the_trace_of_the_collisional_stress_is_the_virial():
     )
 
 
+def state_of(sim):
+    return {name: value for name, value in arrays(sim.machine.engine).items() if "room" not in name}
+
+
 def test_moments_go_on_in_a_run_that_was_saved(tmp_path):
     sim = fluid(currents=True)
     sim.run(time=1.0)
     sim.save(tmp_path / "run.h5")
     again = carom.Simulation.load(tmp_path / "run.h5")
-    one, two = sim.helfand(every=0.1, count=20), again.helfand(every=0.1, count=20)
+    during = tmp_path / "during.h5"
+    one = sim.helfand(every=0.1, count=20, look=lambda frame: sim.save(during), look_every=19)
+    two = again.helfand(every=0.1, count=20)
+    third = carom.Simulation.load(during)
+    for saved, value in state_of(sim).items():
+        np.testing.assert_array_equal(state_of(third)[saved], value, saved)
     assert (one.stress == two.stress).all()
     assert (one.heat == two.heat).all()
 
@@ -115,6 +126,8 @@ def test_units_of_time_scale_the_moments_exactly():
     [
         ({"periodic": [True, True, False]}, "periodic"),
         ({"restitution": 0.9}, "elastic"),
+        ({"pinned": [0]}, "conserved momentum"),
+        ({"interaction": Ranges([Kind("a", circles=[1.5])], lambda unit, event: None)}, "conserved momentum"),
     ],
 )
 def test_currents_are_refused_where_helfand_does_not_hold(change, says):

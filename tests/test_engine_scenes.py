@@ -15,7 +15,9 @@ from scene_cases import CASES, assert_no_overlap, compare, moving, placed
 from test_kernel_neighbors import check_invariants, check_lists, go
 
 import carom
+from carom.models.gravity import Gravity
 from carom.models.obstacles import Ball, Plane
+from carom.simulation.machine import Machine
 
 
 # In three and four dimensions sectors have many neighbours, and plain Python is slow.
@@ -260,6 +262,25 @@ before = sim.kT
 block = sim.run(time=200.0 / before**0.5, collisions=20_000)
 print(sim.spared_contacts, block.collisions, sim.kT / before, sim.machine.contents.threshold / before**0.5)
 """
+
+
+def test_the_default_threshold_follows_the_thermal_speed(monkeypatch):
+    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    scene = carom.Scene.fcc(cells=3, packing_fraction=0.3).with_(restitution=0.7)
+
+    def threshold(scene, kT=None, rescale=None, **settings):
+        sim = carom.Simulation(scene, kT=kT, seed=1, **settings)
+        if rescale is not None:
+            sim.rescale(rescale)
+        return sim.machine.contents.impact.elastic_below
+
+    assert threshold(scene, 1.0) == pytest.approx(1e-3)
+    assert threshold(scene, 1.0, rescale=1e-8) == pytest.approx(1e-7)
+    assert threshold(scene.with_(elastic_below=0.5), 1.0, rescale=1e-8) == 0.5
+    still = scene.with_(velocities=np.zeros((scene.n, 3)))
+    assert threshold(still) == 0.0  # nothing will ever move
+    assert threshold(still, growth=0.25) == 0.25e-3
+    assert threshold(still.with_(motion=Gravity((0.0, 0.0, -4.0)))) == 2e-3
 
 
 def test_no_collapse_at_a_restitution_of_a_tenth():

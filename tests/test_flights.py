@@ -5,7 +5,13 @@ import pytest
 
 import carom
 from carom import theory
+from carom.engine.flights import flown
 from carom.errors import InputError
+from carom.models.balls import Ball
+from carom.models.gravity import Gravity
+from carom.models.surfaces import Thermal
+from carom.ranges import Kind, Ranges
+from carom.simulation.machine import Machine
 
 FIVE = 5.0
 
@@ -84,6 +90,37 @@ def test_the_return_probability_is_counted_by_hand(found, tmp_path):
     # Who is caged returns often; light spheres more often, because a heavy one hardly moves meanwhile.
     assert 0.01 < result.return_probability[0].mean < 0.5
     assert result.return_probability[0].error < 0.1 * result.return_probability[0].mean
+
+
+RULES = Ranges([Kind("a", circles=[1.5])], lambda unit, event: None)
+FLUID = carom.Scene.fcc(cells=3, packing_fraction=0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "settings", "says"),
+    [
+        ({"motion": Gravity((0.0, 0.0, -20.0))}, {}, "straight flight"),
+        ({"obstacles": [Thermal(Ball((2.07, 0.69, 0.69), 0.2), kT=1.0)]}, {}, "obstacles that rest"),
+        ({}, {"growth": 0.01}, "diameters that do not grow"),
+        ({"interaction": RULES}, {}, "units that do not decide"),
+    ],
+)
+def test_flights_are_refused_where_speeds_change_on_the_way(change, settings, says):
+    with pytest.raises(InputError, match=f"flights=True needs {says}"):
+        carom.Simulation(FLUID.with_(**change), flights=True, **settings)
+
+
+def test_what_is_pinned_does_not_fly(monkeypatch):
+    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    scene = FLUID.with_(pinned=np.arange(FLUID.n) % 2 == 0)
+    engine = carom.Simulation(scene, seed=1, flights=True).machine.engine
+    flights = engine.model.flights
+    assert (flights.moves == np.arange(FLUID.n) % 2).all()
+    for now in (0.25, 0.75):
+        flown(flights, engine.state, np.int64(0), np.int64(1), 1.0, -1.0, now)
+    speed = np.linalg.norm(engine.state.rows["v"][1])
+    assert flights.flown[0] == pytest.approx([1.0, 0.5, 0.5 * speed])
+    assert flights.met[0, 0, 0] == 2.0
 
 
 def test_statistics_leave_no_trace_and_are_asked_for(found):

@@ -13,6 +13,7 @@ from carom.errors import FileError, InputError, OverlapError
 from carom.models.contact import exchange, first_contact
 from carom.models.interface import (
     NEVER,
+    age,
     carry,
     core_square,
     exchanged_part,
@@ -23,10 +24,13 @@ from carom.models.interface import (
     mass,
     meeting_time,
     position,
+    take_over,
+    taken_up,
     transfer,
     velocity,
 )
 from carom.models.wells import SquareWell
+from carom.simulation.machine import Machine
 from carom.simulation.replay import Replay
 
 SCENE = carom.Scene.random(30, 2, packing_fraction=0.3, seed=1)
@@ -548,6 +552,79 @@ def test_a_contact_law_with_a_short_array_is_refused():
     carom.explain(SCENE.with_(impact=Wearing(31)))
     with pytest.raises(InputError, match="The field parts of Worn has 29 items; expected 31"):
         carom.explain(SCENE.with_(impact=Wearing(29)))
+
+
+class Counted(Two):
+    """Cores that count."""
+
+
+class Aged(Two):
+    """Cores that know how old they are, and can say so."""
+
+
+for question in (interaction_time, jump):
+    for kind in (Counted, Aged):
+        question.register(kind, question.registry[Two])
+
+
+@taken_up.register
+def _(pair: Counted, i, j, momentum):
+    pair.radii[i] += momentum
+
+
+@age.register
+def _(pair: Aged, duration):
+    pair.radii[0] += duration
+
+
+@take_over.register
+def _(pair: Aged, before, instant, passed, slower):
+    pair.radii[:] = before.radii
+
+
+@dataclass(frozen=True)
+class Remembering(Parity):
+    kind: type = Counted
+
+    def model(self, particles):
+        return self.kind(*super().model(particles))
+
+
+@pytest.mark.parametrize("kind", [Counted, Aged])
+def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
+    scene = carom.Scene.triangular(20, packing_fraction=0.4).with_(interaction=Remembering(kind=kind))
+    with pytest.raises(InputError, match="one worker only, because of a pair model with a memory"):
+        carom.Simulation(scene, workers=2)
+
+
+def test_a_memory_that_cannot_be_copied_is_refused_where_models_are_made_anew(monkeypatch):
+    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    sim = carom.Simulation(SCENE.with_(interaction=Remembering()))
+    with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* answer to take_over"):
+        sim.machine.refit()
+    with pytest.raises(InputError, match="Fading has a memory"):
+        carom.Simulation(SCENE.with_(impact=Fades()), growth=0.1)
+
+
+class Fading(NamedTuple):
+    """A contact law that knows the time, and forgets it."""
+
+    last: np.ndarray
+
+
+@transfer.register
+def _(impact: Fading, rr, rv):
+    return 1.0
+
+
+@age.register
+def _(impact: Fading, duration):
+    impact.last[0] -= duration
+
+
+class Fades:
+    def model(self, particles):
+        return Fading(np.zeros(1))
 
 
 def test_one_component_alone_is_accepted():

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import carom
+from carom.errors import InputError
+from carom.models.gravity import Gravity
+from carom.simulation.machine import Machine
 
 SCENES = {
     "rods": lambda: carom.Scene.random(20, 1, packing_fraction=0.6, seed=1),
@@ -172,3 +175,30 @@ def test_the_choice_of_a_scheme_leaves_the_first_collisions_alone():
         times.append(sim.time)
     # Six collisions a particle: rounding has grown by some orders of magnitude, not to the size of a time.
     assert max(times) - min(times) < 1e-9 * times[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "settings", "will_move"),
+    [
+        ({}, {}, False),
+        ({}, {"growth": 0.1}, True),
+        ({"motion": Gravity((0.0, 0.0, -1.0)), "periodic": (True, True, False)}, {}, True),
+    ],
+)
+def test_a_scene_that_starts_from_rest_may_collide_later(change, settings, will_move, monkeypatch):
+    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    asked = []
+    monkeypatch.setattr(carom.Simulation, "run", lambda sim, **limits: asked.append(limits))
+    scene = carom.Scene(np.random.default_rng(1).uniform(1.0, 39.0, (8, 3)), 40.0, **change)
+    sim = carom.Simulation(scene.with_(velocities=np.zeros((8, 3))), **settings)
+    with pytest.raises(InputError, match="Nothing collides"):
+        sim.time_for(10)
+    assert asked == [{"collisions": 1000}] * will_move
+
+
+def test_there_is_no_drift_of_a_momentum_that_is_not_conserved(monkeypatch):
+    monkeypatch.setattr(Machine, "schedule", lambda machine: None)
+    scene = carom.Scene.fcc(cells=3, packing_fraction=0.1)
+    falling = carom.Simulation(scene.with_(motion=Gravity((0.0, 0.0, -20.0))))
+    assert np.isnan(falling.statistics.momentum_drift)
+    assert carom.Simulation(scene).statistics.momentum_drift == 0.0

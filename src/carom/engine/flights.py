@@ -17,6 +17,8 @@ class Flights(NamedTuple):
 
     kinds: np.ndarray
     """Species of each component, (n + 1,) int64."""
+    moves: np.ndarray
+    """Whether each component flies at all, (n,) uint8: 0 where it is pinned."""
     last: np.ndarray
     """Time of the last collision of each component, in the epoch, (n,) float64; infinite before the first."""
     widths: np.ndarray
@@ -38,11 +40,15 @@ class Flights(NamedTuple):
     last time, (K, 2) float64."""
 
 
-def make_flights(n: int, kinds) -> Flights:
-    """Return empty histograms for n components of species (n + 1,) or None."""
+def make_flights(n: int, kinds, inverse) -> Flights:
+    """Return empty histograms for n components of species (n + 1,) or None.
+
+    ``inverse`` is one over each mass, (n + 1,), where some components are pinned, or None.
+    """
     count = 1 if kinds is None else int(kinds.max()) + 1
     return Flights(
         np.zeros(n + 1, np.int64) if kinds is None else kinds,
+        np.ones(n, np.uint8) if inverse is None else (inverse[:n] > 0.0).astype(np.uint8),
         np.full(n, np.inf),
         np.ones(3),
         np.zeros((count, BINS), np.int64),
@@ -77,7 +83,7 @@ def _(flights: None, state, i, j, rr, rv, now):
 @flown.register
 def _(flights: Flights, state, i, j, rr, rv, now):
     for c in (i, j):
-        if flights.last[c] <= now:  # the first flight began before anybody looked
+        if flights.moves[c] and flights.last[c] <= now:  # the first flight began before anybody looked
             kind = flights.kinds[c]
             square = 0.0
             for axis in range(len(state.rows[c].v)):

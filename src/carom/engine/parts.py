@@ -31,6 +31,7 @@ from carom.engine.state import State, make_state
 from carom.engine.tallies import TALLY, BySpecies
 from carom.models.contact import FAR
 from carom.models.interface import step_core_square
+from carom.models.pinned import PinnedCores
 from carom.models.units import Units
 
 SLACK = 1.0 - 2.0**-20
@@ -106,7 +107,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             obstacles,
             _sight(scheme, contents, neighbors, pair),
             _currents(contents, particles, velocities, pair),
-            make_flights(contents.n, _kinds(contents, particles)) if contents.flights else None,
+            _flights(contents, particles, pair),
             pair if isinstance(pair, Units) else None,
         ),
         state,
@@ -123,6 +124,14 @@ def _currents(contents: Contents, particles, velocities, pair):
         return None
     held = make_held(contents.n, contents.dimension, pair.energy) if contents.stepped else None
     return make_currents(particles.masses, velocities, _kinds(contents, particles), held)
+
+
+def _flights(contents: Contents, particles, pair):
+    """Return empty histograms of free flights, where they are asked for."""
+    if not contents.flights:
+        return None
+    inverse = pair.inverse if isinstance(pair, PinnedCores) else None
+    return make_flights(contents.n, _kinds(contents, particles), inverse)
 
 
 def _kinds(contents: Contents, particles):

@@ -740,10 +740,13 @@ def at_time(obstacle, now):
 def take_over(model, before, instant, passed, slower):
     """Copy the memory of ``before``, a model of the same type that is replaced; called from Python.
 
+    :meth:`carom.Simulation.rescale` and growing diameters replace models. A model that answers :func:`age` or
+    :func:`taken_up` has to answer this, too.
+
     Parameters
     ----------
     model, before : models
-        The new model of an obstacle or an impact, and the model that it replaces.
+        The new model of a pair interaction, an impact or an obstacle, and the model that it replaces.
     instant : Fraction
         Present time since the start of the run, in the unit of the new model. Its epochs begin then.
     passed : float

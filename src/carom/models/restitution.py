@@ -27,7 +27,8 @@ class Restitution:
     elastic_below : float, optional
         Normal relative speed below which a contact is elastic [length / time]. It prevents inelastic
         collapse, infinitely many collisions in a finite time, so it must be positive if restitution < 1. The
-        default is 1e-3 of the thermal speed.
+        default is 1e-3 of the thermal speed, at the start and at every :meth:`carom.Simulation.rescale`; of
+        what a field, growth or moving obstacles do in a scene at rest.
 
     Raises
     ------

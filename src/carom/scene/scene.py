@@ -63,7 +63,7 @@ class Scene(Fields):
     elastic_below : float, optional
         Normal relative speed below which a collision is elastic [length / time]. It keeps inelastic spheres
         from colliding infinitely often in a finite time, so it must be positive where restitution < 1. The
-        default is 1e-3 of the thermal speed sqrt(kT / m).
+        default is 1e-3 of the thermal speed sqrt(kT / m), see :class:`carom.models.restitution.Restitution`.
     species_names : sequence of str, optional
         Names of the species, for files and tables.
     pinned : (n,) array_like of bool, or of indices, optional

@@ -9,6 +9,8 @@ from fractions import Fraction
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from carom.errors import FileError, InputError
 from carom.models.restitution import Restitution
 from carom.scene.scene import Scene
@@ -18,8 +20,6 @@ from carom.simulation.recorder import Recorder
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from carom.models.obstacles import Obstacle
 
 MORE_ROOM = 1.25
@@ -81,6 +81,11 @@ def _arrays(machine: Machine) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
     contents = machine.contents
     arrays = {**arrays_of(machine.engine), "initial_velocities": machine.velocities}
+    if contents.currents:  # samples that helfand() is taking end with it, and a loaded run takes none
+        name = "model.currents"
+        arrays[f"{name}.samples"] = arrays[f"{name}.samples"][:0]
+        arrays[f"{name}.used"] = np.zeros_like(arrays[f"{name}.used"])
+        arrays[f"{name}.upcoming"] = np.full_like(arrays[f"{name}.upcoming"], np.inf)
     scene_arrays, attributes = machine.scene.to_arrays()
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
     if contents.rates is not None and contents.radii is not None:

@@ -8,14 +8,31 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.models import choice
+from carom.models.interface import recoil
 from carom.observables.flights import FlightsEstimate, FlightSums, flights_of
 
 if TYPE_CHECKING:
+    from carom.engine.requirements import Contents
     from carom.simulation.machine import Machine
     from carom.simulation.running import Running
 
 REACH = (12.0, 12.0, 8.0)
 """Where histograms end: in mean free times, mean free paths and thermal speeds of the lightest."""
+
+
+def check(contents: Contents) -> None:
+    """Raise InputError where the length of a flight is not its duration times the speed at its end."""
+    moving = any(choice.answers(recoil, model) for model in contents.obstacle_models)
+    missing = {
+        "straight flight": contents.straight,
+        "obstacles that rest and lose no energy": not moving,
+        "diameters that do not grow": contents.rates is None,
+        "units that do not decide by rules": not getattr(contents.interaction, "decides", False),
+    }
+    wrong = [name for name, right in missing.items() if not right]
+    if wrong:
+        raise InputError(f"flights=True needs {' and '.join(wrong)}; leave it out, or change the scene.")
 
 
 def free_flights(
@@ -40,7 +57,8 @@ def free_flights(
     -------
     FlightsEstimate
         By species; see :mod:`carom.observables.flights`. Flights that begin before the stretch or end after
-        it are left out: the stretch should be long compared with a free time.
+        it are left out: the stretch should be long compared with a free time. Pinned components have no
+        flights, but collisions.
 
     Raises
     ------

@@ -32,6 +32,8 @@ def check(contents: Contents) -> None:
         "double precision": not contents.single,
         "at least two components": contents.n > 1,
     }
+    if all(missing.values()):
+        missing["conserved momentum, so no pinned components and no range rules"] = all(contents.still)
     wrong = [name for name, right in missing.items() if not right]
     if wrong:
         raise InputError(f"currents=True needs {' and '.join(wrong)}; leave it out, or change the scene.")
@@ -54,7 +56,8 @@ def helfand(
     count : int
         Number of samples; the run ends at the last one.
     look : callable, optional
-        Called with a frame at the first sample, and at every ``look_every``-th after it.
+        Called with a frame at the first sample, and at every ``look_every``-th after it. It may save the
+        run: a checkpoint holds no samples.
     look_every : int
         Samples from one such frame to the next.
 

@@ -16,8 +16,9 @@ from carom.scene.temperature import peculiar
 from carom.simulation.alone import Alone
 from carom.simulation.clock import Clock
 from carom.simulation.invariants import Mechanics
+from carom.simulation.own_models import refuse_forgetful
 from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
-from carom.simulation.preparation import pace_of, unit_of
+from carom.simulation.preparation import impact_of, pace_of, thermal_speed, unit_of
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -362,7 +363,9 @@ class Machine:
         from carom.engine.live import take_over_all
         from carom.engine.parts import build, keep_tallies
 
+        refuse_forgetful(self.contents)
         frame = self.frame()
+        rescaled = velocities is not None
         velocities = frame.velocities if velocities is None else velocities
         self._hold_balance(self.in_epoch(), 0.0)
         instant, old, before = self.clock.instant, self.engine, self.unit
@@ -372,6 +375,9 @@ class Machine:
             rates = before.to_scene(self.contents.rates, -1)
         self.unit = unit = unit_of(self.scene, velocities, rates)
         self.contents = dataclasses.replace(self.contents, unit=unit)
+        if rescaled:
+            speed = unit.to_scene(thermal_speed(self.scene, velocities, unit), -1)
+            self.contents = dataclasses.replace(self.contents, impact=impact_of(self.scene, speed, rates))
         if rates is not None:
             radii = 0.5 * frame.diameters
             self.contents = dataclasses.replace(

@@ -43,10 +43,10 @@ class Statistics:
         Deepest overlap of two cores seen at a collision, in diameters.
     energy_drift : float
         Change of the energy, kinetic and potential, since the start, relative to the kinetic one. What
-        inelastic contacts lost and growth added is included.
+        inelastic contacts lost, and growth and ``rescale()`` added, is included.
     momentum_drift : float
-        Change of the momentum since the start, relative to ``sum(m |v|)``; NaN where walls or obstacles take
-        it up.
+        Change of the momentum since the start, relative to ``sum(m |v|)``; NaN where walls, obstacles or the
+        motion change it. What ``rescale()`` took away is included.
     """
 
     collisions: int
@@ -117,6 +117,8 @@ def statistics(machine: Machine) -> Statistics:
     events = 2 * tally.collisions + tally.advancements + tally.transits
     taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
     taken_up |= machine.engine.model.rules is not None
+    keeps = getattr(machine.scene.motion, "conserves", None)
+    taken_up |= keeps is not None and not all(keeps(axis) for axis in range(machine.scene.dimension))
     return Statistics(
         collisions=int(tally.collisions),
         transits=int(tally.transits),

@@ -13,7 +13,17 @@ import numpy as np
 
 from carom.errors import InputError, OverlapError
 from carom.models import choice
-from carom.models.interface import core_square, exchanged_part, jump, mass, radius, step_time
+from carom.models.interface import (
+    age,
+    core_square,
+    exchanged_part,
+    jump,
+    mass,
+    radius,
+    step_time,
+    take_over,
+    taken_up,
+)
 from carom.scene import overlaps
 from carom.scene.overlaps import Room
 from carom.simulation import probes
@@ -96,6 +106,19 @@ def refuse_short_impact(contents: Contents) -> None:
         exchanged_part(law, n - 2, n - 1, np.float64(1.0), np.float64(-1.0), 0.0)
     except IndexError:
         raise InputError(_short(law, _shortest(law, n), n)) from None
+
+
+def refuse_forgetful(contents: Contents) -> None:
+    """Raise InputError where a model of one's own has a memory, and no answer to copy it into a new model."""
+    particles = contents.particles
+    models = [value.model(particles) for value in (contents.interaction, contents.impact)]
+    for model in (*models, *contents.obstacle_models):
+        remembers = any(choice.answers(question, model) for question in (age, taken_up))
+        if choice.is_own(model) and remembers and not choice.answers(take_over, model):
+            raise InputError(
+                f"{type(model).__name__} has a memory, and rescale() and growth make the models anew: "
+                "register an answer to take_over that copies it."
+            )
 
 
 def _shortest(model: Any, n: int) -> str:

@@ -17,11 +17,12 @@ from carom.models.restitution import Restitution
 from carom.models.walls import cushions
 from carom.scene.temperature import conserved, degrees_of_freedom, peculiar, temperature
 from carom.simulation import probes
-from carom.simulation.own_models import refuse_unsound
+from carom.simulation.own_models import refuse_forgetful, refuse_unsound
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
     from carom.engine.requirements import Contents
+    from carom.models.interface import Impact
     from carom.scene.scene import Scene
 
 LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
@@ -89,6 +90,20 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> T
 def thermal_speed(scene: Scene, velocities: np.ndarray, unit: TimeUnit) -> float:
     """Return ``sqrt(kT / m)`` with the mean mass [length / kernel's time]."""
     return math.sqrt(temperature(scene, unit.to_kernel(velocities, -1)) / scene.mass)
+
+
+def impact_of(scene: Scene, speed: float, rates: np.ndarray | None) -> Impact:
+    """Return the contact law of a scene, with the threshold of restitution for a thermal ``speed``.
+
+    Where nothing moves yet, the speed is that which the motion, what moves, or growth ``rates`` of the radii
+    give to components that rest [length / time].
+    """
+    impact = scene.impact
+    if not isinstance(impact, Restitution):
+        return impact
+    if speed == 0.0:
+        speed = max(pace_of(scene), 0.0 if rates is None else 2.0 * float(rates.max()))
+    return impact.at(speed)
 
 
 def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
@@ -250,9 +265,6 @@ def contents_of(
         refuse_with_steps(scene, rates, single)
     by_radii = getattr(interaction, "by_radii", False)
     equal = scene.equal and rates is None and by_radii
-    impact = scene.impact
-    if isinstance(impact, Restitution):
-        impact = impact.at(unit.to_scene(speed, -1))
     contents = Contents(
         n=scene.n,
         box=scene.box,
@@ -261,7 +273,7 @@ def contents_of(
         mass=scene.mass,
         interaction=interaction,
         motion=scene.motion,
-        impact=impact,
+        impact=impact_of(scene, unit.to_scene(speed, -1), rates),
         walls=cushions(scene.box, scene.periodic),
         unit=unit,
         radii=None if equal else 0.5 * scene.diameters,
@@ -289,4 +301,6 @@ def contents_of(
             model = choice.made(value, contents.particles) if own else value.model(contents.particles)
             choice.answered(kind, model)
     refuse_unsound(scene, contents)
+    if rates is not None:
+        refuse_forgetful(contents)
     return contents

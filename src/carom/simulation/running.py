@@ -18,6 +18,7 @@ from carom.simulation import loop, mechanics, pair_steps, temperature, units
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine
 from carom.simulation.mechanics import Impacts, Statistics
+from carom.simulation.preparation import pace_of
 
 if TYPE_CHECKING:
     from carom.observables.steps import StepSums
@@ -311,10 +312,17 @@ class Running:
             If nothing collides in this scene.
         """
         collisions = checks.number(collisions, "collisions", low=0.0)
-        if self.scene.n == 1 or self.machine.start.energy == 0.0:
+        if self.scene.n == 1 or self._rests():
             raise InputError("Nothing collides in this scene: give time= instead of a number of collisions.")
         if self.collisions < 1000:
             self.run(collisions=1000 - self.collisions)
         if self.collisions == 0:
             raise InputError("Nothing collides in this scene: give time= instead of a number of collisions.")
         return float(collisions) * self.time / self.collisions
+
+    def _rests(self) -> bool:
+        """Tell whether nothing moves, and no field, obstacle, growth or rule will change that."""
+        machine = self.machine
+        starts = machine.contents.rates is not None or machine.engine.model.rules is not None
+        starts = starts or pace_of(self.scene) > 0.0
+        return machine.start.energy == 0.0 and self.collisions == 0 and not starts

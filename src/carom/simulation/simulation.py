@@ -55,11 +55,12 @@ class Simulation(Running):
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     event_log : path, optional
-        Write every collision to this HDF5 file (see ``docs/files``).
+        Write every collision to this HDF5 file (see ``docs/files``); in double precision only.
     currents : bool
         Add up the currents of momentum and heat, for :meth:`helfand`.
     flights : bool
-        Keep histograms of free flights and of normal speeds, for :meth:`free_flights`.
+        Keep histograms of free flights and of normal speeds, for :meth:`free_flights`. It needs straight
+        flight and obstacles at rest.
     workers : int or "auto"
         Threads that run this one system together. The bits are those of one worker (``docs/parallel``).
         "auto" takes two where this was measured to be faster: large systems in the plane.
@@ -116,13 +117,20 @@ class Simulation(Running):
                 "An event log holds one diameter a component, but growth is given: leave out one."
             )
         single = in_single(precision, scene, velocities)
+        if single and event_log is not None:
+            raise InputError(
+                "A replay of an event log computes in double precision, but precision is 'single': leave out "
+                "one."
+            )
         unit = unit_of(scene, velocities, rates)
         speed = thermal_speed(scene, velocities, unit)
         contents = contents_of(scene, rates, speed, images, single, unit)
         if currents:
             helfand.check(contents)
             contents = dataclasses.replace(contents, currents=True)
-        contents = dataclasses.replace(contents, flights=bool(flights))
+        if flights:
+            flying.check(contents)
+            contents = dataclasses.replace(contents, flights=True)
         self._face(Machine(scene, velocities, contents, unit, wish), {})
         self.machine.team = team_of(self.machine, workers)
         self.machine.schedule()

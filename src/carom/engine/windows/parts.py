@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.compiling import registry
 from carom.compiling.lanes import make_lanes
 from carom.engine.calendar import make_calendar
 from carom.engine.images import NearestImage
@@ -18,6 +19,10 @@ from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
 from carom.engine.windows.hooks import Gathered, Ledger, Watched
 from carom.engine.windows.shares import OWN, Share
+from carom.models.interface import age, begin, complaint, growth, take_over, taken_up
+
+MEMORY = (age, begin, complaint, growth, take_over, taken_up)
+"""Questions that only a pair model answers whose arrays change during a run."""
 
 
 def obstacle_to_windows(engine: Engine) -> str | None:
@@ -34,6 +39,8 @@ def obstacle_to_windows(engine: Engine) -> str | None:
         return "contacts that change the energy"
     if hasattr(model.pair, "impulse"):
         return "its pinned components"
+    if any(registry.answers(question, type(model.pair)) for question in MEMORY):
+        return "a pair model with a memory"
     if model.obstacles is not None and model.obstacles.live is not None:
         return "obstacles that move or lose energy"
     if model.currents is not None or model.flights is not None:
