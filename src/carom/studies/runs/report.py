@@ -156,7 +156,7 @@ def _draw(
     implied = None if pressure is None else pressure.contact_value
     if pressure is not None:
         with replacing(folder.path / "pressure.png") as temporary:
-            plots.pressure(pressure, path=temporary)
+            plots.pressure(pressure, equations=_lines(facts), path=temporary)
     if distributions:
         with replacing(folder.path / "rdf.png") as temporary:
             if facts.sim.scene.equal:
@@ -165,6 +165,26 @@ def _draw(
                 plots.partial_rdf(distributions, path=temporary)
     with replacing(folder.path / "snapshot.png") as temporary:
         plots.snapshot(facts.sim.frame(), obstacles=facts.sim.scene.obstacles, path=temporary)
+
+
+def _lines(facts: Facts) -> dict[str, float]:
+    """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
+    rows = _compared(facts.sim.scene, _phase(facts))
+    values = {row["name"]: row["compressibility_factor"] for row in rows}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _phase(facts: Facts) -> Phase | None:
+    """Return the phase of equal elastic particles in a periodic box; None for other scenes."""
+    scene = facts.sim.scene
+    if not scene.simple:
+        return None
+    return phase_of(scene, facts.plan.scene.initial, moved(scene, facts.sim.frame()))
+
+
+def _compared(scene: Scene, phase: Phase | None) -> list[dict[str, Any]]:
+    """Return Z by every theory that holds for the scene in this phase."""
+    return _mixture_theory(scene) if phase is None else _theory(scene, phase)
 
 
 def _summary(
@@ -180,9 +200,7 @@ def _summary(
         remarks += facts.thermometer.doubts(math.inf if pressure is None else pressure.primary.relative_error)
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
-    phase = None
-    if scene.simple:
-        phase = phase_of(scene, plan.scene.initial, moved(scene, sim.frame()))
+    phase = _phase(facts)
 
     def measured(name: str) -> dict[str, float | None]:
         return _number(None if pressure is None else getattr(pressure, name))
@@ -221,7 +239,7 @@ def _summary(
         "spared_contacts": sim.spared_contacts,
         "phase": None if phase is None else phase.name,
         "phase_note": None if phase is None else _note(phase, scene),
-        "theory": _mixture_theory(scene) if phase is None else _theory(scene, phase),
+        "theory": _compared(scene, phase),
         "energy_drift": _finite(statistics.energy_drift),
         "momentum_drift": _finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
