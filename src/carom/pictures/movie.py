@@ -81,9 +81,9 @@ def movie(
     Raises
     ------
     InputError
-        If the suffix or the colour is unknown, a GIF is to have more than 50 frames a second, there are no
-        frames, frames differ in their box, a frame is no packing and rattlers are asked for or has no seven
-        disks for psi_6, or imageio-ffmpeg is not installed.
+        If the suffix or the colour is unknown, or a GIF is to have more than 50 frames a second. If there are
+        no frames, or frames differ in their box. If a frame is no packing and rattlers are asked for, or has
+        no seven disks for psi_6. If imageio-ffmpeg is needed and not installed.
     FileError
         If a file cannot be read or written.
     """
