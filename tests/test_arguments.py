@@ -42,6 +42,16 @@ def test_what_is_no_number_of_the_kind_is_refused(sim, call, value):
         call(sim, value)
 
 
+def test_a_part_of_a_collision_is_refused(sim):
+    with pytest.raises(InputError, match=r"collisions must be a whole number, found 1\.5"):
+        sim.run(collisions=1.5)
+
+
+def test_times_say_themselves_how_many_frames_there_are(sim):
+    with pytest.raises(InputError, match="leave count out"):
+        sim.sample(times=[0.0, 0.0, 0.0], count=2)
+
+
 @pytest.mark.parametrize("observable", [object(), carom.Pressure, "pressure"])
 def test_measure_says_what_an_observable_needs(sim, observable):
     with pytest.raises(InputError, match=r"needs an observable.*update.*result"):

@@ -30,7 +30,7 @@ def test_spheres_that_cool_have_the_pressure_of_enskog():
         assert sim.kT < 0.05 * before
         assert sim.kT < result.kT < before
         assert result.pressure.mean == pytest.approx(found[-1].mean * result.kT * n / scene.volume)
-        assert "Contacts lose energy" in str(result)
+        assert "Contacts change the energy" in str(result)
     mean = np.mean([z.mean for z in found])
     error = math.sqrt(sum(z.error**2 for z in found)) / len(found)
     shift = theory.finite_size_shift(eta, n, theory.carnahan_starling)
@@ -131,3 +131,9 @@ def test_unequal_rates_make_spheres_unequal_and_leave_contact_values_out():
     result = estimate([Block(1.0, 40, 60.0, kT_time=1.0, sizes=size) for size in sizes * 8])
     assert math.isnan(result.contact_value.mean)
     assert math.isnan(result.compressibility_factor_from_rate.mean)
+
+
+def test_the_note_does_not_say_that_a_gas_cools_which_a_surface_heats():
+    blocks = [Block(1.0, 40, 60.0, kT_time=5.0 + 0.1 * k) for k in range(16)]
+    note = Course.of(blocks, 777.0, 0.1, 1.0).note
+    assert note.startswith("Contacts change the energy (kT from 5 to 6.5)")

@@ -165,7 +165,7 @@ def test_long_thin_boxes(box):
     assert sim.statistics.energy_drift < 1e-12
 
 
-@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+@pytest.mark.parametrize("dimension", [1, 2, 3, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("speeds", ["along an axis", "diagonal"])
 def test_lattices_full_of_ties_keep_their_cores(dimension, speeds):
     # Whole layers meet at the same time, and triples of spheres, up to rounding or exactly.

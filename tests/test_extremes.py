@@ -57,7 +57,8 @@ def assert_sound(sim, overlap=None):
 # Dilute: flights through many boxes.
 
 
-@pytest.mark.parametrize("dimension", [2, slow(3)])
+@pytest.mark.slow
+@pytest.mark.parametrize("dimension", [2, 3])
 def test_a_packing_fraction_of_1e_6_has_flights_through_many_boxes(dimension):
     scene = carom.Scene.random(20, dimension, packing_fraction=1e-6, seed=1)
     sim = carom.Simulation(scene, seed=1)

@@ -92,4 +92,9 @@ def test_statistics_leave_no_trace_and_are_asked_for(found):
         carom.Simulation(scene).free_flights(time=1.0)
     with pytest.raises(InputError, match="either"):
         found[0].free_flights()
+    seen = found[0].machine.engine.model.flights.times.sum()
+    for wrong in ({"time": "a"}, {"time": -1.0}, {"time": 0.0}, {"collisions_per_particle": "a"}):
+        with pytest.raises(InputError, match=next(iter(wrong))):
+            found[0].free_flights(**wrong)
+    assert found[0].machine.engine.model.flights.times.sum() == seen > 0  # nothing was cleared
     assert "flights" not in carom.explain(scene).models

@@ -253,8 +253,18 @@ def test_heavier_components_are_slower_by_the_root_of_the_mass():
         {"n": 3, "dimension": 3, "masses": []},
         {"n": 3, "dimension": 3, "masses": "heavy"},
         {"n": 3, "dimension": 3, "seed": "one"},
+        {"n": 3, "dimension": 3, "pinned": [True, True, True]},
     ],
 )
 def test_bad_arguments_of_maxwell_velocities_are_refused(arguments):
     with pytest.raises(InputError):
         maxwell_velocities(**arguments)
+
+
+@pytest.mark.parametrize("pinned", [[True, False, False, False], [0]])
+@pytest.mark.parametrize("conserved", [None, [True, True]])
+def test_velocities_of_pinned_components_are_zero_however_they_are_asked_for(pinned, conserved):
+    velocities = maxwell_velocities(4, 2, kT=2.0, pinned=pinned, conserved=conserved, seed=1)
+    assert not velocities[0].any()
+    assert velocities[1:].all()
+    assert (velocities**2).sum() == pytest.approx(2.0 * 2 * 3, rel=1e-14)  # kT for each of 6 coordinates

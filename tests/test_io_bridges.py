@@ -109,6 +109,9 @@ def test_from_ase_takes_a_diameter_where_there_is_no_radius():
     np.testing.assert_array_equal(frame.velocities, 0.0)
     with pytest.raises(InputError, match="diameter="):
         carom.io.from_ase(atoms)
+    for wrong in ("a", -1.0, [1.0, 1.0]):
+        with pytest.raises(InputError, match="diameter must be"):
+            carom.io.from_ase(atoms, diameter=wrong)
 
 
 @pytest.mark.parametrize(
@@ -213,6 +216,9 @@ def test_mdanalysis_opens_extxyz_once_the_bridge_is_imported(tmp_path):
     universe = mda.Universe(path)
     assert universe.trajectory.n_frames == 4
     np.testing.assert_array_equal(universe.trajectory[2].data["positions"], frames[2].positions)
+    assert universe.trajectory[2].data["periodic"] == (True, True)
+    walled = str(write(tmp_path / "b.extxyz", [dataclasses.replace(frames[0], periodic=(True, False))]))
+    assert mda.Universe(walled).trajectory.ts.data["periodic"] == (True, False)
     np.testing.assert_array_equal(universe.atoms.radii, frames[0].diameters / 2)
     copy = universe.copy()
     assert copy.trajectory[3].time == frames[3].time
@@ -229,6 +235,10 @@ def test_mdanalysis_knows_types_radii_and_spacing_of_h5md_once_the_bridge_is_imp
     path = str(write(tmp_path / "a.h5md", frames))
     universe = mda.Universe(path)
     assert universe.trajectory.dt == pytest.approx(0.1)
+    ts = universe.trajectory[1]
+    np.testing.assert_array_equal(ts.data["positions"], frames[1].positions)
+    np.testing.assert_array_equal(ts.data["velocities"], frames[1].velocities)
+    assert ts.data["periodic"] == frames[1].periodic
     assert list(universe.atoms.types[:3]) == ["big", "small", "big"]
     np.testing.assert_array_equal(universe.atoms.radii, frames[0].diameters / 2)
     np.testing.assert_array_equal(universe.atoms.masses, frames[0].masses)
@@ -238,6 +248,7 @@ def test_mdanalysis_knows_types_radii_and_spacing_of_h5md_once_the_bridge_is_imp
         # Half a spacing of float32 at six boxes for the sum, and less for the place and for five edges.
         spacing = float(np.spacing(np.float32(6 * max(frame.box))))
         np.testing.assert_allclose(ts.positions, pad(expected), rtol=0, atol=spacing)
+        np.testing.assert_array_equal(ts.data["positions"], expected)
     assert unwrapped.copy().trajectory[2].time == frames[2].time
 
 

@@ -1,16 +1,20 @@
 """The pressure from tallies: identities, the exact Tonks gas, and too little data."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from carom import theory
+from carom import Scene, theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
+from carom.models.gravity import Gravity
+from carom.models.great_circles import GreatCircles
 from carom.observables import Pressure
 from carom.observables.pressure import finite_size_correction
 from carom.observables.statistics import Estimate
+from carom.simulation.measuring import measure
 
 SIX_SIGMA = 6.0
 
@@ -189,3 +193,25 @@ def test_pulls_of_the_pressure_have_unit_variance():
         pulls.append((z.mean - 3.2) / z.error)
     # chi squared of 300, at 1e-4 on either side, and t of some 40 degrees of freedom: 2 %.
     assert 0.85 < np.std(pulls) < 1.18
+
+
+class Drift:
+    """A motion of one's own that says nothing of momentum."""
+
+    def model(self, particles):
+        raise NotImplementedError
+
+
+def test_there_is_no_pressure_where_a_motion_changes_the_momentum():
+    places = [[4.0, 4.0, 5.0], [4.0, 4.0, 3.0]]
+    scene = Scene(places, 8.0, periodic=[True, True, False], motion=Gravity((0.0, 0.0, -1.0)))
+    blocks = [Block(1.0, 20, 3.0)] * 4
+    with pytest.raises(InputError, match=r"Gravity changes the total momentum.*WallPressure\(\)"):
+        Pressure().of_scene(blocks, scene, kT=1.0)
+    with pytest.raises(InputError, match="Gravity changes"):  # before the run, not after it
+        measure(SimpleNamespace(scene=scene), Pressure(), time=1.0)
+    with pytest.raises(InputError, match="GreatCircles bends"):
+        Pressure().of_scene(blocks, Scene(places, 8.0, diameter=0.5, motion=GreatCircles()), kT=1.0)
+    for motion in (None, Gravity((0.0, 0.0, 0.0)), Drift()):
+        z = Pressure().of_scene(blocks, scene.with_(motion=motion), kT=1.0).compressibility_factor
+        assert z.mean == 1.5

@@ -188,10 +188,15 @@ def test_bins_begin_at_contact_and_end_at_half_the_box():
     [
         ({"rmax": 2.6}, "half of the shortest box edge"),
         ({"rmax": 1.0}, "must exceed"),
-        ({"rmax": math.nan}, "beyond"),
+        ({"rmax": math.nan}, "rmax must be finite"),
+        ({"rmax": "a"}, "rmax must be a number"),
         ({"bins": 10, "width": 0.1, "rmax": 2.0}, "give two"),
         ({"bins": 0}, "positive integer"),
         ({"width": -0.1}, "positive length"),
+        ({"width": "a"}, "width must be a number"),
+        ({"width": 1e-300}, "more than 10000000 bins"),
+        ({"width": 1e-8}, "more than 10000000 bins"),
+        ({"bins": 10**8}, "more than 10000000 bins"),
         ({"bins": 40, "width": 0.1}, "half of the shortest box edge"),
     ],
 )
@@ -205,6 +210,9 @@ def test_unusable_frames_are_refused():
     good = frame([[0.5, 0.5], [2.5, 2.5]], (5.0, 8.0))
     with pytest.raises(InputError, match="No frame"):
         rdf([])
+    for frames in (good, 3):
+        with pytest.raises(InputError, match="list or an iterator of frames"):
+            rdf(frames)
     with pytest.raises(InputError, match="two or more"):
         rdf([frame([[0.5, 0.5]], (5.0, 8.0))])
     with pytest.raises(InputError, match="Particles 0 and 1 overlap"):

@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,12 +13,14 @@ from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.segments import Segment
 from carom.observables import WallPressure
 from carom.observables.momentum_balance import weighted_momenta
 from carom.plan.plan import Plan
 from carom.plan.sections import OutputSpec, RunSpec, SceneSpec
 from carom.scene import temperature
 from carom.scene.velocities import maxwell_velocities
+from carom.simulation.measuring import measure
 from carom.studies.runs import execution as runs
 
 
@@ -105,6 +108,18 @@ def test_what_cannot_be_told_apart_or_has_no_area(request_, message):
     scene = carom.Scene([[2.0, 2.0]], (9.0, 9.0), periodic=[True, False], obstacles=obstacles)
     with pytest.raises(InputError, match=message):
         estimate(request_, scene, blocks([1.0] * 5)[0])
+
+
+def test_a_segment_without_a_radius_has_an_area_in_two_dimensions_only():
+    wire = Segment((2.0, 3.0, 3.0), (4.0, 3.0, 3.0), name="wire")
+    scene = carom.Scene([[1.0, 1.0, 1.0]], 6.0, obstacles=[wire])
+    with pytest.raises(InputError, match="area of wire is not known"):
+        estimate(WallPressure("wire"), scene, blocks([1.0])[0])
+    with pytest.raises(InputError, match="area of wire is not known"):  # and before the run
+        measure(SimpleNamespace(scene=scene), WallPressure("wire"), time=1.0)
+    assert estimate(WallPressure("wire", area=2.0), scene, blocks([1.0])[0]).area == 2.0
+    flat = carom.Scene([[1.0, 1.0]], 6.0, obstacles=[Segment((2.0, 3.0), (4.0, 3.0))])
+    assert estimate(WallPressure("segment"), flat, blocks([1.0])[0]).area == pytest.approx(4.0)
 
 
 def test_neither_walls_nor_blocks():

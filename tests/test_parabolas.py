@@ -6,6 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+import carom
+from carom.engine.live import age_obstacles, made_live, models_in
+from carom.engine.obstacles import make_obstacles
 from carom.errors import InputError
 from carom.models.balls import SolidBall
 from carom.models.containers import InsideOfCylinder, InsideOfSphere
@@ -16,12 +19,14 @@ from carom.models.interface import (
     Particles,
     age,
     arrival,
+    encounter,
     fall,
     meeting,
     outward,
     position,
     recoil,
     surface_speed,
+    take_over,
     wall_meeting,
 )
 from carom.models.losses import Loss
@@ -29,6 +34,8 @@ from carom.models.paths import Parabolas, Sine, pace, place
 from carom.models.planes import HalfSpace, Plane
 from carom.models.shaken import Shaken
 from carom.models.surfaces import Surface, Thermal
+from carom.models.tables import obstacle_from_table
+from carom.models.to_tables import obstacle_to_table
 from carom.models.walls import Cushions
 from carom.units import TimeUnit
 
@@ -255,3 +262,126 @@ def test_gravity_is_refused_where_it_is_no_field():
 def test_a_free_flight_stays_on_its_parabola():
     motion = Falling((-2.0,), 0.0)
     assert position(motion, 0, 1.0, 3.0, 2.0) == 1.0 + 6.0 - 4.0
+
+
+def test_a_nesting_that_would_lose_a_layer_is_refused():
+    floor, up, path, loss = Plane((0.0, 1.0), 0.0), (0.0, 1.0), Sine(0.1, 2.0), Loss(0.3, contact_time=1e-3)
+    for inside in (Surface(floor, loss), Thermal(floor, 5.0), Shaken(floor, up, path)):
+        with pytest.raises(InputError, match=r"Surface\(Shaken\(\.\.\.\), loss\)"):
+            Shaken(inside, up, path)
+    for inside in (Surface(floor, loss), Thermal(floor, 5.0)):
+        with pytest.raises(InputError, match=r"Surface\(Shaken\(\.\.\.\), \.\.\.\)"):
+            Surface(inside, loss)
+        with pytest.raises(InputError, match=r"Thermal\(Shaken\(\.\.\.\), \.\.\.\)"):
+            Thermal(inside, 5.0)
+    assert Surface(Shaken(floor, up, path), loss).name == Thermal(Shaken(floor, up, path), 5.0).name
+
+
+def test_two_thermal_walls_of_one_seed_draw_different_numbers():
+    floor, ceiling = Plane((0.0, 1.0), 0.5, "floor"), Plane((0.0, -1.0), -5.5, "ceiling")
+    given = [
+        Thermal(floor, kT=1.0),
+        Thermal(ceiling, kT=1.0),
+        Thermal(Plane((0.0, 1.0), 0.4), kT=1.0, seed=1),
+    ]
+    scene = carom.Scene([[50.0, 3.0]], (100.0, 6.0), periodic=(True, False), obstacles=given)
+    assert scene.obstacles == (given[0], Thermal(ceiling, kT=1.0, seed=2), given[2])
+    motion, down = Falling((0.0, 0.0), 0.0), np.array([0.0, -1.0])
+    thrown = np.empty((2, 500))
+    for wall, speeds in zip(scene.obstacles[:2], thrown, strict=True):
+        model = wall.live(particles(2))
+        for k in range(len(speeds)):
+            v = np.array([0.1, 1.0])
+            recoil(model, motion, 0, 1.0, np.zeros(2), v, down, 0.0, 0.0)
+            speeds[k] = v[0]
+    assert abs(np.corrcoef(thrown)[0, 1]) < 6.0 / math.sqrt(500)
+    # Scenes made of it, and its files, have the same seeds.
+    assert scene.with_(box=(100.0, 7.0)).obstacles == scene.obstacles
+    arrays, attributes = scene.to_arrays()
+    assert carom.Scene.from_arrays(arrays, attributes).obstacles == scene.obstacles
+    assert carom.Scene.from_arrays(arrays, attributes, obstacles=given).obstacles == scene.obstacles
+    attributes["obstacles"][1]["seed"] = 0
+    with pytest.raises(InputError, match="have one seed in this file"):
+        carom.Scene.from_arrays(arrays, attributes)
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.6, 0.8), (0.0, 1.0)])
+@pytest.mark.parametrize("up", [(0.0, 1.0), (0.8, -0.6)])
+def test_a_thermal_wall_is_cold_in_its_own_frame_along_the_wall_too(direction, up):
+    # It moves at 10 pi: sideways, slanting or along the normal. At kT = 1e-6 a component goes with it.
+    floor = Shaken(Plane(up, 0.0), direction, Sine(5.0, period=1.0))
+    model, v = Thermal(floor, kT=1e-6).live(particles(2)), np.array([0.0, -1.0])
+    recoil(model, Falling((0.0, 0.0), 0.0), 0, 1.0, np.zeros(2), v, np.array(up), 0.0, 0.0)
+    left = v - 10.0 * math.pi * np.array(direction)
+    assert 0.0 < left @ up < 0.01
+    assert abs(left @ (up[1], -up[0])) < 0.01
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.05])
+def test_a_component_that_grows_is_met_without_a_field_too(speed):
+    # Beside a ball of radius 1, 2 away from its centre; in containers of 4, 2 away from their centre or axis.
+    x, v, size = np.array([0.0, 2.0]), np.array([0.0, -speed]), 0.2
+    ball = fall(SolidBall((0.0, 0.0), 1.0), (0.0, 0.0), x, v, RADIUS, size, 0.0)
+    assert math.isclose(ball, 0.5 / (size + speed), rel_tol=1e-12)
+    receding = fall(SolidBall((0.0, 0.0), 1.0), (0.0, 0.0), x, -v, RADIUS, size, 0.0)
+    assert math.isclose(receding, 0.5 / (size - speed), rel_tol=1e-12)
+    for body, g in (
+        (InsideOfSphere((0.0, 0.0), 4.0), (0.0, 0.0)),
+        (InsideOfCylinder(0, (0.0, 0.0), 4.0), (-1.0, 0.0)),
+    ):
+        t = fall(body, g, x, -v, RADIUS, size, 0.0)
+        assert math.isclose(t, 1.5 / (size + speed), rel_tol=1e-12)
+
+
+class Piston(NamedTuple):
+    """A wall of one's own that moves up at a constant speed, and does not say what a contact does."""
+
+    speed: float
+    begun: np.ndarray
+
+
+@encounter.register
+def _(obstacle: Piston, x, v, radius, growth):
+    return NEVER
+
+
+@surface_speed.register
+def _(obstacle: Piston, up, now):
+    return obstacle.speed * up[1]
+
+
+@age.register
+def _(obstacle: Piston, duration):
+    obstacle.begun[0] += duration
+
+
+class Clock(NamedTuple):
+    """An obstacle of one's own that has a memory, and no more."""
+
+    told: np.ndarray
+
+
+@take_over.register
+def _(obstacle: Clock, before, instant, passed, slower):
+    obstacle.told[0] = before.told[0]
+
+
+def test_an_obstacle_is_live_whichever_question_it_answers():
+    piston, clock, rests = Piston(0.5, np.zeros(1)), Clock(np.zeros(1)), HalfSpace((0.0, 1.0), 0.0)
+    assert made_live(make_obstacles(2, None, (rests,)), (rests,)).live is None
+    for model in (piston, clock):
+        obstacles = made_live(make_obstacles(2, None, (rests, model)), (rests, model))
+        assert obstacles.live is not None
+        assert models_in(obstacles.chain) == [model]
+        age_obstacles(obstacles, 3.0)
+    assert piston.begun[0] == 3.0
+    v = np.array([0.3, -1.0])
+    recoil(piston, Falling((0.0, 0.0), 0.0), 0, 1.0, np.zeros(2), v, np.array([0.0, 1.0]), 0.0, 0.0)
+    assert list(v) == [0.3, 2.0]
+
+
+def test_a_direction_is_the_same_from_a_file():
+    directions = np.random.default_rng(1).normal(size=(200, 3))
+    for direction in directions:
+        shaken = Shaken(Plane((0.0, 0.0, 1.0), 0.0), tuple(direction), Sine(0.1, 2.0))
+        assert obstacle_from_table(obstacle_to_table(shaken)) == shaken

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import carom.io
-from carom.errors import FileError, InputError
+from carom.errors import FileError, InputError, OverlapError
 from carom.frame import Frame
 from carom.plan.plan import LARGEST_FILE, OutputSpec, Plan, RunSpec, SceneSpec, template
 from carom.scene.scene import Scene
@@ -292,3 +292,87 @@ def test_a_plan_that_reads_builds_a_scene_or_says_why_not(keys):
     assert scene.n >= 1
     if plan.scene.packing_fraction is not None:
         assert scene.packing_fraction == pytest.approx(plan.scene.packing_fraction, rel=1e-14)
+
+
+def test_a_model_of_one_s_own_fits_no_scene_file():
+    class Mine:
+        elastic = False
+
+    for name in ("interaction", "motion", "impact"):
+        for value in (Mine(), 5):
+            plan = Plan(scene=SceneSpec(cells=2, packing_fraction=0.3, **{name: value}))
+            with pytest.raises(InputError, match=rf"\[scene\] {name} is .*class of one's own"):
+                plan.to_toml()
+
+
+def test_a_run_writes_absolute_paths_so_that_it_goes_on_from_its_folder(tmp_path, monkeypatch):
+    from carom.models.ranges import Kind
+    from carom.models.rule_files import RuleFile
+    from carom.studies.runs import execution
+
+    started = []
+
+    class Noted(Exception):
+        pass
+
+    def begin(plan, *rest):
+        started.append(plan)
+        raise Noted
+
+    rules = RuleFile([Kind("hare", (1.5,))], "rules.py", "rule")
+    monkeypatch.setattr(execution, "Run", begin)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(Noted):
+        execution.run(Plan(scene=SceneSpec(initial="file", file="f.h5md", interaction=rules)), "out")
+    scene = started[0].scene
+    assert scene.file == str(tmp_path / "f.h5md")
+    assert scene.interaction.file == str(tmp_path / "rules.py")
+    assert started[0].beside("elsewhere") == started[0]
+
+
+def test_a_list_of_pinned_components_has_any_length():
+    text = "[scene]\ninitial = 'random'\nn = 30\ndimension = 2\npacking_fraction = 0.1\npinned = {}\n"
+    assert Plan.from_toml(text.format(list(range(20)))).build_scene().pinned.sum() == 20
+    assert Plan.from_toml(text.format([])).build_scene().pinned is None
+
+
+def frame_of(positions, **changes):
+    n, d = np.shape(positions)
+    values = {"time": 0.0, "step": 0, "velocities": np.ones((n, d)), "box": (8.0,) * d, "masses": np.ones(n)}
+    return Frame(positions=np.array(positions), diameters=np.ones(n), **(values | changes))
+
+
+def test_a_start_from_a_file_knows_who_may_overlap(tmp_path):
+    from carom.models.steps import Steps
+    from carom.models.wells import StepTable
+
+    near = frame_of([[1.0, 1.0], [1.4, 1.0], [5.0, 5.0]])
+    with carom.io.open(tmp_path / "near.h5md", "w") as writer:
+        writer.write(near)
+    start = {"initial": "file", "file": str(tmp_path / "near.h5md"), "kT": 1.0}
+    soft = StepTable(Steps([1.0], [1.0]))
+    scene = SceneSpec(**start, interaction=soft).build(1)
+    np.testing.assert_array_equal(scene.positions, near.positions)
+    assert Scene.from_frame(near, interaction=soft).velocities is not None
+    assert SceneSpec(**start, pinned=(0, 1)).build(1).pinned.tolist() == [True, True, False]
+    with pytest.raises(OverlapError):
+        SceneSpec(**start, pinned=(0, 2)).build(1)
+    with pytest.raises(InputError, match="Component 0 is pinned, and has a velocity"):
+        SceneSpec(**(start | {"kT": None}), pinned=(0, 1)).build(1)
+
+
+def test_what_a_frame_is_joined_with_is_checked():
+    apart = [[1.0, 1.0], [3.0, 1.0], [5.0, 5.0]]
+    mixed = frame_of(apart, species=np.array([0, 1, 0]), species_names=("a", "b"))
+    cases = [
+        (mixed, {"contact": [[1.0]]}, "table of 1 species"),
+        (mixed, {"contact": "x"}, "contact must be"),
+        (frame_of(apart), {"contact": [[1.0, 0.7], [0.7, 1.0]]}, "contact needs species"),
+        (mixed, {"obstacles": 5}, "obstacles must be a tuple"),
+        (mixed, {"pinned": [7]}, "pinned must name"),
+    ]
+    for frame, given_with_it, says in cases:
+        with pytest.raises(InputError, match=says):
+            Scene.from_frame(frame, **given_with_it)
+    apart = Scene.from_frame(mixed, contact=[[1.0, 0.7], [0.7, 1.0]])
+    assert apart.contact[0, 1] == 0.7

@@ -20,6 +20,7 @@ from carom.simulation.simulation import Simulation
 from carom.studies import RunPlan, Target
 from carom.studies.planner import measures
 from carom.studies.planner.choice import LEAST, Costs, afford, cheapest, design, filled, on_cores
+from carom.studies.planner.diffusion import DiffusionMethod
 from carom.studies.planner.measures import Blocks, estimates
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import residual, sizes
@@ -214,6 +215,16 @@ def test_a_scene_file_says_what_there_is_and_walls_are_refused(tmp_path):
     path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\nperiodic = [true, true, false]\n")
     with pytest.raises(InputError, match="periodic"):
         of_scene(path)
+    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\npinned = 3\n")
+    with pytest.raises(InputError, match="pinned"):
+        of_scene(path)
+
+
+def test_one_species_has_the_shift_of_its_mass():
+    named = System(0.3, scene={"species": [{"fraction": 1.0, "diameter": 1.0, "mass": 4.0}]})
+    a, b = (DiffusionMethod(one, "D") for one in (named, System(0.3, scene={"mass": 4.0})))
+    assert a.shift(500, 1.0, 0.1) == b.shift(500, 1.0, 0.1) == pytest.approx(0.0128, abs=5e-5)
+    assert a.block(500) == b.block(500)
 
 
 @pytest.fixture(scope="module")
@@ -281,7 +292,8 @@ def test_bad_input_is_a_sentence_and_exit_code_2(typed, said):
 )
 def test_a_folder_goes_on_with_its_own_plan_only(planned, tmp_path, target, eta):
     planned.save(tmp_path)
-    done = CliRunner().invoke(cli.app, ["plan", "-t", target, "--eta", eta, "--run", "--out", str(tmp_path)])
+    typed = ["plan", "-t", target, "--eta", eta, "--n", "64", "--run", "--out", str(tmp_path)]
+    done = CliRunner().invoke(cli.app, typed)
     if (target, eta) == ("g(contact)=5e-3", "0.3"):
         assert done.exit_code == 0
         assert "promised" in done.stdout
@@ -289,6 +301,24 @@ def test_a_folder_goes_on_with_its_own_plan_only(planned, tmp_path, target, eta)
         return
     assert done.exit_code == 2
     assert "g(contact)=0.005" in done.stderr
+    assert not (tmp_path / "outcome.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--n", "500"], "n is 64"),
+        (["--seed", "7"], "seed is 1"),
+        (["--cores", "8"], "cores is 2"),
+        (["--hours", "3"], "hours is no limit"),
+    ],
+)
+def test_a_folder_goes_on_with_the_size_and_the_seed_of_its_plan_only(planned, tmp_path, given, said):
+    planned.save(tmp_path)
+    typed = ["plan", "-t", "g(contact)=5e-3", "--eta", "0.3", "--run", "--out", str(tmp_path), *given]
+    done = CliRunner().invoke(cli.app, typed)
+    assert done.exit_code == 2
+    assert said in " ".join(done.stderr.split())
     assert not (tmp_path / "outcome.json").exists()
 
 

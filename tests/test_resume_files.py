@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 from command import assert_same_run, began, carom, content
 
-from carom import studies
-from carom.errors import FileError, InputError
+from carom import io, studies
+from carom.errors import CaromWarning, FileError, InputError
 from carom.io.events import EventLog, read_events
 from carom.io.hdf5 import Input
+from carom.models.balls import Ball
+from carom.plan.plan import Plan, SceneSpec
 from carom.simulation.simulation import Simulation
+from carom.studies.runs import report
+from carom.studies.runs.folder import RunFolder
 
 pytest.importorskip("gsd")
 pytestmark = pytest.mark.filterwarnings("ignore:.*GSD knows no walls")
@@ -207,3 +211,58 @@ def test_an_edit_after_the_end_is_refused_as_well(whole, tmp_path):
     done = carom("resume", out)
     assert done.returncode == 2
     assert "[run] frames is 17, and the run has 16" in done.stderr
+
+
+def test_frames_and_events_without_a_checkpoint_are_kept(out):
+    (out / "checkpoint.h5").unlink()
+    scene = out / "scene.toml"
+    scene.write_text(scene.read_text().replace("seed = 3", "seed = 2"))
+    kept = ["trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "events.h5"]
+    for name in kept:  # each of them is enough
+        before = content(out)
+        with pytest.raises(FileError, match=rf"frames or events \({name}.*no checkpoint.*--overwrite"):
+            studies.resume(out)
+        assert content(out) == before
+        (out / name).unlink()
+
+
+def test_files_that_a_run_has_only_begun_are_no_hindrance(tmp_path):
+    scene = full_run.plan().build_scene()
+    for form in ("h5md", "extxyz", "gsd"):
+        io.open(tmp_path / f"trajectory.{form}", "w", scene).close()
+    EventLog(tmp_path / "events.h5", {"positions": scene.positions}).close()
+    assert len(content(tmp_path)) == 4
+    RunFolder(tmp_path).check_empty()
+
+
+class Own(Ball):
+    """An obstacle of one's own, which no scene file holds."""
+
+
+def test_a_plan_that_no_file_holds_leaves_the_run_that_is_there(out):
+    before = content(out)
+    plan = Plan(scene=SceneSpec(initial="random", n=4, box=(9.0, 9.0), obstacles=(Own((4.0, 4.0), 1.0),)))
+    with pytest.raises(InputError, match="class of one's own"):
+        RunFolder(out).begin(plan)
+    assert content(out) == before
+
+
+def test_a_summary_is_written_without_what_cannot_be_computed(tmp_path, monkeypatch):
+    def unknown(scene):
+        raise InputError("No virial coefficients are known.")
+
+    monkeypatch.setattr(report, "_mixture_theory", unknown)
+    monkeypatch.setattr(report, "_obstacles", lambda facts: [1 / 0])
+    plan = full_run.plan(equilibration=5, measured=50, frames=2, without=("gsd",))
+    with pytest.warns(CaromWarning) as told, pytest.raises(ZeroDivisionError):
+        studies.run(plan, tmp_path / "run")
+    found = studies.resume(tmp_path / "run")
+    assert not found.new
+    assert found.summary["compressibility_factor"]["mean"] > 1.0
+    assert (found.summary["theory"], found.summary["obstacles"]) == ([], [])
+    missing = [
+        "No theory: No virial coefficients are known.",
+        "No pressure on walls and obstacles: ZeroDivisionError (division by zero), an error of the program.",
+    ]
+    assert found.summary["remarks"][-2:] == missing
+    assert {*missing} <= {str(each.message) for each in told}

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from marks import slow
 
-from carom import Scene, io, studies
+from carom import Scene, io, studies, theory
 from carom.cli import screen
 from carom.errors import FileError, InputError
+from carom.models.gravity import Gravity
+from carom.models.losses import Loss
 from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
 from carom.observables.rdf import rdf
 from carom.pictures import plots
 from carom.pictures.plots import partial_rdf as draw
 from carom.plan.plan import Plan
+from carom.studies.runs.report import _mixture_theory
 
 BINARY = """
 [scene]
@@ -156,6 +159,31 @@ def test_sizes_without_names_are_species_and_many_sizes_are_none():
     # A species of several sizes is none either; its few sizes count instead.
     mixed = scene_of([1.0, 1.5] * 20, species=np.zeros(40, dtype=np.int64))
     assert species_of(mixed).tolist() == [1, 0] * 20
+
+
+def names_of(scene):
+    return [row["name"].partition(",")[0] for row in _mixture_theory(scene)]
+
+
+def test_theory_is_that_of_elastic_mixtures_that_fly_freely():
+    scene = scene_of([1.0] * 8 + [0.5] * 8)
+    assert names_of(scene) == ["BMCSL", "Santos-Yuste-Lopez de Haro"]
+    for other in (
+        {"impact": Loss(0.9, contact_time=1e-3)},
+        {"motion": Gravity((0.0, 0.0, -1.0))},
+        {"pinned": [0, 1, 2, 3]},
+        {"restitution": 0.9},
+    ):
+        assert names_of(scene.with_(**other)) == [], other
+
+
+def test_theory_ends_where_its_equation_of_equal_spheres_does(monkeypatch):
+    scene = scene_of([1.0] * 8 + [0.5] * 8)
+    monkeypatch.setitem(theory.FREEZING, 3, 0.5 * scene.packing_fraction)
+    assert names_of(scene) == ["BMCSL"]
+    # And where nobody knows one: the run is not lost.
+    seven = Scene([[1.0] * 7, [3.0] * 7], 5.0, diameter=[1.0, 0.5])
+    assert names_of(seven) == []
 
 
 @pytest.mark.slow

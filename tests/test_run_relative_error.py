@@ -108,3 +108,22 @@ def test_contradictory_lengths_are_refused(keys, says):
 def test_ten_thousand_collisions_per_particle_are_the_default():
     assert RunSpec().collisions_per_particle == 10000.0
     assert RunSpec(relative_error=1e-3).collisions_per_particle is None
+
+
+NONE = {
+    "pinned": ("pinned = 4", "components are pinned"),
+    "a field": ('motion = { type = "gravity", g = [0.0, -1.0] }', "Gravity changes the total momentum"),
+    "at rest": ("kT = 0.0", "Nothing moves"),
+    "one": ("", "One particle"),
+}
+
+
+@pytest.mark.parametrize("name", NONE)
+def test_a_run_without_a_pressure_takes_no_relative_error(tmp_path, name):
+    key, says = NONE[name]
+    n = 1 if name == "one" else 16
+    scene = f'[scene]\ninitial = "random"\nn = {n}\ndimension = 2\nbox = [9.0, 9.0]\n{key}\n'
+    plan = Plan.from_toml(scene + "[run]\nrelative_error = 0.05\n")
+    with pytest.raises(InputError, match=rf"needs a pressure; give collisions_per_particle.*{says}"):
+        studies.run(plan, tmp_path / "run")
+    assert not (tmp_path / "run").exists()

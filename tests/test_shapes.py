@@ -7,8 +7,12 @@ import pytest
 
 import carom
 from carom.errors import InputError, OverlapError
-from carom.models.interface import NEVER, encounter, outward
-from carom.models.obstacles import Arc, Box, Segment, Triangle, polygon
+from carom.models.interface import NEVER, encounter, outward, repeated
+from carom.models.losses import Loss
+from carom.models.obstacles import Arc, Ball, Box, Segment, Triangle, outwards, polygon
+from carom.models.paths import Sine
+from carom.models.shaken import Shaken
+from carom.models.surfaces import Surface
 from carom.models.tables import obstacle_from_table
 from carom.models.to_tables import obstacle_to_table
 
@@ -170,3 +174,45 @@ def test_what_cannot_stand_is_refused(make, says):
 def test_a_start_inside_a_shape_is_refused():
     with pytest.raises(OverlapError, match="inside an obstacle, box"):
         carom.Scene([[1.0, 1.0]], 8.0, periodic=False, obstacles=[Box((0.8, 0.8), (1.5, 1.5))])
+
+
+def test_an_arc_stands_in_every_image():
+    # A disk of diameter 1 at 9.8 is at -0.2, 0.25 inside the circle; at 9.5 it would touch it at 10.05.
+    arc = Arc((1.05, 5.0), 1.0)
+    for angle in (360.0, 300.0):
+        with pytest.raises(OverlapError, match="inside an obstacle, arc"):
+            carom.Scene([[9.8, 5.0]], 10.0, obstacles=[Arc((1.05, 5.0), 1.0, start=30.0, angle=angle)])
+    gaps = arc.gap(np.array([[9.5, 5.0], [2.6, 5.0]]), np.full(2, 0.5), (10.0, 10.0), (True, True))
+    np.testing.assert_allclose(gaps, [0.05, 0.05], rtol=1e-13)
+    assert repeated(arc.model())
+    normals = outwards(arc, np.array([[9.55, 5.0], [2.55, 5.0]]), (10.0, 10.0), (True, True))
+    np.testing.assert_allclose(normals, [[-1.0, 0.0], [1.0, 0.0]], atol=EPS)
+    # A quarter of a circle: its images are told apart by its middle, not by the centre of the circle.
+    quarter = Arc((5.0, 5.0), 4.5, start=-45.0, angle=90.0)
+    x = np.array([[0.2, 5.0]])
+    assert quarter.gap(x, np.full(1, 0.5), (10.0, 10.0), (True, True)) == pytest.approx(0.2)
+    assert outwards(quarter, x, (10.0, 10.0), (True, True))[0] == pytest.approx([1.0, 0.0], abs=EPS)
+
+
+def test_a_triangle_is_told_from_its_image_by_the_middle_of_its_widths():
+    # Its tip reaches twice as far from the centroid as its side: a disk of radius 2.4 touches the tip there.
+    wedge = Triangle((2.0, 3.0), (2.0, 7.0), (7.0, 5.0))
+    touching = np.array([[9.4, 5.0]])
+    assert wedge.gap(touching, np.full(1, 2.4), (10.0, 10.0), (True, True)) == pytest.approx(0.0, abs=1e-14)
+    assert outwards(wedge, touching, (10.0, 10.0), (True, True))[0] == pytest.approx([1.0, 0.0], abs=EPS)
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        Segment((2.5, 2.5), (7.5, 7.5)),
+        Arc((5.0, 5.0), 2.5, angle=200.0),
+        Surface(Segment((2.5, 2.5), (7.5, 7.5)), Loss(0.9, contact_time=1e-3)),
+        Shaken(Ball((5.0, 5.0), 1.0), (1.0, 1.0), Sine(2.4, period=1.0)),
+    ],
+    ids=["segment", "arc", "surface", "shaken"],
+)
+def test_a_shape_too_wide_to_tell_its_images_apart_is_refused(obstacle):
+    # The disk touches the far end of the segment 6.5 from its middle: the nearest image would be another one.
+    with pytest.raises(InputError, match="room for the largest diameter"):
+        carom.Scene([[0.5, 5.0]], 10.0, diameter=8.0, obstacles=[obstacle])

@@ -72,6 +72,7 @@ def test_algebraic_codes_come_out_to_thirty_digits(n):
     assert code.angle == pytest.approx(TABLE.get((3, n), code.angle), abs=LAST_DIGIT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [4, 5, 6])
 def test_what_is_known_exactly_is_found_by_caps_that_grow_as_well(n):
     """The search is not asked for these; here it is."""
@@ -272,6 +273,24 @@ def test_a_file_that_says_no_search_is_refused_in_a_sentence(tmp_path, content, 
     assert sentence in " ".join(refused.output.split())
 
 
+def test_a_picture_of_caps_in_four_dimensions_is_refused_before_the_search(tmp_path, monkeypatch):
+    monkeypatch.setattr("carom.studies.spherical_code", None)
+    refused = CliRunner().invoke(cli.app, ["code", "6", "-k", "4", "--out", str(tmp_path / "x.png")])
+    assert refused.exit_code == 2
+    assert "3 dimensions, and these have 4" in " ".join(refused.output.split())
+
+
+def test_a_code_that_cannot_be_written_is_printed_all_the_same(tmp_path, monkeypatch):
+    def full(*_):
+        raise FileError("the disk is full")
+
+    monkeypatch.setattr(SphericalCode, "save", full)
+    done = CliRunner().invoke(cli.app, ["code", "4", "--seeds", "1", "--out", str(tmp_path / "4.txt")])
+    assert done.exit_code == 2
+    assert "109.47" in done.stdout
+    assert "the disk is full" in done.stderr
+
+
 def test_what_is_neither_a_number_nor_a_file_is_refused():
     for text, sentence in (("eight", "number of points"), ("nowhere.toml", "does not exist")):
         refused = CliRunner().invoke(cli.app, ["code", text])
@@ -319,9 +338,10 @@ def test_codes_of_lattices_and_polytopes_are_found_by_the_first_seed(n, k, one_o
     assert code.rattlers.size == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("n", "starts", "degrees", "contacts"),
-    [(24, 40, 60.0, 96), pytest.param(120, 12, 36.0, 720, marks=pytest.mark.slow)],
+    [(24, 40, 60.0, 96), (120, 12, 36.0, 720)],
 )
 def test_points_that_repel_each_other_become_the_24_cell_and_the_600_cell(n, starts, degrees, contacts):
     """From some random sets of points, without growth or hops."""

@@ -13,6 +13,7 @@ from carom.simulation.preparation import unit_of
     "words",
     [
         ["transport", "--eta", "1e-320", "--n", "100"],
+        ["eos", "--eta", "0.1:0.4:2000000000"],
         ["pack", "--rate", "1e-320"],
         ["pack", "--stage", "1e-320:1e3"],
         ["pack", "--dimension", "99999999999999999999"],
@@ -35,3 +36,9 @@ def test_growth_that_no_diameter_would_notice_is_refused():
         unit_of(scene, velocities, 1e-320 + 0.0 * scene.diameters)
     for rates in (0.0, 1e-12):
         unit_of(scene, velocities, rates + 0.0 * scene.diameters)
+
+
+def test_a_superscript_is_no_number_of_a_species(tmp_path):
+    done = CliRunner().invoke(app, ["rdf", str(tmp_path / "none.h5md"), "--pair", "0,²"])
+    assert (done.exit_code, type(done.exception)) == (2, SystemExit)
+    assert "does not exist" in done.output

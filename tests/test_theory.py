@@ -220,6 +220,37 @@ def test_unknown_dimensions_and_orders_are_refused():
         theory.virial_pade(0.1, 2, (6, 6))
 
 
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: theory.collision_rate(2.0, 3, n=1), "n must be at least 2"),
+        (lambda: theory.contact_value(2.0, 0.1, 3, n=1), "n must be at least 2"),
+        (lambda: theory.compressibility_factor(2.0, 0.1, 3, n=0), "n must be at least 1"),
+        (lambda: theory.mean_free_time(1.0, 3), "must be above 1"),
+        (lambda: theory.mean_free_time(np.array([2.0, 1.0]), 3), "must be above 1"),
+        (lambda: theory.speed_factor(0), "degrees_of_freedom must be greater than 0"),
+        (lambda: theory.finite_size_shift(0.1, 0, theory.best(3)), "n must be at least 1"),
+        (lambda: theory.crystal_finite_size_shift(0.6, 0, theory.almarza), "n must be at least 1"),
+        (lambda: theory.tonks(0.1, 0), "n must be at least 1"),
+        (lambda: theory.erpenbeck_wood(2.0), "between 0 and 1"),
+        (lambda: theory.erpenbeck_wood(np.array([0.1, 0.6])), "from 0 to 0.5"),
+        *(
+            (lambda crystal=f: crystal(0.3), "from 0.49")
+            for f in (theory.almarza, theory.speedy, theory.hall)
+        ),
+    ],
+)
+def test_numbers_out_of_range_are_refused(make, said):
+    with pytest.raises(InputError, match=said):
+        make()
+
+
+def test_without_density_there_is_no_finite_size_shift():
+    assert theory.finite_size_shift(0.0, 100, theory.best(3)) == 0.0
+    both = theory.finite_size_shift(np.array([0.0, 0.3]), 100, theory.carnahan_starling)
+    np.testing.assert_array_equal(both, [0.0, theory.finite_size_shift(0.3, 100, theory.carnahan_starling)])
+
+
 SOLID = table("hard_spheres_fcc_solid.csv")
 # The file rounds Z to five decimals.
 FIVE_DECIMALS = 5.1e-6

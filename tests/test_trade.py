@@ -11,6 +11,8 @@ from command import complaints
 
 import carom
 from carom.errors import FileError, InputError
+from carom.models.gravity import Gravity
+from carom.models.losses import Loss
 from carom.plan.plan import Plan
 from carom.reference import NaiveSystem
 from carom.reference.stepping import SteppedSystem
@@ -20,6 +22,7 @@ from carom.studies.accuracy.diffusion import EinsteinSlope, looks
 from carom.studies.accuracy.methods import engine, naive, oracle, stepping
 from carom.studies.accuracy.picture import pareto
 from carom.studies.accuracy.trade import LYAPUNOV, median, melted, methods, simple_scene, small_scene, trade
+from carom.wells import SquareWell
 
 EPS = np.finfo(float).eps
 
@@ -263,8 +266,16 @@ def test_a_comparison_is_not_replaced_unasked(finished):
 
 @pytest.mark.parametrize(
     "change",
-    [{"periodic": False}, {"restitution": 0.9}, {"diameter": np.linspace(0.9, 1.0, 4)}],
-    ids=["walls", "restitution", "diameters"],
+    [
+        {"periodic": False},
+        {"restitution": 0.9},
+        {"diameter": np.linspace(0.9, 1.0, 4)},
+        {"interaction": SquareWell(1.3, 1.0)},
+        {"impact": Loss(0.9, contact_time=1e-3)},
+        {"motion": Gravity((0.0, -1.0))},
+        {"pinned": [0]},
+    ],
+    ids=["walls", "restitution", "diameters", "well", "loss", "gravity", "pinned"],
 )
 def test_a_scene_that_the_references_cannot_move_is_refused(change):
     scene = carom.Scene([[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]], 5.0)

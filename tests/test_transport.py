@@ -8,10 +8,13 @@ import pytest
 
 from carom import studies, theory
 from carom.errors import InputError
+from carom.models.gravity import Gravity
+from carom.models.losses import Loss
 from carom.observables import Estimate, combined
 from carom.studies.coefficients import pictures, windows
 from carom.studies.coefficients.analysis import Coefficient, Point, jackknife, line
 from carom.studies.coefficients.pictures import title_of
+from carom.studies.coefficients.spec import DENSITIES, of_scene
 
 FIVE = 5.0  # errors: by chance in one of two million
 
@@ -358,11 +361,46 @@ def test_in_two_dimensions_no_number_is_given_for_what_does_not_exist():
         ({"packing_fractions": 0.6}, "freezing"),
         ({"scene": {"restitution": 0.9}}, "restitution"),
         ({"scene": {"periodic": False}}, "periodic"),
+        ({"scene": {"pinned": 10}}, "pinned leaves no bulk fluid"),
+        ({"scene": {"impact": Loss(0.9, contact_time=1e-3)}}, "impact leaves no bulk fluid"),
+        ({"scene": {"motion": Gravity((0.0, 0.0, -1.0))}}, "motion leaves no bulk fluid"),
     ],
 )
 def test_what_has_no_coefficients_is_refused_at_once(words, says):
     with pytest.raises(InputError, match=says):
         studies.transport(**{"packing_fractions": 0.2, **words})
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ("pinned = 3", "pinned leaves"),
+        ('impact = { type = "loss", restitution = 0.9, contact_time = 1e-3 }', "impact leaves"),
+        ('motion = { type = "gravity", g = [0.0, 0.0, -1.0] }', "motion leaves"),
+    ],
+)
+def test_a_scene_file_of_no_bulk_fluid_is_refused(tmp_path, more, says):
+    path = tmp_path / "scene.toml"
+    path.write_text(f"[scene]\ncells = 2\npacking_fraction = 0.2\n{more}\n")
+    with pytest.raises(InputError, match=says):
+        of_scene(path)
+    path.write_text('[scene]\ninitial = "file"\nfile = "start.h5md"\n')
+    with pytest.raises(InputError, match="another initial than file"):
+        of_scene(path)
+
+
+def test_what_is_given_takes_the_place_of_what_a_file_says(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text("[study]\npacking_fractions = [0.1]\n")
+    assert of_scene(path, collisions_per_particle=5.0).relative_error is None
+    assert of_scene(path, dimension=2).packing_fractions == DENSITIES[2]
+    path.write_text("[study]\npacking_fractions = [0.1]\ncollisions_per_particle = 50\n")
+    spec = of_scene(path, relative_error=0.1)
+    assert (spec.relative_error, spec.collisions_per_particle) == (0.1, None)
+    assert spec.packing_fractions == (0.1,)
+    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.4\n")
+    assert of_scene(path).packing_fractions == pytest.approx((0.4,))
+    assert of_scene(path, dimension=2).packing_fractions == DENSITIES[2]
 
 
 def test_the_length_follows_from_the_error_asked_for():

@@ -21,11 +21,27 @@ from carom.bridges.palette import FACES, rgb
 from carom.cli import files
 from carom.errors import CaromWarning, FileError, InputError
 from carom.models.free_flight import FreeFlight
-from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.losses import Loss
+from carom.models.obstacles import (
+    Arc,
+    Ball,
+    Box,
+    CylindricalContainer,
+    Plane,
+    Segment,
+    SphericalContainer,
+    Triangle,
+    polygon,
+)
+from carom.models.outlines import Hull
+from carom.models.paths import Sine
+from carom.models.shaken import Shaken
+from carom.models.surfaces import Surface, Thermal
 from carom.observables.packing import packing_network
-from carom.pictures import viewdata
+from carom.pictures import plots, viewdata
 from carom.pictures.shapes import shapes_of
 from carom.simulation.replay import Replay
+from carom.studies.packings.packing import HISTORY, Packing
 
 SIZE = (640, 480)
 
@@ -199,6 +215,156 @@ def test_an_obstacle_of_ones_own_is_drawn_if_it_says_how():
             return [carom.models.outlines.SolidSphere((1.0, 1.0, 1.0), 0.25)]
 
     assert shapes_of([Mine(), object()], np.ones(3), (True,) * 3).spheres.tolist() == [[1, 1, 1, 0.25]]
+
+
+def area(triangles):
+    sides = triangles[:, 1:] - triangles[:, :1]
+    return 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+
+
+BLOCK = Box((4.0, 4.0), (6.0, 5.0), radius=0.5)
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "covered"),
+    [
+        (Box((4.0, 4.0), (6.0, 5.0)), 2.0),
+        (BLOCK, 2.0 + 2 * 0.5 * 3.0 + np.pi / 4),
+        (Triangle((4.0, 4.0), (6.0, 4.0), (4.0, 7.0)), 3.0),
+        (Segment((4.0, 4.0), (7.0, 8.0), radius=1.0), 5.0 * 2.0 + np.pi),
+        (Surface(BLOCK, Loss(0.9, contact_time=1e-3)), 2.0 + 2 * 0.5 * 3.0 + np.pi / 4),
+    ],
+)
+def test_bodies_in_the_plane_cover_their_area_in_the_viewer_and_in_the_snapshot(obstacle, covered):
+    box, no = np.array([10.0, 10.0]), (False, False)
+    found = shapes_of([obstacle], box, no)
+    # A circle of 96 corners has 7e-4 less area.
+    assert area(found.triangles) == pytest.approx(covered, rel=1e-3)
+    figure = plots.snapshot(frame_of([[1.0, 1.0]], (10.0, 10.0), periodic=False), obstacles=[obstacle])
+    (patch,) = (p.get_xy() for p in figure.axes[0].patches if type(p).__name__ == "Polygon")
+    x, y = patch.T
+    assert 0.5 * abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) == pytest.approx(covered, rel=1e-3)
+
+
+def test_thin_walls_and_arcs_in_the_plane_are_lines():
+    box, no = np.array([10.0, 10.0]), (False, False)
+    house = [(4.0, 4.0), (8.0, 4.5), (6.0, 8.0)]
+    lines = shapes_of(polygon(house), box, no).segments[..., :2]
+    np.testing.assert_allclose(
+        np.sort(lines, axis=1),
+        np.sort([[a, b] for a, b in zip(house, house[1:] + house[:1], strict=True)], axis=1),
+    )
+    bow = shapes_of([Arc((5.0, 5.0), 2.0, start=0.0, angle=90.0)], box, no).segments[..., :2]
+    np.testing.assert_allclose(np.linalg.norm(bow - 5.0, axis=2), 2.0)
+    np.testing.assert_allclose(bow[[0, -1], [0, 1]], [[7.0, 5.0], [5.0, 7.0]])
+    half = shapes_of([Segment((5.0, 5.0), (25.0, 5.0))], box, no).segments
+    np.testing.assert_allclose(np.sort(half[0, :, 0]), [5.0, 10.4], rtol=1e-6)
+
+
+def test_bodies_are_drawn_in_every_image_that_reaches_into_the_box():
+    corner = Box((-0.5, -1.0), (1.5, 1.0))
+    found = shapes_of([corner], np.array([10.0, 10.0]), (True, True))
+    # Four parts of the block, with 0.4 of what lies beyond the border.
+    assert area(found.triangles) == pytest.approx((1.9 + 0.9) * (1.4 + 1.4))
+    frame = frame_of([[5.0, 5.0]], (10.0, 10.0))
+    patches = plots.snapshot(frame, obstacles=[corner]).axes[0].patches
+    drawn = [p.get_xy()[:-1].mean(axis=0) for p in patches if type(p).__name__ == "Polygon"]
+    assert sorted(np.round(drawn, 9).tolist()) == [[x, y] for x in (-9.5, 0.5, 10.5) for y in (-10, 0, 10)]
+    elsewhere = Box((29.5, -1.0), (31.5, 1.0))
+    assert area(shapes_of([elsewhere], np.array([10.0, 10.0]), (True, True)).triangles) == pytest.approx(7.84)
+    whole = shapes_of([Ball((-25.0, 5.0), 1.0)], np.array([10.0, 10.0]), (True, True)).spheres
+    assert whole.tolist() == [[5.0, 5.0, 0.0, 1.0]]
+
+
+def test_bodies_in_space_have_a_surface_and_edges():
+    box, no = np.array([10.0, 10.0, 10.0]), (False,) * 3
+    block = shapes_of([Box((1.0, 1.0, 1.0), (2.0, 3.0, 4.0))], box, no)
+    assert area(block.triangles) == pytest.approx(2 * (2.0 + 3.0 + 6.0))
+    assert np.linalg.norm(np.diff(block.segments, axis=1), axis=2).sum() == pytest.approx(
+        4 * (1.0 + 2.0 + 3.0)
+    )
+    facet = shapes_of([Triangle((1.0, 1.0, 1.0), (4.0, 1.0, 1.0), (1.0, 5.0, 1.0))], box, no)
+    assert area(facet.triangles) == pytest.approx(6.0)
+    assert np.linalg.norm(np.diff(facet.segments, axis=1), axis=2).sum() == pytest.approx(12.0)
+    thin = shapes_of([Segment((1.0, 1.0, 1.0), (1.0, 1.0, 12.0))], box, no)
+    np.testing.assert_allclose(np.sort(thin.segments[..., 2]), [[1.0, 10.0]], rtol=1e-6)
+    tube = shapes_of([Segment((5.0, 5.0, 3.0), (5.0, 5.0, 7.0), radius=1.0)], box, no)
+    assert area(tube.triangles) == pytest.approx(np.pi * 2.0 * 4.0 + 4 * np.pi, rel=0.05)
+    assert not len(tube.segments)
+    images = shapes_of([Box((-1.0, 4.0, 4.0), (1.0, 5.0, 5.0))], box, (True,) * 3)
+    assert np.unique(np.round(images.triangles[..., 0], 6)).tolist() == [0.0, 1.0, 9.0, 10.0]
+
+
+def test_an_obstacle_with_another_surface_or_that_is_shaken_is_drawn_as_it_rests():
+    box, no = np.array([4.0, 4.0, 4.0]), (False,) * 3
+    for inner in (Ball((1.0, 2.0, 3.0), 0.5), Plane((0.0, 0.0, 1.0), 1.0)):
+        expected = shapes_of([inner], box, no)
+        moving = Shaken(inner, (0.0, 0.0, 1.0), Sine(0.2, period=1.5))
+        for outer in (moving, Surface(moving, Loss(0.9, contact_time=1e-3)), Thermal(inner, kT=1.0)):
+            for one, other in zip(shapes_of([outer], box, no), expected, strict=True):
+                np.testing.assert_array_equal(one, other)
+                assert sum(map(len, expected)) > 0
+
+
+class Own(Ball):
+    """An obstacle of one's own, of which a file holds the name only."""
+
+
+class Unseen:
+    """An obstacle that does not say how it is drawn."""
+
+    name = "unseen"
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_what_does_not_say_how_it_is_drawn_is_not_and_what_is_no_shape_is_refused(dimension):
+    class Wrong(Unseen):
+        def outline(self, box, periodic):
+            return [object()]
+
+        surface = outline
+
+    class Flat(Unseen):
+        def outline(self, box, periodic):
+            return [Hull(((1.0,) * dimension,) * 4)]
+
+        surface = outline
+
+    frame = frame_of([[2.0] * dimension], (4.0,) * dimension, periodic=False)
+    for hidden in (Unseen(), Surface(Unseen(), Loss(0.9, contact_time=1e-3))):
+        assert not any(carom.view(frame, obstacles=[hidden]).data["obstacles"].values())
+        plots.snapshot(frame, obstacles=[hidden])
+    for wrong, says in ((Wrong(), "returned a object, which cannot be drawn"), (Flat(), "is flat")):
+        with pytest.raises(InputError, match=says):
+            carom.view(frame, obstacles=[wrong])
+        with pytest.raises(InputError, match=says):
+            plots.snapshot(frame, obstacles=[wrong])
+
+
+def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
+    # A disk of the lattice has become an obstacle: without it, its six neighbours have one contact less.
+    frame = crystal(2, 6)
+    ball = Ball(tuple(frame.positions[14].tolist()), 0.5)
+    packing = Packing(
+        without(frame, 14), np.array([], HISTORY), "", 1, 0.0, (Surface(ball, Loss(0.9, contact_time=1e-3)),)
+    )
+    packing.save(tmp_path, pictures=False)
+    expected, found = carom.view(packing).data, carom.view(tmp_path).data
+    assert found["subtitle"] == expected["subtitle"]
+    assert found["obstacles"] == expected["obstacles"]
+    assert len(found["obstacles"]["spheres"]) == 1
+    assert unpacked(found["bonds"], "<f4").size == unpacked(expected["bonds"], "<f4").size
+    assert carom.view(tmp_path, obstacles=[]).data["obstacles"]["spheres"] == []
+    other = Packing(packing.frame, packing.history, "", 1, 0.0, (Own(ball.center, ball.radius),))
+    other.save(tmp_path, pictures=False)
+    with pytest.raises(FileError, match="of the class Own, which no file holds"):
+        carom.view(tmp_path)
+    with pytest.raises(FileError, match="of the class Own, which no file holds"):
+        carom.movie(tmp_path / "packing.h5md", tmp_path / "a.gif", colour="rattlers")
+    assert carom.view(tmp_path, obstacles=other.obstacles).data["subtitle"] == expected["subtitle"]
+    (tmp_path / "summary.json").write_text("[1")
+    with pytest.raises(FileError, match="not the summary of a packing"):
+        carom.view(tmp_path)
 
 
 # ----------------------------------------------------------------------------------------- Chromium

@@ -72,6 +72,7 @@ def code(
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import watched
+    from carom.errors import InputError
     from carom.studies import CodeInterrupted, spherical_code
     from carom.studies.codes.toml import arguments
 
@@ -82,6 +83,11 @@ def code(
     }  # fmt: skip
     words |= {name: value for name, value in options.items() if value is not None}
     if out is not None:
+        if out.suffix == ".png" and words.get("dimension", 3) != 3:
+            raise InputError(
+                f"A picture shows caps on a sphere in 3 dimensions, and these have {words['dimension']}; "
+                "give --out with .json or .txt."
+            )
         refuse_to_replace(out, overwrite=overwrite)
     try:
         with watched() as progress, compiling_told():
@@ -106,9 +112,9 @@ def _words(text: str) -> dict[str, Any]:
 
 
 def _show(found: SphericalCode, out: Path | None, as_json: bool) -> None:
-    """Write the code and print it."""
+    """Print the code, and write it afterwards: a full disk may refuse the file."""
+    print(json.dumps(found.summary(), indent=2, allow_nan=False) if as_json else found, flush=True)
     if out is not None and out.suffix == ".png":
         found.plot(out)
     elif out is not None:
         found.save(out)
-    print(json.dumps(found.summary(), indent=2, allow_nan=False) if as_json else found)

@@ -137,23 +137,11 @@ def eos(
 
 def _spec(path: Path | None, given: dict[str, Any]) -> Any:
     """Return the study of the file, or the default one, with the values that the command line gives."""
-    from carom.studies.eos.spec import StudySpec
+    from carom.studies.eos.spec import StudySpec, replaced
     from carom.studies.eos.toml import load
 
     values = {name: value for name, value in given.items() if value is not None}
-    if path is None:
-        return StudySpec(**values)
-    spec: StudySpec = load(path)
-    for one, other in (
-        ("relative_error", "collisions_per_particle"),
-        ("collisions_per_particle", "relative_error"),
-    ):
-        if one in values:
-            values.setdefault(other, None)
-    if values.get("dimension", spec.dimension) != spec.dimension:
-        # The densities of one dimension mean nothing in another.
-        values.setdefault("packing_fractions", ())
-    return dataclasses.replace(spec, **values)
+    return StudySpec(**(values if path is None else replaced(vars(load(path)), values)))
 
 
 @contextlib.contextmanager

@@ -60,7 +60,9 @@ def plan(
         int | None,
         typer.Option("--n", help="Plan with this number of particles only.", rich_help_panel=_SCENE),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of all random numbers.", rich_help_panel=_SCENE)] = 1,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of all random numbers; 1.", rich_help_panel=_SCENE)
+    ] = None,
     cores: Annotated[
         int | None,
         typer.Option(help="Number of cores; by default all of this machine.", rich_help_panel=_BUDGET),
@@ -125,7 +127,7 @@ def plan(
         kinds = _species(species)
         if run and folder is not None and (folder / NAME).exists():
             asked = planner.system_of(packing_fraction, d, kinds, scene)
-            found = _held(folder, target, asked)
+            found = _held(folder, target, asked, {"n": n, "seed": seed, "cores": cores, "hours": hours})
         else:
             found = planner.plan(
                 target,
@@ -136,7 +138,7 @@ def plan(
                 n=n,
                 cores=cores,
                 hours=hours,
-                seed=seed,
+                seed=1 if seed is None else seed,
                 pilot_seconds=PILOT_SECONDS if pilot is None else pilot,
                 progress=shown,
             )
@@ -159,8 +161,12 @@ def plan(
     )
 
 
-def _held(folder: Path, target: str, asked: System) -> RunPlan:
-    """Return the plan that a folder holds, if it is for this target and system: its study continues."""
+def _held(folder: Path, target: str, asked: System, given: dict[str, Any]) -> RunPlan:
+    """Return the plan that a folder holds, if it is what is asked for: its study continues.
+
+    That is a plan for this target and system, with what is ``given``: n, seed, cores or hours.
+    """
+    from carom import checks
     from carom.errors import InputError
     from carom.studies.planner.plan import RunPlan
     from carom.studies.planner.target import Target
@@ -171,6 +177,16 @@ def _held(folder: Path, target: str, asked: System) -> RunPlan:
             f"{folder} holds the plan {found.target} for {found.system}; ask for that to go on with it, or "
             "give another --out."
         )
+    if given["n"] is not None:
+        given = {**given, "n": asked.filling(checks.integer(given["n"], "n", low=8, high=10**7))}
+    held = {"n": found.design.n, "seed": found.seed, "cores": found.cores, "hours": found.hours}
+    for name, value in given.items():
+        if value not in (None, held[name]):
+            old = "no limit" if held[name] is None else held[name]
+            raise InputError(
+                f"{folder} holds a plan whose {name} is {old}, found --{name} {value}; leave it out to go on "
+                "with that plan, or give another --out."
+            )
     return found
 
 

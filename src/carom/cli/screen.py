@@ -244,7 +244,7 @@ def _mechanics(summary: dict[str, Any]) -> Any:
     rows = [
         *([("relative error of Z", _reached(summary))] if asked is not None else []),
         ("collisions", f"{summary['collisions']:,}".replace(",", " ") + f" in time {summary['time']:.6g}"),
-        *([("elastic contacts", f"{spared}, slower than elastic_below")] if spared else []),
+        *([("elastic contacts", f"{spared}, below elastic_below or within contact_time")] if spared else []),
         *((f"{name} left", str(count)) for name, count in (summary.get("units") or {}).items()),
         ("energy drift", "-" if summary["energy_drift"] is None else f"{summary['energy_drift']:.1e}"),
         ("momentum drift", "-" if summary["momentum_drift"] is None else f"{summary['momentum_drift']:.1e}"),

@@ -63,6 +63,10 @@ Out = Annotated[
 ]
 
 
+MOST_POINTS = 10_000
+"""Largest number of packing fractions from first to last."""
+
+
 def fractions(text: str | None) -> list[float] | None:
     """Return packing fractions: numbers with commas, or first:last:count."""
     from carom.errors import InputError
@@ -75,14 +79,17 @@ def fractions(text: str | None) -> list[float] | None:
             points, first, last = int(count), float(low), float(high)
             if points < 2:
                 raise ValueError
-            # Rounded, so that 0.1:0.4:7 and 0.1,0.15,... are the same study.
-            return [float(f"{first + (last - first) * k / (points - 1):.12g}") for k in range(points)]
-        return [float(part) for part in text.split(",")]
+        else:
+            return [float(part) for part in text.split(",")]
     except ValueError:
         raise InputError(
             f"--packing-fractions {text!r} must be numbers with commas (0.1,0.2), or first:last:count "
             "(0.1:0.4:7)."
         ) from None
+    if points > MOST_POINTS:
+        raise InputError(f"The count of --packing-fractions must be at most {MOST_POINTS}, found {points}.")
+    # Rounded, so that 0.1:0.4:7 and 0.1,0.15,... are the same study.
+    return [float(f"{first + (last - first) * k / (points - 1):.12g}") for k in range(points)]
 
 
 def integers(text: str | None) -> list[int] | None:

@@ -13,7 +13,10 @@ import numpy as np
 from carom.compiling import registry
 from carom.compiling.registry import required
 from carom.engine.obstacles import Chain, Crowd, Obstacles, gained, normal_along, strike
-from carom.models.interface import age, at_time, growth, mass, recoil, take_over
+from carom.models.interface import age, at_time, growth, mass, recoil, surface_speed, take_over
+
+QUESTIONS = (recoil, surface_speed, at_time, age, take_over)
+"""What is asked of live obstacles only."""
 
 
 class Live(NamedTuple):
@@ -26,8 +29,8 @@ class Live(NamedTuple):
 
 
 def is_live(model: Any) -> bool:
-    """Return whether the model of an obstacle has its own answer to ``recoil``."""
-    return registry.answers(recoil, type(model))
+    """Return whether the model of an obstacle has its own answer to one of these questions."""
+    return any(registry.answers(question, type(model)) for question in QUESTIONS)
 
 
 def made_live(obstacles: Obstacles | None, models) -> Obstacles | None:

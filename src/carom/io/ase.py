@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom import checks
 from carom.bridges.embedding import momenta, parted, periodic
 from carom.errors import InputError
 from carom.frame import Frame
@@ -34,8 +35,8 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     Raises
     ------
     InputError
-        If there are no atoms, no diameters, a cell that is not rectangular, coordinates along axes that are
-        not periodic, or values that no frame can hold, such as masses of 0.
+        If there are no atoms, no diameters or one that is not positive, a cell that is not rectangular,
+        coordinates along axes that are not periodic, or values that no frame can hold, such as masses of 0.
     """
     dimension = _dimension(atoms)
     cell = np.asarray(atoms.cell[:], dtype=np.float64)
@@ -51,7 +52,7 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     )
     kinds = atoms.arrays.get("kind")
     if diameter is not None:
-        diameters = np.full(len(atoms), float(diameter))
+        diameters = np.full(len(atoms), checks.positive(diameter, "diameter"))
     elif "radius" in atoms.arrays:
         diameters = 2.0 * np.asarray(atoms.arrays["radius"], dtype=np.float64)
     else:

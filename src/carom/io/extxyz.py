@@ -17,7 +17,7 @@ from __future__ import annotations
 import contextlib
 import io
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
@@ -285,6 +285,11 @@ def _integers(values: np.ndarray) -> np.ndarray:
 _READ = frozenset(("pos", "velo", "masses", "radius", "images", "kind"))
 
 
+def periodic_axes(info: Mapping[str, str]) -> tuple[bool, ...]:
+    """Return which of the three axes are periodic, from the comment line of a frame."""
+    return tuple(word in ("T", "True", "1") for word in info.get("pbc", "T T T").split())
+
+
 def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
     for name in ("pos", "velo", "masses", "radius"):
         if name not in columns:
@@ -297,7 +302,7 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
     if not 1 <= dimension <= 3 or np.any(lattice != np.diag(np.diag(lattice))):
         raise ValueError("its box is not rectangular, of one to three dimensions")
     images, kinds = columns.get("images"), columns.get("kind")
-    flags = tuple(word in ("T", "True", "1") for word in info.get("pbc", "T T T").split())
+    flags = periodic_axes(info)
     return Frame(
         time=float(info["time"]),
         step=int(info["step"]),

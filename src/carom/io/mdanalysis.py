@@ -41,7 +41,7 @@ from MDAnalysis.topology.base import TopologyReaderBase
 from carom.bridges.embedding import edges, embed, names_of, parted, require_at_most_three
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.io.extxyz import Index, parse
+from carom.io.extxyz import Index, parse, periodic_axes
 from carom.io.formats import Reader
 from carom.io.paths import existing, reading
 from carom.io.trajectory import open_reader
@@ -171,6 +171,7 @@ class ExtxyzReader(_SequenceReader):
             self._place(
                 columns["pos"][:, :d], None if images is None else images[:, :d], np.diag(lattice)[:d]
             )
+            ts.data["periodic"] = periodic_axes(info)[:d]
             if "velo" in columns:
                 ts.velocities = columns["velo"]
                 ts.data["velocities"] = columns["velo"][:, :d]
@@ -198,7 +199,10 @@ class ExtxyzParser(TopologyReaderBase):
 
 
 class H5mdReader(H5MDReader):
-    """MDAnalysis's own reader of H5MD, which now knows the spacing of frames and can unwrap positions."""
+    """MDAnalysis's own reader of H5MD, which now knows the spacing of frames and can unwrap positions.
+
+    Of a file of Carom it keeps doubles and periodic axes, too.
+    """
 
     format = "H5MD"
 
@@ -217,7 +221,19 @@ class H5mdReader(H5MDReader):
             if images is None:
                 raise InputError(_NO_IMAGES)
             ts.positions = ts.positions + images[frame] * ts.dimensions[:3].astype(np.float64)
+        if "parameters/carom" in self._file:
+            self._keep(ts, frame)
         return ts
+
+    def _keep(self, ts: Any, frame: int) -> None:
+        """Keep what float32 and MDAnalysis lose of a frame of Carom."""
+        group, d = self._particle_group, int(self._file["parameters/carom"].attrs["dimension"])
+        positions = group["position/value"][frame][:, :d]
+        if self._unwrapped:
+            positions = positions + group["image/value"][frame][:, :d] * group["box/edges/value"][frame][:d]
+        ts.data["positions"] = positions
+        ts.data["velocities"] = group["velocity/value"][frame][:, :d]
+        ts.data["periodic"] = tuple(bool(kind == b"periodic") for kind in group["box"].attrs["boundary"][:d])
 
 
 class H5mdParser(TopologyReaderBase):

@@ -5,6 +5,7 @@ With segments they make the tables of billiards: stadium, mushroom, Sinai's.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,13 +17,13 @@ from carom import checks
 from carom.compiling.registry import inner
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.interface import NEVER, encounter, outward
+from carom.models.interface import NEVER, anchor, encounter, outward, repeated
 from carom.models.outlines import Arc as Drawn
 
 
 @dataclass(frozen=True)
 class Arc:
-    """A piece of a circle in two dimensions, without thickness.
+    """A piece of a circle in two dimensions, without thickness, with all its periodic images.
 
     Parameters
     ----------
@@ -80,17 +81,39 @@ class Arc:
         )
         # A whole circle has no ends: whatever the direction, its cosine is not below -2.
         reach = -2.0 if self.angle == 360.0 else math.cos(half)
-        return Bow(self.center, self.radius, (math.cos(middle), math.sin(middle)), reach, ends)
+        low, high = self._extent()
+        between = tuple((0.5 * (low + high)).tolist())
+        return Bow(self.center, self.radius, (math.cos(middle), math.sin(middle)), reach, ends, between)
+
+    def _extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least and the largest coordinates on the arc [length]."""
+        quarters = (0.25 * math.tau * k for k in range(4))
+        first, turn = math.radians(self.start), math.radians(self.angle)
+        on = [first, first + turn, *(q for q in quarters if (q - first) % math.tau <= turn)]
+        points = np.array([(math.cos(q), math.sin(q)) for q in on])
+        center = np.array(self.center)
+        return center + self.radius * points.min(axis=0), center + self.radius * points.max(axis=0)
+
+    def spread(self) -> np.ndarray:
+        """Return the widths of the arc, (2,) [length]; zeros for a whole circle, whose images differ."""
+        low, high = self._extent()
+        return np.zeros(2) if self.angle == 360.0 else high - low
 
     def gap(self, positions, radii, box, periodic):
-        """Return the distance of each component's surface from the arc, (n,) [length]."""
+        """Return the distance of each surface from the nearest image of the arc, (n,) [length]."""
+        turns = itertools.product(*[(-1, 0, 1) if repeats else (0,) for repeats in periodic])
+        images = [self._distance(positions + np.array(turn) * np.array(box)) for turn in turns]
+        return np.min(images, axis=0) - radii
+
+    def _distance(self, positions: np.ndarray) -> np.ndarray:
+        """Return the distance of each position from the arc, (n,) [length]."""
         bow = self.model()
         r = positions - np.array(self.center)
         distance = np.linalg.norm(r, axis=1)
         along = r @ np.array(bow.middle) >= bow.reach * distance
         ends = np.array(bow.ends).reshape(2, 2)
         to_ends = np.linalg.norm(positions[:, None] - ends, axis=2).min(axis=1)
-        return np.where(along, np.abs(distance - self.radius), to_ends) - radii
+        return np.where(along, np.abs(distance - self.radius), to_ends)
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
         """Return the shapes to draw."""
@@ -108,6 +131,8 @@ class Bow(NamedTuple):
     """Cosine of the angle between the middle and an end."""
     ends: tuple
     """Coordinates of the first end, then of the second."""
+    anchor: tuple
+    """Between its least and its largest coordinates [length]."""
 
 
 @inner
@@ -185,3 +210,13 @@ def _(obstacle: Bow, x, axis):
     if first <= second:
         return (first0 if axis == 0 else first1) / np.sqrt(first)
     return (second0 if axis == 0 else second1) / np.sqrt(second)
+
+
+@repeated.register
+def _(obstacle: Bow):
+    return True
+
+
+@anchor.register
+def _(obstacle: Bow, axis):
+    return obstacle.anchor[axis]

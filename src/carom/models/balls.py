@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -13,7 +12,7 @@ from carom.densities import sphere_area
 from carom.models import fields
 from carom.models.contact import FAR
 from carom.models.interface import NEVER, anchor, encounter, member, members, outward, repeated
-from carom.models.outlines import Disk, SolidSphere
+from carom.models.outlines import Disk, SolidSphere, images
 
 
 @dataclass(frozen=True)
@@ -68,10 +67,7 @@ class Ball:
 
     def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[SolidSphere]:
         """Return the shapes to draw in three dimensions, in the same way."""
-        turns = [(-1, 0, 1) if repeats else (0,) for repeats in periodic]
-        places = [
-            np.array(self.center) + np.array(turn) * np.array(box) for turn in itertools.product(*turns)
-        ]
+        places = np.array(self.center) + images(self.center, box, periodic)
         return [SolidSphere(tuple(place.tolist()), self.radius) for place in places]
 
 

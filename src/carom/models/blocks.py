@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from carom.errors import InputError
 from carom.models import fields
 from carom.models.convex import Body, away, closest, first_touch, points_of
 from carom.models.interface import anchor, encounter, outward, repeated
-from carom.models.outlines import Polygon
 
 
 @dataclass(frozen=True)
@@ -54,15 +52,14 @@ class Box(Body):
         """Return all corners, (2^d, d) [length]."""
         return np.array(list(itertools.product(*zip(self.low, self.high, strict=True))))
 
+    def spread(self) -> np.ndarray:
+        """Return zeros (d,) [length]: sides that face each other tell the images of a block apart."""
+        return np.zeros(len(self.low))
+
     def model(self) -> Block:
         """Return the model that the engine compiles."""
         middle = tuple(0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
         return Block(middle, self.radius, self.low, self.high)
-
-    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return the shapes to draw in two dimensions."""
-        (a, b), (c, d) = self.low[:2], self.high[:2]
-        return [Polygon(((a, b), (c, b), (c, d), (a, d)))]
 
 
 class Block(NamedTuple):

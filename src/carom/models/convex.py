@@ -18,6 +18,7 @@ from carom.compiling.registry import inner, required
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.interface import NEVER
+from carom.models.outlines import Hull, images
 
 STEPS = 200
 """Steps of Newton's method at most. A contact takes five; a graze, at which each step halves the way, 60."""
@@ -77,6 +78,16 @@ class Body(ABC):
     def model(self) -> Any:
         """Return the model that the engine compiles."""
 
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Hull]:
+        """Return the shapes to draw in two dimensions: all images that may reach into the box."""
+        return self.surface(box, periodic)
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Hull]:
+        """Return the shapes to draw in three dimensions, in the same way."""
+        corners = self.corners()
+        shifts = images(corners.mean(axis=0), box, periodic)
+        return [Hull(tuple(map(tuple, (corners + shift).tolist())), self.radius) for shift in shifts]
+
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each surface from the nearest image of the body, (n,) [length]."""
         body = self.model()
@@ -90,6 +101,10 @@ class Body(ABC):
                 r = [x[axis] - closest(body, x, x, 0.0, axis) for axis in range(d)]
                 nearest[k] = min(nearest[k], float(np.linalg.norm(r)))
         return nearest - self.radius - radii
+
+    def spread(self) -> np.ndarray:
+        """Return the widths of the body, (d,) [length]."""
+        return np.ptp(self.corners(), axis=0) + 2.0 * self.radius
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the body has another dimension, or is wider than half of a periodic box."""

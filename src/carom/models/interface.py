@@ -691,7 +691,7 @@ def push(motion, change, v, normal):
 def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     """Set ``v``, (d,) float64, to the velocity of component i after the contact.
 
-    By default the contact is elastic and the obstacle rests.
+    By default the contact is elastic in the frame of the obstacle (:func:`surface_speed`).
 
     Parameters
     ----------
@@ -708,7 +708,7 @@ def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     growth, now : float
         Rate at which its radius grows, and time since the beginning of the epoch.
     """
-    approach = growth
+    approach = growth + surface_speed(obstacle, normal, now)
     for axis in range(len(v)):
         approach -= normal[axis] * v[axis]
     push(motion, thrown(motion, approach), v, normal)
@@ -717,6 +717,16 @@ def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
 @optional
 def surface_speed(obstacle, normal, now):
     """Return the velocity of an obstacle along the unit ``normal`` at the time ``now``; by default 0."""
+    return 0.0
+
+
+@optional
+def surface_velocity(obstacle, axis, now):
+    """Return a coordinate of the velocity of an obstacle's surface at the time ``now``; by default 0.
+
+    Of it a thermal surface (``carom.models.surfaces``) uses the part along the surface. What is along the
+    normal is asked with :func:`surface_speed`.
+    """
     return 0.0
 
 

@@ -46,7 +46,7 @@ KINDS: dict[str, type] = {
 
 
 def checked(obstacles: Any, box: Sequence[float], periodic: Sequence[bool]) -> tuple[Obstacle, ...]:
-    """Return obstacles as a tuple, each of which can stand in the box.
+    """Return obstacles as a tuple, each of which can stand in the box and draws its own random numbers.
 
     Raises
     ------
@@ -55,6 +55,7 @@ def checked(obstacles: Any, box: Sequence[float], periodic: Sequence[bool]) -> t
     """
     if not isinstance(obstacles, Sequence) or isinstance(obstacles, str):
         raise InputError(f"obstacles must be a tuple of obstacles, found {checks.describe(obstacles)}.")
+    standing: list[Obstacle] = []
     for k, obstacle in enumerate(obstacles):
         if isinstance(obstacle, type) or not isinstance(obstacle, Obstacle):
             raise InputError(
@@ -62,7 +63,9 @@ def checked(obstacles: Any, box: Sequence[float], periodic: Sequence[bool]) -> t
                 f"gap, check and model as they do; found {checks.describe(obstacle)}."
             )
         obstacle.check(box, periodic)
-    return tuple(obstacles)
+        apart = getattr(obstacle, "drawing_apart", None)
+        standing.append(obstacle if apart is None else apart(standing, obstacles))
+    return tuple(standing)
 
 
 def outwards(

@@ -5,7 +5,13 @@ Both are optional methods of an obstacle, ``outline(box, periodic)`` and ``surfa
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import itertools
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.errors import InputError
 
 
 class HalfPlane(NamedTuple):
@@ -39,19 +45,13 @@ class Line(NamedTuple):
     """The other coordinate [length]."""
 
 
-class Polygon(NamedTuple):
-    """The inside of a polygon is solid."""
+class Hull(NamedTuple):
+    """In the plane and in space: all places within a distance of the convex hull of points are solid."""
 
     corners: tuple[tuple[float, ...], ...]
-    """In order [length]."""
-
-
-class Stadium(NamedTuple):
-    """All places within a distance of a segment are solid; a line where that is zero."""
-
-    start: tuple[float, ...]
-    end: tuple[float, ...]
-    radius: float
+    """The points, in any order [length]."""
+    radius: float = 0.0
+    """The distance [length]."""
 
 
 class Arc(NamedTuple):
@@ -94,3 +94,49 @@ class HollowCylinder(NamedTuple):
     axis: int
     center: tuple[float, ...]
     radius: float
+
+
+PLANE: tuple[type, ...] = (HalfPlane, Disk, Circle, Line, Hull, Arc)
+"""Shapes that ``outline`` may return."""
+
+SPACE: tuple[type, ...] = (SolidBehind, SolidSphere, HollowSphere, HollowCylinder, Hull)
+"""Shapes that ``surface`` may return."""
+
+
+def shapes(obstacle: Any, name: str, box: Any, periodic: Sequence[bool]) -> list[Any]:
+    """Return what the method ``name`` of an obstacle returns; nothing if it has none."""
+    method = getattr(obstacle, name, None)
+    return [] if method is None else list(method(box, periodic))
+
+
+def of_all(obstacles: Sequence[Any], box: Any, periodic: Sequence[bool]) -> list[Any]:
+    """Return the shapes of all obstacles that say how they are drawn, in two or three dimensions.
+
+    Raises
+    ------
+    InputError
+        If something else than a shape is returned.
+    """
+    name, known = ("outline", PLANE) if len(box) == 2 else ("surface", SPACE)
+    found = []
+    for obstacle in obstacles:
+        for shape in shapes(obstacle, name, box, periodic):
+            if not isinstance(shape, known):
+                raise InputError(
+                    f"{name} of {type(obstacle).__name__} returned a {type(shape).__name__}, which cannot be "
+                    "drawn; expected shapes of carom.models.outlines: "
+                    f"{', '.join(kind.__name__ for kind in known)}."
+                )
+            found.append(shape)
+    return found
+
+
+def images(center: Sequence[float], box: Sequence[float], periodic: Sequence[bool]) -> np.ndarray:
+    """Return how far the images of an obstacle around ``center`` lie from it, (m, d) [length].
+
+    They are those in the box and in its neighbours along periodic axes.
+    """
+    edges = np.array(box, dtype=float)
+    home = np.where(periodic, np.floor(np.array(center) / edges), 0.0)
+    turns = itertools.product(*[(-1, 0, 1) if repeats else (0,) for repeats in periodic])
+    return (np.array(list(turns)) - home) * edges

@@ -14,7 +14,7 @@ import numpy as np
 from carom.compiling.registry import inner, required
 from carom.models.balls import SolidBall
 from carom.models.containers import InsideOfCylinder, InsideOfSphere
-from carom.models.interface import NEVER, fall
+from carom.models.interface import NEVER, encounter, fall
 from carom.models.paths import Still, pace, place
 from carom.models.planes import HalfSpace
 from carom.models.roots import curvature, next_fall, slope, value
@@ -242,7 +242,7 @@ def _(curve: Gap, start, end):
 @inner
 def time_near(gap):
     """Return the time from which on a component is out of reach for ever, or has left for certain what it is
-    in; negative, if it never is in reach.
+    in; negative, if it never is in reach. One that grows must be in a field: :func:`straight_growth`.
     """
     course = gap.course
     reach = gap.contact + max(abs(course.lowest), abs(course.highest))
@@ -298,6 +298,18 @@ def at_rest(g):
     return Course(Still(), g, 0.0, 0.0, 0.0, NEVER)
 
 
+@inner
+def straight_growth(g, along, growth):
+    """Return whether a component grows, and no field acts on it but along one axis: it has no last time near
+    what it may touch by growing, and the contact is the root of a quadratic equation.
+    """
+    across = 0.0
+    for axis in range(len(g)):
+        if axis != along:
+            across += abs(g[axis])
+    return growth != 0.0 and across == 0.0
+
+
 @fall.register
 def _(obstacle: HalfSpace, g, x, v, radius, growth, now):
     height, speed, acceleration = height_above(obstacle, g, x, v, radius, growth)
@@ -306,16 +318,22 @@ def _(obstacle: HalfSpace, g, x, v, radius, growth, now):
 
 @fall.register
 def _(obstacle: SolidBall, g, x, v, radius, growth, now):
+    if straight_growth(g, -1, growth):
+        return encounter(obstacle, x, v, radius, growth)
     return chase(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
 
 
 @fall.register
 def _(obstacle: InsideOfSphere, g, x, v, radius, growth, now):
+    if straight_growth(g, -1, growth):
+        return encounter(obstacle, x, v, radius, growth)
     return chase(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
 
 
 @fall.register
 def _(obstacle: InsideOfCylinder, g, x, v, radius, growth, now):
+    if straight_growth(g, obstacle.axis, growth):
+        return encounter(obstacle, x, v, radius, growth)
     return chase(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
 
 

@@ -14,7 +14,6 @@ from carom.errors import InputError
 from carom.models import fields
 from carom.models.convex import Body, away, closest, first_touch, points_of
 from carom.models.interface import anchor, encounter, outward, repeated
-from carom.models.outlines import Stadium
 
 
 @dataclass(frozen=True)
@@ -70,10 +69,6 @@ class Segment(Body):
         d, length = len(box), float(np.linalg.norm(np.subtract(self.end, self.start)))
         ball = d * unit_ball_volume(d) * self.radius ** (d - 1)
         return ball + length * (d - 1) * unit_ball_volume(d - 1) * self.radius ** (d - 2) if d > 1 else 2.0
-
-    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return the shapes to draw in two dimensions."""
-        return [Stadium(self.start[:2], self.end[:2], self.radius)]
 
 
 class Stick(NamedTuple):

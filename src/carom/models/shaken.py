@@ -27,12 +27,17 @@ from carom.models.interface import (
     repeated,
     rest_speed,
     surface_speed,
+    surface_velocity,
     take_over,
 )
+from carom.models.outlines import shapes
 from carom.models.parabolas import HOP, Course, chase
 from carom.models.paths import Path, pace, place
 from carom.models.to_tables import obstacle_to_table, to_table
 from carom.units import TimeUnit
+
+UNIT = 2.0**-50
+"""How much the length of a unit vector may differ from 1 by rounding."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,8 @@ class Shaken:
     Raises
     ------
     InputError
-        If the direction is zero, or the path is not a path or has bounds that are not finite.
+        If the direction is zero, the path is not a path or has bounds that are not finite, or the obstacle
+        moves already or has a surface.
 
     Examples
     --------
@@ -66,11 +72,20 @@ class Shaken:
     path: Any
 
     def __post_init__(self) -> None:
+        if hasattr(self.obstacle, "live"):
+            raise InputError(
+                f"Shaken moves an obstacle at rest without a surface of its own, found "
+                f"{type(self.obstacle).__name__}, whose motion or surface would be lost. A surface stands "
+                "outside: Surface(Shaken(...), loss) or Thermal(Shaken(...), kT). Two motions are one path."
+            )
         direction = fields.vector(self.direction, "direction of Shaken")
         length = math.hypot(*direction)
         if length == 0.0:
             raise InputError("The direction of Shaken must not be zero: the obstacle moves along it.")
-        object.__setattr__(self, "direction", tuple(x / length for x in direction))
+        # A unit vector stays as it is: a file holds one, and the run must go on with the same bits.
+        if abs(length - 1.0) > UNIT:
+            direction = tuple(x / length for x in direction)
+        object.__setattr__(self, "direction", direction)
         if isinstance(self.path, type) or not isinstance(self.path, Path):
             raise InputError(
                 f"The path of Shaken must have lowest, highest, acceleration, period and model, such as "
@@ -90,7 +105,7 @@ class Shaken:
 
     @property
     def fastest(self) -> float:
-        """Bound on the speed of the obstacle [length / time]."""
+        """Typical speed of the obstacle, its largest with a Sine [length / time]."""
         return float(self.path.acceleration * self.path.period / (2.0 * math.pi))
 
     def gap(self, positions, radii, box, periodic):
@@ -115,6 +130,13 @@ class Shaken:
                     f"{self.name} moves {far:g} far; expected at most a quarter of the periodic edge, "
                     f"{edge:g}."
                 )
+
+    def spread(self) -> np.ndarray:
+        """Return the widths of all places that the obstacle passes, (d,) [length]."""
+        shape = getattr(self.obstacle, "spread", None)
+        width = 2.0 * getattr(self.obstacle, "radius", 0.0) if shape is None else shape()
+        far = max(abs(self.path.lowest), abs(self.path.highest))
+        return width + 2.0 * far * np.abs(self.direction)
 
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""
@@ -160,7 +182,11 @@ class Shaken:
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
         """Return the shapes to draw in two dimensions: the obstacle without displacement."""
-        return self.obstacle.outline(box, periodic)
+        return shapes(self.obstacle, "outline", box, periodic)
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
+        """Return the shapes to draw in three dimensions: the obstacle without displacement."""
+        return shapes(self.obstacle, "surface", box, periodic)
 
 
 class Displaced(NamedTuple):
@@ -244,6 +270,11 @@ def _(obstacle: Displaced, normal, now):
     for axis in range(len(obstacle.course.direction)):
         along += normal[axis] * obstacle.course.direction[axis]
     return along * pace(obstacle.course.path, obstacle.phase[0] + now)
+
+
+@surface_velocity.register
+def _(obstacle: Displaced, axis, now):
+    return obstacle.course.direction[axis] * pace(obstacle.course.path, obstacle.phase[0] + now)
 
 
 @rest_speed.register

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,9 +29,11 @@ from carom.models.interface import (
     repeated,
     rest_speed,
     surface_speed,
+    surface_velocity,
     take_over,
 )
 from carom.models.losses import Law, Loss, kept, never_touched
+from carom.models.outlines import shapes
 from carom.models.to_tables import obstacle_to_table
 
 
@@ -46,7 +49,7 @@ class _Covered:
 
     @property
     def fastest(self) -> float:
-        """Bound on its speed [length / time]."""
+        """Typical speed at which it moves [length / time]."""
         return float(getattr(self.obstacle, "fastest", 0.0))
 
     def gap(self, positions, radii, box, periodic):
@@ -62,12 +65,25 @@ class _Covered:
         return self.obstacle.model()
 
     def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return the shapes to draw in two dimensions."""
-        return self.obstacle.outline(box, periodic)
+        """Return the shapes to draw in two dimensions; none if the obstacle has no outline."""
+        return shapes(self.obstacle, "outline", box, periodic)
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
+        """Return the shapes to draw in three dimensions; none if the obstacle has no surface."""
+        return shapes(self.obstacle, "surface", box, periodic)
 
     def _body(self, particles: Particles) -> Any:
         value = self.obstacle
         return value.live(particles) if hasattr(value, "live") else value.model()
+
+    def _refuse_covered(self) -> None:
+        """Raise InputError if the obstacle has a surface of its own, which would be lost."""
+        if isinstance(self.obstacle, _Covered):
+            mine, other = type(self).__name__, type(self.obstacle).__name__
+            raise InputError(
+                f"{mine} encloses an obstacle without a surface of its own, found {other}, which would "
+                f"be lost. Choose one of the two; what moves stands inside: {mine}(Shaken(...), ...)."
+            )
 
 
 @dataclass(frozen=True)
@@ -84,7 +100,7 @@ class Surface(_Covered):
     Raises
     ------
     InputError
-        If ``loss`` is not a Loss.
+        If ``loss`` is not a Loss, or the obstacle has a surface already.
 
     Notes
     -----
@@ -104,6 +120,7 @@ class Surface(_Covered):
     def __post_init__(self) -> None:
         if not isinstance(self.loss, Loss):
             raise InputError(f"The loss of a Surface must be a Loss, found {checks.describe(self.loss)}.")
+        self._refuse_covered()
 
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""
@@ -131,12 +148,14 @@ class Thermal(_Covered):
     kT : float
         Temperature of that gas [energy].
     seed : int
-        Seed of its random numbers; every component has its own stream.
+        Seed of its random numbers; every component has its own stream. In a scene, a later surface with
+        the seed of another gets a new one.
 
     Raises
     ------
     InputError
-        If the temperature is not positive, or the seed is not an integer of at least 0.
+        If the temperature is not positive, the seed is not an integer of at least 0, or the obstacle has a
+        surface already.
 
     Notes
     -----
@@ -159,6 +178,19 @@ class Thermal(_Covered):
         object.__setattr__(self, "kT", kT)
         seed = checks.integer(self.seed, "seed of Thermal", low=0, high=2**63 - 1)
         object.__setattr__(self, "seed", seed)
+        self._refuse_covered()
+
+    def drawing_apart(self, before: Sequence[Any], given: Sequence[Any]) -> Thermal:
+        """Return the surface with a seed that none of the obstacles ``before`` it has.
+
+        That is its own where possible, and else one that no obstacle of all those ``given`` has. Otherwise
+        two surfaces would throw a component with the same random numbers.
+        """
+        taken = {each.seed for each in before if isinstance(each, Thermal)}
+        if self.seed not in taken:
+            return self
+        taken |= {each.seed for each in given if isinstance(each, Thermal)}
+        return replace(self, seed=next(k for k in itertools.count() if k not in taken))
 
     def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
@@ -300,5 +332,9 @@ def _(obstacle: Thermostat, motion, i, mass, x, v, normal, growth, now):
     obstacle.drawn[i] = k + 1 + 2 * len(v)
     surface = growth + surface_speed(obstacle.body, normal, now)
     change = surface + max(fast, rest_speed(motion), rest_speed(obstacle.body)) - along
+    drift = 0.0
+    for axis in range(len(v)):
+        drift += surface_velocity(obstacle.body, axis, now) * normal[axis]
     for axis in range(len(v)):
         v[axis] += change * normal[axis]
+        v[axis] += surface_velocity(obstacle.body, axis, now) - drift * normal[axis]

@@ -6,6 +6,7 @@ A value that a file can hold has ``to_table()`` (``carom.models.to_tables``). Wh
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from dataclasses import MISSING, fields
 from typing import Any
 
@@ -93,6 +94,17 @@ def _class(kind: Any, what: str, key: str) -> Any:
         )
     module, name = KINDS[what][kind]
     return getattr(importlib.import_module(module), name)
+
+
+def refuse_one_seed(kept: Sequence[dict[str, Any]]) -> None:
+    """Raise InputError where two thermal surfaces of a run have one seed: no scene has had them since."""
+    seeds = [each["seed"] for each in kept if each["kind"] == "thermal"]
+    if len(set(seeds)) < len(seeds):
+        raise InputError(
+            "Two thermal surfaces have one seed in this file, and this Carom lets them draw different random "
+            "numbers: the run would go on with other bits. Go on with the Carom that wrote it, or start from "
+            "a frame."
+        )
 
 
 def obstacle_from_table(values: Any) -> Obstacle:

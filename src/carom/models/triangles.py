@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from carom.errors import InputError
 from carom.models import fields
 from carom.models.convex import Body, away, closest, first_touch, points_of
 from carom.models.interface import anchor, encounter, outward, repeated
-from carom.models.outlines import Polygon
 
 
 @dataclass(frozen=True)
@@ -58,22 +56,19 @@ class Triangle(Body):
 
     def model(self) -> Facet:
         """Return the model that the engine compiles."""
-        a, b, c = self.corners()
+        corners = self.corners()
+        a, b, c = corners
         u, v = b - a, c - a
-        middle = tuple(((a + b + c) / 3.0).tolist())
+        middle = tuple((0.5 * (corners.min(axis=0) + corners.max(axis=0))).tolist())
         sides = tuple(u.tolist()), tuple(v.tolist())
         return Facet(middle, self.radius, self.a, *sides, float(u @ u), float(u @ v), float(v @ v))
-
-    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
-        """Return the shapes to draw in two dimensions."""
-        return [Polygon((self.a[:2], self.b[:2], self.c[:2]))]
 
 
 class Facet(NamedTuple):
     """All places within a distance of a triangle."""
 
     anchor: tuple
-    """Its centroid [length]."""
+    """Between its least and its largest coordinates [length]."""
     round: float
     """The distance [length]."""
     corner: tuple

@@ -39,7 +39,7 @@ class Course:
     equal : bool
         Whether all diameters are the same.
     cools, grows : bool
-        Whether contacts lose energy at constant diameters; whether diameters grow.
+        Whether contacts change the energy at constant diameters; whether diameters grow.
     """
 
     durations: np.ndarray
@@ -84,8 +84,8 @@ class Course:
         if self.cools:
             first, last = self.kT * self.heat[0], self.kT * self.heat[-1]
             return (
-                f"Contacts lose energy (kT from {first:.3g} to {last:.3g}): Z is PV / NkT with the kT of "
-                "each moment, averaged over collisions; P and kT are averages over time."
+                f"Contacts change the energy (kT from {first:.3g} to {last:.3g}): Z is PV / NkT with the kT "
+                "of each moment, averaged over collisions; P and kT are averages over time."
             )
         if self.grows:
             first, last = self.packing_fraction * self.filling[0], self.packing_fraction * self.filling[-1]

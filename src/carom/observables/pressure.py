@@ -55,24 +55,20 @@ class Pressure:
                 f"blocks is {self.blocks!r}; an error bar needs at least 2 blocks, better 64 or more."
             )
 
+    def check(self, scene: Scene) -> None:
+        """Raise InputError if the virial is not the pressure of a ``scene``; the text says why."""
+        if reason := without_pressure(scene):
+            raise InputError(reason)
+
     def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> PressureEstimate:
         """Pressure of any scene, from blocks of its run at the temperature ``kT``; see :meth:`estimate`.
 
         Raises
         ------
         InputError
-            If components are pinned or do not fly straight: the virial is then not the pressure.
+            If the virial is not the pressure of such a scene; the text says why.
         """
-        if scene.pinned is not None:
-            raise InputError(
-                "The virial gives no pressure where components are pinned: forces from outside hold them. "
-                "Measure Simulation.pinned_impulse, or leave out pinned."
-            )
-        if getattr(scene.motion, "curved", False):
-            raise InputError(
-                f"The virial is the pressure of straight flight, and {type(scene.motion).__name__} bends the "
-                "paths; count collisions with Simulation.run()."
-            )
+        self.check(scene)
         return self.estimate(
             blocks,
             n=scene.n,
@@ -324,6 +320,32 @@ class PressureEstimate:
             n=self.n,
             equation=theory.best(self.dimension) if equation is None else equation,
         )
+
+
+def without_pressure(scene: Scene) -> str | None:
+    """Return a sentence on why the virial of a scene is not its pressure; None if it is.
+
+    It is not where components are pinned, where a motion changes the momentum, as a field does, and where
+    flights bend relative to each other.
+    """
+    if scene.pinned is not None:
+        return (
+            "The virial gives no pressure where components are pinned: forces from outside hold them. "
+            "Measure Simulation.pinned_impulse, or leave out pinned."
+        )
+    motion = type(scene.motion).__name__
+    if getattr(scene.motion, "curved", False):
+        return (
+            f"The virial is the pressure of straight flight, and {motion} bends the paths; count collisions "
+            "with Simulation.run()."
+        )
+    keeps = getattr(scene.motion, "conserves", lambda axis: True)
+    if not all(keeps(axis) for axis in range(scene.dimension)):
+        return (
+            f"The virial gives no pressure where {motion} changes the total momentum: the pressure is not "
+            "the same everywhere. Measure that on a wall or an obstacle, carom.WallPressure()."
+        )
+    return None
 
 
 def finite_size_correction(

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from carom import checks
 from carom.cells import Grid, SortedCells
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
@@ -23,6 +24,9 @@ DEFAULT_WIDTH = 0.02
 
 # Default largest distance [diameters]: in a fluid structure fades beyond it, while the cost grows as r^d.
 DEFAULT_REACH = 5.0
+
+# Largest number of bins: each frame keeps a count for every bin.
+MOST_BINS = 10_000_000
 
 
 def rdf(
@@ -61,11 +65,12 @@ def rdf(
     Raises
     ------
     InputError
-        If there is no frame, or frames differ. If an axis has walls: the fluid is then not homogeneous, and g
-        depends on more than r. Frames hold no obstacles: around them this g is not that of a fluid, either.
-        If diameters are unequal and no pair is given, a species is unknown, or a pair overlaps. If bins,
-        width and rmax are all given. If `rmax` does not exceed the diameter, or exceeds half of the shortest
-        edge, beyond which the shells leave the box.
+        If there is no frame, frames differ, or what is given are no frames. If an axis has walls: the fluid
+        is then not homogeneous, and g depends on more than r. Frames hold no obstacles: around them this g is
+        not that of a fluid, either. If diameters are unequal and no pair is given, a species is unknown, or a
+        pair overlaps. If bins, width and rmax are all given, or there are more than ten million bins. If
+        `rmax` does not exceed the diameter, or exceeds half of the shortest edge, beyond which the shells
+        leave the box.
 
     Notes
     -----
@@ -106,6 +111,8 @@ def distributions(
         As :func:`carom.rdf` does.
     """
     found = Histograms(wanted, bins=bins, width=width, rmax=rmax)
+    if isinstance(frames, Frame) or not isinstance(frames, Iterable):
+        raise InputError(f"frames must be a list or an iterator of frames, found {checks.describe(frames)}.")
     for frame in frames:
         found.update(frame)
     return found.result()
@@ -258,7 +265,7 @@ def _contact(frame: Frame, pair: tuple[int, int], contact: float | None) -> floa
         sizes.append(float(diameters[0]))
     if contact is None:
         return 0.5 * sum(sizes)
-    if not (math.isfinite(contact) and contact > 0.0):
+    if not checks.number(contact, "contact") > 0.0:
         raise InputError(f"contact is {contact!r}; it must be a positive length.")
     return float(contact)
 
@@ -285,7 +292,7 @@ def checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
         If ``rmax`` exceeds half of the shortest edge, or does not exceed ``rmin``.
     """
     half = 0.5 * shortest
-    end = half if rmax is None else float(rmax)
+    end = half if rmax is None else checks.number(rmax, "rmax")
     if not end <= half:
         raise InputError(
             f"rmax is {end:.6g}, beyond half of the shortest box edge ({half:.6g}), where shells leave the "
@@ -304,7 +311,7 @@ def _bin_edges(
         raise InputError("bins, width and rmax were all given; give two of them.")
     if bins is not None and (isinstance(bins, bool) or not isinstance(bins, (int, np.integer)) or bins < 1):
         raise InputError(f"bins is {bins!r}; it must be a positive integer.")
-    if width is not None and not (math.isfinite(width) and width > 0.0):
+    if width is not None and not checks.number(width, "width") > 0.0:
         raise InputError(f"width is {width!r}; it must be a positive length.")
     if bins is not None and width is not None:
         rmax = diameter + bins * width
@@ -315,8 +322,14 @@ def _bin_edges(
         if width is None:
             width = DEFAULT_WIDTH * diameter if diameter > 0.0 else end / 200
         # A range that is a whole number of widths up to rounding keeps its last bin.
-        bins = max(int((end - diameter) / width * (1.0 + 1e-12)), 1)
-        end = min(diameter + bins * width, end)
+        asked = (end - diameter) / width * (1.0 + 1e-12)
+        bins = max(int(min(asked, MOST_BINS + 1)), 1)
+        end = min(diameter + bins * width, end) if asked <= MOST_BINS else end
+    if bins > MOST_BINS:
+        raise InputError(
+            f"There would be more than {MOST_BINS} bins from {diameter:.6g} to {end:.6g}; give wider ones "
+            "or fewer."
+        )
     return np.linspace(diameter, end, int(bins) + 1)
 
 

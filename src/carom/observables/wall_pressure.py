@@ -33,7 +33,7 @@ class WallPressure:
     area : float, optional
         Area by which the force is divided [length^(d-1)]. By default it is that of the wall, or of the
         surface of the ball or container (not of the surface on which centres turn back); 1 in one dimension.
-        It is required for planes and for your own obstacles.
+        It is required for planes, for segments without a radius, and for your own obstacles.
     blocks : int
         Number of blocks of equal time into which the run is cut; their scatter gives the error bar.
 
@@ -51,6 +51,12 @@ class WallPressure:
         if self.area is not None:
             checks.number(self.area, "area", low=0.0, open_low=True)
         checks.integer(self.blocks, "blocks", low=2)
+
+    def check(self, scene: Scene) -> None:
+        """Raise InputError if a ``scene`` has no such obstacle, or its area is not known."""
+        k = self._number(obstacle_names(scene))
+        if self.area is None:
+            _area(scene, k)
 
     def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> WallPressureEstimate:
         """Pressure on a wall or obstacle of a scene, from blocks of its run.
@@ -173,6 +179,7 @@ def _area(scene: Scene, k: int) -> float:
     if k < 2 * len(axes):
         return scene.volume / scene.box[axes[k // 2]]
     obstacle = scene.obstacles[k - 2 * len(axes)]
-    if hasattr(obstacle, "area"):
-        return float(obstacle.area(scene.box))
+    area = float(obstacle.area(scene.box)) if hasattr(obstacle, "area") else 0.0
+    if area > 0.0:  # that of a segment without a radius is zero
+        return area
     raise InputError(f"The area of {obstacle.name} is not known; give WallPressure(area=...).")

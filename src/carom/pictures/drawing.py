@@ -14,6 +14,7 @@ from carom.models import outlines
 from carom.models.interface import Obstacle
 from carom.models.outlines import Disk, HalfPlane
 from carom.pictures.render import Camera, rendered
+from carom.pictures.shapes import along, border
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -104,49 +105,32 @@ def draw_network_in_space(axes: Axes, network: PackingNetwork) -> None:
 
 
 def draw_obstacles(axes: Axes, obstacles: Sequence[Obstacle], frame: Frame) -> None:
-    """2D: planes, fixed balls with their images, containers, and all others that have an outline."""
+    """2D: planes, fixed bodies with their images, containers, and all others that have an outline."""
     from matplotlib.patches import Circle, Polygon
 
     reach = math.hypot(*frame.box) + float(frame.diameters.max())
     solid: dict[str, Any] = {"facecolor": SOLID, "edgecolor": BORDER, "zorder": 0.5}
-    shapes = [
-        obstacle.outline(frame.box, frame.periodic) for obstacle in obstacles if hasattr(obstacle, "outline")
-    ]
-    for shape in itertools.chain.from_iterable(shapes):
+    for shape in outlines.of_all(obstacles, frame.box, frame.periodic):
         if isinstance(shape, HalfPlane):
             normal = np.array(shape.normal)
-            along, behind = 2 * reach * np.array([-normal[1], normal[0]]), 2 * reach * normal
-            ends = shape.point - along, shape.point + along
+            beside, behind = 2 * reach * np.array([-normal[1], normal[0]]), 2 * reach * normal
+            ends = shape.point - beside, shape.point + beside
             axes.add_patch(Polygon([*ends, ends[1] - behind, ends[0] - behind], **solid))
         elif isinstance(shape, Disk):
             axes.add_patch(Circle(shape.center, shape.radius, **solid))
         elif isinstance(shape, outlines.Circle):
             axes.add_patch(Circle(shape.center, shape.radius, fill=False, edgecolor=BORDER, linewidth=2.0))
-        elif isinstance(shape, outlines.Polygon):
-            axes.add_patch(Polygon(shape.corners, **solid))
-        elif isinstance(shape, outlines.Stadium):
-            _draw_stick(axes, shape, solid)
+        elif isinstance(shape, outlines.Hull):
+            corners = border(shape)
+            if len(corners) > 2:
+                axes.add_patch(Polygon(corners, **solid))
+            else:
+                axes.plot(*corners.T, color=BORDER, linewidth=2.0, zorder=0.5)
         elif isinstance(shape, outlines.Arc):
-            turns = shape.start + shape.angle * np.linspace(0.0, 1.0, 181)
-            place = np.array(shape.center) + shape.radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-            axes.plot(*place.T, color=BORDER, linewidth=2.0, zorder=0.5)
+            axes.plot(*along(shape).T, color=BORDER, linewidth=2.0, zorder=0.5)
         else:
             line = axes.axhline if shape.axis == 0 else axes.axvline
             line(shape.offset, color=BORDER, linewidth=2.0)
-
-
-def _draw_stick(axes: Axes, stick: outlines.Stadium, solid: dict[str, Any]) -> None:
-    """Draw all places within a distance of a segment, or the segment itself."""
-    from matplotlib.patches import Polygon
-
-    ends = np.array([stick.start, stick.end])
-    if stick.radius == 0.0:
-        axes.plot(*ends.T, color=BORDER, linewidth=2.0, zorder=0.5)
-        return
-    along = math.atan2(*(ends[1] - ends[0])[::-1])
-    turns = along + np.pi * np.linspace(-0.5, 0.5, 31)
-    cap = stick.radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    axes.add_patch(Polygon(np.concatenate([ends[1] + cap, ends[0] - cap]), **solid))
 
 
 def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.ndarray | float = 0.0) -> None:

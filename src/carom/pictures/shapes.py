@@ -6,18 +6,24 @@ also those of the user's own classes. :mod:`carom.models.outlines` has the shape
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.errors import InputError
 from carom.models import outlines
 from carom.models.interface import Obstacle
 
 ROUND = 96
 """Segments of a circle."""
+
+DIRECTIONS = 150
+"""Points of a sphere: of the rounded corners of solids in space."""
+
+SHARP = 0.9
+"""Two facets whose normals have a smaller product meet in an edge that is drawn."""
 
 
 class Shapes(NamedTuple):
@@ -44,12 +50,10 @@ def shapes_of(obstacles: Sequence[Obstacle], box: np.ndarray, periodic: tuple[bo
     segments: list[np.ndarray] = []
     triangles: list[np.ndarray] = []
     plane = len(box) == 2
-    name = "outline" if plane else "surface"
-    shapes = [getattr(o, name)(box, periodic) for o in obstacles if hasattr(o, name)]
     # In 2D, solids are drawn a little beyond the box.
     beyond = 0.04 * float(max(box)) * np.array([1.0, 1.0, 0.0]) if plane else np.zeros(3)
     lower, upper = -beyond, _in_space(box) + beyond
-    for shape in itertools.chain.from_iterable(shapes):
+    for shape in outlines.of_all(obstacles, box, periodic):
         if isinstance(shape, outlines.Disk | outlines.SolidSphere):
             x, reach = _in_space(shape.center), shape.radius
             if np.all(x + reach > lower) and np.all(x - reach <= upper):
@@ -69,15 +73,97 @@ def shapes_of(obstacles: Sequence[Obstacle], box: np.ndarray, periodic: tuple[bo
             corners = [[lower[0], lower[1]], [upper[0], lower[1]], [upper[0], upper[1]], [lower[0], upper[1]]]
             solid = _behind(_flat(corners), _in_space(shape.point), _in_space(shape.normal))
             triangles += _fan(solid)
+        elif isinstance(shape, outlines.Hull):
+            tips = np.array([_in_space(corner) for corner in shape.corners])
+            low, high = tips.min(axis=0) - shape.radius, tips.max(axis=0) + shape.radius
+            if (high < lower).any() or (low > upper).any():
+                continue
+            faces, edges = _hull_in_plane(shape) if plane else _hull(shape)
+            for face in faces:
+                triangles += _fan(_within(face, lower, upper))
+            segments += [_line_within(edge, lower, upper) for edge in edges]
+        elif isinstance(shape, outlines.Arc):
+            points = _flat(along(shape))
+            segments.append(np.stack([points[:-1], points[1:]], axis=1))
         elif isinstance(shape, outlines.SolidBehind):
             face = _face(np.array(shape.point), np.array(shape.normal), np.zeros(3), np.asarray(box))
             triangles += _fan(face)
             segments.append(np.stack([face, np.roll(face, -1, axis=0)], axis=1))
+        else:
+            raise NotImplementedError(f"{type(shape).__name__} is not drawn.")
     return Shapes(
         np.array(spheres).reshape(-1, 4),
         np.concatenate(segments) if segments else np.empty((0, 2, 3)),
         np.array(triangles).reshape(-1, 3, 3),
     )
+
+
+def along(arc: outlines.Arc) -> np.ndarray:
+    """Return points along an arc, (k, 2) [length]."""
+    turns = arc.start + arc.angle * np.linspace(0.0, 1.0, 181)
+    return np.array(arc.center) + arc.radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+
+
+def border(hull: outlines.Hull) -> np.ndarray:
+    """Return the corners (k, 2) of a hull in the plane, in order; two if it is a line [length]."""
+    corners = np.array(hull.corners)[:, :2]
+    if hull.radius > 0.0:
+        turns = np.linspace(0.0, 2.0 * math.pi, ROUND, endpoint=False)
+        corners = _around(corners, hull.radius, np.stack([np.cos(turns), np.sin(turns)], axis=1))
+    return corners if len(corners) < 3 else corners[_convex(corners).vertices]
+
+
+def _convex(points: np.ndarray) -> Any:
+    """Return the convex hull of points.
+
+    Raises
+    ------
+    InputError
+        If they lie on a line or in a plane.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return ConvexHull(points)
+    except QhullError:
+        raise InputError(
+            f"A Hull of {len(points)} corners is flat, and cannot be drawn; expected a line of two corners, "
+            "a triangle, corners that span the space, or a radius above 0."
+        ) from None
+
+
+def _around(corners: np.ndarray, radius: float, directions: np.ndarray) -> np.ndarray:
+    """Return points in all directions around each corner."""
+    return (corners[:, None] + radius * directions).reshape(-1, corners.shape[1])
+
+
+def _hull_in_plane(shape: outlines.Hull) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return the faces (k, 3) and the lines (2, 3) of a hull in the plane."""
+    corners = _flat(border(shape))
+    return ([corners], []) if len(corners) > 2 else ([], [corners])
+
+
+def _hull(shape: outlines.Hull) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return the faces (k, 3) and the edges (2, 3) of a hull in space."""
+    corners = np.array(shape.corners)
+    if shape.radius > 0.0:
+        # Points on a spiral from pole to pole are spread evenly.
+        heights = np.linspace(-1.0, 1.0, DIRECTIONS)
+        turns = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(DIRECTIONS)
+        across = np.sqrt(1.0 - heights**2)
+        directions = np.stack([across * np.cos(turns), across * np.sin(turns), heights], axis=1)
+        corners = _around(corners, shape.radius, directions)
+    elif len(corners) < 4:
+        if len(corners) < 3:
+            return [], [corners]
+        return [corners], list(corners[[(0, 1), (1, 2), (2, 0)]])
+    hull = _convex(corners)
+    normals = hull.equations[:, :3]
+    # Neighbor k of a facet is the one opposite to its corner k.
+    bend = np.einsum("fx, fkx -> fk", normals, normals[hull.neighbors])
+    sharp = (bend < SHARP) & (hull.neighbors > np.arange(len(normals))[:, None])
+    edges = [corners[np.delete(hull.simplices[facet], k)] for facet, k in np.argwhere(sharp)]
+    return list(corners[hull.simplices]), edges
 
 
 def _in_space(x: Any) -> np.ndarray:
@@ -151,12 +237,28 @@ def _face(point: np.ndarray, normal: np.ndarray, lower: np.ndarray, upper: np.nd
     other = np.cross(normal, along)
     signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     polygon = np.array([point + reach * (a * along + b * other) for a, b in signs])
-    # The margin keeps a plane that is a face of the box.
-    margin = 1e-9 * (upper - lower)
+    return _within(polygon, lower, upper)
+
+
+def _within(polygon: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Return the part of a convex polygon (k, 3) in a box."""
+    # The margin keeps a polygon that lies in a face of the box.
+    margin = 1e-9 * float(np.max(upper - lower))
+    if (polygon >= lower - margin).all() and (polygon <= upper + margin).all():
+        return polygon
     for axis in range(3):
         polygon = _behind(polygon, upper + margin, np.eye(3)[axis])
         polygon = _behind(polygon, lower - margin, -np.eye(3)[axis])
     return polygon
+
+
+def _line_within(ends: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Return the part of a line (2, 3) in a box, as none or one of (k, 2, 3)."""
+    part = _within(ends, lower, upper)
+    if not len(part):
+        return np.empty((0, 2, 3))
+    order = np.argsort(part @ (ends[1] - ends[0]))
+    return part[order[[0, -1]]][None]
 
 
 def _fan(polygon: np.ndarray) -> list[np.ndarray]:

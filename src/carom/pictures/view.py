@@ -204,9 +204,10 @@ def _of_path(
 
         with open_reader(path) as reader:
             frame = reader[-1]
-        network = packing_network(frame, obstacles=obstacles or ())
+        standing = standing_beside(path, frame) if obstacles is None else obstacles
+        network = packing_network(frame, obstacles=standing)
         if not network.backbone.any():
-            network = packing_network(frame, sided=False, obstacles=obstacles or ())
+            network = packing_network(frame, sided=False, obstacles=standing)
         return viewdata.of_network(network), _title(path)
     with open_reader(path) as reader:
         if obstacles is None and len(reader):
@@ -243,10 +244,15 @@ def rules_beside(source: Path) -> Interaction | None:
 
 
 def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
-    """Return the obstacles of the run in whose folder a ``trajectory`` lies.
+    """Return the obstacles of the run or of the packing in whose folder a ``trajectory`` lies.
 
     There are none if a ``frame`` of it is in another box. A scene file alone is a plan of some run, of which
     this trajectory need not be.
+
+    Raises
+    ------
+    FileError
+        If the summary of a packing is damaged, or lists an obstacle of a class of one's own.
 
     Warns
     -----
@@ -254,6 +260,8 @@ def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
         If the scene file of the run cannot be read.
     """
     folder = trajectory.parent
+    if trajectory.stem == "packing" and (folder / "summary.json").exists():
+        return _of_packing(folder / "summary.json")
     plan = folder / "scene.toml"
     if not plan.exists() or not any((folder / name).exists() for name in ("summary.json", "checkpoint.h5")):
         return ()
@@ -281,3 +289,20 @@ def _box_of(summary: Path) -> list[float] | None:
         return list(json.loads(summary.read_text(encoding="utf-8"))["box"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
+
+
+def _of_packing(summary: Path) -> Sequence[Obstacle]:
+    """Return the obstacles that the summary of a packing lists."""
+    from carom.models.tables import obstacle_from_table
+
+    try:
+        with summary.open(encoding="utf-8") as file:
+            tables = json.load(file).get("obstacles", [])
+        return [obstacle_from_table(table) for table in tables]
+    except InputError as error:
+        raise FileError(f"{summary}: {error}") from None
+    except (OSError, ValueError, AttributeError, TypeError) as error:
+        raise FileError(
+            f"{summary} is not the summary of a packing ({error}), so its obstacles are not known; "
+            "give them, obstacles=[...], to carom.view or carom.movie."
+        ) from None

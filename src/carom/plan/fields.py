@@ -47,6 +47,16 @@ class Fields:
 
         self._replace(name, check)
 
+    def indices(self, name: str, high: int) -> None:
+        """Check a whole number, or a list of any length; an empty one is left out."""
+
+        def check(value: Any, key: str) -> int | tuple[int, ...] | None:
+            if not isinstance(value, tuple):
+                return checks.integer(value, key, low=0, high=high)
+            return tuple(checks.integer(v, key, low=0, high=high) for v in value) or None
+
+        self._replace(name, check)
+
     def edges(self, name: str) -> None:
         """Check lengths, one for each axis."""
 

@@ -56,14 +56,7 @@ class Plan:
             plan = cls.from_toml(text)
         except InputError as problem:
             raise InputError(f"{path}: {problem}") from problem
-        there: dict[str, Any] = {}
-        if plan.scene.file is not None:
-            there["file"] = str((path.parent / plan.scene.file).absolute())
-        if isinstance(plan.scene.interaction, RuleFile):
-            there["interaction"] = plan.scene.interaction.beside(path.parent)
-        if there:
-            plan = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, **there))
-        return plan
+        return plan.beside(path.parent)
 
     @classmethod
     def from_toml(cls, text: str) -> Self:
@@ -96,8 +89,25 @@ class Plan:
             values[name] = _section(name, table)
         return cls(**values)
 
+    def beside(self, folder: str | Path) -> Self:
+        """Return the plan with absolute paths of the files that its scene names, as seen from a folder."""
+        there: dict[str, Any] = {}
+        if self.scene.file is not None:
+            there["file"] = str((Path(folder) / self.scene.file).absolute())
+        if isinstance(self.scene.interaction, RuleFile):
+            there["interaction"] = self.scene.interaction.beside(Path(folder))
+        if not there:
+            return self
+        return dataclasses.replace(self, scene=dataclasses.replace(self.scene, **there))
+
     def to_toml(self) -> str:
-        """Return the plan as TOML, from which :meth:`from_toml` makes an equal plan."""
+        """Return the plan as TOML, from which :meth:`from_toml` makes an equal plan.
+
+        Raises
+        ------
+        InputError
+            If an obstacle, the interaction, the motion or the impact is of a class of one's own.
+        """
         lines: list[str] = []
         for section in dataclasses.fields(self):
             spec = getattr(self, section.name)
@@ -108,8 +118,9 @@ class Plan:
                 if key.name in _TABLES:
                     for each in value:
                         tables += ["", f"[[{section.name}.{key.name}]]", *_pairs(_TABLES[key.name](each))]
-                elif value is not None and hasattr(value, "to_table"):
-                    tables += ["", f"[{section.name}.{key.name}]", *_pairs(value.to_table())]
+                elif value is not None and key.name in _MODELS:
+                    table = _model_table(key.name, value)
+                    tables += ["", f"[{section.name}.{key.name}]", *_pairs(table)]
                 elif value is not None:
                     lines.append(f"{key.name} = {_toml(value)}")
             lines += [*tables, ""]
@@ -152,6 +163,18 @@ def _obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
         )
     return table
 
+
+def _model_table(name: str, value: Any) -> dict[str, Any]:
+    if not to_tables.holds(value):
+        raise InputError(
+            f"[scene] {name} is {checks.describe(value)}, of a class of one's own, which a scene file cannot "
+            "hold: run it with carom.Simulation."
+        )
+    return dict(value.to_table())
+
+
+#: Keys whose values are models.
+_MODELS = ("interaction", "motion", "impact")
 
 #: Keys whose values are lists of tables, and the function that makes such a table.
 _TABLES: dict[str, Any] = {"species": dataclasses.asdict, "obstacles": _obstacle_table}

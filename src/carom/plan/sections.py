@@ -162,7 +162,7 @@ class SceneSpec:
         check.switches("periodic")
         check.number("restitution", low=0, high=1, open_low=True)
         check.number("elastic_below", low=0, high=checks.FASTEST, open_low=True)
-        check.integers("pinned", low=0, high=lattices.MOST)
+        check.indices("pinned", high=lattices.MOST)
         check.table("contact")
         check.each("species", _species)
         check.each("obstacles", _obstacle)
@@ -260,16 +260,19 @@ class SceneSpec:
             from carom.io import read
 
             frame = read(self.file or "", -1 if self.frame is None else self.frame)
-            scene = Scene.from_frame(frame, contact=self.contact, obstacles=self.obstacles)
-            return self._elastic(scene if self.kT is None else scene.with_(velocities=None), seed)
+            if self.kT is not None:  # a pinned one may have flown in the file
+                frame = dataclasses.replace(frame, velocities=np.zeros_like(frame.velocities))
+            given = {"contact": self.contact, "obstacles": self.obstacles, **self._added(frame.n, seed)}
+            scene = Scene.from_frame(frame, **given)
+            return self._elastic(scene if self.kT is None else scene.with_(velocities=None))
         periodic = True if self.periodic is None else self.periodic
         walls: dict[str, Any] = {"periodic": periodic, "obstacles": self.obstacles}
         if self.species:
-            return self._elastic(self._mixture(walls, seed), seed)
+            return self._with_added(self._mixture(walls, seed), seed)
         assert self.diameter is not None
         assert self.mass is not None
         if self.initial == "random":
-            return self._elastic(
+            return self._with_added(
                 Scene.random(
                     self.n or 1,
                     self.dimension,
@@ -285,7 +288,7 @@ class SceneSpec:
             )
         lattice = self._lattice()
         cells = lattices.cells_for(lattice, self.n) if self.cells is None else self.cells
-        return self._elastic(
+        return self._with_added(
             Scene.on(
                 lattice,
                 cells,
@@ -321,13 +324,21 @@ class SceneSpec:
             **walls,
         )
 
-    def _elastic(self, scene: Scene, seed: Any) -> Scene:
-        """Return the scene with the interaction, motion, impact, restitution and pinned components given."""
+    def _added(self, n: int, seed: Any) -> dict[str, Any]:
+        """Return the interaction, motion, impact and pinned components given, by argument name."""
         given = {name: getattr(self, name) for name in self._given("interaction", "motion", "impact")}
         given |= self.own()
         if self.pinned is not None:
-            given["pinned"] = self._who_is_pinned(scene.n, seed)
-        scene = scene.with_(**given) if given else scene
+            given["pinned"] = self._who_is_pinned(n, seed)
+        return given
+
+    def _with_added(self, scene: Scene, seed: Any) -> Scene:
+        """Return the scene with them and the restitution given."""
+        given = self._added(scene.n, seed)
+        return self._elastic(scene.with_(**given) if given else scene)
+
+    def _elastic(self, scene: Scene) -> Scene:
+        """Return the scene with the restitution given."""
         if self.restitution is None:
             return scene
         return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)

@@ -9,6 +9,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError, OverlapError
+from carom.models.interface import repeated
 from carom.scene import box, overlaps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
@@ -49,10 +50,24 @@ def speeds(velocities: Any, shape: tuple[int, ...], pinned: np.ndarray | None = 
 
 
 def refuse_tight(room: Room, diameters: np.ndarray) -> None:
-    """Raise InputError if the room that a container leaves the largest component is below rounding."""
+    """Raise InputError if the room that an obstacle leaves the largest component is too small.
+
+    In a container it must be above rounding. Of an obstacle that stands in every image, a component touches
+    the nearest one: where it may touch a slanting one from farther than half an edge, this would not hold.
+    """
     largest = float(diameters.max())
     for container in room.obstacles:
-        inside = getattr(container, "inside", None)
+        spread = _asked(container, "spread")
+        if spread is not None and repeated(container.model()):
+            for axis in np.flatnonzero(room.periodic):
+                wide, edge = float(spread()[axis]), float(room.box[axis])
+                if wide + largest > edge:
+                    raise InputError(
+                        f"{container.name} is {wide:.6g} wide along axis {axis}, which is periodic with "
+                        f"{edge:.6g}; expected room for the largest diameter ({largest:.6g}) between it and "
+                        "its image. Set periodic to false for that axis, or enlarge the box."
+                    )
+        inside = _asked(container, "inside")
         if inside is None:
             continue
         width = inside(tuple(room.box))
@@ -61,6 +76,13 @@ def refuse_tight(room: Room, diameters: np.ndarray) -> None:
                 f"The inside of {container.name} must be wider than the largest diameter ({largest:.6g}), by "
                 f"more than rounding: found a radius of {0.5 * width:.6g}. Enlarge it."
             )
+
+
+def _asked(obstacle: Any, name: str) -> Any:
+    """Return a method of an obstacle, or of the one that it covers or moves; None if there is none."""
+    while obstacle is not None and not hasattr(obstacle, name):
+        obstacle = getattr(obstacle, "obstacle", None)
+    return getattr(obstacle, name, None)
 
 
 def refuse_overlap(

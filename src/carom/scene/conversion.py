@@ -11,10 +11,14 @@ import numpy as np
 
 from carom import checks
 from carom.errors import CaromWarning, InputError
+from carom.models import obstacles as _obstacles
+from carom.models.hard_cores import HardCores
+from carom.models.pinned import Pinned
+from carom.models.pinned import mask as pinned_mask
 from carom.scene import box, overlaps
 from carom.scene.fields import S
 from carom.scene.overlaps import Room
-from carom.scene.species import Contacts, per_component
+from carom.scene.species import Contacts, contact_matrix, labels, per_component
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -23,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from carom.frame import Frame
+    from carom.models.interface import Impact, Interaction, Motion
     from carom.models.obstacles import Obstacle
 
 
@@ -32,6 +37,10 @@ def from_frame(
     *,
     contact: ArrayLike | None = None,
     obstacles: Sequence[Obstacle] = (),
+    pinned: ArrayLike | None = None,
+    interaction: Interaction | None = None,
+    motion: Motion | None = None,
+    impact: Impact | None = None,
 ) -> S:
     """Make a scene from a frame, without its images and time.
 
@@ -39,7 +48,7 @@ def from_frame(
     ----------
     frame : Frame
         Axes of the frame that are not periodic get walls.
-    contact, obstacles
+    contact, obstacles, pinned, interaction, motion, impact
         As in :class:`carom.Scene`; a frame does not store them.
 
     Raises
@@ -53,12 +62,19 @@ def from_frame(
         If spheres overlap by no more than the rounding of single precision, as in a GSD file. They are then
         moved apart by this small amount.
     """
-    arguments = of_frame(frame) | {"contact": contact, "obstacles": obstacles}
-    if frame.positions.size:
+    arguments = of_frame(frame) | {"contact": contact, "obstacles": obstacles, "pinned": pinned}
+    if frame.positions.size and not getattr(interaction, "penetrable", False):
         sizes = per_component(arguments["diameter"], "diameter", frame.n)
         edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
-        arguments["positions"] = parted(arguments, edges, box.periodicity(frame.periodic, frame.dimension))
-    return cls(**arguments)
+        periodic = box.periodicity(frame.periodic, frame.dimension)
+        standing = _obstacles.checked(obstacles, edges, periodic)
+        room = Room(np.asarray(edges), np.asarray(periodic), standing)
+        kinds = labels(frame.species, frame.n)
+        given = interaction.contact if isinstance(interaction, HardCores) else contact
+        contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
+        given = interaction.which if isinstance(interaction, Pinned) else pinned
+        arguments["positions"] = parted(arguments["positions"], room, contacts, pinned_mask(given, frame.n))
+    return cls(**arguments, interaction=interaction, motion=motion, impact=impact)
 
 
 def from_ase(
@@ -184,42 +200,44 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: bool) -> dict[str, Any]:
     }
 
 
-def parted(scene: dict[str, Any], edges: tuple[float, ...], periodic: tuple[bool, ...]) -> Any:
+def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | None) -> Any:
     """Return positions without the overlaps that are due to single precision.
 
     Positions with deeper overlaps, or with none, are returned as they are.
 
     Parameters
     ----------
-    scene : dict
-        Arguments of a Scene.
-    edges, periodic : tuples
-        Its box, checked.
+    positions : (n, d) array
+        Centres [length].
+    room : Room
+        Where they are.
+    contacts : Contacts
+        When they touch.
+    pinned : (n,) bool array or None
+        Those that may overlap each other, and obstacles.
 
     Warns
     -----
     CaromWarning
         If spheres were moved apart.
     """
-    places = checks.array(scene["positions"], "positions", "(n, d)", ndim=2)
-    diameters = per_component(scene["diameter"], "diameter", len(places))
-    room = Room(np.asarray(edges), np.asarray(periodic), scene.get("obstacles", ()))
-    contacts = Contacts(diameters, scene["species"], scene.get("contact"))
-    places = room.wrapped(places)
-    overlap = overlaps.deepest(places, room, contacts)
-    intruder = overlaps.intruder(places, room, 0.5 * diameters)
+    diameters = contacts.diameters
+    radii = 0.5 * diameters if pinned is None else np.where(pinned, 0.0, 0.5 * diameters)
+    places = room.wrapped(checks.array(positions, "positions", "(n, d)", ndim=2))
+    overlap = overlaps.deepest(places, room, contacts, pinned)
+    intruder = overlaps.intruder(places, room, radii)
     single = overlaps.rounding(room.box, float(np.finfo(np.float32).eps))
     if overlap is None and intruder is None:
-        return scene["positions"]
+        return positions
     if (overlap is not None and overlap.depth > single) or (intruder is not None and intruder[2] > single):
-        return scene["positions"]
+        return positions
     from carom.scene import placement
 
     # The spheres of a fluid separate in a few steps. Otherwise they are jammed, and the overlap is an error.
     clearance = 1 + 2 * single / float(diameters.min())
-    moved = placement.separated(places, room, contacts, 0.5 * diameters, clearance=clearance, patience=200)
+    moved = placement.separated(places, room, contacts, radii, clearance=clearance, patience=200)
     if moved is None:
-        return scene["positions"]
+        return positions
     what = ""
     if overlap is not None:
         what = (

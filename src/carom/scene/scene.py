@@ -296,10 +296,12 @@ class Scene(Fields):
         Raises
         ------
         InputError
-            If something is missing or damaged, or an obstacle of your own class is not given.
+            If something is missing or damaged, an obstacle of your own class is not given, or two thermal
+            surfaces have one seed, as in files of older versions.
         """
         try:
             kept = attributes["obstacles"]
+            tables.refuse_one_seed(kept)
             if obstacles is None:
                 obstacles = tuple(tables.obstacle_from_table(each) for each in kept)
             elif len(obstacles) != len(kept):

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.models.pinned import mask
 from carom.scene.lattices import MOST
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 def maxwell_velocities(
@@ -19,7 +24,7 @@ def maxwell_velocities(
     kT: float = 1.0,
     seed: int | np.random.Generator = 0,
     conserved: Sequence[bool] | None = None,
-    pinned: np.ndarray | None = None,
+    pinned: ArrayLike | None = None,
 ) -> np.ndarray:
     """Draw velocities with zero total momentum and an exact temperature.
 
@@ -34,9 +39,9 @@ def maxwell_velocities(
     seed : int or numpy.random.Generator
         Source of randomness.
     conserved : d bools, optional
-        Axes along which momentum is conserved, and zero: all by default. Along other axes walls and obstacles
-        take momentum up.
-    pinned : (n,) bool array, optional
+        Axes along which momentum is conserved, and zero: all by default, none where components are pinned.
+        Along other axes walls, obstacles and pinned components take momentum up.
+    pinned : (n,) array_like of bool, or of indices, optional
         Components that stay at rest.
 
     Returns
@@ -48,7 +53,7 @@ def maxwell_velocities(
     Raises
     ------
     InputError
-        If a number is out of range.
+        If a number is out of range, or all components are pinned.
     """
     n = checks.integer(n, "n", low=1, high=MOST)
     dimension = checks.integer(dimension, "dimension", low=1)
@@ -62,15 +67,18 @@ def maxwell_velocities(
             least = mass.min(initial=np.inf)
             raise InputError(f"masses must be {n} positive numbers, found {len(mass)}, the least {least:g}.")
     velocities = rng.standard_normal((n, dimension)) / np.sqrt(mass)[:, None]
-    if pinned is not None:
-        velocities[pinned] = 0.0
-    still = np.ones(dimension, bool) if conserved is None else np.array(conserved, bool)
+    fixed = mask(pinned, n)
+    still = np.full(dimension, fixed is None) if conserved is None else np.array(conserved, bool)
+    moving = n
+    if fixed is not None:
+        velocities[fixed] = 0.0
+        moving -= int(fixed.sum())
+        still[:] = False
     if n == 1:
         still[:] = False
     if still.any():
         for _ in range(2):  # the second time removes what rounding left
             velocities -= np.where(still, mass @ velocities, 0.0) / mass.sum()
     twice_kinetic = float(mass @ np.einsum("ij,ij->i", velocities, velocities))
-    moving = n if pinned is None else n - int(pinned.sum())
     freedoms = dimension * moving - int(still.sum())
     return velocities * math.sqrt(kT * freedoms / twice_kinetic)

@@ -39,7 +39,8 @@ class Thermometer:
         scene = machine.scene
         self.names: tuple[str, ...] = ()
         # Pinned components have no temperature; those that move among them are compared by nobody.
-        elastic = scene.restitution == 1.0 and machine.contents.rates is None and scene.pinned is None
+        contents = machine.contents
+        elastic = contents.elastic and contents.rates is None and scene.pinned is None
         if not elastic or scene.masses.min() == scene.masses.max():
             return
         if scene.species is None:

@@ -45,7 +45,8 @@ def free_flights(
     Raises
     ------
     InputError
-        If the simulation was made without ``flights=True``, or not exactly one length is given.
+        If the simulation was made without ``flights=True``, or not exactly one length is given, or it is not
+        a positive number.
     """
     machine = sim.machine
     flights = machine.engine.model.flights
@@ -55,9 +56,14 @@ def free_flights(
         raise InputError("free_flights() needs either collisions_per_particle or time.")
     count = checks.integer(blocks, "blocks", low=2)
     n = sim.scene.n
+    # Checked before anything runs, or is cleared.
     if time is None:
-        assert collisions_per_particle is not None
-        time = sim.time_for(checks.collisions_of(collisions_per_particle, n))
+        length = checks.number(
+            collisions_per_particle, "collisions_per_particle of free_flights()", low=0.0, open_low=True
+        )
+        time = sim.time_for(checks.collisions_of(length, n))
+    else:
+        time = checks.number(time, "time of free_flights()", low=0.0, open_low=True)
     free = sim.time_for(0.5 * n)  # each collision ends two flights
     speed = float(np.sqrt(sim.kT / sim.scene.masses.min()))
     widths = np.array([free, free * speed, speed]) * REACH / (flights.times.shape[1] - 1)

@@ -11,7 +11,9 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.notebook import watchable
 from carom.observables.precision import Goal, Prediction
+from carom.observables.pressure import Pressure
 from carom.observables.protocol import outcome, sees
+from carom.observables.wall_pressure import WallPressure
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.precise import tell_doubts, until
@@ -70,7 +72,7 @@ def measure(
     Raises
     ------
     InputError
-        If not exactly one length is given, or nothing collides.
+        If not exactly one length is given, or nothing collides. If the scene has no such pressure.
 
     Warns
     -----
@@ -81,6 +83,8 @@ def measure(
         drifting, too (``carom.observables.equilibrium``).
     """
     _check_observable(observable)
+    if isinstance(observable, Pressure | WallPressure):
+        observable.check(sim.scene)  # before a run that would be in vain
     given = {
         "collisions": collisions,
         "collisions_per_particle": collisions_per_particle,

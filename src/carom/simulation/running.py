@@ -213,7 +213,7 @@ class Running:
         Parameters
         ----------
         collisions : int, optional
-            Pair collisions to add.
+            Pair collisions to add, a whole number.
         collisions_per_particle : float, optional
             The same per component: every collision counts for two components.
         time : float, optional
@@ -252,6 +252,8 @@ class Running:
         for name, value in limits.items():
             if value is not None:
                 checks.number(value, name, low=0.0)
+        if collisions is not None and collisions % 1 != 0:
+            raise InputError(f"collisions must be a whole number, found {checks.describe(collisions)}.")
         if all(value is None for value in limits.values()):
             raise InputError(f"run() needs a limit: one of {', '.join(limits)}.")
         if collisions_per_particle is not None:

@@ -32,7 +32,7 @@ def sample(
     every : float
         Time between two frames; the first one is ``every`` after the present.
     count : int, optional
-        Number of frames; by default endless.
+        Number of frames ``every`` so often; by default endless.
     times : iterable of float
         Alternatively, times since the start of the run, in increasing order and none in the past. An iterator
         may be endless; it is advanced one item at a time.
@@ -42,7 +42,8 @@ def sample(
     Raises
     ------
     InputError
-        If neither or both of ``every`` and ``times`` are given, or a time lies in the past.
+        If neither or both of ``every`` and ``times`` are given, or ``count`` with ``times``, or a time lies
+        in the past.
     """
     if isinstance(progress, bool):
         plain = _watched if progress else sample
@@ -50,6 +51,8 @@ def sample(
     if (every is None) == (times is None):
         raise InputError("sample() needs either every= (with count=) or times=.")
     if every is None:
+        if count is not None:
+            raise InputError("count of sample() goes with every=, and times= is given: leave count out.")
         several = times if isinstance(times, Iterable) else [times]
         if isinstance(several, Iterator):  # of any length, perhaps without end
             return _frames(sim, map(_instant, several), None, progress)

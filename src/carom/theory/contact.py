@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
 from carom.theory.arithmetic import checked
 from carom.theory.finite_size import speed_factor
 
@@ -24,12 +28,17 @@ def contact_value(
         Number of particles, if g is normalised by (N - 1) / V as in :mod:`carom.observables.rdf`. By default
         infinitely many.
 
+    Raises
+    ------
+    InputError
+        If a packing fraction is not in [0, 1), or n is less than 2.
+
     Notes
     -----
     The virial theorem of hard spheres is ``Z - 1 = 2^(d - 1) eta g(sigma+)``. For N particles the right side
     has the factor (N - 1) / N.
     """
-    pairs = 1.0 if n is None else (n - 1.0) / n
+    pairs = 1.0 if n is None else (checks.number(n, "n", low=2) - 1.0) / n
     return (compressibility_factor - 1.0) / (2.0 ** (dimension - 1) * checked(packing_fraction) * pairs)
 
 
@@ -37,8 +46,13 @@ def compressibility_factor(contact: Any, packing_fraction: Any, dimension: int, 
     """Z that a ``contact`` value implies: the inverse of :func:`contact_value`.
 
     The other parameters are those of :func:`contact_value`.
+
+    Raises
+    ------
+    InputError
+        If a packing fraction is not in [0, 1), or n is less than 1.
     """
-    pairs = 1.0 if n is None else (n - 1.0) / n
+    pairs = 1.0 if n is None else (checks.number(n, "n", low=1) - 1.0) / n
     return 1.0 + 2.0 ** (dimension - 1) * checked(packing_fraction) * pairs * contact
 
 
@@ -65,13 +79,18 @@ def collision_rate(
     diameter, mass, kT : float
         Diameter [length], mass and temperature [energy].
 
+    Raises
+    ------
+    InputError
+        If n is less than 2: one particle meets nobody.
+
     Notes
     -----
     ``2 d (Z - 1) / sqrt(pi) sqrt(kT / m) / sigma``, times :func:`speed_factor` of d (N - 1) for N particles.
     A collision counts for both partners, so that N particles have N / 2 times this rate. Chapman and Cowling,
     The Mathematical Theory of Non-uniform Gases, sec. 16.2.
     """
-    correction = 1.0 if n is None else speed_factor(dimension * (n - 1))
+    correction = 1.0 if n is None else speed_factor(dimension * (checks.number(n, "n", low=2) - 1))
     speed = math.sqrt(kT / mass)
     return (
         2.0 * dimension * (compressibility_factor - 1.0) / math.sqrt(math.pi) * speed / diameter * correction
@@ -90,7 +109,16 @@ def mean_free_time(
     """Mean time between two collisions of a particle: ``1 / collision_rate(...)``.
 
     Parameters are those of :func:`collision_rate`.
+
+    Raises
+    ------
+    InputError
+        If Z is not above 1, or n is less than 2.
     """
+    if not np.all(np.asarray(compressibility_factor) > 1.0):
+        raise InputError(
+            f"Z is {compressibility_factor!r}; it must be above 1, where the mean free time is infinite."
+        )
     return 1.0 / collision_rate(compressibility_factor, dimension, n=n, diameter=diameter, mass=mass, kT=kT)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from carom import checks
 from carom.theory.arithmetic import Equation, checked
 
 
@@ -22,6 +23,11 @@ def finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
     equation : callable
         Z of the infinite fluid.
 
+    Raises
+    ------
+    InputError
+        If a packing fraction is not in [0, 1), or n is less than 1.
+
     Notes
     -----
     ``-(1 / 2N) d ln[d(eta Z)/d eta] / d ln eta``, because the canonical ensemble has no fluctuations of
@@ -29,7 +35,10 @@ def finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
     particles. Lebowitz and Percus, Phys. Rev. 124, 1673 (1961). Derivatives are five-point differences with
     the relative step eps^(1/6), accurate to about eps^(2/3).
     """
-    eta = checked(packing_fraction)
+    number = checks.number(n, "n", low=1)
+    asked = checked(packing_fraction)
+    # At zero density there is no shift, and no relative step.
+    eta = np.where(asked == 0.0, 0.1, asked) if np.ndim(asked) else asked or 0.1
     step = np.finfo(np.float64).eps ** (1.0 / 6.0) * eta
     far_below, below, here, above, far_above = (
         (eta + k * step) * equation(eta + k * step) for k in (-2, -1, 0, 1, 2)
@@ -38,7 +47,7 @@ def finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
     slope = (far_below - 8.0 * below + 8.0 * above - far_above) / 12.0
     curvature = (-far_below + 16.0 * below - 30.0 * here + 16.0 * above - far_above) / 12.0
     relative_step = np.finfo(np.float64).eps ** (1.0 / 6.0)
-    return -curvature / slope / relative_step / (2.0 * n)
+    return (asked > 0.0) * (-curvature / slope / relative_step / (2.0 * number))
 
 
 def speed_factor(degrees_of_freedom: float) -> float:
@@ -49,12 +58,17 @@ def speed_factor(degrees_of_freedom: float) -> float:
     degrees_of_freedom : float
         D of the velocities: d (N - 1) in a periodic box with zero total momentum, d N in a box with walls.
 
+    Raises
+    ------
+    InputError
+        If D is not positive.
+
     Notes
     -----
     ``c_D = sqrt(D / 2) Gamma(D / 2) / Gamma((D + 1) / 2)``, which is 1 + 1 / (4 D) for large D. It follows
     from the mean of ``|v|`` over the sphere ``v^2 = D``. The virial, quadratic in speeds, has no such factor.
     """
-    half = 0.5 * degrees_of_freedom
+    half = 0.5 * checks.number(degrees_of_freedom, "degrees_of_freedom", low=0, open_low=True)
     return math.exp(0.5 * math.log(half) + math.lgamma(half) - math.lgamma(half + 0.5))
 
 
@@ -70,6 +84,11 @@ def crystal_finite_size_shift(packing_fraction: Any, n: int, equation: Equation)
     equation : callable
         Z of the infinite crystal.
 
+    Raises
+    ------
+    InputError
+        If a packing fraction is not in [0, 1), or n is less than 1.
+
     Notes
     -----
     ``-(Z - 1) / N``: of N particles N - 1 vibrate, and all modes contribute equally to the pressure. It is
@@ -79,4 +98,4 @@ def crystal_finite_size_shift(packing_fraction: Any, n: int, equation: Equation)
     24.3 / N). These figures are from ``carom eos --eta 0.56,0.65 --n 108,256,500,1372 --relative-error
     2e-4``.
     """
-    return -(equation(checked(packing_fraction)) - 1.0) / n
+    return -(equation(checked(packing_fraction)) - 1.0) / checks.number(n, "n", low=1)

@@ -100,7 +100,8 @@ def santos_yuste_lopez_de_haro(
     -----
     ``Z = 1 + 2^(d-1) eta sum_ij x_i x_j sigma_ij^d g_ij / <sigma^d>`` with the contact values of
     :func:`santos_yuste_lopez_de_haro_contact_value`. Mol. Phys. 96, 1 (1999). In 2D it is within 0.1 % at eta
-    = 0.6 and a diameter ratio of 1.4.
+    = 0.6 and a diameter ratio of 1.4. It holds as far as the equation of equal particles does: beyond their
+    freezing (``carom.theory.FREEZING``) Z may even be negative.
     """
     eta = checked(packing_fraction)
     if np.ndim(eta):

@@ -7,7 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from carom import checks
 from carom.errors import InputError
+from carom.theory.arithmetic import checked
 
 STEP = 2e-3
 """Relative step of second differences: their truncation error is about 1e-5, and rounding adds 1e-9."""
@@ -40,7 +42,8 @@ def mixture_finite_size_shift(
     Raises
     ------
     InputError
-        If a fraction is not positive, or fractions and diameters differ in number.
+        If a fraction is not positive, or fractions and diameters differ in number. If the packing fraction is
+        not in (0, 1), or n is less than 1.
 
     Notes
     -----
@@ -50,6 +53,8 @@ def mixture_finite_size_shift(
     factor ``sqrt(det <dN_i dN_j>)``. The shift is the derivative of its logarithm with respect to the volume.
     For one species, and for equal species with different names, it is :func:`carom.theory.finite_size_shift`.
     """
+    checks.number(checked(packing_fraction), "packing_fraction", low=0, open_low=True)
+    checks.number(n, "n", low=1)
     x, sigma = np.asarray(fractions, np.float64), np.asarray(diameters, np.float64)
     if x.shape != sigma.shape or x.ndim != 1 or not (x > 0.0).all():
         raise InputError(f"Fractions {x} and diameters {sigma}: expected one positive fraction a species.")

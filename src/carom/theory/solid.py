@@ -14,6 +14,10 @@ from carom.theory.arithmetic import checked, horner
 CLOSE_PACKING = {d: CLOSEST_PACKING[d] for d in range(1, 7)}
 """Packing fraction of the densest known lattices in 1 to 6 dimensions."""
 
+LOWEST = 0.49
+"""Smallest packing fraction of the fits to the fcc crystal, just below freezing. Farther down they have poles
+and turn round, and no crystal persists."""
+
 _FCC = CLOSE_PACKING[3]
 
 
@@ -23,14 +27,19 @@ def speedy(packing_fraction: Any) -> Any:
     Parameters
     ----------
     packing_fraction : float or array
-        eta of the crystal, below close packing.
+        eta of the crystal, from 0.49 to below close packing.
+
+    Raises
+    ------
+    InputError
+        If a packing fraction is not in this range.
 
     Notes
     -----
     ``Z = 3 / (1 - z) - a (z - b) / (z - c)`` with ``z = eta / eta_0`` and (a, b, c) = (0.5921, 0.7072,
     0.601). J. Phys.: Condens. Matter 10, 4387 (1998), eq. 2.
     """
-    z = _below_close_packing(packing_fraction, 3) / _FCC
+    z = _of_fcc(packing_fraction) / _FCC
     return 3.0 / (1.0 - z) - 0.5921 * (z - 0.7072) / (z - 0.601)
 
 
@@ -40,7 +49,12 @@ def almarza(packing_fraction: Any) -> Any:
     Parameters
     ----------
     packing_fraction : float or array
-        eta of the crystal, below close packing.
+        eta of the crystal, from 0.49 to below close packing.
+
+    Raises
+    ------
+    InputError
+        If a packing fraction is not in this range.
 
     Notes
     -----
@@ -50,7 +64,7 @@ def almarza(packing_fraction: Any) -> Any:
     """
     coefficients = (3.0, -1.807846, 11.56350, 141.6000, -2609.260, 19328.09)
     slopes = tuple(k * c for k, c in enumerate(coefficients))[1:]
-    eta = _below_close_packing(packing_fraction, 3)
+    eta = _of_fcc(packing_fraction)
     volume = math.pi / 6.0 / eta
     free = volume - math.sqrt(0.5)
     pressure = 3.0 / free
@@ -71,14 +85,19 @@ def hall(packing_fraction: Any) -> Any:
     Parameters
     ----------
     packing_fraction : float or array
-        eta of the crystal, below close packing.
+        eta of the crystal, from 0.49 to below close packing.
+
+    Raises
+    ------
+    InputError
+        If a packing fraction is not in this range.
 
     Notes
     -----
     ``Z = (12 - 3 b) / b + 2.557696 + 0.1253077 b + ...`` with ``b = 4 (1 - eta / eta_0)``. J. Chem. Phys.
     57, 2252 (1972), after the data of Alder, Hoover and Young.
     """
-    b = 4.0 * (1.0 - _below_close_packing(packing_fraction, 3) / _FCC)
+    b = 4.0 * (1.0 - _of_fcc(packing_fraction) / _FCC)
     series = (2.557696, 0.1253077, 0.1762393, -1.053308, 2.818621, -2.921934, 1.118413)
     return (12.0 - 3.0 * b) / b + horner(series, b)
 
@@ -105,6 +124,17 @@ def free_volume(packing_fraction: Any, dimension: int) -> Any:
     """
     z = _below_close_packing(packing_fraction, dimension) / CLOSE_PACKING[dimension]
     return 1.0 / (1.0 - z ** (1.0 / dimension))
+
+
+def _of_fcc(packing_fraction: Any) -> Any:
+    """Return a packing fraction, checked to be that of an fcc crystal of spheres."""
+    eta = _below_close_packing(packing_fraction, 3)
+    if not np.all(eta >= LOWEST):
+        raise InputError(
+            f"packing_fraction is {packing_fraction!r}; the fits to the fcc crystal hold from {LOWEST} to "
+            "close packing."
+        )
+    return eta
 
 
 def _below_close_packing(packing_fraction: Any, dimension: int) -> Any:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from carom.errors import InputError
+from carom.theory.arithmetic import checked
 from carom.theory.contact import ball_volume
 
 SONINE: dict[int, tuple[float, float, float]] = {
@@ -23,6 +24,9 @@ SONINE: dict[int, tuple[float, float, float]] = {
 viscosity and thermal conductivity. Those for d = 2 and 4 are extrapolated from orders 1 to 6. Those for d = 3
 are from S. Chapman and T. G. Cowling, The Mathematical Theory of Non-uniform Gases, sec. 10.21.
 """
+
+HIGHEST = 0.5
+"""Largest packing fraction of Erpenbeck and Wood's fit, a little beyond freezing."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,12 @@ def erpenbeck_wood(packing_fraction: Any) -> Any:
     Parameters
     ----------
     packing_fraction : float or array
-        eta of the spheres.
+        eta of the spheres, at most 0.5.
+
+    Raises
+    ------
+    InputError
+        If a packing fraction is not from 0 to 0.5: the fit falls to zero beyond freezing.
 
     Notes
     -----
@@ -119,7 +128,10 @@ def erpenbeck_wood(packing_fraction: Any) -> Any:
     dynamics, corrected for the finite size and the long-time tail. J. J. Erpenbeck and W. W. Wood, Phys. Rev.
     A 43, 4254 (1991).
     """
-    v = 6.0 * packing_fraction / math.pi / math.sqrt(2.0)
+    eta = checked(packing_fraction)
+    if not np.all(eta <= HIGHEST):
+        raise InputError(f"packing_fraction is {packing_fraction!r}; the fit holds from 0 to {HIGHEST}.")
+    v = 6.0 * eta / math.pi / math.sqrt(2.0)
     return 1.0 + v * (0.05403 + v * (6.3656 - 10.9425 * v))
 
 

@@ -277,10 +277,10 @@ def _medium(scene: Scene) -> Scene:
 
 def simple_scene(scene: Scene) -> Scene:
     """Return the scene, or raise InputError if the reference algorithms cannot move it."""
-    if not (scene.equal and all(scene.periodic) and not scene.obstacles and scene.restitution == 1.0):
+    if not scene.simple:
         raise InputError(
-            "carom trade compares elastic, equal spheres in a periodic box, and this scene has more; "
-            "leave out what it has beyond that."
+            "carom trade compares elastic, equal spheres in a periodic box, and this scene has more; leave "
+            "out walls, obstacles, losses, pinned components, interactions and motions."
         )
     return scene
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.dynamics import Dynamics
@@ -18,6 +17,7 @@ from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
 from carom.studies.executors import Stopped
 from carom.studies.tasks import Record, Task
+from carom.studies.temperature import bring_to_temperature, kT_between
 from carom.studies.worker import Stopwatch, refuse_other_version, simulation_of
 
 
@@ -52,7 +52,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     scene = sim.scene
     every, stepped = task["every"], sim.machine.contents.stepped
     if stepped:
-        _bring_to_temperature(sim, task["equilibration"], task["scene"].get("kT", 1.0), look)
+        bring_to_temperature(sim, task["equilibration"], task["scene"].get("kT", 1.0), look)
         # Crossings of steps count as collisions, but carry little. So the length is in free times of cores.
         duration = task["collisions_per_particle"] * windows.PER_FREE_TIME * every / task["blocks"]
     else:
@@ -90,29 +90,6 @@ def _refuse_other_interactions(scene: Scene) -> None:
         )
 
 
-ROUNDS = 8
-"""Number of rescalings that bring pairs with steps to a temperature."""
-
-
-def _bring_to_temperature(sim: Simulation, length: float, kT: float, look: Callable[[object], None]) -> None:
-    """Equilibrate pairs with steps for ``length`` collisions per particle, the second half undisturbed.
-
-    Pairs that enter wells heat the system, and kT fluctuates. So each round rescales by its own mean kT.
-    """
-    for _ in range(ROUNDS):
-        before = sim.tally
-        sim.run(collisions_per_particle=0.5 * length / ROUNDS, progress=look)
-        sim.rescale(sim.kT * kT / _kT_between(before, sim.tally))
-    sim.run(collisions_per_particle=0.5 * length, progress=look)
-
-
-def _kT_between(before: Block, after: Block) -> float:
-    """Return the mean kT between two tallies."""
-    assert before.kT_time is not None
-    assert after.kT_time is not None
-    return (after.kT_time - before.kT_time) / (after.duration - before.duration)
-
-
 def _mean(blocks: list[dict[str, Any]], name: str) -> float:
     return math.fsum(block[name] for block in blocks) / len(blocks)
 
@@ -144,7 +121,7 @@ def _block(sim: Simulation, every: float, count: int, look: Callable[[object], N
         "collisions": after.collisions - before.collisions,
         "virial": after.virial - before.virial,
         "duration": after.duration - before.duration,
-        "kT": sim.kT if after.kT_time is None else _kT_between(before, after),
+        "kT": sim.kT if after.kT_time is None else kT_between(before, after),
         "change": float(change),
         "rate": rate,
         "shear": found.shear.tolist(),

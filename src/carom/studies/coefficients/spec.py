@@ -15,7 +15,7 @@ from carom.models import to_tables
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 from carom.studies.coefficients import windows
-from carom.studies.eos.spec import GRID, StudySpec, scene_spec
+from carom.studies.eos.spec import GRID, StudySpec, replaced, scene_spec
 from carom.studies.tasks import Task
 
 DENSITIES = {2: (0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 3: (0.05, 0.1, 0.2, 0.3, 0.4, 0.45)}
@@ -24,7 +24,7 @@ DENSITIES = {2: (0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 3: (0.05, 0.1, 0.2, 0.3, 0.4, 0.
 RELATIVE_ERROR = 0.01
 """Default relative error of shear viscosity and thermal conductivity."""
 
-REFUSED = ("periodic", "obstacles", "restitution", "elastic_below")
+REFUSED = ("periodic", "obstacles", "restitution", "elastic_below", "motion", "impact", "pinned")
 """Keys of a scene with which there is no bulk fluid in equilibrium."""
 
 KEPT = ("diameter", "mass", "kT", "contact", "interaction", *REFUSED)
@@ -86,13 +86,11 @@ class TransportSpec(StudySpec):
             table = to_tables.to_table(interaction, "interaction")
             object.__setattr__(self, "scene", {**self.scene, "interaction": table})
         super().__post_init__()
-        for eta in self.packing_fractions:
-            if eta >= theory.FREEZING.get(d, 1.0):
-                raise InputError(
-                    f"packing_fraction {eta:g} is beyond freezing ({theory.FREEZING[d]:g}); expected a fluid."
-                )
 
     def _task(self, eta: float, n: int, replica: int) -> Task:
+        freezing = theory.FREEZING.get(self.dimension, 1.0)
+        if eta >= freezing:
+            raise InputError(f"packing_fraction {eta:g} is beyond freezing ({freezing:g}); expected a fluid.")
         task = super()._task(eta, n, replica)
         task["study"] = "transport"
         task["every"] = self._every(task)
@@ -143,16 +141,27 @@ def of_scene(path: str | Path, **given: Any) -> TransportSpec:
     path : path
         TOML.
     **given
-        Fields of :class:`TransportSpec` that replace those of the file.
+        Fields of :class:`TransportSpec` that replace those of the file. A length replaces the other one, and
+        a new dimension the densities.
+
+    Raises
+    ------
+    InputError
+        If the scene starts from a file, or is not a bulk fluid in equilibrium.
     """
     from carom.studies.eos import toml
 
     text = toml.read(path)
     if "study" in toml.sections(text):
-        return dataclasses.replace(toml.load(path, TransportSpec), **given)
+        return TransportSpec(**replaced(vars(toml.load(path, TransportSpec)), given))
     plan = Plan.load(path)
     words: dict[str, Any] = {"initial": "auto"}
     scene = plan.scene
+    if scene.initial == "file":
+        raise InputError(
+            "Transport needs [scene] that says what there is, with another initial than file: every replica "
+            "has a start of its own."
+        )
     made: Scene = plan.build_scene()
     words |= {"packing_fractions": (made.packing_fraction,), "n": (made.n,), "dimension": made.dimension}
     kept = {
@@ -168,7 +177,7 @@ def of_scene(path: str | Path, **given: Any) -> TransportSpec:
         ]
     if kept.get("periodic") is True:
         del kept["periodic"]
-    return TransportSpec(**{**words, "scene": kept, **given})
+    return TransportSpec(**replaced({**words, "scene": kept}, given))
 
 
 __all__ = ["GRID", "TransportSpec", "of_scene"]

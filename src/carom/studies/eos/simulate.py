@@ -20,6 +20,7 @@ from carom.simulation.equipartition import Thermometer
 from carom.studies.eos.order import OrderParameter
 from carom.studies.executors import Stopped
 from carom.studies.tasks import Record, Task
+from carom.studies.temperature import bring_to_temperature
 from carom.studies.worker import Stopwatch, refuse_other_version, simulation_of
 
 MOST = 16
@@ -63,7 +64,10 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         sim = simulation_of(task)
         scene = sim.scene
         began_at = sim.frame().unwrapped
-        sim.run(collisions_per_particle=task["equilibration"], progress=look)
+        if sim.machine.contents.stepped:
+            bring_to_temperature(sim, task["equilibration"], task["scene"].get("kT", 1.0), look)
+        else:
+            sim.run(collisions_per_particle=task["equilibration"], progress=look)
         equilibration = sim.time
         moved = _moved(began_at, sim.frame())
         sampler = OrderParameter(scene.dimension) if task["frames"] else None
@@ -93,6 +97,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "n": scene.n,
         "dimension": scene.dimension,
         "packing_fraction": scene.packing_fraction,
+        "kT": estimate.kT,
         "compressibility_factor": _plain(estimate.compressibility_factor),
         "reduced_pressure": _plain(estimate.reduced_pressure),
         "collision_rate": _plain(estimate.collision_rate),
@@ -132,7 +137,7 @@ class Planned:
 
     def reached(self, z: Estimate) -> bool:
         """Return whether the error is small enough."""
-        return self.relative_error is None or z.error <= self.relative_error * z.mean
+        return self.relative_error is None or z.error <= self.relative_error * abs(z.mean)
 
     def next_look(self, length: int, z: Estimate) -> int:
         """Return the number of blocks after which the error should be small enough."""

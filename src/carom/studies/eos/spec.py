@@ -48,6 +48,9 @@ FRAMES = 8
 
 START = ("auto", "random", "fcc", "cubic", "triangular", "dn")
 
+REFUSED = ("motion", "impact")
+"""Keys of a scene with which there is no equation of state: nothing is uniform, or nothing keeps its kT."""
+
 _SET_BY_GRID = ("packing_fraction", "n", "density", "cells", "box", "file", "frame", "initial", "dimension")
 
 
@@ -89,7 +92,8 @@ class StudySpec:
     Raises
     ------
     InputError
-        If a value is out of range, or keys contradict each other.
+        If a value is out of range, keys contradict each other, or the scene has a `motion`, an `impact`, or
+        an `interaction` other than steps that conserve the energy.
     """
 
     packing_fractions: tuple[float, ...] = ()
@@ -156,6 +160,11 @@ class StudySpec:
                 raise InputError(f"[scene] {name} is no known key{checks.suggestion(name, known)}.")
             if name in _SET_BY_GRID:
                 raise InputError(f"[scene] {name} is for the section [study] to say; move or remove it.")
+            if name in REFUSED:
+                raise InputError(
+                    f"[scene] {name} leaves no uniform phase at one temperature, of which a study could "
+                    "measure Z; remove it, or use carom run."
+                )
         if any(
             each.get("count") is not None
             for each in _listed(template.get("species", ()))
@@ -193,6 +202,7 @@ class StudySpec:
                 "dimension": self.dimension,
             }
         )
+        _refuse_other_interactions(scene)
         words = {
             f.name: _plain(getattr(scene, f.name))
             for f in dataclasses.fields(scene)
@@ -264,6 +274,22 @@ class StudySpec:
 
 GRID = ("packing_fractions", "n", "replicas")
 
+LENGTHS = ("relative_error", "collisions_per_particle")
+"""Fields of which each says how long runs are."""
+
+
+def replaced(words: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a file, and in their place those that are given.
+
+    A length takes the place of the other. The densities of one dimension mean nothing in another.
+    """
+    kept = dict(words)
+    if any(given.get(name) is not None for name in LENGTHS):
+        kept = {name: value for name, value in kept.items() if name not in LENGTHS}
+    if given.get("dimension", words["dimension"]) != words["dimension"]:
+        kept.pop("packing_fractions", None)
+    return {**kept, **given}
+
 
 def excess_part(eta: float, dimension: int) -> float:
     """Return ``(Z - 1) / Z`` by theory, or its upper bound 1 where there is no theory."""
@@ -272,6 +298,22 @@ def excess_part(eta: float, dimension: int) -> float:
     crystal = eta > theory.FREEZING.get(dimension, 1.0)
     z = float((theory.solid if crystal else theory.best)(dimension)(min(eta, 0.999 * _close(dimension))))
     return max(0.0, (z - 1.0) / z)
+
+
+def _refuse_other_interactions(scene: SceneSpec) -> None:
+    """Raise InputError if a scene has another interaction than steps that conserve the energy."""
+    if scene.interaction is None:
+        return
+    if not hasattr(scene.interaction, "steps"):
+        raise InputError(
+            f"[scene] interaction of a study must be of steps, found {checks.describe(scene.interaction)}; "
+            "leave it out for hard cores, or use carom run."
+        )
+    if not scene.interaction.conserves(scene.diameter or 1.0):
+        raise InputError(
+            "[scene] interaction has hysteretic steps, which lose energy and keep no temperature; leave out "
+            "leaving, or use carom run."
+        )
 
 
 def scene_spec(words: Mapping[str, Any]) -> SceneSpec:

@@ -20,6 +20,12 @@ LEVEL = 1e-3
 FEW = 16.0
 """Number of independent samples below which the error bar of a run is unreliable."""
 
+OFF = 0.05
+"""Relative deviation of kT from the requested one beyond which a point is flagged."""
+
+UNKNOWN = ("contact", "restitution", "interaction", "motion", "impact", "pinned")
+"""Keys of a scene with which no equation of state is known."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -41,6 +47,8 @@ class Row:
         has the same error.
     pressure, pressure_error : float
         P sigma^d / kT, of n particles; in a mixture sigma is the largest diameter.
+    kT : float
+        Mean temperature of the replicas [energy]. With steps it fluctuates about the requested one.
     theory, deviation : float
         Z by the chosen equation of state, and ``infinite - theory`` in standard errors.
     chi2 : float
@@ -74,6 +82,7 @@ class Row:
     infinite: float
     pressure: float
     pressure_error: float
+    kT: float
     theory: float
     deviation: float
     chi2: float
@@ -170,10 +179,9 @@ def phase(packing_fraction: float, dimension: int, initial: str, *, mixture: boo
 def compared(record: Record) -> bool:
     """Return whether the run of a ``record`` may be compared with theory.
 
-    It must be elastic, additive, and without walls and obstacles.
+    It must be of elastic, additive hard cores that all fly freely, without walls and obstacles.
     """
-    scene = record["task"]["scene"]
-    return not (record["result"]["confined"] or "contact" in scene or "restitution" in scene)
+    return not (record["result"]["confined"] or any(name in record["task"]["scene"] for name in UNKNOWN))
 
 
 def usual_equation(
@@ -247,6 +255,9 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
     drifts = [drift.drift(result["block_values"]) for result in results]
     moved = min(float(result["moved"]) for result in results)
     remarks = []
+    kT, wanted = math.fsum(float(r["kT"]) for r in results) / len(results), task["scene"].get("kT", 1.0)
+    if "interaction" in task["scene"] and abs(kT - wanted) > OFF * wanted:
+        remarks.append(f"kT is {kT:.3g}, not {wanted:g}")
     if drift.drifts(drifts):
         remarks.append("the pressure drifts")
     if order_drifts and drift.drifts(order_drifts):
@@ -265,7 +276,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
     equilibrated = not remarks
     goal = task.get("relative_error")
     # The goal is that of one replica, the error that of their mean. A tenth more is not worth a remark.
-    if goal is not None and error > 1.1 * goal / math.sqrt(len(results)) * z:
+    if goal is not None and error > 1.1 * goal / math.sqrt(len(results)) * abs(z):
         remarks.append("the error asked for was not reached")
     return Row(
         packing_fraction=eta,
@@ -278,6 +289,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         infinite=infinite,
         pressure=pressure,
         pressure_error=pressure_error,
+        kT=kT,
         theory=known,
         deviation=(infinite - known) / error if error > 0.0 else math.nan,
         chi2=chi2,

@@ -21,6 +21,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.paths import replacing, writing
 from carom.models.obstacles import Obstacle
+from carom.models.to_tables import obstacle_to_table
 from carom.notebook import table
 from carom.observables.packing import PackingNetwork, packing_network
 from carom.scene.overlaps import Room
@@ -194,6 +195,7 @@ class Packing:
             "dimension": self.dimension,
             "box": list(self.frame.box),
             "confined": not all(self.frame.periodic) or bool(self.obstacles),
+            "obstacles": [obstacle_to_table(obstacle) for obstacle in self.obstacles],
             "collisions": self.collisions,
             "note": self.note,
             "packing_fraction": self.packing_fraction,

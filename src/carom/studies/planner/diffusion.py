@@ -194,7 +194,7 @@ class DiffusionMethod:
 
     def shift(self, n: int, viscosity: float, value: float) -> float:
         """Return by how much D of n spheres is too small [length^2 / time]."""
-        mass = float(self.system.scene.get("mass", 1.0))
+        (mass,) = self.system.masses
         return theory.diffusion_shift(
             n, self.system.density, viscosity, self_diffusion=value, mass=mass, kT=self.system.kT
         )
@@ -205,7 +205,7 @@ class DiffusionMethod:
 
     def _window(self, n: int) -> float:
         """Return t_1 of the rule for n spheres [mean free times]."""
-        mass, sigma = float(self.system.scene.get("mass", 1.0)), self.system.diameters[0]
+        (mass,), (sigma,) = self.system.masses, self.system.diameters
         eta, kT = self.system.packing_fraction, self.system.kT
         z = self.system.z()
         free = float(theory.mean_free_time(z, 3, diameter=sigma, mass=mass, kT=kT))

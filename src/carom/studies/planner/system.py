@@ -30,6 +30,7 @@ REFUSED = (
     "interaction",
     "motion",
     "impact",
+    "pinned",
 )
 """Keys of a scene for which no correction to infinite size is known."""
 
@@ -104,6 +105,13 @@ class System:
         if "species" in self.scene:
             return [float(each.get("diameter", 1.0)) for each in self.scene["species"]]
         return [float(self.scene.get("diameter", 1.0))]
+
+    @property
+    def masses(self) -> list[float]:
+        """Mass of each species."""
+        if "species" in self.scene:
+            return [float(each.get("mass", 1.0)) for each in self.scene["species"]]
+        return [float(self.scene.get("mass", 1.0))]
 
     @property
     def fractions(self) -> list[float]:

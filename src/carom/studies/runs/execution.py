@@ -97,7 +97,7 @@ def run(
     The folder then holds ``scene.toml``, ``trajectory.*``, ``rdf.csv``, ``summary.json``, three pictures,
     ``checkpoint.h5`` and, if asked for, ``events.h5``.
     """
-    plan = Plan() if plan is None else plan
+    plan = (Plan() if plan is None else plan).beside(Path())
     folder = RunFolder(Path(out))
     folder.check_free(overwrite)
     with stoppable() as stop:
@@ -138,8 +138,8 @@ def resume(
         If the scene has a range rule from a file that may not run, or that was edited.
     FileError
         If the folder holds no run, or another process is running in it. If its checkpoint is damaged or of
-        another version of Carom, or its scene file was edited. If a file that the run wrote is damaged and
-        cannot be restored. Nothing in the folder was changed then.
+        another version of Carom, or its scene file was edited. If there are frames and no checkpoint. If a
+        file that the run wrote is damaged and cannot be restored. Nothing in the folder was changed then.
     Interrupted
         As in :func:`run`.
 
@@ -159,6 +159,8 @@ def resume(
         return RunResult(folder.path, _read_summary(folder.summary), new=False)
     with stoppable() as stop:
         begun = folder.checkpoint.is_file()
+        if not begun:
+            folder.check_empty()
         plan, notes = _noted(folder.checkpoint) if begun else (Plan.load(folder.scene), {})
         plan = plan.trusted() if trust_code else plan
         run = Run(plan, folder, stop, progress, predicted, workers)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from carom.errors import FileError
+from carom.errors import CaromError, FileError
+from carom.io.events import read_events
 from carom.io.paths import reason, replacing, writing
+from carom.io.trajectory import open_reader
 from carom.plan.plan import Plan
 from carom.plan.sections import FORMATS
 from carom.version import __version__
@@ -80,26 +82,49 @@ class RunFolder:
     def begin(self, plan: Plan) -> None:
         """Remove an older run from the folder and write the plan.
 
-        If this is interrupted at any moment, the folder starts again as the old run or as the new one.
+        If this is interrupted at any moment, the folder starts again as the old run or as the new one, or
+        :meth:`check_empty` refuses what is left.
+
+        Raises
+        ------
+        InputError
+            If no scene file can hold the plan; nothing was removed then.
         """
+        text = _text(plan)
         with writing(self.path):
             for path in (self.summary, self.checkpoint):
                 path.unlink(missing_ok=True)
-        self._write_scene(plan)
+        self._write_scene(text)
         with writing(self.path):
             for path in self._files():
                 if path != self.scene:
                     path.unlink(missing_ok=True)
 
+    def check_empty(self) -> None:
+        """Refuse frames and events, which a run without a checkpoint would replace; no file is changed.
+
+        Raises
+        ------
+        FileError
+            If a trajectory or the event log holds any, or cannot be read.
+        """
+        found = [path for form in FORMATS if _holds(path := self.trajectory(form), _frames)]
+        found += [self.events] if _holds(self.events, _events) else []
+        if found:
+            raise FileError(
+                f"{self.path} has frames or events ({', '.join(path.name for path in found)}), but no "
+                "checkpoint to go on from; put checkpoint.h5 back, or begin anew with "
+                f"`carom run {self.scene} --out {self.path} --overwrite`, which replaces them."
+            )
+
     def restore_scene(self, plan: Plan) -> None:
         """Write the plan again if its file is missing."""
         if not self.scene.exists():
-            self._write_scene(plan)
+            self._write_scene(_text(plan))
 
-    def _write_scene(self, plan: Plan) -> None:
-        title = f"# Written by Carom {__version__}; `carom run` with this file repeats the run."
+    def _write_scene(self, text: str) -> None:
         with replacing(self.scene) as temporary, writing(self.scene):
-            temporary.write_text(f"{title}\n\n{plan.to_toml()}", encoding="utf-8")
+            temporary.write_text(text, encoding="utf-8")
 
     def sweep(self) -> None:
         """Remove the incomplete files that a killed process left."""
@@ -111,6 +136,29 @@ class RunFolder:
     def owned(self) -> contextlib.AbstractContextManager[None]:
         """Keep other processes from running in the folder; see :func:`owned`."""
         return owned(self.path)
+
+
+def _text(plan: Plan) -> str:
+    """Return the scene file of a plan."""
+    title = f"# Written by Carom {__version__}; `carom run` with this file repeats the run."
+    return f"{title}\n\n{plan.to_toml()}"
+
+
+def _holds(path: Path, count: Callable[[Path], int]) -> bool:
+    """Return whether a file holds anything by ``count``; a damaged one does, unless it is empty."""
+    try:
+        return path.is_file() and path.stat().st_size > 0 and count(path) > 0
+    except (CaromError, OSError):
+        return True
+
+
+def _frames(path: Path) -> int:
+    with open_reader(path, torn=True) as reader:
+        return len(reader)
+
+
+def _events(path: Path) -> int:
+    return len(read_events(path, stop=1).i)
 
 
 def existing_run(path: Path) -> RunFolder:

@@ -9,19 +9,20 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from carom import io, theory
 from carom.block import Block
-from carom.errors import CaromError, CaromWarning, InputError
+from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.io.paths import replacing, writing
+from carom.models import choice
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
 from carom.observables.equilibrium import doubts_about
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
-from carom.observables.pressure import finite_size_doubt
+from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.rdf import rdf
 from carom.observables.wall_pressure import obstacle_names
 from carom.plan.plan import Plan
@@ -31,6 +32,8 @@ from carom.simulation.simulation import Simulation
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
 from carom.studies.runs.folder import RunFolder
 from carom.version import __version__
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -72,34 +75,73 @@ class Facts:
     without: str | None = None
 
 
+class _Parts:
+    """Computes the parts of a report. One that fails is left out with a remark, and the run is not lost.
+
+    Attributes
+    ----------
+    remarks : list of str
+        What is missing, and why.
+    fault : Exception, optional
+        The first error that is no :class:`CaromError`, but one of the program; to be raised at the end.
+    """
+
+    def __init__(self) -> None:
+        self.remarks: list[str] = []
+        self.fault: Exception | None = None
+
+    def of(self, name: str, make: Callable[[], T], otherwise: T) -> T:
+        """Return what ``make`` returns, or ``otherwise``."""
+        try:
+            return make()
+        except (FileError, OSError):
+            raise  # a full disk, or a damaged file: the run can be resumed
+        except CaromError as error:
+            self.remarks.append(f"No {name}: {error}")
+        except Exception as error:
+            self.remarks.append(f"No {name}: {type(error).__name__} ({error}), an error of the program.")
+            self.fault = self.fault or error
+        return otherwise
+
+
 def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None]) -> dict[str, Any]:
-    """Write g(r), the pictures and the summary, in this order, and return the summary."""
-    pressure = pressure_of(facts.sim, facts.blocks)
+    """Write g(r), the pictures and the summary, in this order, and return the summary.
+
+    An error of the program in one of its parts is raised when all others are written.
+    """
+    parts = _Parts()
+    pressure = parts.of("pressure", lambda: pressure_of(facts.sim, facts.blocks), None)
     reason = without_rdf(facts.sim.scene, bool(facts.trajectories or facts.without))
-    distributions = {} if reason else _distributions(facts, report)
-    if distributions:
-        with replacing(folder.rdf) as temporary:
-            if facts.sim.scene.equal:
-                distributions[""].to_csv(temporary)
-            else:
-                write_partial(distributions, temporary)
+    distributions: dict[str, RadialDistribution] = {}
+    if reason is None:
+        distributions = parts.of("g(r)", lambda: _write_distributions(folder, facts, report), distributions)
+        reason = None if distributions else " ".join(parts.remarks[-1:]) or None
     if facts.plan.output.pictures:
         report("Drawing", 0.0)
-        _draw(folder, facts, pressure, distributions)
-    summary = _summary(facts, pressure, distributions, reason)
-    for sentence in summary["remarks"]:
-        warnings.warn(sentence, CaromWarning, stacklevel=3)
+        parts.of("pictures", lambda: _draw(folder, facts, pressure, distributions), None)
+    summary = _summary(facts, pressure, distributions, reason, parts)
     text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     with replacing(folder.summary) as temporary, writing(folder.summary):
         temporary.write_text(text, encoding="utf-8")
+    for sentence in summary["remarks"]:
+        warnings.warn(sentence, CaromWarning, stacklevel=3)
+    if parts.fault is not None:
+        raise parts.fault
     report("Done", 1.0)
     return summary
 
 
 def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureEstimate | None:
-    """Return the pressure; None where nothing moves, spheres are pinned, or units decide by rules."""
-    without = sim.kT == 0.0 or sim.scene.pinned is not None or _decides(sim.scene)
+    """Return the pressure; None where there is none (:func:`no_pressure`), or nothing moves."""
+    without = sim.kT == 0.0 or no_pressure(sim.scene) is not None
     return None if without else sim.estimate(Pressure(), blocks)
+
+
+def no_pressure(scene: Scene) -> str | None:
+    """Return a sentence on why a run of a scene has no pressure; None if it has one."""
+    if _decides(scene):
+        return "There is no pressure where units decide by rules: they are in no equilibrium."
+    return without_pressure(scene)
 
 
 def _decides(scene: Scene) -> bool:
@@ -123,6 +165,20 @@ def without_rdf(scene: Scene, frames: bool) -> str | None:
     if scene.n < 2 or min(scene.box) <= 2.0 * narrowest:
         return "No g(r): it needs two particles, and a box with edges of more than two diameters."
     return None
+
+
+def _write_distributions(
+    folder: RunFolder, facts: Facts, report: Callable[[str, float], None]
+) -> dict[str, RadialDistribution]:
+    """Write g(r), and return it as :func:`_distributions`."""
+    distributions = _distributions(facts, report)
+    if distributions:
+        with replacing(folder.rdf) as temporary:
+            if facts.sim.scene.equal:
+                distributions[""].to_csv(temporary)
+            else:
+                write_partial(distributions, temporary)
+    return distributions
 
 
 def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[str, RadialDistribution]:
@@ -169,7 +225,10 @@ def _draw(
 
 def _lines(facts: Facts) -> dict[str, float]:
     """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
-    rows = _compared(facts.sim.scene, _phase(facts))
+    try:
+        rows = _compared(facts.sim.scene, _phase(facts))
+    except CaromError:  # a remark of the summary says so
+        return {}
     values = {row["name"]: row["compressibility_factor"] for row in rows}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -192,15 +251,19 @@ def _summary(
     pressure: PressureEstimate | None,
     distributions: dict[str, RadialDistribution],
     reason: str | None,
+    parts: _Parts,
 ) -> dict[str, Any]:
     sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
     statistics = sim.statistics
-    remarks = [] if pressure is None else doubts_about(pressure)
-    if not _decides(scene):
-        remarks += facts.thermometer.doubts(math.inf if pressure is None else pressure.primary.relative_error)
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
-    phase = _phase(facts)
+    phase = parts.of("phase", lambda: _phase(facts), None)
+    infinite = parts.of("Z of infinite size", lambda: _infinite(pressure, phase), None)
+    none: list[dict[str, Any]] = []
+    compared = parts.of("theory", lambda: _compared(scene, phase), none)
+    borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
+    doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure), list[str]())
+    missing = None if _decides(scene) else no_pressure(scene)
 
     def measured(name: str) -> dict[str, float | None]:
         return _number(None if pressure is None else getattr(pressure, name))
@@ -224,22 +287,22 @@ def _summary(
         "relative_error": plan.run.relative_error,
         "compressibility_factor": measured("compressibility_factor"),
         "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),
-        "compressibility_factor_infinite": _number(_infinite(pressure, phase)),
+        "compressibility_factor_infinite": _number(infinite),
         "reduced_pressure": measured("reduced_pressure"),
         "collision_rate": measured("collision_rate"),
         "contact_value": measured("contact_value"),
         "contact_value_from_rdf": whole,
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
-        "remarks": remarks,
-        "note": "" if pressure is None else pressure.note,
-        "obstacles": _obstacles(facts),
+        "remarks": [*doubts, *parts.remarks],
+        "note": (missing or "") if pressure is None else pressure.note,
+        "obstacles": borne,
         "collisions_by_species": _by_species(sim),
         "units": _units(sim),
         "spared_contacts": sim.spared_contacts,
         "phase": None if phase is None else phase.name,
         "phase_note": None if phase is None else _note(phase, scene),
-        "theory": _compared(scene, phase),
+        "theory": compared,
         "energy_drift": _finite(statistics.energy_drift),
         "momentum_drift": _finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
@@ -249,6 +312,15 @@ def _summary(
         "collisions_per_second": facts.rate,
         "seconds": clock.perf_counter() - facts.began,
     }
+
+
+def _doubts(facts: Facts, pressure: PressureEstimate | None) -> list[str]:
+    """Return what speaks against the equilibrium of the run."""
+    said = [] if pressure is None else doubts_about(pressure)
+    if _decides(facts.sim.scene):
+        return said
+    error = math.inf if pressure is None else pressure.primary.relative_error
+    return said + facts.thermometer.doubts(error)
 
 
 def _obstacles(facts: Facts) -> list[dict[str, Any]]:
@@ -338,25 +410,36 @@ def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
 
 def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
     """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
-    if scene.walls or scene.obstacles or scene.contact is not None or scene.restitution < 1.0:
+    usual = all(scene.usual(kind) for kind in choice.USUAL) and scene.pinned is None
+    if scene.walls or scene.obstacles or scene.contact is not None or scene.restitution < 1.0 or not usual:
         return []
-    if not scene.usual("interaction"):
-        return []
+    d, eta = scene.dimension, scene.packing_fraction
     diameters, counts = np.unique(scene.diameters, return_counts=True)
-    arguments = scene.packing_fraction, counts / scene.n, diameters
-    values = {"Santos-Yuste-Lopez de Haro": theory.santos_yuste_lopez_de_haro(*arguments, scene.dimension)}
-    if scene.dimension == 3:
-        values = {"BMCSL": theory.bmcsl(*arguments), **values}
-    # The effect of N on Z of a mixture is left out; it is small where N is large.
-    return [
-        {
-            "name": f"{name}, infinite N",
-            "compressibility_factor": float(value),
-            "compressibility_factor_infinite": float(value),
-            "contact_value": None,
-        }
-        for name, value in values.items()
-    ]
+    fractions = counts / scene.n
+    equations: dict[str, Callable[[], Any]] = {}
+    if d == 3:
+        equations["BMCSL"] = lambda: theory.bmcsl(eta, fractions, diameters)
+    # It rests on an equation of equal particles, which holds up to their freezing only.
+    if eta < theory.FREEZING.get(d, 1.0):
+        equations["Santos-Yuste-Lopez de Haro"] = lambda: theory.santos_yuste_lopez_de_haro(
+            eta, fractions, diameters, d
+        )
+    rows: list[dict[str, Any]] = []
+    for name, equation in equations.items():
+        try:
+            value = float(equation())
+        except CaromError:
+            continue
+        # The effect of N on Z of a mixture is left out; it is small where N is large.
+        rows.append(
+            {
+                "name": f"{name}, infinite N",
+                "compressibility_factor": _finite(value),
+                "compressibility_factor_infinite": _finite(value),
+                "contact_value": None,
+            }
+        )
+    return rows
 
 
 def _number(estimate: Estimate | None) -> dict[str, float | None]:

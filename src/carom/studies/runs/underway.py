@@ -11,14 +11,16 @@ from dataclasses import fields
 from typing import Any
 
 from carom import io
-from carom.errors import CaromWarning
+from carom.errors import CaromWarning, InputError
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
+from carom.scene.scene import Scene
 from carom.simulation.checkpoint import size, size_of_file
 from carom.simulation.equipartition import Thermometer
+from carom.simulation.preparation import pace_of
 from carom.simulation.simulation import Simulation
 from carom.studies.runs import report
 from carom.studies.runs.edited import check_unedited
@@ -91,6 +93,8 @@ class Run:
             "neighbors": plan.run.neighbors,
             "workers": self.workers,
         }
+        if self.goal is not None:
+            _check_pressure(scene, kT)
         # Before anything is written, because this raises the errors of a scene that cannot be simulated.
         self.sim = Simulation(scene, **settings)
         if size(self.sim.machine) > LARGE:
@@ -344,3 +348,20 @@ class Run:
         # A large state takes long to write; at most a tenth of the time is spent on that.
         after = clock.perf_counter()
         self._due = after + max(self.plan.run.checkpoint_every, 9.0 * (after - now))
+
+
+def _check_pressure(scene: Scene, kT: float | None) -> None:
+    """Raise InputError where a run never has a pressure, to whose error it could go.
+
+    ``kT`` is that of velocities to be drawn.
+    """
+    reason = report.no_pressure(scene)
+    rests = kT == 0.0 if scene.velocities is None else not scene.velocities.any()
+    if scene.n == 1:
+        reason = "One particle has Z = 1 exactly."
+    elif rests and pace_of(scene) == 0.0:
+        reason = "Nothing moves."
+    if reason is not None:
+        raise InputError(
+            f"[run] relative_error needs a pressure; give collisions_per_particle instead. {reason}"
+        )
