@@ -100,6 +100,18 @@ def test_commands_and_options_in_the_pages_exist():
         assert not missing, f"carom {command} has no {missing}"
 
 
+def test_only_commands_that_take_a_scene_file_say_that_their_options_override_it():
+    from typer.main import get_command
+
+    from carom.cli import app
+
+    for name, command in get_command(app).commands.items():
+        panels = {getattr(parameter, "rich_help_panel", None) or "" for parameter in command.params}
+        takes = {parameter.name for parameter in command.params}
+        for file in ("scene", "study"):
+            assert file in takes or not any(f" {file} file)" in panel for panel in panels), name
+
+
 def test_every_option_is_described_and_no_bracket_lost():
     """``[study]`` in a help text is markup, and gone, unless its bracket is escaped."""
     from rich.markup import render

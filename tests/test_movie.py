@@ -14,6 +14,7 @@ from carom.bridges.palette import FACES, rgb
 from carom.errors import InputError
 from carom.models.obstacles import Ball, Plane
 from carom.pictures import plots
+from carom.pictures.movie import _colours
 from carom.pictures.render import Camera, rendered
 
 
@@ -105,6 +106,40 @@ def test_rattlers_have_a_colour_of_their_own(tmp_path):
     assert seen == pytest.approx(area, rel=0.2)  # one disk; its rim is mixed with what is behind
 
 
+def test_a_gif_has_the_colours_of_all_its_frames(tmp_path):
+    """At first one disk moves; later all do, at speeds that the first frame has no colours for."""
+    from PIL import Image, ImageSequence
+
+    start = crystal(2, 6)
+    velocities = np.zeros_like(start.velocities)
+    velocities[0] = 1.0, 0.0
+    later = np.random.default_rng(1).normal(size=velocities.shape)
+    frames = [carom.Frame(**{**vars(start), "velocities": v}) for v in (velocities, 0.5 * later, later)]
+    carom.movie(frames, tmp_path / "a.gif", size=128, colour="speed")
+    top = 2.5 * np.sqrt(np.mean([np.sum(f.velocities**2, axis=1) for f in frames]))
+    with Image.open(tmp_path / "a.gif") as film:
+        shown = [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
+    for frame, picture in zip(frames, shown, strict=True):
+        wanted = rendered(frame, Camera.on(frame, 128), colours=_colours(frame, "speed", top, ()))
+        off = np.abs(picture - wanted).max(axis=2)
+        assert off.max() < 48  # 255 colours; with those of the first frame it was 88
+        assert off.mean() < 6
+
+
+@pytest.mark.parametrize("fps", [24, 30, 50])
+def test_a_gif_lasts_as_long_as_it_should(tmp_path, fps):
+    from PIL import Image, ImageSequence
+
+    frames = frames_of(2, count=13)
+    carom.movie(frames, tmp_path / "a.gif", size=48, fps=fps)
+    with Image.open(tmp_path / "a.gif") as film:
+        each = [picture.info["duration"] for picture in ImageSequence.Iterator(film)]
+    assert sum(each) == pytest.approx(1000 * 13 / fps, abs=5.0)  # half a hundredth of a second
+    assert min(each) >= 20
+    with pytest.raises(InputError, match="at most 50 frames a second"):
+        carom.movie(frames, tmp_path / "b.gif", fps=51)
+
+
 def test_what_makes_no_movie_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"expected one of .mp4, .gif"):
         carom.movie(frames_of(2), tmp_path / "a.avi")
@@ -117,6 +152,15 @@ def test_what_makes_no_movie_is_refused(tmp_path):
         carom.movie([apart], tmp_path / "a.gif", colour="rattlers")
     with pytest.raises(InputError, match="no frames"):
         carom.movie([], tmp_path / "a.gif")
+    near = frame_of([[1.0, 1.0], [1.6, 1.0], [1.3, 1.5]], (4.0, 4.0), 0.5)  # a gas: nobody holds anybody
+    with pytest.raises(InputError, match=r"Frame 0 .* this is no packing"):
+        carom.movie([near], tmp_path / "a.gif", colour="rattlers")
+    with pytest.raises(InputError, match="psi_6 needs 7 disks at least, found 3"):
+        carom.movie([near], tmp_path / "a.gif", colour="psi_6")
+    wider = frame_of([[1.0, 1.0]], (5.0, 4.0), 0.5)
+    with pytest.raises(InputError, match="Frame 1 has another box"):
+        carom.movie([near, wider], tmp_path / "a.gif")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.timing

@@ -424,7 +424,7 @@ CASES = {
         ),
         "--trust-code": added(("hunt",), ("--trust-code",), made("hunt/ran"), True),
         "--overwrite": added(
-            ("two.extxyz", "--out", "full/rdf.csv"), ("--overwrite",), lambda done: done.code, 0
+            ("two.extxyz", "--out", "full/old.html"), ("--overwrite",), lambda done: done.code, 0
         ),
     },
     "movie": {
@@ -495,6 +495,7 @@ def material(tmp_path_factory):
     (hunt / "rules.py").write_text("from pathlib import Path\nPath(__file__).with_name('ran').touch()\n")
     full = folder / "full"
     full.mkdir()
+    (full / "old.html").touch()
     for name in ("summary.json", "trajectory.h5md", "rdf.csv"):
         shutil.copy(folder / "finished" / name, full)
     return folder

@@ -1,6 +1,7 @@
 """Which phase `carom run` takes a run for, and with what it compares it."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from carom.block import Block
 from carom.frame import Frame
 from carom.observables import Pressure
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
-from carom.studies.runs.report import _infinite, _theory
+from carom.studies.runs.report import _infinite, _lines, _theory
 
 CRYSTAL, GONE = 0.15, 2.0
 
@@ -58,6 +59,14 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
         n=108, dimension=3, volume=scene.volume, diameter=1.0, kT=1.0,
     )  # fmt: skip
     assert _infinite(measured, phase).mean == pytest.approx(infinite, rel=1e-12)
+    # The picture of the pressure draws what the table shows.
+    still = Frame(
+        0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, 0 * images
+    )
+    sim = SimpleNamespace(scene=scene, frame=lambda: still)
+    drawn = _lines(SimpleNamespace(sim=sim, plan=SimpleNamespace(scene=SimpleNamespace(initial="fcc"))))
+    assert list(drawn) == ["Speedy (fcc)", "Almarza (fcc)"]
+    assert drawn["Almarza (fcc)"] == best["compressibility_factor"]
 
 
 def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off():

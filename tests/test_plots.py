@@ -23,11 +23,17 @@ def frame(positions, box, diameter=1.0):
     return Frame(0.0, 0, x, np.zeros_like(x), tuple(box), np.full(len(x), diameter), np.ones(len(x)))
 
 
-def estimate(dimension=3, blocks=100, n=50):
+def estimate(dimension=3, blocks=100, n=50, eta=0.2, **more):
     rng = np.random.default_rng(dimension)
-    volume = n * theory.ball_volume(dimension) / 0.2
+    volume = n * theory.ball_volume(dimension) / eta
     data = [Block(1.0, 200, float(rng.normal(300.0, 9.0))) for _ in range(blocks)]
-    return Pressure.estimate(data, n=n, dimension=dimension, volume=volume, diameter=1.0, kT=1.0)
+    return Pressure.estimate(data, n=n, dimension=dimension, volume=volume, diameter=1.0, kT=1.0, **more)
+
+
+def dashed(figure):
+    """Labels and heights of the lines of theory."""
+    lines = [line for line in figure.axes[0].lines if line.get_color() == plots.WARM]
+    return {line.get_label().rpartition(",")[0]: line.get_ydata()[0] for line in lines}
 
 
 def lattice(dimension, cells=4):
@@ -58,6 +64,21 @@ def test_pressure_draws_the_mean_and_theory_at_finite_n(dimension, tmp_path):
     low, high = axes.get_ylim()
     assert low < result.compressibility_factor.mean < high
     assert is_png(tmp_path / "p.png")
+
+
+def test_no_equation_of_the_fluid_is_drawn_for_what_is_no_fluid_of_equal_spheres():
+    assert dashed(plots.pressure(estimate(3, eta=0.6))) == {}  # a crystal
+    assert dashed(plots.pressure(estimate(2, eta=0.71))) == {}  # coexisting phases
+    assert dashed(plots.pressure(estimate(3, simple=False))) == {}  # a mixture, or walls
+    crystal = {"Almarza (fcc)": 15.25}
+    assert dashed(plots.pressure(estimate(3, eta=0.6), equations=crystal)) == crystal  # as it is
+    assert list(dashed(plots.pressure(estimate(2, eta=0.69)))) == ["Henderson", "Padé of ten virials"]
+
+
+def test_the_axis_of_time_claims_no_unit_that_its_numbers_do_not_have():
+    axes = plots.pressure(estimate(3, blocks=30)).axes[0]
+    assert axes.get_xlim()[1] == 30.0  # as in the scene, whatever its diameter and temperature
+    assert axes.get_xlabel() == "time t"
 
 
 @pytest.mark.parametrize(("virial", "scatter"), [(300.0, 9.0), (3e7, 1e3), (1e-3, 1e-5), (0.0, 1e-9)])

@@ -13,6 +13,7 @@ from carom.models.gravity import Gravity
 from carom.models.losses import Loss
 from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
 from carom.observables.rdf import rdf
+from carom.pictures import plots
 from carom.pictures.plots import partial_rdf as draw
 from carom.plan.plan import Plan
 from carom.studies.runs.report import _mixture_theory
@@ -58,8 +59,18 @@ def table_of(path):
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension):
+def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypatch):
+    drawn, draw_pressure = {}, plots.pressure
+
+    def seen(estimate, *, equations, path):
+        drawn.update(equations)
+        return draw_pressure(estimate, equations=equations, path=path)
+
+    monkeypatch.setattr(plots, "pressure", seen)
     result = studies.run(plan(dimension), tmp_path / "run")
+    rows = result.summary["theory"]
+    assert drawn == {row["name"]: row["compressibility_factor"] for row in rows}
+    assert len(drawn) == dimension - 1
     columns, comments = table_of(result.folder / "rdf.csv")
     frames = io.read(result.folder / "trajectory.h5md", ":")
     pairs = [("a, b", "a, b"), ("a, b", "small"), ("small", "small")]

@@ -68,6 +68,7 @@ BAD = [
     ({"positions": [], "box": 5}, "shape"),
     ({"positions": np.zeros((0, 3)), "box": 5}, "at least one particle"),
     ({"positions": np.zeros((3, 0)), "box": 5}, "at least one particle and one dimension"),
+    ({"positions": [[1.0] * 13], "box": 5}, "dimension must be between 1 and 12, found 13"),
     ({"positions": [0.0, 1.0], "box": 5}, r"shape \(n, d\)"),
     ({"positions": [[0.0, NAN]], "box": 5}, r"nan at \[0, 1\]"),
     ({"positions": [[INF, 0.0]], "box": 5}, r"inf at \[0, 0\]"),

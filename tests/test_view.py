@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 from importlib import resources
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +18,9 @@ from test_packing import crystal, frame_of, without
 import carom
 import carom.io
 from carom.bridges.palette import FACES, rgb
-from carom.errors import FileError, InputError
+from carom.cli import files
+from carom.errors import CaromWarning, FileError, InputError
+from carom.models.free_flight import FreeFlight
 from carom.models.losses import Loss
 from carom.models.obstacles import (
     Arc,
@@ -109,6 +112,71 @@ def test_what_cannot_be_shown_is_refused(tmp_path):
         carom.view([])
     with pytest.raises(FileError, match="holds nothing to show"):
         carom.view(tmp_path)
+
+
+@pytest.mark.parametrize("number", [0, -5])
+def test_a_number_of_collisions_that_shows_nothing_is_refused(log, number):
+    with pytest.raises(InputError, match="collisions must be at least 1"):
+        carom.view(log, collisions=number)
+
+
+def test_a_page_never_replaces_the_trajectory_that_it_shows(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with carom.io.open("q.extxyz", "w") as writer:
+        writer.write(frames_of(2)[0])
+    path = Path("q.extxyz")
+    before = path.read_bytes()
+    with pytest.raises(InputError, match=r"expected \.html"):
+        files.view.__wrapped__(path, path, overwrite=True)
+    with pytest.raises(FileError, match="the source itself"):
+        carom.io.convert(path, tmp_path / "q.extxyz", overwrite=True)
+    assert path.read_bytes() == before
+
+
+WITH_A_BALL = """
+[scene]
+initial = "random"
+n = 7
+packing_fraction = 0.1
+dimension = {dimension}
+obstacles = [{{kind = "ball", center = {center}, radius = 0.5}}]
+"""
+
+
+def test_only_the_scene_of_a_run_says_which_obstacles_stand_beside_its_trajectory(tmp_path):
+    frame = frames_of(2)[0]
+    with carom.io.open(tmp_path / "trajectory.h5md", "w") as writer:
+        writer.write(frame)
+    plan, summary = tmp_path / "scene.toml", tmp_path / "summary.json"
+
+    def seen():
+        return len(carom.view(tmp_path / "trajectory.h5md").data["obstacles"]["spheres"]) > 0
+
+    plan.write_text(WITH_A_BALL.format(dimension=2, center=[1, 1]))
+    assert not seen()  # a plan of some other run, as `carom init` writes it
+    summary.write_text(json.dumps({"box": frame.box.tolist()}))
+    assert seen()
+    summary.write_text(json.dumps({"box": [2.0 * edge for edge in frame.box]}))
+    assert not seen()
+    summary.write_text("{}")
+    plan.write_text(WITH_A_BALL.format(dimension=3, center=[1, 1, 1]))
+    assert not seen()
+    plan.write_text("[scene]\nnonsense = 1")
+    with pytest.warns(CaromWarning, match="Obstacles of the run are not drawn: .*nonsense"):
+        assert not seen()
+    summary.unlink()
+    assert not seen()  # nobody named this file
+
+
+def test_a_folder_with_a_log_of_curved_flights_shows_its_trajectory(log, tmp_path, monkeypatch):
+    shutil.copy(log, tmp_path / "events.h5")
+    with carom.io.open(tmp_path / "trajectory.h5md", "w") as writer:
+        writer.write(frames_of(2)[0])
+    assert carom.view(tmp_path).data["replay"] is not None
+    monkeypatch.setattr(FreeFlight, "straight", False, raising=False)
+    assert carom.view(tmp_path).data["replay"] is None
+    with pytest.raises(InputError, match="straight flights"):
+        carom.view(tmp_path / "events.h5")
 
 
 def test_frames_and_trajectories_show_themselves_in_notebooks(tmp_path):
@@ -349,6 +417,29 @@ def test_the_canvas_shows_each_species_in_its_colour_where_it_is(tmp_path):
     assert many0 == pytest.approx(many1, rel=0.2)
     # A disk of diameter 1 whose centres are 2 apart in x: its area in points.
     assert many1 == pytest.approx(np.pi / 4 * ((x1 - x0) / 2) ** 2, rel=0.25)
+
+
+def test_frames_of_one_time_are_stepped_through_one_by_one(tmp_path):
+    """At a time of 1e10, frames half a unit apart, and two frames of the same time."""
+    frame = dot([0, 1], [[1.0, 3.0], [3.0, 1.0]], (4.0, 4.0))
+    frames = [carom.Frame(**{**vars(frame), "time": 1e10 + t}) for t in (0.0, 0.5, 0.5, 1.0)]
+    page = carom.view(frames).html.replace(
+        "</body>",
+        "<script>const seen = [], look = () => seen.push(document.getElementById('state').textContent);"
+        "look(); for (const id of ['next', 'next', 'next', 'back', 'back']) {"
+        " document.getElementById(id).click(); look(); }"
+        "document.body.textContent = JSON.stringify(seen);</script></body>",
+    )
+    (tmp_path / "page.html").write_text(page, encoding="utf-8")
+    done = subprocess.run(
+        [browser(), "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+         "--ignore-gpu-blocklist", f"--user-data-dir={tmp_path / 'profile'}",
+         "--host-resolver-rules=MAP * ~NOTFOUND", "--dump-dom", (tmp_path / "page.html").as_uri()],
+        capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    seen = json.loads(re.search(r"<body[^>]*>(\[.*\])", done.stdout)[1])
+    numbers = [int(re.search(r"frame (\d) of 4", text)[1]) for text in seen]
+    assert numbers == [1, 2, 3, 4, 3, 2]
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ class Frame(Configuration):
     Parameters
     ----------
     time : float
-        Time [sigma sqrt(m / kT)] since the start of the run.
+        Time since the start of the run [time].
     step : int
         Pair collisions realised since the start of the run.
     positions : (n, d) float64 array

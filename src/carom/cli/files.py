@@ -49,7 +49,7 @@ def view(
         Path | None, typer.Option("--out", "-o", help="Page to write; next to the source by default.")
     ] = None,
     collisions: Annotated[
-        int | None, typer.Option(help="Collisions to show of an event log; 20 000 by default.")
+        int | None, typer.Option(help="Collisions to show of an event log, at least 1; 20 000 by default.")
     ] = None,
     show: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
     trust_code: Trusted = False,
@@ -65,9 +65,13 @@ def view(
     carom view carom-pack --out packing.html --no-open
     carom view run/events.h5 --collisions 5000
     """
+    from carom.errors import InputError
     from carom.pictures.view import rules_beside
     from carom.pictures.view import view as shown
 
+    if out is not None and out.suffix.lower() not in (".html", ".htm"):
+        # With --overwrite a page could otherwise replace the trajectory that it shows.
+        raise InputError(f"{out} has the suffix '{out.suffix}'; expected .html.")
     page = out or (source / "view.html" if source.is_dir() else source.with_suffix(".html"))
     refuse_to_replace(page, overwrite=overwrite)
     shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
@@ -80,7 +84,7 @@ def view(
 def movie(
     trajectory: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
     target: Annotated[Path, typer.Argument(help="What to write: .mp4 or .gif.")],
-    fps: Annotated[int, typer.Option(help="Frames of the trajectory in a second.")] = 24,
+    fps: Annotated[int, typer.Option(help="Frames of the trajectory in a second, in a GIF at most 50.")] = 24,
     size: Annotated[int, typer.Option(help="Pixels of the longer edge.")] = 480,
     colour: Annotated[
         str, typer.Option(help="species, speed, psi_6 or rattlers (of a packing).")

@@ -10,7 +10,7 @@ import typer
 from carom.cli.options import Json
 from carom.cli.trouble import friendly
 
-_SCENE = "The system (overrides a scene file)"
+_SCENE = "The system"
 _LENGTH = "How long"
 _OUTPUT = "What to write"
 

@@ -23,7 +23,10 @@ def trade(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-trade"),
     seconds: Annotated[
         float,
-        typer.Option(help="CPU seconds for the statistics of a row; the whole takes thirty times as long."),
+        typer.Option(
+            help="CPU seconds for the statistics of a row; the whole takes some forty times as long, and a "
+            "minute more."
+        ),
     ] = 8.0,
     overwrite: Overwrite = False,
 ) -> None:

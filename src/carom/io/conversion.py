@@ -38,7 +38,7 @@ def convert(
     Raises
     ------
     FileError
-        If the source cannot be read, or the target exists or cannot be written.
+        If the source cannot be read, or the target exists, cannot be written or is the source.
     InputError
         If the target's format cannot hold the frames.
     """
@@ -50,6 +50,10 @@ def convert(
     if not overwrite and (destination.exists() or destination.is_symlink()):
         raise FileError(
             f"{target} exists already and was left as it is; choose another name or allow overwriting."
+        )
+    if destination.exists() and Path(source).exists() and destination.samefile(source):
+        raise FileError(
+            f"{target} is the source itself, and cannot be replaced by its copy; choose another name."
         )
     with open_reader(source) as reader:
         if not exported:

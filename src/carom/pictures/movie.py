@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,10 +23,22 @@ from carom.notebook import by_count, watchable
 from carom.observables.packing import packing_network
 from carom.pictures.render import Camera, rendered
 from carom.pictures.view import standing_beside
-from carom.pictures.viewdata import FAST, psi_6
+from carom.pictures.viewdata import FAST, SIX, psi_6
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 COLOURS = ("species", "speed", "psi_6", "rattlers")
 SUFFIXES = (".mp4", ".gif")
+
+MOST_PER_SECOND = 50
+"""Frames of a GIF in a second: many programs slow down what lasts less than two hundredths."""
+
+SHOWN = 16
+"""Frames that the palette of a GIF is made from."""
+
+MOST_PIXELS = 1 << 20
+"""Pixels that the palette of a GIF is made from."""
 
 RAMP = np.array([
     [0.231, 0.298, 0.753], [0.435, 0.573, 0.953], [0.667, 0.780, 0.992], [0.867, 0.863, 0.863],
@@ -54,22 +67,23 @@ def movie(
     path : path
         ``.mp4`` (H.264; needs the package imageio-ffmpeg) or ``.gif``.
     fps : int
-        Frames per second.
+        Frames per second, at most 50 in a GIF, which counts time in hundredths of a second.
     size : int
         Length of the longer edge [pixels].
     colour : {"species", "speed", "psi_6", "rattlers"}
-        Meaning of the colours. psi_6 is that of the six nearest neighbours, for d = 2. Rattlers are those of
-        :func:`carom.observables.packing_network` in each frame.
+        Meaning of the colours. Speeds have one scale for all frames. psi_6 is that of the six nearest
+        neighbours, for d = 2. Rattlers are those of :func:`carom.observables.packing_network` in each frame.
     obstacles : sequence of obstacles, optional
-        Obstacles to draw; by default those of the ``scene.toml`` in the same folder.
+        Obstacles to draw; by default those of the run in whose folder the trajectory lies.
     progress : callable or True, optional
         Called as ``progress(done, total)`` after each frame; True shows a bar.
 
     Raises
     ------
     InputError
-        If the suffix or the colour is unknown, there are no frames, a frame is no packing and rattlers are
-        asked for, or imageio-ffmpeg is not installed.
+        If the suffix or the colour is unknown, or a GIF is to have more than 50 frames a second. If there are
+        no frames, or frames differ in their box. If a frame is no packing and rattlers are asked for, or has
+        no seven disks for psi_6. If imageio-ffmpeg is needed and not installed.
     FileError
         If a file cannot be read or written.
     """
@@ -79,31 +93,65 @@ def movie(
     if colour not in COLOURS:
         raise InputError(f"colour is {colour!r}; expected one of {', '.join(COLOURS)}.")
     fps = checks.integer(fps, "fps", low=1)
+    gif = target.suffix.lower() == ".gif"
+    if gif and fps > MOST_PER_SECOND:
+        raise InputError(
+            f"fps is {fps}, and a GIF shows at most {MOST_PER_SECOND} frames a second; choose fewer, or "
+            "write an .mp4."
+        )
     size = checks.integer(size, "size", low=16)
     if isinstance(source, str | os.PathLike):
-        if obstacles is None:
-            obstacles = standing_beside(Path(source))
-        source = open_reader(Path(source))
+        file = Path(source)
+        source = open_reader(file)
+        if obstacles is None and len(source):
+            obstacles = standing_beside(file, source[0])
     if len(source) == 0:
         raise InputError("There are no frames to make a movie of; expected at least one.")
     first = source[0]
     if first.dimension > 3 or (colour == "psi_6" and first.dimension != 2):
         raise InputError(f"A movie coloured by {colour} has no frames of {first.dimension} dimensions.")
     camera = Camera.on(first, size)
-    top = FAST * math.sqrt(float(np.mean(np.sum(first.velocities**2, axis=1)))) or 1.0
+    top = _top(source) if colour == "speed" else 1.0
 
-    def pictures() -> Iterator[np.ndarray]:
-        for k in range(len(source)):
-            frame = source[k]
+    def picture(k: int) -> np.ndarray:
+        frame = source[k]
+        if not np.array_equal(frame.box, first.box):
+            raise InputError(
+                f"Frame {k} has another box than the first; a movie has one box, so cut it there."
+            )
+        try:
             colours = _colours(frame, colour, top, obstacles or ())
-            yield rendered(frame, camera, obstacles=obstacles or (), colours=colours)
-            if progress is not None:
-                progress(k + 1, len(source))
+        except InputError as error:
+            raise InputError(f"Frame {k} has no colours by {colour}: {error}") from None
+        return rendered(frame, camera, obstacles=obstacles or (), colours=colours)
 
-    write = _gif if target.suffix.lower() == ".gif" else _mp4
     with replacing(target) as temporary, writing(target):
-        write(temporary, pictures(), camera, fps)
+        # A GIF has one palette, for which some frames are drawn first.
+        drawn = {k: picture(k) for k in _spread(len(source))} if gif else {}
+        palette = _palette(list(drawn.values())) if gif else None
+
+        def pictures() -> Iterator[np.ndarray]:
+            for k in range(len(source)):
+                yield drawn.pop(k) if k in drawn else picture(k)
+                if progress is not None:
+                    progress(k + 1, len(source))
+
+        if palette is not None:
+            _gif(temporary, pictures(), palette, len(source), fps)
+        else:
+            _mp4(temporary, pictures(), camera, fps)
     return len(source)
+
+
+def _top(frames: Reader | Sequence[Frame]) -> float:
+    """Return the speed at the end of the colour scale, from all frames, as in the viewer."""
+    squares = [float(np.mean(np.sum(frames[k].velocities ** 2, axis=1))) for k in range(len(frames))]
+    return FAST * math.sqrt(float(np.mean(squares))) or 1.0
+
+
+def _spread(count: int) -> list[int]:
+    """Return the numbers of at most SHOWN of ``count`` frames, evenly spaced from the first to the last."""
+    return sorted({round(k) for k in np.linspace(0, count - 1, SHOWN).tolist()})
 
 
 def _colours(frame: Frame, colour: str, top: float, obstacles: Sequence[Obstacle]) -> np.ndarray | None:
@@ -112,11 +160,17 @@ def _colours(frame: Frame, colour: str, top: float, obstacles: Sequence[Obstacle
         return None
     if colour == "rattlers":
         backbone = packing_network(frame, obstacles=obstacles).backbone
+        if not backbone.any():  # as in the viewer, by the number of contacts alone
+            backbone = packing_network(frame, sided=False, obstacles=obstacles).backbone
+        if not backbone.any():
+            raise InputError("its neighbours hold no component in place, so this is no packing.")
         return np.where(backbone[:, None], rgb(FACES[0]), rgb(FACES[1]))  # as in the viewer
     if colour == "speed":
         at = np.clip(np.linalg.norm(frame.velocities, axis=1) / top, 0.0, 1.0)
         places = np.linspace(0.0, 1.0, len(RAMP))
         return np.stack([np.interp(at, places, RAMP[:, channel]) for channel in range(3)], axis=1)
+    if frame.n <= SIX:
+        raise InputError(f"psi_6 needs {SIX + 1} disks at least, found {frame.n}; choose another colour.")
     angle, modulus = psi_6(frame).T
     turned = 0.5 + 0.42 * np.cos(angle[:, None] - 2.0 * np.pi / 3.0 * np.arange(3))
     return modulus[:, None] * turned + (1.0 - modulus[:, None]) * 0.78
@@ -143,13 +197,25 @@ def _mp4(path: Path, pictures: Iterable[np.ndarray], camera: Camera, fps: int) -
     writer.close()
 
 
-def _gif(path: Path, pictures: Iterable[np.ndarray], camera: Camera, fps: int) -> None:
+def _palette(pictures: Sequence[np.ndarray]) -> Image.Image:
+    """Return an image with 255 colours that cover all of ``pictures``, the rare ones included."""
+    from PIL import Image
+
+    montage = np.concatenate(pictures)
+    stride = math.ceil(math.sqrt(montage.size / 3 / MOST_PIXELS))
+    part = np.ascontiguousarray(montage[::stride, ::stride])
+    return Image.fromarray(part).quantize(255, method=Image.Quantize.MAXCOVERAGE)
+
+
+def _gif(path: Path, pictures: Iterable[np.ndarray], palette: Image.Image, count: int, fps: int) -> None:
     from PIL import Image
 
     # One palette for all frames, so that colours do not flicker.
-    images = (Image.fromarray(picture) for picture in pictures)
-    first = next(iter(images))
-    palette = first.quantize(255)
-    rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
-    settings: dict[str, Any] = {"duration": round(1000 / fps), "loop": 0, "optimize": False}
-    palette.save(path, format="GIF", save_all=True, append_images=rest, **settings)
+    images = (
+        Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures
+    )
+    # Durations are whole hundredths of a second; that of a frame takes up what those before it left.
+    ends = [round(100 * k / fps) for k in range(count + 1)]
+    durations = [10 * (end - start) for start, end in itertools.pairwise(ends)]
+    settings: dict[str, Any] = {"duration": durations, "loop": 0, "optimize": False}
+    next(images).save(path, format="GIF", save_all=True, append_images=images, **settings)

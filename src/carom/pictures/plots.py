@@ -50,7 +50,7 @@ _MOST_POINTS = 64
 def pressure(
     estimate: PressureEstimate,
     *,
-    equations: Mapping[str, theory.Equation] | None = None,
+    equations: Mapping[str, theory.Equation | float] | None = None,
     path: str | os.PathLike[str] | None = None,
 ) -> Figure:
     """Convergence of Z: block values, the running mean with its error band, and theory.
@@ -59,9 +59,10 @@ def pressure(
     ----------
     estimate : PressureEstimate
         The measured pressure.
-    equations : mapping of str to callable, optional
-        Equations of state to draw, by label; each is shifted to the finite n of the run. By default the
-        usual one and the best one known for the dimension.
+    equations : mapping of str to callable or float, optional
+        Equations of state of the fluid to draw, by label; each is shifted to the finite n of the run. A
+        number is Z by theory, drawn as it is. By default the usual equation and the best one known for the
+        dimension, for equal elastic spheres below freezing; otherwise none.
     path : path, optional
         Where to save the picture; the suffix is the format (png, pdf, svg).
 
@@ -96,20 +97,25 @@ def pressure(
         band = z.error * np.sqrt(time[-1] / time)
         axes.fill_between(time, running - band, running + band, color=INK, alpha=0.18, linewidth=0, zorder=2)
     axes.plot(time, running, color=INK, linewidth=1.6, zorder=4, label=f"running mean, Z = {_text(z)}")
-    if equations is None:
-        equations = theory.equations(estimate.dimension)
-    styles = ("--", "-.", ":", (0, (6, 1, 1, 1)))
     eta = estimate.packing_fraction
+    if equations is None:
+        fluid = estimate.simple and estimate.steady and eta < theory.FREEZING.get(estimate.dimension, 1.0)
+        equations = theory.equations(estimate.dimension) if fluid else {}
+    styles = ("--", "-.", ":", (0, (6, 1, 1, 1)))
     shown = [z.mean]
     for (name, equation), style in zip(equations.items(), styles * len(equations), strict=False):
-        value = equation(eta) + theory.finite_size_shift(eta, estimate.n, equation)
+        value = (
+            equation(eta) + theory.finite_size_shift(eta, estimate.n, equation)
+            if callable(equation)
+            else equation
+        )
         shown.append(value)
         axes.axhline(
             value, color=WARM, linestyle=style, linewidth=1.1, zorder=3, label=f"{name}, {value:.4f}"
         )
     axes.set_xlim(0.0, time[-1])
     _frame_values(axes, shown, means)
-    axes.set_xlabel("time t / σ√(m/kT)")
+    axes.set_xlabel("time t")
     axes.set_ylabel("compressibility factor Z")
     axes.set_title(_state(estimate.n, estimate.dimension, eta), fontsize=TITLE, y=TOP)
     axes.legend(loc="best", fontsize=8.5, framealpha=0.92, edgecolor="none")

@@ -5,12 +5,16 @@ from __future__ import annotations
 import html
 import json
 import os
+import warnings
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from carom.errors import FileError, InputError
+import numpy as np
+
+from carom import checks
+from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
@@ -92,7 +96,8 @@ def view(
     path : path, optional
         Where to write the page.
     obstacles : sequence of obstacles, optional
-        Obstacles to draw; by default those of the scene, if the source contains it.
+        Obstacles to draw; by default those of the scene, if the source contains it, or of the run in whose
+        folder the trajectory lies.
     collisions : int, optional
         Number of collisions to show of an event log; by default 20 000.
     title : str, optional
@@ -108,7 +113,7 @@ def view(
     Raises
     ------
     InputError
-        If the source cannot be shown: no frames, more than three dimensions.
+        If the source cannot be shown: no frames, more than three dimensions; or ``collisions`` is below 1.
     FileError
         If a file cannot be read or written.
 
@@ -118,6 +123,8 @@ def view(
     >>> carom.view(carom.Scene.fcc(3, packing_fraction=0.4)).title
     '108 spheres'
     """
+    if collisions is not None:
+        collisions = checks.integer(collisions, "collisions", low=1)
     data, name = _data(source, obstacles, collisions, interaction)
     shown = View(data, title or name)
     if path is not None:
@@ -177,30 +184,40 @@ def _of_path(
     """Return the data and the title of a file, or of a file in a folder."""
     from carom.pictures import viewdata
 
+    others: list[Path] = []
     if path.is_dir():
-        found = next((path / name for name in ORDER if (path / name).exists()), None)
-        if found is None:
+        found = [path / name for name in ORDER if (path / name).exists()]
+        if not found:
             raise FileError(f"{path} holds nothing to show: none of {', '.join(ORDER)}.")
-        path = found
-    title = f"{path.parent.name}/{path.name}" if path.parent.name else path.name
-    if path.name == "packing.h5md":
-        from carom.observables.packing import packing_network
-
-        standing = standing_beside(path) if obstacles is None else obstacles
-        with open_reader(path) as reader:
-            frame = reader[-1]
-        network = packing_network(frame, obstacles=standing)
-        if not network.backbone.any():
-            network = packing_network(frame, sided=False, obstacles=standing)
-        return viewdata.of_network(network), title
+        path, *others = found
     if is_log(path):
         from carom.simulation.replay import Replay
 
-        limit = viewdata.MOST_COLLISIONS if collisions is None else collisions
-        return viewdata.of_replay(Replay(path, interaction=interaction), limit), title
+        run = Replay(path, interaction=interaction)
+        # A replay draws straight flights; of other motions the frames are shown, where there are any.
+        if getattr(run.scene.motion, "straight", True) or not others:
+            limit = viewdata.MOST_COLLISIONS if collisions is None else collisions
+            return viewdata.of_replay(run, limit), _title(path)
+        path = others[0]
+    if path.name == "packing.h5md":
+        from carom.observables.packing import packing_network
+
+        with open_reader(path) as reader:
+            frame = reader[-1]
+        standing = standing_beside(path, frame) if obstacles is None else obstacles
+        network = packing_network(frame, obstacles=standing)
+        if not network.backbone.any():
+            network = packing_network(frame, sided=False, obstacles=standing)
+        return viewdata.of_network(network), _title(path)
     with open_reader(path) as reader:
-        standing = standing_beside(path) if obstacles is None else obstacles
-        return viewdata.of_frames(reader, standing), title
+        if obstacles is None and len(reader):
+            obstacles = standing_beside(path, reader[0])
+        return viewdata.of_frames(reader, obstacles or ()), _title(path)
+
+
+def _title(path: Path) -> str:
+    """Return the title of the page of a file."""
+    return f"{path.parent.name}/{path.name}" if path.parent.name else path.name
 
 
 def is_log(path: Path) -> bool:
@@ -226,23 +243,52 @@ def rules_beside(source: Path) -> Interaction | None:
     return Plan.load(folder / "scene.toml").trusted().scene.own().get("interaction")
 
 
-def standing_beside(trajectory: Path) -> Sequence[Obstacle]:
-    """Return the obstacles of the scene file or of the packing in the folder of a ``trajectory``, if any.
+def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
+    """Return the obstacles of the run or of the packing in whose folder a ``trajectory`` lies.
+
+    There are none if a ``frame`` of it is in another box. A scene file alone is a plan of some run, of which
+    this trajectory need not be.
 
     Raises
     ------
     FileError
-        If the folder's file is damaged, or holds an obstacle of a class of one's own.
+        If the summary of a packing is damaged, or lists an obstacle of a class of one's own.
+
+    Warns
+    -----
+    CaromWarning
+        If the scene file of the run cannot be read.
     """
-    summary = trajectory.parent / "summary.json"
-    if trajectory.stem == "packing" and summary.exists():
-        return _of_packing(summary)
-    plan = trajectory.parent / "scene.toml"
-    if not plan.exists():
+    folder = trajectory.parent
+    if trajectory.stem == "packing" and (folder / "summary.json").exists():
+        return _of_packing(folder / "summary.json")
+    plan = folder / "scene.toml"
+    if not plan.exists() or not any((folder / name).exists() for name in ("summary.json", "checkpoint.h5")):
         return ()
+    from carom.models.obstacles import checked
     from carom.plan.plan import Plan
 
-    return Plan.load(plan).scene.obstacles
+    try:
+        scene = Plan.load(plan).scene
+    except CaromError as error:
+        warnings.warn(f"Obstacles of the run are not drawn: {error}", CaromWarning, stacklevel=3)
+        return ()
+    box = _box_of(folder / "summary.json") or scene.box
+    # Some formats keep six digits.
+    if box is not None and not (len(box) == frame.dimension and np.allclose(box, frame.box, rtol=1e-5)):
+        return ()
+    try:
+        return checked(scene.obstacles, tuple(frame.box), tuple(frame.periodic))
+    except InputError:  # of another dimension, or of a larger box
+        return ()
+
+
+def _box_of(summary: Path) -> list[float] | None:
+    """Return the edges of the box of a finished run; None if its summary does not say."""
+    try:
+        return list(json.loads(summary.read_text(encoding="utf-8"))["box"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
 
 def _of_packing(summary: Path) -> Sequence[Obstacle]:

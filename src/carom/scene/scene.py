@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Scene(Fields):
-    """Hard spheres of any dimension in a box, with walls and obstacles.
+    """Hard spheres of 1 to 12 dimensions in a box, with walls and obstacles.
 
     All input is checked here.
 
@@ -85,7 +85,8 @@ class Scene(Fields):
         (``carom.scene.overlaps.tolerance``). The message names the pair, or the component and the obstacle.
         Contact is allowed.
     InputError
-        If anything else cannot be simulated: a wrong type or shape, NaN, no particle, an edge too small.
+        If anything else cannot be simulated: a wrong type or shape, NaN, no particle, more than 12
+        dimensions, an edge too small.
 
     Attributes
     ----------
@@ -143,6 +144,7 @@ class Scene(Fields):
             raise InputError(
                 f"A scene needs at least one particle and one dimension, found {n} in {dimension}."
             )
+        _box.dimensions(dimension)
         diameters = _species.per_component(diameter, "diameter", n)
         masses = _species.per_component(mass, "mass", n)
         kinds = _species.labels(species, n)

@@ -167,7 +167,7 @@ class Replay:
 
     @property
     def time(self) -> float:
-        """Time since the start of the run [sigma sqrt(m / kT)], rounded to a double."""
+        """Time since the start of the run [time], rounded to a double."""
         return float(self._instant)
 
     @property
@@ -448,7 +448,7 @@ def replay(path: str | PathLike[str], *, time: float, **own: Any) -> Frame:
     path : path
         An event log that :class:`carom.Simulation` wrote.
     time : float
-        Time since the start of the run [sigma sqrt(m / kT)].
+        Time since the start of the run [time].
     **own
         As for :class:`Replay`.
 

@@ -37,7 +37,7 @@ class Running:
     @property
     @looks
     def time(self) -> float:
-        """Time since the start [sigma sqrt(m / kT)], rounded to a double."""
+        """Time since the start [time], rounded to a double."""
         return float(self.machine.clock.instant)
 
     @property
@@ -218,7 +218,7 @@ class Running:
         collisions_per_particle : float, optional
             The same per component: every collision counts for two components.
         time : float, optional
-            Time to add [sigma sqrt(m / kT)]; the run then ends exactly there.
+            Time to add [time]; the run then ends exactly there.
         walltime : float, optional
             Seconds.
         progress : callable or True, optional

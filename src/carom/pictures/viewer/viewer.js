@@ -33,7 +33,9 @@ if (replay) {
 // Units with range rules: their kinds change, each record says to which, and 255 is for who was removed.
 const units = replay && replay.units, became = units && decoded(units.kinds, Uint8Array), kindNow = units && new Uint8Array(n);
 const names = units ? units.names : data.names;
-const first = replay ? 0 : times[0], last = replay ? replay.end : times[count - 1];
+// Frames that are all of one time are played by their numbers.
+const ticks = times[count - 1] > times[0] ? times : times.map((_, k) => k);
+const first = replay ? 0 : ticks[0], last = replay ? replay.end : ticks[count - 1];
 const still = !replay && count === 1;
 document.body.classList.toggle("still", still);
 
@@ -189,7 +191,14 @@ let ringCount = 0;
 const bars = bonds && (() => { const list = []; for (let k = 0; k < bonds.length; k += 6) list.push([[...bonds.slice(k, k + 3)], [...bonds.slice(k + 3, k + 6)]]); return lines(list); })();
 
 // ------------------------------------------------------------------------------------------- where they are
-let frame = 0;
+// The frame that is shown is kept as its number: several frames may have the same time.
+let frame = hash.time === undefined ? 0 : frameAt(time);
+function frameAt(t) {
+  // The last frame that is not later than t.
+  let k = 0;
+  while (k + 1 < count && ticks[k + 1] <= t + 1e-9 * (last - first)) k++;
+  return k;
+}
 function record(k, t) {
   // The last record of component k that is not later than t.
   let low = starts[k], high = starts[k + 1] - 1;
@@ -215,8 +224,6 @@ function move() {
     }
     cloud.fill("glow", glow);
   } else {
-    frame = 0;
-    while (frame + 1 < count && times[frame + 1] <= time + 1e-9 * Math.abs(last)) frame++;
     centres.set(frames.subarray(3 * n * frame, 3 * n * (frame + 1)));
     if (!fixedRadii) { radius.set(radii.subarray(n * frame, n * (frame + 1))); cloud.fill("radius", radius); }
   }
@@ -350,15 +357,19 @@ function step(way) {
     const k = nextContact(time);
     if (way > 0) time = k < contacts.length ? contacts[k] : last;
     else { let j = k - 1; while (j >= 0 && contacts[j] >= time) j--; time = j >= 0 ? contacts[j] : first; }
-  } else time = times[Math.min(Math.max(frame + way, 0), count - 1)];
+  } else show(frame + way);
   changed();
+}
+function show(k) {
+  frame = Math.min(Math.max(k, 0), count - 1);
+  time = ticks[frame];
 }
 function changed() {
   move(); tell(); dirty = true;
 }
 function tell() {
   byId("scrub").value = last > first ? (time - first) / (last - first) : 0;
-  byId("clock").textContent = `t = ${time.toPrecision(6)}`;
+  byId("clock").textContent = `t = ${(replay || ticks === times ? time : times[frame]).toPrecision(6)}`;
   const subtitle = data.subtitle === document.title ? "" : data.subtitle + " \u00b7 ";
   byId("state").textContent = replay ? `${subtitle}${units ? "event" : "collision"} ${nextContact(time)} of ${contacts.length}`
     : count > 1 ? `${subtitle}frame ${frame + 1} of ${count}` : subtitle.slice(0, -3);
@@ -371,6 +382,7 @@ function loop(now) {
     time += pace() * Math.min((now - before) / 1000, 0.1);
     if (time >= last) time = replay ? last : first + (time - last) % Math.max(last - first, 1e-300);
     if (replay && time >= last) playing = false;
+    if (!replay) frame = frameAt(time);
     changed();
   }
   before = now;
@@ -380,7 +392,7 @@ function loop(now) {
 
 // ------------------------------------------------------------------------------------------- hands
 const actions = {
-  play() { playing = !playing; if (playing && time >= last) time = first; },
+  play() { playing = !playing; if (playing && time >= last) { time = first; if (!replay) show(0); } },
   images() { images = !images; }, rings() { showRings = units !== null && !showRings; }, bonds() { showBonds = bars && !showBonds; }, box() { showBox = !showBox; },
   colour() { mode = modes[(modes.indexOf(mode) + 1) % modes.length]; byId("colour").value = mode; legend(); },
   size() { size = size > 0.9 ? 0.5 : size > 0.4 ? 0.25 : 1; },
@@ -399,7 +411,7 @@ addEventListener("keydown", (event) => {
 });
 for (const [id, name] of [["play", "play"], ["images", "images"], ["bonds", "bonds"], ["ask", "help"]]) byId(id).onclick = () => { act(name); byId(id).blur(); };
 byId("back").onclick = () => step(-1); byId("next").onclick = () => step(1);
-byId("scrub").oninput = (event) => { time = first + Number(event.target.value) * (last - first); if (!replay) { let best = 0; for (let k = 0; k < count; k++) if (Math.abs(times[k] - time) < Math.abs(times[best] - time)) best = k; time = times[best]; } changed(); };
+byId("scrub").oninput = (event) => { time = first + Number(event.target.value) * (last - first); if (!replay) { let best = 0; for (let k = 0; k < count; k++) if (Math.abs(ticks[k] - time) < Math.abs(ticks[best] - time)) best = k; show(best); } changed(); };
 byId("colour").onchange = (event) => { mode = event.target.value; legend(); changed(); };
 byId("speed").ondblclick = () => { byId("speed").value = 0; };
 const touches = new Map();

@@ -107,7 +107,8 @@ def trade(
     out : path
         The folder; made if needed.
     seconds : float
-        CPU seconds for the statistics of each row; the whole comparison takes some thirty times as long.
+        CPU seconds for the statistics of each row; the whole comparison takes some forty times as long, and a
+        minute more.
     overwrite : bool
         Whether files of an earlier comparison may be replaced.
     progress : callable, optional

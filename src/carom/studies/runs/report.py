@@ -212,7 +212,7 @@ def _draw(
     implied = None if pressure is None else pressure.contact_value
     if pressure is not None:
         with replacing(folder.path / "pressure.png") as temporary:
-            plots.pressure(pressure, path=temporary)
+            plots.pressure(pressure, equations=_lines(facts), path=temporary)
     if distributions:
         with replacing(folder.path / "rdf.png") as temporary:
             if facts.sim.scene.equal:
@@ -221,6 +221,29 @@ def _draw(
                 plots.partial_rdf(distributions, path=temporary)
     with replacing(folder.path / "snapshot.png") as temporary:
         plots.snapshot(facts.sim.frame(), obstacles=facts.sim.scene.obstacles, path=temporary)
+
+
+def _lines(facts: Facts) -> dict[str, float]:
+    """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
+    try:
+        rows = _compared(facts.sim.scene, _phase(facts))
+    except CaromError:  # a remark of the summary says so
+        return {}
+    values = {row["name"]: row["compressibility_factor"] for row in rows}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _phase(facts: Facts) -> Phase | None:
+    """Return the phase of equal elastic particles in a periodic box; None for other scenes."""
+    scene = facts.sim.scene
+    if not scene.simple:
+        return None
+    return phase_of(scene, facts.plan.scene.initial, moved(scene, facts.sim.frame()))
+
+
+def _compared(scene: Scene, phase: Phase | None) -> list[dict[str, Any]]:
+    """Return Z by every theory that holds for the scene in this phase."""
+    return _mixture_theory(scene) if phase is None else _theory(scene, phase)
 
 
 def _summary(
@@ -234,14 +257,10 @@ def _summary(
     statistics = sim.statistics
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
-    phase: Phase | None = None
-    if scene.simple:
-        phase = parts.of(
-            "phase", lambda: phase_of(scene, plan.scene.initial, moved(scene, sim.frame())), None
-        )
+    phase = parts.of("phase", lambda: _phase(facts), None)
     infinite = parts.of("Z of infinite size", lambda: _infinite(pressure, phase), None)
     none: list[dict[str, Any]] = []
-    compared = parts.of("theory", lambda: _theory(scene, phase) if phase else _mixture_theory(scene), none)
+    compared = parts.of("theory", lambda: _compared(scene, phase), none)
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
     doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure), list[str]())
     missing = None if _decides(scene) else no_pressure(scene)
