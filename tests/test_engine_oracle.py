@@ -36,7 +36,7 @@ RANDOM = [
 ]
 
 
-KERNELS = ((1, 2), (4, 2), (4, 64))
+KERNELS = ((1, 2), (4, 2), (4, 16), (4, 64))
 """Dimensions and numbers that need kernels of their own, or long."""
 
 

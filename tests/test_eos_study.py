@@ -853,6 +853,7 @@ def test_what_has_no_theory_is_compared_with_none(scene):
     assert row.theory == theory.carnahan_starling(0.2)
 
 
+@pytest.mark.slow
 def test_wells_are_brought_to_the_temperature_asked_for():
     study = studies.equation_of_state(
         [0.3],

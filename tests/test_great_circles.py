@@ -135,6 +135,7 @@ def test_sampling_log_replay_and_checkpoint_leave_every_bit(tmp_path):
         assert (other.velocities == plain.frame().velocities).all()
 
 
+@pytest.mark.slow
 def test_growth_is_resumed_bit_for_bit(tmp_path):
     sim = carom.Simulation(on_sphere(8, diameter=0.2, seed=5), seed=1, growth=0.01)
     sim.run(collisions=300)

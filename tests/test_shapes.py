@@ -105,6 +105,7 @@ def test_a_sphere_in_an_arc_goes_round_by_whispering():
     assert sim.statistics.energy_drift < 1e-12
 
 
+@pytest.mark.slow
 def test_many_shapes_in_two_dimensions_let_nobody_through():
     obstacles = [
         *polygon([(4.0, 4.0), (8.0, 4.5), (6.0, 8.0)], name="house"),

@@ -211,6 +211,7 @@ def test_a_file_that_is_no_code_is_refused(tmp_path):
             SphericalCode.load(tmp_path / "no.json")
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_the_best_so_far():
     def stop(stage, fraction):
         if fraction >= 0.2:

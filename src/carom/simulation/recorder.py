@@ -113,6 +113,7 @@ def _header(machine: Machine) -> dict[str, Any]:
         "epoch_length": np.float64(machine.unit.to_scene(machine.scheme.epoch, 1)),
         "shape": np.asarray(machine.scheme.shape, np.int64),
         "bits": np.int64(_bits(machine)),
+        "single": np.int64(machine.contents.single),
     }
 
 

@@ -90,6 +90,8 @@ class Replay:
         self._path = path
         initial = read_initial(path)
         try:
+            if initial.get("single"):
+                raise InputError("its run was in single precision, and a replay computes in double.")
             scene = _scene(initial, own)
             velocities = np.array(initial["velocities"], dtype=np.float64)
             self._x = np.array(initial["positions"], dtype=np.float64)

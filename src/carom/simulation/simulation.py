@@ -117,11 +117,6 @@ class Simulation(Running):
                 "An event log holds one diameter a component, but growth is given: leave out one."
             )
         single = in_single(precision, scene, velocities)
-        if single and event_log is not None:
-            raise InputError(
-                "A replay of an event log computes in double precision, but precision is 'single': leave out "
-                "one."
-            )
         unit = unit_of(scene, velocities, rates)
         speed = thermal_speed(scene, velocities, unit)
         contents = contents_of(scene, rates, speed, images, single, unit)
