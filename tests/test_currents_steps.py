@@ -50,6 +50,7 @@ def position_moments(frame, drift):
     return np.einsum("i,ia,ib->ab", m, x, v), energies @ x
 
 
+@pytest.mark.slow
 def test_the_moments_with_steps_are_those_of_positions_and_pair_energies():
     scene = cluster()
     drift = scene.masses @ scene.velocities / scene.masses.sum()

@@ -124,6 +124,7 @@ def test_the_first_collisions_of_a_dilute_gas_are_the_oracles():
 # Close packing.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_one_part_in_1e9_below_close_packing_has_the_free_volume_pressure(dimension):
     densest = {2: math.pi / (2 * math.sqrt(3)), 3: math.pi / (3 * math.sqrt(2))}[dimension]

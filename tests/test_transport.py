@@ -342,6 +342,7 @@ def test_identical_species_diffuse_and_conduct_as_one(study):
     assert abs(heat.mean) < FIVE * heat.error
 
 
+@pytest.mark.slow
 def test_in_two_dimensions_no_number_is_given_for_what_does_not_exist():
     found = studies.transport(
         0.3, n=64, replicas=1, dimension=2, collisions_per_particle=1500, equilibration=50, executor="serial"

@@ -89,9 +89,11 @@ class Replay:
     def __init__(self, path: str | PathLike[str], **own: Any):
         self._path = path
         initial = read_initial(path)
+        if initial.get("single"):
+            raise FileError(
+                f"{path} cannot be replayed: its run was in single precision, a replay computes in double."
+            )
         try:
-            if initial.get("single"):
-                raise InputError("its run was in single precision, and a replay computes in double.")
             scene = _scene(initial, own)
             velocities = np.array(initial["velocities"], dtype=np.float64)
             self._x = np.array(initial["positions"], dtype=np.float64)
