@@ -12,7 +12,7 @@ from carom.block import Block
 from carom.frame import Frame
 from carom.observables import Pressure
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
-from carom.studies.runs.report import _infinite, _lines, _theory
+from carom.studies.runs.report import _compared, _infinite, _lines, _phase, _theory
 
 CRYSTAL, GONE = 0.15, 2.0
 
@@ -64,7 +64,8 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
         0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, 0 * images
     )
     sim = SimpleNamespace(scene=scene, frame=lambda: still)
-    drawn = _lines(SimpleNamespace(sim=sim, plan=SimpleNamespace(scene=SimpleNamespace(initial="fcc"))))
+    facts = SimpleNamespace(sim=sim, plan=SimpleNamespace(scene=SimpleNamespace(initial="fcc")))
+    drawn = _lines(_compared(scene, _phase(facts)))
     assert list(drawn) == ["Speedy (fcc)", "Almarza (fcc)"]
     assert drawn["Almarza (fcc)"] == best["compressibility_factor"]
 

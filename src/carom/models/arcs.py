@@ -5,7 +5,6 @@ With segments they make the tables of billiards: stadium, mushroom, Sinai's.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from carom.errors import InputError
 from carom.models import fields
 from carom.models.interface import NEVER, anchor, encounter, outward, repeated
 from carom.models.outlines import Arc as Drawn
+from carom.models.outlines import images
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,8 @@ class Arc:
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each surface from the nearest image of the arc, (n,) [length]."""
-        turns = itertools.product(*[(-1, 0, 1) if repeats else (0,) for repeats in periodic])
-        images = [self._distance(positions + np.array(turn) * np.array(box)) for turn in turns]
-        return np.min(images, axis=0) - radii
+        shifts = images(self.center, box, periodic)
+        return np.min([self._distance(positions - shift) for shift in shifts], axis=0) - radii
 
     def _distance(self, positions: np.ndarray) -> np.ndarray:
         """Return the distance of each position from the arc, (n,) [length]."""

@@ -171,6 +171,16 @@ class PackingNetwork:
         )
 
 
+def network_of(frame: Frame, *, obstacles: Sequence[Obstacle] = ()) -> PackingNetwork:
+    """Return the :func:`packing_network`; by the number of contacts alone if no backbone remains otherwise.
+
+    After a fast compression, or in crystalline grains with straight edges, no backbone may remain if contacts
+    on one side make a rattler.
+    """
+    network = packing_network(frame, obstacles=obstacles)
+    return network if network.backbone.any() else packing_network(frame, sided=False, obstacles=obstacles)
+
+
 def packing_network(
     frame: Frame,
     *,

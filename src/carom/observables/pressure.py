@@ -16,6 +16,7 @@ from carom.errors import CaromWarning, InputError
 from carom.notebook import table
 from carom.observables.course import Course
 from carom.observables.statistics import Estimate
+from carom.scene.temperature import kept_by_motion
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -55,7 +56,7 @@ class Pressure:
                 f"blocks is {self.blocks!r}; an error bar needs at least 2 blocks, better 64 or more."
             )
 
-    def check(self, scene: Scene) -> None:
+    def prepare(self, scene: Scene) -> None:
         """Raise InputError if the virial is not the pressure of a ``scene``; the text says why."""
         if reason := without_pressure(scene):
             raise InputError(reason)
@@ -68,7 +69,7 @@ class Pressure:
         InputError
             If the virial is not the pressure of such a scene; the text says why.
         """
-        self.check(scene)
+        self.prepare(scene)
         return self.estimate(
             blocks,
             n=scene.n,
@@ -339,8 +340,7 @@ def without_pressure(scene: Scene) -> str | None:
             f"The virial is the pressure of straight flight, and {motion} bends the paths; count collisions "
             "with Simulation.run()."
         )
-    keeps = getattr(scene.motion, "conserves", lambda axis: True)
-    if not all(keeps(axis) for axis in range(scene.dimension)):
+    if not all(kept_by_motion(scene)):
         return (
             f"The virial gives no pressure where {motion} changes the total momentum: the pressure is not "
             "the same everywhere. Measure that on a wall or an obstacle, carom.WallPressure()."

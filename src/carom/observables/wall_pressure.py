@@ -52,7 +52,7 @@ class WallPressure:
             checks.number(self.area, "area", low=0.0, open_low=True)
         checks.integer(self.blocks, "blocks", low=2)
 
-    def check(self, scene: Scene) -> None:
+    def prepare(self, scene: Scene) -> None:
         """Raise InputError if a ``scene`` has no such obstacle, or its area is not known."""
         k = self._number(obstacle_names(scene))
         if self.area is None:

@@ -20,7 +20,7 @@ from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
 from carom.models.interface import Obstacle
 from carom.notebook import by_count, watchable
-from carom.observables.packing import packing_network
+from carom.observables.packing import network_of
 from carom.pictures.render import Camera, rendered
 from carom.pictures.view import standing_beside
 from carom.pictures.viewdata import FAST, SIX, psi_6
@@ -159,9 +159,7 @@ def _colours(frame: Frame, colour: str, top: float, obstacles: Sequence[Obstacle
     if colour == "species":
         return None
     if colour == "rattlers":
-        backbone = packing_network(frame, obstacles=obstacles).backbone
-        if not backbone.any():  # as in the viewer, by the number of contacts alone
-            backbone = packing_network(frame, sided=False, obstacles=obstacles).backbone
+        backbone = network_of(frame, obstacles=obstacles).backbone
         if not backbone.any():
             raise InputError("its neighbours hold no component in place, so this is no packing.")
         return np.where(backbone[:, None], rgb(FACES[0]), rgb(FACES[1]))  # as in the viewer

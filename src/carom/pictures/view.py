@@ -200,15 +200,12 @@ def _of_path(
             return viewdata.of_replay(run, limit), _title(path)
         path = others[0]
     if path.name == "packing.h5md":
-        from carom.observables.packing import packing_network
+        from carom.observables.packing import network_of
 
         with open_reader(path) as reader:
             frame = reader[-1]
         standing = standing_beside(path, frame) if obstacles is None else obstacles
-        network = packing_network(frame, obstacles=standing)
-        if not network.backbone.any():
-            network = packing_network(frame, sided=False, obstacles=standing)
-        return viewdata.of_network(network), _title(path)
+        return viewdata.of_network(network_of(frame, obstacles=standing)), _title(path)
     with open_reader(path) as reader:
         if obstacles is None and len(reader):
             obstacles = standing_beside(path, reader[0])

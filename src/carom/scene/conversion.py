@@ -21,7 +21,7 @@ from carom.scene.overlaps import Room
 from carom.scene.species import Contacts, contact_matrix, labels, per_component
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     import ase
     from numpy.typing import ArrayLike

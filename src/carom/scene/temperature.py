@@ -31,11 +31,16 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
     def glides(obstacle: Any, axis: int) -> bool:
         return hasattr(obstacle, "glides") and obstacle.glides(axis)
 
-    moves = getattr(scene.motion, "conserves", lambda axis: True)
     return tuple(
-        wraps and moves(axis) and all(glides(obstacle, axis) for obstacle in scene.obstacles)
-        for axis, wraps in enumerate(scene.periodic)
+        wraps and kept and all(glides(obstacle, axis) for obstacle in scene.obstacles)
+        for axis, (wraps, kept) in enumerate(zip(scene.periodic, kept_by_motion(scene), strict=True))
     )
+
+
+def kept_by_motion(scene: Scene) -> tuple[bool, ...]:
+    """Tell for every axis whether the motion between contacts keeps the total momentum along it."""
+    keeps = getattr(scene.motion, "conserves", lambda axis: True)
+    return tuple(bool(keeps(axis)) for axis in range(scene.dimension))
 
 
 def degrees_of_freedom(scene: Scene) -> int:

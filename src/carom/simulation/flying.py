@@ -8,8 +8,6 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import choice
-from carom.models.interface import recoil
 from carom.observables.flights import FlightsEstimate, FlightSums, flights_of
 
 if TYPE_CHECKING:
@@ -23,7 +21,9 @@ REACH = (12.0, 12.0, 8.0)
 
 def check(contents: Contents) -> None:
     """Raise InputError where the length of a flight is not its duration times the speed at its end."""
-    moving = any(choice.answers(recoil, model) for model in contents.obstacle_models)
+    from carom.engine.live import is_live
+
+    moving = any(map(is_live, contents.obstacle_models))
     missing = {
         "straight flight": contents.straight,
         "obstacles that rest and lose no energy": not moving,

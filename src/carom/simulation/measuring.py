@@ -11,9 +11,7 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.notebook import watchable
 from carom.observables.precision import Goal, Prediction
-from carom.observables.pressure import Pressure
 from carom.observables.protocol import outcome, sees
-from carom.observables.wall_pressure import WallPressure
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.precise import tell_doubts, until
@@ -83,8 +81,8 @@ def measure(
         drifting, too (``carom.observables.equilibrium``).
     """
     _check_observable(observable)
-    if isinstance(observable, Pressure | WallPressure):
-        observable.check(sim.scene)  # before a run that would be in vain
+    if callable(getattr(observable, "prepare", None)):
+        observable.prepare(sim.scene)  # before a run that would be in vain
     given = {
         "collisions": collisions,
         "collisions_per_particle": collisions_per_particle,
@@ -160,8 +158,6 @@ def _follow(
     """Run on, and hand every stretch, or every frame between two of them, to an observable of one's own."""
     count = getattr(observable, "blocks", BLOCKS)
     of_frames = sees(observable) == "frame"
-    if callable(getattr(observable, "prepare", None)):
-        observable.prepare(sim.scene)
     if time is None and not cools(sim):
         assert collisions is not None
         time = sim.time_for(collisions)  # it may run a pilot, so that the first frame comes after it

@@ -12,6 +12,7 @@ from carom.block import Sizes
 from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.notebook import table
+from carom.scene.temperature import kept_by_motion
 from carom.simulation.invariants import Mechanics
 from carom.simulation.pair_steps import potential_at_start, potential_energy
 
@@ -117,8 +118,7 @@ def statistics(machine: Machine) -> Statistics:
     events = 2 * tally.collisions + tally.advancements + tally.transits
     taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
     taken_up |= machine.engine.model.rules is not None
-    keeps = getattr(machine.scene.motion, "conserves", None)
-    taken_up |= keeps is not None and not all(keeps(axis) for axis in range(machine.scene.dimension))
+    taken_up |= not all(kept_by_motion(machine.scene))
     return Statistics(
         collisions=int(tally.collisions),
         transits=int(tally.transits),

@@ -110,9 +110,8 @@ def refuse_short_impact(contents: Contents) -> None:
 
 def refuse_forgetful(contents: Contents) -> None:
     """Raise InputError where a model of one's own has a memory, and no answer to copy it into a new model."""
-    particles = contents.particles
-    models = [value.model(particles) for value in (contents.interaction, contents.impact)]
-    for model in (*models, *contents.obstacle_models):
+    own = [value for value in (contents.interaction, contents.impact) if choice.is_own(value)]
+    for model in (*(value.model(contents.particles) for value in own), *contents.obstacle_models):
         remembers = any(choice.answers(question, model) for question in (age, taken_up))
         if choice.is_own(model) and remembers and not choice.answers(take_over, model):
             raise InputError(

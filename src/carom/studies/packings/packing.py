@@ -23,7 +23,7 @@ from carom.io.paths import replacing, writing
 from carom.models.obstacles import Obstacle
 from carom.models.to_tables import obstacle_to_table
 from carom.notebook import table
-from carom.observables.packing import PackingNetwork, packing_network
+from carom.observables.packing import PackingNetwork, network_of
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
@@ -109,10 +109,7 @@ class Packing:
         contacts on one side make a rattler. Rattlers are then identified by contact count only: fewer than
         d + 1 contacts.
         """
-        network = packing_network(self.frame, obstacles=self.obstacles)
-        if network.backbone.any():
-            return network
-        return packing_network(self.frame, sided=False, obstacles=self.obstacles)
+        return network_of(self.frame, obstacles=self.obstacles)
 
     @property
     def rattlers(self) -> np.ndarray:

@@ -116,10 +116,13 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
     if reason is None:
         distributions = parts.of("g(r)", lambda: _write_distributions(folder, facts, report), distributions)
         reason = None if distributions else " ".join(parts.remarks[-1:]) or None
+    phase = parts.of("phase", lambda: _phase(facts), None)
+    none: list[dict[str, Any]] = []
+    compared = parts.of("theory", lambda: _compared(facts.sim.scene, phase), none)
     if facts.plan.output.pictures:
         report("Drawing", 0.0)
-        parts.of("pictures", lambda: _draw(folder, facts, pressure, distributions), None)
-    summary = _summary(facts, pressure, distributions, reason, parts)
+        parts.of("pictures", lambda: _draw(folder, facts, pressure, distributions, _lines(compared)), None)
+    summary = _summary(facts, pressure, distributions, reason, phase, compared, parts)
     text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     with replacing(folder.summary) as temporary, writing(folder.summary):
         temporary.write_text(text, encoding="utf-8")
@@ -206,13 +209,14 @@ def _draw(
     facts: Facts,
     pressure: PressureEstimate | None,
     distributions: dict[str, RadialDistribution],
+    lines: dict[str, float],
 ) -> None:
     from carom.pictures import plots
 
     implied = None if pressure is None else pressure.contact_value
     if pressure is not None:
         with replacing(folder.path / "pressure.png") as temporary:
-            plots.pressure(pressure, equations=_lines(facts), path=temporary)
+            plots.pressure(pressure, equations=lines, path=temporary)
     if distributions:
         with replacing(folder.path / "rdf.png") as temporary:
             if facts.sim.scene.equal:
@@ -223,12 +227,8 @@ def _draw(
         plots.snapshot(facts.sim.frame(), obstacles=facts.sim.scene.obstacles, path=temporary)
 
 
-def _lines(facts: Facts) -> dict[str, float]:
+def _lines(rows: list[dict[str, Any]]) -> dict[str, float]:
     """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
-    try:
-        rows = _compared(facts.sim.scene, _phase(facts))
-    except CaromError:  # a remark of the summary says so
-        return {}
     values = {row["name"]: row["compressibility_factor"] for row in rows}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -251,16 +251,16 @@ def _summary(
     pressure: PressureEstimate | None,
     distributions: dict[str, RadialDistribution],
     reason: str | None,
+    phase: Phase | None,
+    compared: list[dict[str, Any]],
     parts: _Parts,
 ) -> dict[str, Any]:
     sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
     statistics = sim.statistics
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
-    phase = parts.of("phase", lambda: _phase(facts), None)
     infinite = parts.of("Z of infinite size", lambda: _infinite(pressure, phase), None)
     none: list[dict[str, Any]] = []
-    compared = parts.of("theory", lambda: _compared(scene, phase), none)
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
     doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure), list[str]())
     missing = None if _decides(scene) else no_pressure(scene)
