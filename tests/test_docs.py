@@ -233,6 +233,7 @@ def dead_links(html: Path) -> list[str]:
     return dead
 
 
+@pytest.mark.slow
 def test_documentation_builds_without_a_warning(tmp_path):
     for module in ("sphinx", "myst_nb", "furo", "sphinx_copybutton", "sphinx_design"):
         pytest.importorskip(module)

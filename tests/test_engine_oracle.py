@@ -101,7 +101,7 @@ def test_two_spheres_in_small_boxes(dimension, edge, other, tmp_path):
         (6, (2.1, 4.2)),
         (5, (2.2, 1.1, 5.0)),
         (10, (2.5, 2.5, 3.7)),
-        (2, (1.05, 2.05, 3.05, 2.0)),
+        pytest.param(2, (1.05, 2.05, 3.05, 2.0), marks=pytest.mark.slow),
         (5, (7.3,)),
         (2, (2.0000001,)),
         (1, (1.05, 1.05)),

@@ -24,7 +24,7 @@ from carom.simulation.preparation import contents_of
         (2, 9, {"packing_fraction": 0.01}),
         (2, 70, {"packing_fraction": 0.02}),
         (2, 7, {"box": (9.0, 47.0), "diameter": 1.0}),
-        (3, 8, {"packing_fraction": 1e-3}),
+        pytest.param(3, 8, {"packing_fraction": 1e-3}, marks=pytest.mark.slow),
         (3, 70, {"packing_fraction": 0.02}),
     ],
 )
