@@ -95,6 +95,18 @@ def test_the_screen_says_once_that_worker_processes_compile(capsys):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.slow
+def test_worker_processes_end_in_silence(tmp_path):
+    # A worker that had to tidy up while its interpreter ends wrote a traceback to the screen.
+    script = tmp_path / "study.py"
+    script.write_text(
+        "import carom\n"
+        "carom.studies.transport([0.1], n=32, collisions_per_particle=200, replicas=1, workers=1)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
 @pytest.mark.timing
 @pytest.mark.slow
 def test_ctrl_c_during_the_first_compilation_of_a_command_is_one_line(tmp_path):

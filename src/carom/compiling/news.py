@@ -14,11 +14,11 @@ def tell() -> None:
         listener()
 
 
-@contextlib.contextmanager
-def listening(listener: Callable[[], object]) -> Iterator[None]:
-    """Call a function whenever something is compiled, or :func:`tell` is called, while the body runs.
+def listen(listener: Callable[[], object]) -> Callable[[], None]:
+    """Call a function whenever something is compiled, or :func:`tell` is called; return how to end that.
 
-    What is found in the cache is not compiled, and nobody is told of it.
+    What is found in the cache is not compiled, and nobody is told of it. Who listens until the process ends
+    need not end it.
     """
     from numba.core import event
 
@@ -35,8 +35,19 @@ def listening(listener: Callable[[], object]) -> Iterator[None]:
     watch = Watch()
     event.register("numba:compile", watch)
     _LISTENERS.append(listener)
+
+    def end() -> None:
+        _LISTENERS.remove(listener)
+        event.unregister("numba:compile", watch)
+
+    return end
+
+
+@contextlib.contextmanager
+def listening(listener: Callable[[], object]) -> Iterator[None]:
+    """Call a function as :func:`listen` does, while the body runs."""
+    end = listen(listener)
     try:
         yield
     finally:
-        _LISTENERS.remove(listener)
-        event.unregister("numba:compile", watch)
+        end()

@@ -44,9 +44,6 @@ GLANCE = 0.1
 PATIENCE = 10.0
 """Seconds to wait for the answer of a scheduler."""
 
-_WHILE_ALIVE = contextlib.ExitStack()
-"""Contexts that a worker keeps open until it ends."""
-
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -234,7 +231,7 @@ def _begin(leash: Connection, mouth: Connection) -> None:
             with contextlib.suppress(OSError):  # the study has ended meanwhile
                 mouth.send_bytes(b"compiling")
 
-    _WHILE_ALIVE.enter_context(news.listening(say))
+    news.listen(say)
 
 
 def cores() -> int:
