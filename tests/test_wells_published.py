@@ -140,7 +140,9 @@ def compared(published, stretches):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:Only .* independent samples")  # errors are those of the stretches
+# Errors are those of the stretches, each as short as theirs.
+@pytest.mark.filterwarnings("ignore:Only .* independent samples")
+@pytest.mark.filterwarnings("ignore:The temperatures of species change slowly")
 @pytest.mark.parametrize(
     ("published", "scene"), [(THIN, scene_of_thin), (MIXTURE, scene_of_mixture)], ids=["thin", "mixture"]
 )
