@@ -11,7 +11,10 @@ from carom import theory
 from carom.block import Block
 from carom.frame import Frame
 from carom.observables import Pressure
+from carom.studies import TransportSpec
+from carom.studies.eos.table import phase
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
+from carom.studies.planner.system import System
 from carom.studies.runs.report import _compared, _infinite, _lines, _phase, _theory
 
 CRYSTAL, GONE = 0.15, 2.0
@@ -40,6 +43,23 @@ def test_the_phase_decides_what_a_run_is_compared_with(d, eta, initial, distance
     assert (found.name, list(found.equations)) == (name, equations)
     assert said in found.note
     assert bool(said) == bool(found.note)
+
+
+@pytest.mark.parametrize("eta", [0.7, 0.7 + 1e-16, 7 * 0.1, math.nextafter(0.7, 0.0)])
+def test_run_study_plan_and_picture_agree_at_freezing_itself(eta):
+    """However 0.7 was computed: none of them takes disks there for a fluid that is in equilibrium."""
+
+    class Dense:
+        dimension, packing_fraction = 2, eta
+
+    assert not theory.is_stable_fluid(2, eta)
+    assert theory.is_stable_fluid(2, 0.7 - 1e-8)
+    assert phase_of(Dense, "random", GONE).name == "coexistence"
+    assert phase(eta, 2, "random") == "coexistence"
+    with pytest.raises(carom.InputError, match="coexist"):
+        System(eta, 2)
+    with pytest.raises(carom.InputError, match="beyond freezing"):
+        TransportSpec(packing_fractions=(eta,), n=(100,), dimension=2).tasks()
 
 
 def test_a_crystal_is_compared_with_a_crystal_of_as_many():

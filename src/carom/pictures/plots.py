@@ -99,7 +99,8 @@ def pressure(
     axes.plot(time, running, color=INK, linewidth=1.6, zorder=4, label=f"running mean, Z = {_text(z)}")
     eta = estimate.packing_fraction
     if equations is None:
-        fluid = estimate.simple and estimate.steady and eta < theory.FREEZING.get(estimate.dimension, 1.0)
+        stable = theory.is_stable_fluid(estimate.dimension, eta)
+        fluid = estimate.simple and estimate.steady and stable
         equations = theory.equations(estimate.dimension) if fluid else {}
     styles = ("--", "-.", ":", (0, (6, 1, 1, 1)))
     shown = [z.mean]

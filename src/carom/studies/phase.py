@@ -60,7 +60,7 @@ def phase_of(scene: Scene, initial: str, distance: float) -> Phase:
     d, eta = scene.dimension, round(scene.packing_fraction, 9)
     freezing, melting = theory.FREEZING.get(d, 1.0), theory.MELTING.get(d, 1.0)
     stays = d > 1 and distance < STUCK
-    if eta < freezing:
+    if theory.is_stable_fluid(d, eta):
         note = ""
         if stays:
             note = (

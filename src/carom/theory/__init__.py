@@ -8,7 +8,7 @@ accurate from 0.6 on), 0.494 (3D), about 0.29 (4D), 0.17 (5D) and 0.10 (6D). Tho
 """
 
 from carom.theory.arithmetic import Equation
-from carom.theory.choice import CLOSE_PACKING, FREEZING, MELTING, best, equations, solid
+from carom.theory.choice import CLOSE_PACKING, FREEZING, MELTING, best, equations, is_stable_fluid, solid
 from carom.theory.coexistence import Coexistence, coexistence
 from carom.theory.contact import (
     ball_volume,
@@ -73,6 +73,7 @@ __all__ = [
     "free_volume",
     "hall",
     "henderson",
+    "is_stable_fluid",
     "jenkins_mancini",
     "kolafa_labik_malijevsky",
     "mean_free_time",

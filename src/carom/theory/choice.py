@@ -19,6 +19,19 @@ MELTING = {2: 0.72, 3: 0.5433, 4: 0.337, 5: 0.206, 6: 0.138}
 """Packing fraction where the stable crystal begins; same sources."""
 
 
+def is_stable_fluid(dimension: int, packing_fraction: float) -> bool:
+    """Tell whether a fluid of equal particles is stable: below freezing, which itself is coexistence.
+
+    Parameters
+    ----------
+    dimension : int
+        d. On a line there is no freezing, and beyond 6 dimensions none is known: the answer is yes.
+    packing_fraction : float
+        Packing fraction; taken to nine decimals, so that 0.7 is the same however it was computed.
+    """
+    return round(packing_fraction, 9) < FREEZING.get(dimension, 1.0)
+
+
 def best(dimension: int) -> Equation:
     """Best equation of state in Carom for the fluid in `dimension` dimensions.
 
@@ -87,4 +100,4 @@ def equations(dimension: int) -> dict[str, Equation]:
     return {"Padé of the virials": best(dimension)} if 3 < dimension <= 6 else {}
 
 
-__all__ = ["CLOSE_PACKING", "FREEZING", "MELTING", "best", "equations", "solid"]
+__all__ = ["CLOSE_PACKING", "FREEZING", "MELTING", "best", "equations", "is_stable_fluid", "solid"]

@@ -88,8 +88,8 @@ class TransportSpec(StudySpec):
         super().__post_init__()
 
     def _task(self, eta: float, n: int, replica: int) -> Task:
-        freezing = theory.FREEZING.get(self.dimension, 1.0)
-        if eta >= freezing:
+        if not theory.is_stable_fluid(self.dimension, eta):
+            freezing = theory.FREEZING[self.dimension]
             raise InputError(f"packing_fraction {eta:g} is beyond freezing ({freezing:g}); expected a fluid.")
         task = super()._task(eta, n, replica)
         task["study"] = "transport"

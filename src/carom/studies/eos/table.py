@@ -168,10 +168,9 @@ def phase(packing_fraction: float, dimension: int, initial: str, *, mixture: boo
         "fluid" below freezing. Above freezing "fluid" for a random start, and "solid" for a crystal. In 2D
         "coexistence" between freezing and melting of equal disks.
     """
-    freezing, melting = theory.FREEZING.get(dimension, 1.0), theory.MELTING.get(dimension, 1.0)
-    if packing_fraction <= freezing:
+    if theory.is_stable_fluid(dimension, packing_fraction):
         return "fluid"
-    if dimension == 2 and packing_fraction < melting and not mixture:
+    if dimension == 2 and round(packing_fraction, 9) < theory.MELTING[2] and not mixture:
         return "coexistence"
     return "fluid" if initial == "random" else "solid"
 

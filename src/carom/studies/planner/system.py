@@ -76,7 +76,7 @@ class System:
         high = densities.CLOSEST_PACKING.get(d, 1.0)
         eta = checks.number(self.packing_fraction, "packing_fraction", low=0.0, high=high, open_low=True)
         freezing, melting = theory.FREEZING.get(d, math.inf), theory.MELTING.get(d, math.inf)
-        if not self.mixture and freezing < eta < melting:
+        if not self.mixture and not theory.is_stable_fluid(d, eta) and eta < melting:
             raise InputError(
                 f"At packing fraction {eta:g} a fluid and a crystal coexist ({freezing:g} to {melting:g} in "
                 f"{d} dimensions): neither comes to equilibrium in a time that can be planned. "
@@ -92,7 +92,7 @@ class System:
     @property
     def crystal(self) -> bool:
         """Whether the stable phase is known to be a crystal."""
-        return not self.mixture and self.packing_fraction > theory.FREEZING.get(self.dimension, math.inf)
+        return not self.mixture and not theory.is_stable_fluid(self.dimension, self.packing_fraction)
 
     @property
     def kT(self) -> float:
