@@ -67,7 +67,7 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     # For buckets that fill unevenly; should that not do, the window is laid out anew.
     lines = n // (4 * ENTRIES) + 64
     heap = max(heap, 256)
-    control = np.zeros(1, CONTROL)
+    control = aligned(1, CONTROL)
     control["width"] = width
     control["cursor"] = buckets
     return Calendar(

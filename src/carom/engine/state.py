@@ -55,9 +55,9 @@ def row_type(dimension: int, number: type = np.float64) -> np.dtype:
 
 
 def aligned(count: int, dtype) -> np.ndarray:
-    """Return ``count`` zeroed items that start on a cache line."""
+    """Return ``count`` zeroed items on cache lines of their own: what another thread writes is on others."""
     dtype = np.dtype(dtype)
-    raw = np.zeros(count * dtype.itemsize + 64, np.uint8)
+    raw = np.zeros(-(-count * dtype.itemsize // 64) * 64 + 64, np.uint8)
     start = -raw.ctypes.data % 64
     return raw[start : start + count * dtype.itemsize].view(dtype)
 

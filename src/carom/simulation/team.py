@@ -332,7 +332,7 @@ class Team:
         """Return the collisions of pairs in the cells of a part."""
         from carom.engine.constants import LAMBDA
 
-        return int(np.count_nonzero(self._ledger.word[k, : self._ledger.used[k, 0]] >= LAMBDA))
+        return int(np.count_nonzero(self._ledger.entries.word[k, : self._ledger.used[k, 0]] >= LAMBDA))
 
     # How long and how deep --------------------------------------------------------------------------------
 
@@ -385,7 +385,7 @@ class Team:
 
     def _ready(self) -> None:
         """Make the copies, where the engine is another than before, and see whether they are up to date."""
-        from carom.engine.windows.hooks import make_ledger
+        from carom.engine.windows.hooks import make_ledger, page_of
         from carom.engine.windows.parts import make_part, share_of, with_neighbors
         from carom.engine.windows.shares import OWN, ZONE
 
@@ -412,9 +412,9 @@ class Team:
         owners, flags, _ = self._partition
         self._beside = [sorted(set(owners[flags[k] == ZONE].tolist())) for k in range(workers)]
         self._truth = share_of(engine, np.full(n, OWN, np.uint8), np.zeros(n + 1, np.uint64))
-        if self._ledger is None or self._ledger.time.shape[1] < self._room:
+        if self._ledger is None or self._ledger.entries.shape[1] < self._room:
             self._ledger = make_ledger(workers, self._room)
-        pages = [type(self._ledger)(*[page[k] for page in self._ledger]) for k in range(workers)]
+        pages = [page_of(self._ledger, k) for k in range(workers)]
         self._parts = self._each(lambda k: make_part(engine, flags[k], pages[k]))
         self._busy = [0.0] * workers
 

@@ -13,6 +13,7 @@ from carom.engine.constants import LAMBDA, OBSTACLE
 from carom.engine.images import index
 from carom.engine.obstacles import Obstacles
 from carom.engine.search import meet
+from carom.engine.state import aligned
 from carom.engine.tallies import count_pair, log_full, record
 from carom.engine.windows.shares import OWN, home
 
@@ -46,34 +47,39 @@ def _(sight: Watched, model, state, i, word, now):
     return due, clamped
 
 
+ENTRY = np.dtype([("time", "f8"), ("virial", "f8"), ("impulse", "f8"), ("i", "i4"), ("word", "i4")])
+"""A collision: its time within the epoch, its virial and the magnitude of the momentum exchanged, the
+component of lower index, and the word of the other, or ``OBSTACLE - k``.
+"""
+
+
+class Page(NamedTuple):
+    """The collisions of one part."""
+
+    used: np.ndarray
+    """How many there are, the first of a line of int64."""
+    entries: Any
+    """(room,) of type ENTRY."""
+
+
 class Ledger(NamedTuple):
     """Room for the collisions of all parts, a row for each part."""
 
     used: np.ndarray
-    """How many collisions each has, (parts, 1) int64."""
-    time: np.ndarray
-    """Time within the epoch, (parts, room) float64."""
-    i: np.ndarray
-    """The component of lower index, (parts, room) int32."""
-    word: np.ndarray
-    """The word of the other, or ``OBSTACLE - k``, (parts, room) int32."""
-    virial: np.ndarray
-    """(parts, room) float64."""
-    impulse: np.ndarray
-    """Magnitude of the momentum exchanged, (parts, room) float64."""
+    """How many collisions each has, in the first column, (parts, 8) int64: a cache line for each."""
+    entries: Any
+    """(parts, room) of type ENTRY."""
 
 
 def make_ledger(parts: int, room: int) -> Ledger:
     """Return an empty ledger with room for a given number of collisions of each part."""
-    shape = (parts, room)
-    return Ledger(
-        np.zeros((parts, 1), np.int64),
-        np.zeros(shape),
-        np.zeros(shape, np.int32),
-        np.zeros(shape, np.int32),
-        np.zeros(shape),
-        np.zeros(shape),
-    )
+    entries = aligned(parts * room, ENTRY).reshape(parts, room)
+    return Ledger(aligned(8 * parts, np.int64).reshape(parts, 8), entries.view(np.recarray))
+
+
+def page_of(ledger: Ledger, part: int) -> Page:
+    """Return the page of a part."""
+    return Page(ledger.used[part], ledger.entries[part])
 
 
 class Gathered(NamedTuple):
@@ -88,8 +94,8 @@ class Gathered(NamedTuple):
     """What each cell is to the part, (cells,) uint8."""
     latest: np.ndarray
     """Virial of the collision at hand, (1,) float64."""
-    page: Ledger
-    """The part's row of the ledger."""
+    page: Page
+    """The part's page of the ledger."""
 
 
 @count_pair.register
@@ -99,7 +105,7 @@ def _(by_species: Gathered, i, j, virial):
 
 @log_full.register
 def _(log: Gathered):
-    return log.page.used[0] == len(log.page.time)
+    return log.page.used[0] == len(log.page.entries)
 
 
 @record.register
@@ -107,11 +113,12 @@ def _(log: Gathered, clock, i, word, impulse):
     if log.flags[home(log.neighbors, np.uint64(i))] == OWN:
         page = log.page
         k = page.used[0]
-        page.time[k] = clock.now
-        page.i[k] = i
-        page.word[k] = word
-        page.virial[k] = log.latest[0]
-        page.impulse[k] = impulse
+        entry = page.entries[k]
+        entry.time = clock.now
+        entry.virial = log.latest[0]
+        entry.impulse = impulse
+        entry.i = i
+        entry.word = word
         page.used[0] = k + 1
 
 
@@ -149,6 +156,7 @@ def _merge(digest):
         ledger, obstacles = borrowed(ledger), borrowed(obstacles)
         by_species, log = borrowed(by_species), borrowed(log)
         tally = tallies[0]
+        entries = ledger.entries
         parts = len(heads)
         while True:
             part = np.int64(-1)
@@ -156,26 +164,26 @@ def _merge(digest):
                 h = heads[k]
                 if h == ledger.used[k, 0]:
                     continue
-                if part < 0 or ledger.time[k, h] < ledger.time[part, heads[part]]:
+                if part < 0 or entries[k, h].time < entries[part, heads[part]].time:
                     part = np.int64(k)
-                elif ledger.time[k, h] == ledger.time[part, heads[part]]:
-                    part = np.int64(k) if ledger.i[k, h] < ledger.i[part, heads[part]] else part
+                elif entries[k, h].time == entries[part, heads[part]].time:
+                    part = np.int64(k) if entries[k, h].i < entries[part, heads[part]].i else part
             if part < 0:
                 return True
             if log_full(log):
                 return False
             h = heads[part]
             heads[part] = h + 1
-            i, word = np.int64(ledger.i[part, h]), np.int64(ledger.word[part, h])
-            virial, impulse = ledger.virial[part, h], ledger.impulse[part, h]
-            clock[0].now = ledger.time[part, h]
+            entry = entries[part, h]
+            i, word = np.int64(entry.i), np.int64(entry.word)
+            clock[0].now = entry.time
             if word < LAMBDA:
-                struck(obstacles, OBSTACLE - word, impulse)
+                struck(obstacles, OBSTACLE - word, entry.impulse)
             else:
                 tally.collisions += 1
-                tally.virial += virial
-                count_pair(by_species, i, np.int64(index(boundary, word)), virial)
-            record(log, clock[0], i, word, impulse)
+                tally.virial += entry.virial
+                count_pair(by_species, i, np.int64(index(boundary, word)), entry.virial)
+            record(log, clock[0], i, word, entry.impulse)
 
     return merge
 

@@ -17,7 +17,7 @@ from carom.engine.parts import Engine
 from carom.engine.search import FarSight
 from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
-from carom.engine.windows.hooks import Gathered, Ledger, Watched
+from carom.engine.windows.hooks import Gathered, Page, Watched
 from carom.engine.windows.shares import OWN, Share
 from carom.models.interface import age, begin, complaint, growth, take_over, taken_up
 
@@ -97,13 +97,13 @@ class Part(NamedTuple):
     """The collisions in its own cells."""
 
 
-def make_part(engine: Engine, flags: np.ndarray, page: Ledger) -> Part:
+def make_part(engine: Engine, flags: np.ndarray, page: Page) -> Part:
     """Return a copy of an engine for one of several parts. Nothing is loaded into it yet."""
     state = clone(engine.state)
     n = len(state.partner)
     digest = digest_of(state)
     neighbors = clone(engine.neighbors)
-    gathered = Gathered(neighbors, flags, np.zeros(1), page)
+    gathered = Gathered(neighbors, flags, aligned(1, np.float64), page)
     model = engine.model._replace(
         lanes=make_lanes(engine.model.pair),
         obstacles=clone(engine.model.obstacles),
@@ -115,7 +115,7 @@ def make_part(engine: Engine, flags: np.ndarray, page: Ledger) -> Part:
         state,
         neighbors,
         calendar,
-        np.zeros(1, TALLY).view(np.recarray),
+        aligned(1, TALLY).view(np.recarray),
         gathered,  # type: ignore[arg-type]
     )
     return Part(copy, share_of(copy, np.full(n, OWN, np.uint8), digest), gathered)
