@@ -181,9 +181,9 @@ def _run(digest):
             schedule_transit(model, state, neighbors, j, now)
             # Two searches that do not wait for each other.
             found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
-            prefetch_calendar(calendar, state, model.boundary, found)
+            prefetch_calendar(calendar, state, model.boundary, found[0])
             other = search(model, state, neighbors, j, now, 1, NOBODY_MET)
-            prefetch_calendar(calendar, state, model.boundary, other)
+            prefetch_calendar(calendar, state, model.boundary, other[0])
             for _ in range(2):
                 predict(model, state, neighbors, calendar, tally, i, now, word, found)
                 enqueue(state, calendar, i)

@@ -17,10 +17,10 @@ from carom.models.units import NOBODY, Units
 
 
 @inner
-def predict(model, state, neighbors, calendar, tally, i, now, met, word):
+def predict(model, state, neighbors, calendar, tally, i, now, met, found):
     """Schedule the next event of component i (lines 14 to 23 of Figure 2).
 
-    ``word`` is the result of the search for i. ``met`` is the word of the component with which i has just
+    ``found`` is the result of the search for i. ``met`` is the word of the component with which i has just
     collided, or none. These two do not collide again at the same time (condition V), even if they overlap and
     approach by rounding. In a small box they may collide again under another word.
     """
@@ -32,16 +32,17 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, word):
     j = np.int64(-1)
     clamped = False
     searched = False
+    word, t = found
     while word >= 0:
         j = np.int64(index(model.boundary, word))
-        due, clamped = meet(model.sight, model, state, i, word, now)
+        due, clamped = meet(model.sight, model, state, i, word, now, t)
         again = word == met and due == now
         if not again and (searched or due <= rows[np.uint64(j)].due):
             break
         # The two have just met; or the other half of the collision took this candidate after the search.
         searched = True
         due = NEVER
-        word = search(model, state, neighbors, i, now, 0, met if again else NOBODY_MET)
+        word, t = search(model, state, neighbors, i, now, 0, met if again else NOBODY_MET)
     blocked = head_for_obstacle(model.obstacles, model, state, i, now, due, True)
     blocked = wait(model.rules, state, i, now, due, blocked)
     if due < NEVER and not blocked:
@@ -159,13 +160,14 @@ def schedule_transit(model, state, neighbors, i, now):
 
 
 @inner
-def offer_newcomer(model, state, calendar, tally, i, now, word):
+def offer_newcomer(model, state, calendar, tally, i, now, found):
     """Schedule i with a newcomer to its neighbourhood, if they meet before the present event of i."""
+    word, t = found
     if word < 0:
         return
     rows = state.rows
     j = np.int64(index(model.boundary, word))
-    due, clamped = meet(model.sight, model, state, i, word, now)
+    due, clamped = meet(model.sight, model, state, i, word, now, t)
     if due < rows[i].due and due <= rows[np.uint64(j)].due:
         held = np.int64(state.partner[i])
         pair_up(model, state, calendar, i, word, due)

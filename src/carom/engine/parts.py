@@ -26,7 +26,7 @@ from carom.engine.neighbors.sectors import Sectors, make_sectors
 from carom.engine.obstacles import make_obstacles
 from carom.engine.pair_steps import SteppedImage, make_steps
 from carom.engine.requirements import Contents
-from carom.engine.search import FarSight, FarSteps, NearSight
+from carom.engine.search import FarSteps, NearSight, RowSight
 from carom.engine.state import State, make_state
 from carom.engine.tallies import TALLY, BySpecies
 from carom.models.contact import FAR
@@ -38,6 +38,15 @@ SLACK = 1.0 - 2.0**-20
 """Flights end this fraction of the margin, or of the slack, early, so that rounding cannot hide a contact
 behind the end of a list, or two sectors away.
 """
+
+
+AHEAD = 8.0
+"""Diameters that two may fly relative to each other from the moment from which their contact is computed: the
+square of their distance is rounded, and the contact is off by some 32 roundings.
+"""
+
+SLIGHT = 2.0**-10
+"""Diameters below which contacts are not computed from such a moment: the box leaves no room for it."""
 
 
 class Model(NamedTuple):
@@ -55,7 +64,7 @@ class Model(NamedTuple):
     obstacles: Any
     """Everything fixed that components can meet, or None."""
     sight: Any
-    """Whether contacts are found from so far away that they are computed again from nearby, or None."""
+    """How the time of a contact is computed; None: from the moment at which it is found."""
     currents: Any
     """Currents of momentum and heat, and their integrals over time, or None where nobody asks."""
     flights: Any
@@ -141,7 +150,7 @@ def _kinds(contents: Contents, particles):
 
 def _sight(
     scheme: Scheme, contents: Contents, neighbors, pair
-) -> FarSight | FarSteps | NearSight | AlongCurves | None:
+) -> RowSight | FarSteps | NearSight | AlongCurves | None:
     """Return how the time of a contact is computed."""
     if scheme.kind == "all":
         return NearSight(neighbors.near)
@@ -150,7 +159,11 @@ def _sight(
     if contents.stepped:
         core = _smallest_core(contents.interaction, pair, contents)
         return FarSteps() if scheme.reach > FAR * core else None
-    return FarSight() if _farthest(scheme, contents) > FAR else None
+    # Half a box away, pairs would be taken for other images.
+    growing = 1.0 if contents.rates is None else 2.0
+    room = 0.49 * contents.narrowest - growing * contents.diameter
+    ahead = min(AHEAD * contents.smallest, room)
+    return RowSight(ahead**2) if ahead >= SLIGHT * contents.smallest else None
 
 
 def _smallest_core(interaction: Any, pair, contents: Contents) -> float:
@@ -161,15 +174,6 @@ def _smallest_core(interaction: Any, pair, contents: Contents) -> float:
     count, _ = interaction.steps(contents.particles)
     squares = [float(step_core_square(pair, step)) for step in range(count)]
     return math.sqrt(min((square for square in squares if square > 0.0), default=math.inf))
-
-
-def _farthest(scheme: Scheme, contents: Contents) -> float:
-    """Return from how many contact distances a contact may be found."""
-    if scheme.kind == "lists":
-        return scheme.reach / contents.smallest
-    sides = [edge / cells for edge, cells in zip(contents.box, scheme.shape, strict=True)]
-    spans = [side + slack for side, slack in zip(sides, slacks_of(scheme, contents), strict=True)]
-    return 2.0 * math.hypot(*spans) / contents.smallest
 
 
 def build_neighbors(scheme: Scheme, contents: Contents, pair):

@@ -18,7 +18,6 @@ from carom.models.contact import FAR, sure_contact
 from carom.models.interface import (
     NEVER,
     contact_time,
-    core_square,
     interaction_time,
     position,
     step_core_square,
@@ -50,7 +49,8 @@ def _(boundary: SteppedImage, pair, i, j, word, rr, rv, vv, now):
 
 @fast
 def nearest(model, state, i, now, words, begin, count, half, avoided):
-    """Return the word of the candidate that i meets first, ``avoided`` left out, or -1 (the paper's line 4).
+    """Return the word of the candidate that i meets first, ``avoided`` left out, or -1, and the time until
+    then, to 47 bits (the paper's line 4).
 
     The loop has no branch and no store, so that it is vectorised. The candidate's number replaces the last
     five bits of the time; the smallest of these integers is the earliest candidate.
@@ -98,7 +98,7 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
         if earliest < best:
             best = earliest
             chosen = np.int64(words[begin + np.uint64(start + (earliest & (WIDTH - 1)))])
-    return chosen
+    return chosen, np.int64(best & ~np.int64(WIDTH - 1)).view(np.float64)
 
 
 @inner
@@ -120,15 +120,23 @@ def _(neighbors, model, state, i, now, words, begin, count):
     return nearest(model, state, i, now, words, begin, count, 0, NOBODY_MET)
 
 
-class FarSight(NamedTuple):
-    """Sectors so wide that a contact may be found from far away, and is then computed again from nearby."""
+class RowSight(NamedTuple):
+    """Contacts that are computed from the younger of the two rows, or from shortly before them where that is
+    far away.
 
-    nearness: float = 1.0 / FAR**2
-    """Contact distance over distance, squared, below which one is far away."""
+    Their times are functions of the two rows alone, not of the moment at which somebody looks at the pair:
+    scheduling leaves no trace in a run.
+    """
+
+    square: float
+    """Square of how far two may fly relative to each other from the moment from which their contact is
+    computed [length^2].
+    """
 
 
 class FarSteps(NamedTuple):
-    """The same for pairs on steps: hard cores that are small compared with the reach of the steps.
+    """Pairs on steps with hard cores that are small compared with the reach of the steps: a contact may be
+    found from far away, and is then computed again from nearby.
 
     From nearby only the time of the contact with the core is computed, not whether it occurs. Otherwise a
     graze that looks like a miss there would become an exit from the step, far later, and events in between
@@ -190,32 +198,50 @@ def _(boundary: SteppedImage, pair, i, word, rr, rv, vv, now):
 
 
 @required
-def meet(sight, model, state, i, word, now):
-    """Return when i touches the candidate that a search found, and whether a negative time was clamped."""
+def meet(sight, model, state, i, word, now, t):
+    """Return when i touches the candidate that a search found after a time t, and whether the time until then
+    was negative, and clamped.
+    """
 
 
 @meet.register
-def _(sight: None, model, state, i, word, now):
+def _(sight: None, model, state, i, word, now, t):
     rr, rv, vv = relative(model, state, i, word, now)
     t, clamped = surely(model.boundary, model.pair, np.int64(i), word, rr, rv, vv, now)
     return now + t, clamped
 
 
-@meet.register
-def _(sight: FarSight, model, state, i, word, now):
-    due, clamped = meet(None, model, state, i, word, now)
-    rr, _, vv = relative(model, state, i, word, now)
-    nearness = core_square(model.pair, np.int64(i), np.int64(index(model.boundary, word)), now) / rr
-    if nearness < sight.nearness:
-        # Two diameters of flight before the contact.
-        near = max(due - 2.0 * np.sqrt(nearness * rr / vv), now)
-        due, _ = meet(None, model, state, i, word, near)
-    return due, clamped
+@inner
+def moment_before(square, vv, due):
+    """Return a moment before the contact of a pair that is due about then: within the time in which it flies
+    a distance of this square, and not before a quarter of it.
+
+    It is a multiple of a power of two. The last bits of ``due``, which depend on when the pair was looked at,
+    do not change it.
+    """
+    # Half the root of the quotient, to its leading bit, and the inverse.
+    half = (((np.float64(square / vv).view(np.int64) >> 52) - 1023) >> 1) - 1
+    step = np.int64((1023 + half) << 52).view(np.float64)
+    steps = np.int64((1023 - half) << 52).view(np.float64)
+    return (np.floor(due * steps) - 1.0) * step
 
 
 @meet.register
-def _(sight: FarSteps, model, state, i, word, now):
-    due, clamped = meet(None, model, state, i, word, now)
+def _(sight: RowSight, model, state, i, word, now, t):
+    rows = state.rows
+    due = now + t
+    then = max(np.float64(rows[i].t), np.float64(rows[np.uint64(index(model.boundary, word))].t))
+    rr, rv, vv = relative(model, state, i, word, then)
+    if (due - then) * (due - then) * vv > sight.square:
+        then = moment_before(sight.square, vv, due)
+        rr, rv, vv = relative(model, state, i, word, then)
+    t, clamped = surely(model.boundary, model.pair, np.int64(i), word, rr, rv, vv, then)
+    return max(then + t, now), clamped
+
+
+@meet.register
+def _(sight: FarSteps, model, state, i, word, now, t):
+    due, clamped = meet(None, model, state, i, word, now, t)
     rr, rv, vv = relative(model, state, i, word, now)
     core = step_core_square(model.pair, step_of(model.boundary, word))
     falls = (core > 0.0) & (rv < 0.0) & (rv * rv - vv * (rr - core) >= 0.0)
@@ -229,5 +255,5 @@ def _(sight: FarSteps, model, state, i, word, now):
 
 
 @meet.register
-def _(sight: NearSight, model, state, i, word, now):
-    return meet(None, model, state, i, word, sight.near[i])
+def _(sight: NearSight, model, state, i, word, now, t):
+    return meet(None, model, state, i, word, sight.near[i], t)

@@ -301,17 +301,17 @@ def _(neighbors: Everybody, model, state, i, now, half, avoided):
         k, known = best_of(contacts, state, i, False)
         if known:
             if k < 0:
-                return np.int64(-1)
+                return np.int64(-1), 0.0
             contact = contact_of(contacts, i, k)
             neighbors.near[i] = contact.begin
-            return np.int64(contact.other)
+            return np.int64(contact.other), 0.0
     clear(contacts, i)
-    return sweep(neighbors, model, state, i, now, np.int64(-1), avoided)
+    return sweep(neighbors, model, state, i, now, np.int64(-1), avoided), 0.0
 
 
 @first_newcomer.register
 def _(neighbors: Everybody, model, state, i, now, words, begin, count):
-    return np.int64(-1)
+    return np.int64(-1), 0.0
 
 
 @transit_time.register
@@ -347,7 +347,7 @@ def choose(everybody, model, state, tally, i):
             rows[left].due = NEVER
             state.partner[left] = LAMBDA
     everybody.near[i] = contact.begin
-    due, clamped = meet(model.sight, model, state, i, np.int64(j), 0.0)
+    due, clamped = meet(model.sight, model, state, i, np.int64(j), 0.0, 0.0)
     tally.clamped += np.int64(clamped)
     rows[i].due = due
     rows[j].due = due

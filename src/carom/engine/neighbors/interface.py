@@ -24,12 +24,14 @@ def candidates(neighbors, boundary, i, half):
 
 @required
 def first_met(neighbors, model, state, i, now, half, avoided):
-    """Return the word of the component that i meets first, ``avoided`` left out, or -1."""
+    """Return the word of the component that i meets first, ``avoided`` left out, or -1, and the time until
+    then, about.
+    """
 
 
 @required
 def first_newcomer(neighbors, model, state, i, now, words, begin, count):
-    """Return the word of the component that i meets first among the newcomers of a transit, or -1."""
+    """Return the same of the newcomers of a transit."""
 
 
 @required

@@ -78,7 +78,7 @@ def first_of_pairs(neighbors, model, state, i, now, limit, avoided):
 
 
 @meet.register
-def _(sight: AlongCurves, model, state, i, word, now):
+def _(sight: AlongCurves, model, state, i, word, now, t):
     first, second = min(np.int64(i), np.int64(word)), max(np.int64(i), np.int64(word))
     t, clamped = curved_meeting(model, state, first, second, now, NEVER, sight.span)
     return now + t, clamped
@@ -86,12 +86,12 @@ def _(sight: AlongCurves, model, state, i, word, now):
 
 @first_met.register
 def _(neighbors: Pairs, model, state, i, now, half, avoided):
-    return first_of_pairs(neighbors, model, state, i, now, NEVER, avoided)
+    return first_of_pairs(neighbors, model, state, i, now, NEVER, avoided), 0.0
 
 
 @first_newcomer.register
 def _(neighbors: Pairs, model, state, i, now, words, begin, count):
-    return first_of_pairs(neighbors, model, state, i, now, np.float64(state.rows[i].due), np.int64(-1))
+    return first_of_pairs(neighbors, model, state, i, now, np.float64(state.rows[i].due), np.int64(-1)), 0.0
 
 
 @transit_time.register

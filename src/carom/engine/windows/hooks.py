@@ -39,8 +39,8 @@ def stirred(digest, due, who):
 
 
 @meet.register
-def _(sight: Watched, model, state, i, word, now):
-    due, clamped = meet(sight.sight, model, state, i, word, now)
+def _(sight: Watched, model, state, i, word, now, t):
+    due, clamped = meet(sight.sight, model, state, i, word, now, t)
     j = np.uint64(index(model.boundary, word))
     sight.digest[i] = stirred(sight.digest[i], due, np.int64(j))
     sight.digest[j] = stirred(sight.digest[j], due, np.int64(i))

@@ -14,7 +14,7 @@ from carom.engine.neighbors.bounds import GrowingBounds
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.parts import Engine
-from carom.engine.search import FarSight
+from carom.engine.search import RowSight
 from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
 from carom.engine.windows.hooks import Gathered, Page, Watched
@@ -45,7 +45,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
         return "obstacles that move or lose energy"
     if model.currents is not None or model.flights is not None:
         return "the currents or free flights that are added up"
-    if not (model.sight is None or isinstance(model.sight, FarSight)):
+    if not isinstance(model.sight, RowSight):
         return "its curved paths"
     return None
 
