@@ -54,36 +54,41 @@ def test_rims_that_are_too_shallow_cost_repeats_and_no_bit(collisions, depth):
     assert_same_bits(alone, together)
 
 
-@pytest.mark.parametrize("what", ["bits", "partner", "leave", "digest"])
-def test_one_bit_in_the_zone_is_seen(what):
+@pytest.mark.parametrize("what", ["x", "v", "t"])
+def test_one_bit_of_a_row_in_the_zone_costs_the_window(what, monkeypatch):
+    """Wherever it comes from: the row is another one when it enters the digest of its cell."""
+    spoilt = []
+
+    class Spoiling(Team):
+        def _load(self, k):
+            super()._load(k)
+            if k == 0 and not spoilt:
+                mine, flags = self._parts[0].share, self._partition.flags[0]
+                seen = next(
+                    i for i in range(len(mine.here)) if flags[home(mine.neighbors, np.uint64(i))] == ZONE
+                )
+                value = mine.rows[what][seen]
+                mine.rows[what][seen] = np.nextafter(value, np.inf)
+                spoilt.append(seen)
+
+    alone, together = (carom.Simulation(fluid(), seed=3) for _ in range(2))
+    together.machine.team = team = Spoiling(together.machine, 2, Settings(collisions=1.0, least=0.0))
+    for sim in (alone, together):
+        sim.run(time=0.4)
+    assert spoilt
+    assert team.shares.repeats > 0
+    assert_same_bits(alone, together)
+
+
+def test_digests_that_differ_in_a_cell_of_the_zone_are_seen():
     sim = carom.Simulation(fluid(), seed=3, workers=2)
     sim.run(time=0.2)
     team = sim.machine.team
-    assert team.shares.windows > 0
-    mine = team._parts[0].share
+    flags, digests = team._partition.flags[0], team._parts[0].digests
     assert team._agree(0)
-    flags = team._partition.flags[0]
-    seen = next(i for i in range(len(mine.here)) if flags[home(mine.neighbors, np.uint64(i))] == ZONE)
-    array = getattr(mine, what)
-    array[seen] = np.nextafter(array[seen], np.inf) if what == "leave" else array[seen] ^ 1
-    assert not team._agree(0)
-
-
-@pytest.mark.parametrize("what", ["members", "face", "place", "turn"])
-def test_another_place_in_the_sectors_of_the_zone_is_seen(what):
-    sim = carom.Simulation(fluid(), seed=3, workers=2)
-    sim.run(time=0.2)
-    team = sim.machine.team
-    mine, flags = team._parts[0].share, team._partition.flags[0]
-    assert team._agree(0)
-    if what == "members":
-        members = mine.neighbors.members
-        cell = next(c for c in range(len(flags)) if flags[c] == ZONE and members[c, -1] > 1)
-        members[cell, :2] = members[cell, 1::-1].copy()
-    else:
-        seen = next(i for i in range(len(mine.here)) if flags[home(mine.neighbors, np.uint64(i))] == ZONE)
-        array = getattr(mine.neighbors, what)
-        array[seen if array.ndim == 1 else (seen, 0)] ^= 1
+    seen = np.flatnonzero((flags == ZONE) & (digests != 0))
+    assert len(seen) > 100  # most cells had a row that was new
+    digests[seen[0]] ^= np.uint64(1)
     assert not team._agree(0)
 
 

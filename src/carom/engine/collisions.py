@@ -15,6 +15,7 @@ from carom.engine.neighbors.interface import wrapped
 from carom.engine.obstacles import Obstacles, bounce, gained
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
 from carom.engine.rules import consult, heed
+from carom.engine.search import renew
 from carom.engine.tallies import count_pair, record
 from carom.models.interface import (
     CORE,
@@ -196,6 +197,8 @@ def new_epoch(model, state, neighbors):
     length = clock.length
     for i in range(np.uint64(len(state.partner))):
         into_next_epoch(model, state, neighbors, i, length)
+    for i in range(np.uint64(len(state.partner))):
+        renew(model.sight, model, state, i)
     age(model.pair, length)
     age(model.impact, length)
     age_obstacles(model.obstacles, length)

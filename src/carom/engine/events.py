@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import inner, optional, required
 from carom.engine.calendar import insert, time_of
 from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
 from carom.engine.images import index, mirror
 from carom.engine.neighbors.interface import transit_time
+from carom.engine.live import Live
 from carom.engine.obstacles import Obstacles, soonest
 from carom.engine.rules import wait
-from carom.engine.search import NOBODY_MET, meet, search
-from carom.models.interface import NEVER
+from carom.engine.search import NOBODY_MET, RowSight, meet, moment_before, note, search
+from carom.models.interface import NEVER, velocity
 from carom.models.units import NOBODY, Units
 
 
@@ -65,12 +66,57 @@ def _(obstacles: None, model, state, i, now, due, every):
 
 @head_for_obstacle.register
 def _(obstacles: Obstacles, model, state, i, now, due, every):
-    t, number = soonest(obstacles, model, state, i, now, every)
-    if now + t >= due:
+    touch, number = meet_obstacle(model.sight, model, state, i, now, every)
+    if touch >= due:
         return False
-    state.rows[i].due = now + t
+    state.rows[i].due = touch
     state.partner[i] = OBSTACLE - number
     return True
+
+
+@optional
+def meet_obstacle(sight, model, state, i, now, every):
+    """Return when i touches an obstacle, and the number of that obstacle, or -1; by default as it is computed
+    now. ``every`` as for :func:`carom.engine.obstacles.soonest`.
+    """
+    t, number = soonest(model.obstacles, model, state, i, now, every)
+    return now + t, number
+
+
+@meet_obstacle.register
+def _(sight: RowSight, model, state, i, now, every):
+    return meet_resting(model.obstacles.live, sight, model, state, i, now, every)
+
+
+@required
+def meet_resting(live, sight, model, state, i, now, every):
+    """Return the same, computed from the row of i or from shortly before the contact, where all obstacles
+    rest.
+    """
+
+
+@meet_resting.register
+def _(live: None, sight, model, state, i, now, every):
+    row = state.rows[i]
+    vv = 0.0
+    for axis in range(len(model.boundary.edges)):
+        v = np.float64(velocity(model.motion, axis, row.v[axis], now - row.t))
+        vv += v * v
+    then = np.float64(row.t)
+    start = now if (now - then) * (now - then) * vv > sight.square else then
+    t, number = soonest(model.obstacles, model, state, i, start, every)
+    due = start + t
+    if due < NEVER and (due - then) * (due - then) * vv > sight.square:
+        then = moment_before(sight.square, vv, due)
+        t, again = soonest(model.obstacles, model, state, i, then, every)
+        due = then + t if again == number else due
+    return max(due, now), number
+
+
+@meet_resting.register
+def _(live: Live, sight, model, state, i, now, every):
+    t, number = soonest(model.obstacles, model, state, i, now, every)
+    return now + t, number
 
 
 @inner
@@ -155,8 +201,9 @@ def enqueue(state, calendar, i):
 
 @inner
 def schedule_transit(model, state, neighbors, i, now):
-    """Find when component i leaves its sector (the paper's line 5)."""
+    """Find when component i leaves its sector (the paper's line 5): its row or its sector is a new one."""
     state.leave[i] = transit_time(neighbors, model.motion, model.boundary, state, i, now)
+    note(model.sight, state, neighbors, i)
 
 
 @inner

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
-FRONTS = {2: (6.0, 3.0)}
+FRONTS = {2: (3.0, 1.5)}
 """Diameters by which wrong decisions spread into a rim at once, and for every collision a particle, in some
 dimensions: farther in the plane, and a window lost costs more there than deeper rims.
 """
 
-FRONT = (4.0, 2.5)
+FRONT = (2.0, 1.3)
 """The same elsewhere. Where rims of this depth prove too thin, they become deeper."""
 
 DEEPER, DEEPEST = 1.15, 2.5

@@ -170,6 +170,7 @@ class Team:
             for part in self._parts:
                 restart(part.engine, epoch, start)
                 part.engine.tallies.view(np.ndarray)[:] = 0
+                part.digests[:] = 0
             self._limit = end
             codes = self._each(self._advance, epoch, end)
             ran = time.perf_counter()
@@ -187,7 +188,7 @@ class Team:
             shares.wall += time.perf_counter() - began
             return True
         with signals_held():
-            self._each(self._store)
+            self._each(self._store, end)
             stored = time.perf_counter()
             self._merge(own)
             self._at(epoch, end)
@@ -214,6 +215,7 @@ class Team:
         began = time.perf_counter()
         with signals_held():
             self._each(self._turn_part)
+            self._each(self._renew_part)
             self._at(epoch + 1, 0.0)
         passed = time.perf_counter() - began
         self.shares.turn += passed
@@ -247,6 +249,16 @@ class Team:
         begin, end = n * k // workers, n * (k + 1) // workers
         turn(model, self._truth, machine.engine.state, np.int64(begin), np.int64(end))
 
+    def _renew_part(self, k: int) -> None:
+        from carom.engine.windows.exchange import renew_all
+
+        machine, part = self.machine, self._parts[k]
+        n, workers = machine.scene.n, self.workers
+        model = machine.engine.model
+        renew_all(model, part.share, part.engine.state, np.int64(0), np.int64(n))
+        begin, end = n * k // workers, n * (k + 1) // workers
+        renew_all(model, self._truth, machine.engine.state, np.int64(begin), np.int64(end))
+
     def _advance(self, k: int, epoch: int, end: float) -> int:
         from carom.engine import constants, cycle
         from carom.engine.windows.exchange import give_up
@@ -279,12 +291,11 @@ class Team:
     def _agree(self, k: int) -> bool:
         from carom.engine.windows.exchange import agree
 
-        partition, mine = self._partition, self._parts[k].share
+        partition, mine = self._partition, self._parts[k].digests
         return all(
             agree(
                 mine,
-                self._parts[other].share,
-                self._truth,
+                self._parts[other].digests,
                 partition.flags[k],
                 partition.owners,
                 np.int64(other),
@@ -292,10 +303,12 @@ class Team:
             for other in self._beside[k]
         )
 
-    def _store(self, k: int) -> None:
-        from carom.engine.windows.exchange import store
+    def _store(self, k: int, end: float) -> None:
+        from carom.engine.windows.exchange import loosen, store
 
-        store(self._parts[k].share, self._truth, self._partition.flags[k])
+        part, flags = self._parts[k], self._partition.flags[k]
+        loosen(part.share, part.engine.model.boundary, flags, end)
+        store(part.share, self._truth, flags)
 
     def _merge(self, own: list[int]) -> None:
         from carom.engine.windows.hooks import merge
@@ -411,7 +424,7 @@ class Team:
         self._partition = self._share_out()
         owners, flags, _ = self._partition
         self._beside = [sorted(set(owners[flags[k] == ZONE].tolist())) for k in range(workers)]
-        self._truth = share_of(engine, np.full(n, OWN, np.uint8), np.zeros(n + 1, np.uint64))
+        self._truth = share_of(engine, np.full(n, OWN, np.uint8))
         if self._ledger is None or self._ledger.entries.shape[1] < self._room:
             self._ledger = make_ledger(workers, self._room)
         pages = [page_of(self._ledger, k) for k in range(workers)]

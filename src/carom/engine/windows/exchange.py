@@ -10,8 +10,10 @@ from carom.compiling.registry import inner
 from carom.engine.collisions import into_next_epoch
 from carom.engine.constants import LAMBDA
 from carom.engine.images import index
+from carom.engine.search import renew
 from carom.engine.windows.shares import (
     ABSENT,
+    EDGE,
     OWN,
     ZONE,
     copy_component,
@@ -20,8 +22,6 @@ from carom.engine.windows.shares import (
     home,
     members,
     members_in,
-    same_component,
-    same_members,
 )
 from carom.models.interface import NEVER
 
@@ -77,15 +77,15 @@ def _refresh(digest):
         cells = np.uint64(len(flags))
         held, true = members(mine.neighbors), members(truth.neighbors)
         for cell in range(cells):
-            if flags[cell] != OWN:
+            if flags[cell] < OWN:
                 for k in range(members_in(mine.neighbors, cell)):
                     remove(mine, np.uint64(held[cell, k]))
         for cell in range(cells):
-            if flags[cell] != OWN and flags[cell] != ABSENT:
+            if flags[cell] < OWN and flags[cell] != ABSENT:
                 for k in range(members_in(truth.neighbors, cell)):
                     mine.here[np.uint64(true[cell, k])] = flags[cell]
         for cell in range(cells):
-            if flags[cell] == OWN:
+            if flags[cell] >= OWN:
                 continue
             count = np.uint64(0) if flags[cell] == ABSENT else members_in(truth.neighbors, cell)
             for k in range(count):
@@ -96,34 +96,44 @@ def _refresh(digest):
 
 
 def _agree(digest):
-    def agree(mine, other, truth, flags, owners, owner):
-        """Return whether a part and the ``owner`` of some cells of its zone agree about all components there.
-
-        These are the components that are in the cells now, or were at the beginning of the window.
-
-        ``truth`` is the state at the beginning of the window.
+    def agree(mine, other, flags, owners, owner):
+        """Return whether the same happened in the copies of a part and of the ``owner`` of some cells of its
+        zone there, by their digests of all cells.
         """
         digest  # noqa: B018 (part of the cache's key)
-        mine, other, truth = borrowed(mine), borrowed(other), borrowed(truth)
-        before, now = members(truth.neighbors), members(mine.neighbors)
         for cell in range(np.uint64(len(flags))):
-            if flags[cell] != ZONE or owners[cell] != owner:
-                continue
-            for k in range(members_in(truth.neighbors, cell)):
-                if not same_component(mine, other, np.uint64(before[cell, k])):
-                    return False
-            count = members_in(mine.neighbors, cell)
-            if count != members_in(other.neighbors, cell):
+            if flags[cell] == ZONE and owners[cell] == owner and mine[cell] != other[cell]:
                 return False
-            if not same_members(mine.neighbors, other.neighbors, cell, count):
-                return False
-            for k in range(count):
-                i = np.uint64(now[cell, k])
-                if home(truth.neighbors, i) != cell and not same_component(mine, other, i):
-                    return False
         return True
 
     return agree
+
+
+def _loosen(digest):
+    def loosen(mine, boundary, flags, now):
+        """Let whoever another part can touch look for its next event anew.
+
+        What the copies know of whom they could not see through to the end may be wrong: with whom somebody
+        beyond the border has an event, and when.
+        """
+        digest  # noqa: B018 (part of the cache's key)
+        mine = borrowed(mine)
+        held = members(mine.neighbors)
+        for cell in range(np.uint64(len(flags))):
+            if flags[cell] != EDGE:
+                continue
+            for k in range(members_in(mine.neighbors, cell)):
+                i = np.uint64(held[cell, k])
+                word = np.int64(mine.partner[i])
+                if word >= 0:
+                    j = np.uint64(index(boundary, word))
+                    back = np.int64(mine.partner[j])
+                    if back >= 0 and np.uint64(index(boundary, back)) == i:
+                        mine.partner[j] = LAMBDA
+                mine.partner[i] = LAMBDA
+                mine.rows[i].due = now
+
+    return loosen
 
 
 def _store(digest):
@@ -132,10 +142,10 @@ def _store(digest):
         digest  # noqa: B018 (part of the cache's key)
         mine, truth = borrowed(mine), borrowed(truth)
         for i in range(np.uint64(len(mine.partner))):
-            if mine.here[i] != ABSENT and flags[home(mine.neighbors, i)] == OWN:
+            if mine.here[i] != ABSENT and flags[home(mine.neighbors, i)] >= OWN:
                 copy_component(truth, mine, i)
         for cell in range(np.uint64(len(flags))):
-            if flags[cell] == OWN:
+            if flags[cell] >= OWN:
                 fill_cell(truth.neighbors, mine.neighbors, cell, members_in(mine.neighbors, cell))
 
     return store
@@ -177,9 +187,23 @@ def _turn(digest):
     return turn
 
 
+def _renew_all(digest):
+    def renew_all(model, share, state, begin, end):
+        """Compute the contacts of the components from ``begin`` to ``end`` that are here, in a new epoch."""
+        digest  # noqa: B018 (part of the cache's key)
+        model, share, state = borrowed(model), borrowed(share), borrowed(state)
+        for i in range(np.uint64(begin), np.uint64(end)):
+            if share.here[i] != ABSENT:
+                renew(model.sight, model, state, i)
+
+    return renew_all
+
+
 load = entry(_load)
 refresh = entry(_refresh)
 agree = entry(_agree)
+loosen = entry(_loosen)
 store = entry(_store)
 give_up = entry(_give_up)
 turn = entry(_turn)
+renew_all = entry(_renew_all)

@@ -1,4 +1,4 @@
-"""Records of a part while it runs: its collisions, and a digest of all decisions about each component."""
+"""Records of a part while it runs: its collisions, and a digest of what happens in each cell."""
 
 from __future__ import annotations
 
@@ -10,41 +10,57 @@ from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
 from carom.compiling.registry import inner, required
 from carom.engine.constants import LAMBDA, OBSTACLE
+from carom.engine.events import meet_obstacle
 from carom.engine.images import index
 from carom.engine.obstacles import Obstacles
-from carom.engine.search import meet
+from carom.engine.search import meet, note, renew
 from carom.engine.state import aligned
 from carom.engine.tallies import count_pair, log_full, record
-from carom.engine.windows.shares import OWN, home
+from carom.engine.windows.shares import EDGE, OWN, ZONE, home
 
 
 class Watched(NamedTuple):
-    """Sight that computes contacts and also keeps a digest of all decisions about each component."""
+    """Sight that also keeps a digest of all that happens in the cells that are compared."""
 
     sight: Any
-    """How the time of a contact is computed, or None."""
-    digest: np.ndarray
-    """Of the events that each component was given, (n + 1,) uint64."""
-
-
-@inner
-def stirred(digest, due, who):
-    """Return the digest after one more decision."""
-    mixed = (
-        np.uint64(digest)
-        ^ np.uint64(np.float64(due).view(np.int64))
-        ^ (np.uint64(np.int64(who) + 1) << np.uint64(24))
-    )
-    return (mixed << np.uint64(25)) | (mixed >> np.uint64(39))
+    """How the time of a contact is computed."""
+    flags: np.ndarray
+    """What each cell is to the part, (cells,) uint8."""
+    digests: np.ndarray
+    """Of the rows that components had in each cell, (cells,) uint64."""
 
 
 @meet.register
 def _(sight: Watched, model, state, i, word, now, t):
-    due, clamped = meet(sight.sight, model, state, i, word, now, t)
-    j = np.uint64(index(model.boundary, word))
-    sight.digest[i] = stirred(sight.digest[i], due, np.int64(j))
-    sight.digest[j] = stirred(sight.digest[j], due, np.int64(i))
-    return due, clamped
+    return meet(sight.sight, model, state, i, word, now, t)
+
+
+@meet_obstacle.register
+def _(sight: Watched, model, state, i, now, every):
+    return meet_obstacle(sight.sight, model, state, i, now, every)
+
+
+@renew.register
+def _(sight: Watched, model, state, i):
+    renew(sight.sight, model, state, i)
+
+
+@inner
+def stirred(digest, number):
+    """Return the digest after one more number."""
+    mixed = np.uint64(digest) ^ np.float64(number).view(np.uint64)
+    return (mixed << np.uint64(25)) | (mixed >> np.uint64(39))
+
+
+@note.register
+def _(sight: Watched, state, neighbors, i):
+    cell = home(neighbors, i)
+    if sight.flags[cell] == ZONE or sight.flags[cell] == EDGE:
+        row = state.rows[i]
+        digest = stirred(sight.digests[cell] + np.uint64(i), row.t)
+        for axis in range(len(row.x)):
+            digest = stirred(stirred(digest, row.x[axis]), row.v[axis])
+        sight.digests[cell] = digest
 
 
 ENTRY = np.dtype([("time", "f8"), ("virial", "f8"), ("impulse", "f8"), ("i", "i4"), ("word", "i4")])
@@ -110,7 +126,7 @@ def _(log: Gathered):
 
 @record.register
 def _(log: Gathered, clock, i, word, impulse):
-    if log.flags[home(log.neighbors, np.uint64(i))] == OWN:
+    if log.flags[home(log.neighbors, np.uint64(i))] >= OWN:
         page = log.page
         k = page.used[0]
         entry = page.entries[k]

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.windows.shares import ABSENT, OWN, RIM, ZONE
+from carom.engine.windows.shares import ABSENT, EDGE, OWN, RIM, ZONE
 
 
 class Layout(NamedTuple):
@@ -31,8 +31,7 @@ def layout_of(neighbors: Lists | Sectors, box, periodic) -> Layout:
     edges = np.array(box)
     if isinstance(neighbors, Sectors):
         shapes, lengths = [np.array(neighbors.shape)], edges
-        # Those around are one sector away, and one more is for who comes and goes within a window.
-        zone = 2.0 * np.array(neighbors.sides)
+        zone = np.array(neighbors.sides)
     else:
         shapes = list(neighbors.grid.shape)
         bits = min(32, 64 // len(edges))
@@ -109,4 +108,6 @@ def share_out(layout: Layout, parts: int, depth: float, least: float = 0.0) -> P
         flags[part] = np.where(beyond <= 0.0, ZONE, np.where(beyond <= depth, RIM, ABSENT))
         flags[part, owners == part] = OWN
         stages[part] = np.sum(beyond[:, None] <= depths, axis=1)
+    for part in range(parts):
+        flags[part, (owners == part) & (flags == ZONE).any(axis=0)] = EDGE
     return Partition(owners, flags, stages)

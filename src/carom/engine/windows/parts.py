@@ -62,28 +62,11 @@ def clone(value: Any) -> Any:
     return value
 
 
-def words_of(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the words of each row that hold numbers, (n + 1, words) uint64, and those that are free."""
-    words = rows.view(np.ndarray).view(np.uint64).reshape(len(rows), -1)
-    filled = rows["due"].__array_interface__["data"][0] - rows["x"].__array_interface__["data"][0]
-    used = -(-(filled + rows["due"].itemsize) // 8)
-    return words[:, :used], words[:, used:]
-
-
-def digest_of(state: Any) -> np.ndarray:
-    """Return room for a digest of each component of a copy, (n + 1,) uint64.
-
-    It is in the component's row if that has a free word: the row is at hand when the digest changes.
-    """
-    free = words_of(state.rows)[1]
-    return free[:, 0] if free.shape[1] else np.zeros(len(state.rows), np.uint64)
-
-
-def share_of(engine: Engine, here: np.ndarray, digest: np.ndarray) -> Share:
-    """Return the arrays of an engine that are filled, compared and handed back."""
+def share_of(engine: Engine, here: np.ndarray) -> Share:
+    """Return the arrays of an engine that are filled and handed back."""
     state = engine.state
-    bits = words_of(state.rows)[0]
-    return Share(state.rows, bits, state.partner, state.leave, state.images, engine.neighbors, here, digest)
+    bits = state.rows.view(np.ndarray).view(np.uint64).reshape(len(state.rows), -1)
+    return Share(state.rows, bits, state.partner, state.leave, state.images, engine.neighbors, here)
 
 
 class Part(NamedTuple):
@@ -95,19 +78,21 @@ class Part(NamedTuple):
     """Its arrays."""
     gathered: Gathered
     """The collisions in its own cells."""
+    digests: np.ndarray
+    """Of what happened in each cell that is compared, (cells,) uint64."""
 
 
 def make_part(engine: Engine, flags: np.ndarray, page: Page) -> Part:
     """Return a copy of an engine for one of several parts. Nothing is loaded into it yet."""
     state = clone(engine.state)
     n = len(state.partner)
-    digest = digest_of(state)
+    digests = aligned(len(flags), np.uint64)
     neighbors = clone(engine.neighbors)
     gathered = Gathered(neighbors, flags, aligned(1, np.float64), page)
     model = engine.model._replace(
         lanes=make_lanes(engine.model.pair),
         obstacles=clone(engine.model.obstacles),
-        sight=Watched(engine.model.sight, digest),
+        sight=Watched(engine.model.sight, flags, digests),
     )
     calendar = make_calendar(n, float(engine.calendar.control.width[0]), len(engine.calendar.due))
     copy = Engine(
@@ -118,7 +103,7 @@ def make_part(engine: Engine, flags: np.ndarray, page: Page) -> Part:
         aligned(1, TALLY).view(np.recarray),
         gathered,  # type: ignore[arg-type]
     )
-    return Part(copy, share_of(copy, np.full(n, OWN, np.uint8), digest), gathered)
+    return Part(copy, share_of(copy, np.full(n, OWN, np.uint8)), gathered, digests)
 
 
 def with_neighbors(part: Part, neighbors: Any) -> Part:
@@ -126,7 +111,7 @@ def with_neighbors(part: Part, neighbors: Any) -> Part:
     fresh = clone(neighbors)
     gathered = part.gathered._replace(neighbors=fresh)
     engine = part.engine._replace(neighbors=fresh, by_species=gathered)  # type: ignore[arg-type]
-    return Part(engine, part.share._replace(neighbors=fresh), gathered)
+    return Part(engine, part.share._replace(neighbors=fresh), gathered, part.digests)
 
 
 def restart(engine: Engine, epoch: int, now: float) -> None:

@@ -16,9 +16,9 @@ from carom.engine.neighbors.grid import cell_of
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors, sector_of
 
-ABSENT, RIM, ZONE, OWN = 0, 1, 2, 3
+ABSENT, RIM, ZONE, OWN, EDGE = 0, 1, 2, 3, 4
 """What a cell is to a part: not there; in the rim, where the copy may go wrong; in the zone, which the part
-can touch; its own.
+can touch; its own; its own, and in the zone of another part.
 """
 
 
@@ -28,15 +28,13 @@ class Share(NamedTuple):
     rows: Any
     """Those of the state."""
     bits: np.ndarray
-    """What the same rows hold, (n + 1, words) uint64."""
+    """The same rows, (n + 1, words) uint64."""
     partner: np.ndarray
     leave: np.ndarray
     images: np.ndarray | None
     neighbors: Any
     here: np.ndarray
     """Which components the copy holds: ``ABSENT`` for the others, (n,) uint8."""
-    digest: np.ndarray
-    """Of the events that each component was given, (n + 1,) uint64."""
 
 
 @required
@@ -73,25 +71,6 @@ def _(target: Lists, source, i):
     target.counts[i] = source.counts[i]
     for k in range(start(target.bounds, i), start(target.bounds, i + np.uint64(1))):
         target.words[k] = source.words[k]
-
-
-@required
-def same_home(mine, other, i):
-    """Tell whether two neighbour schemes agree about where component i is."""
-
-
-@same_home.register
-def _(mine: Sectors, other, i):
-    same = mine.face[i] == other.face[i]
-    for axis in range(len(mine.sides)):
-        same &= mine.place[i, axis] == other.place[i, axis]
-        same &= mine.turn[i, axis] == other.turn[i, axis]
-    return same
-
-
-@same_home.register
-def _(mine: Lists, other, i):
-    return mine.reference[i] == other.reference[i]
 
 
 @required
@@ -173,16 +152,6 @@ def fill_cell(target, source, cell, count):
     set_members_in(target, cell, count)
 
 
-@inner
-def same_members(mine, other, cell, count):
-    """Tell whether the first ``count`` members of a cell are the same in two copies."""
-    here, there = members(mine), members(other)
-    same = True
-    for k in range(count):
-        same &= here[cell, k] == there[cell, k]
-    return same
-
-
 @required
 def copy_images(target, source, i):
     """Copy the boxes that component i has crossed."""
@@ -206,16 +175,5 @@ def copy_component(target, source, i):
         target.bits[i, k] = source.bits[i, k]
     target.partner[i] = source.partner[i]
     target.leave[i] = source.leave[i]
-    target.digest[i] = source.digest[i]
     copy_images(target.images, source.images, i)
     copy_home(target.neighbors, source.neighbors, i)
-
-
-@inner
-def same_component(mine, other, i):
-    """Tell whether component i is the same in two copies, and was given the same events in both."""
-    same = other.here[i] != ABSENT and mine.digest[i] == other.digest[i]
-    for k in range(np.uint64(mine.bits.shape[1])):
-        same &= mine.bits[i, k] == other.bits[i, k]
-    same &= mine.partner[i] == other.partner[i] and mine.leave[i] == other.leave[i]
-    return same and same_home(mine.neighbors, other.neighbors, i)
