@@ -307,8 +307,9 @@ class Team:
         from carom.engine.windows.exchange import loosen, store
 
         part, flags = self._parts[k], self._partition.flags[k]
-        loosen(part.share, part.engine.model.boundary, flags, end)
-        store(part.share, self._truth, flags)
+        boundary = part.engine.model.boundary
+        loosen(part.share, boundary, flags, end)
+        store(part.share, self._truth, boundary, flags)
 
     def _merge(self, own: list[int]) -> None:
         from carom.engine.windows.hooks import merge

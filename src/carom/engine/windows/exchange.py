@@ -137,12 +137,18 @@ def _loosen(digest):
 
 
 def _store(digest):
-    def store(mine, truth, flags):
-        """Copy the contents of the part's own cells into the true state."""
+    def store(mine, truth, boundary, flags):
+        """Copy the contents of the part's own cells into the true state.
+
+        Whose partner has gone over to another part looks for its next event at the time of the last.
+        """
         digest  # noqa: B018 (part of the cache's key)
         mine, truth = borrowed(mine), borrowed(truth)
         for i in range(np.uint64(len(mine.partner))):
             if mine.here[i] != ABSENT and flags[home(mine.neighbors, i)] >= OWN:
+                word = np.int64(mine.partner[i])
+                if word >= 0 and flags[home(mine.neighbors, np.uint64(index(boundary, word)))] < OWN:
+                    mine.partner[i] = LAMBDA
                 copy_component(truth, mine, i)
         for cell in range(np.uint64(len(flags))):
             if flags[cell] >= OWN:
