@@ -60,7 +60,7 @@ def entered(calendar, times):
     control, size = calendar.control[0], calendar.buckets.shape[1] - 2
     waiting = zip(calendar.who[: control.waiting], calendar.due, strict=False)
     found = {int(i) for i, due in waiting if due == times[i]}
-    for k in range(max(int(control.cursor) + 1, 0), len(calendar.buckets)):
+    for k in range(max(int(control.cursor) + 1, 0), len(calendar.buckets) - 1):
         bucket = calendar.buckets[k]
         there, link = bucket[2 : 2 + bucket[0]].tolist(), int(bucket[1])
         while link:

@@ -6,6 +6,10 @@ stale otherwise; stale entries are dropped when their bucket becomes the present
 entry, of a component that has it before its sector crossing. The buckets cover a *window* of time. Later
 events are found in the rows by one pass over them at the end of the window. The order is by (time,
 component), for any width of the buckets.
+
+Whether a new event falls into the window is a coin toss, and its time is the last thing that a collision
+finds out. A branch on it would be mispredicted that late that nothing of the next event could be done
+meanwhile. One more bucket takes all that is due later, and is never read.
 """
 
 from __future__ import annotations
@@ -52,7 +56,7 @@ class Calendar(NamedTuple):
     control: Any
     """One record of type CONTROL."""
     buckets: np.ndarray
-    """(buckets, 16) uint32: count, link, entries."""
+    """(buckets + 1, 16) uint32: count, link, entries; the last row takes what is due beyond the window."""
     lines: np.ndarray
     """(lines, 16) uint32: full lines that buckets spilled; line 0 is no line."""
     due: np.ndarray
@@ -69,10 +73,10 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     heap = max(heap, 256)
     control = aligned(1, CONTROL)
     control["width"] = width
-    control["cursor"] = buckets
+    control["cursor"] = buckets - 1
     return Calendar(
         control.view(np.recarray),
-        aligned(16 * buckets, np.uint32).reshape(-1, 16),
+        aligned(16 * (buckets + 1), np.uint32).reshape(-1, 16),
         aligned(16 * lines, np.uint32).reshape(-1, 16),
         np.zeros(heap),
         np.zeros(heap, np.int32),
@@ -131,19 +135,25 @@ def pop(calendar):
 
 
 @inner
+def buckets_in_window(calendar):
+    """Return how many buckets cover the window: the number of the one that takes what is due later."""
+    return np.int64(len(calendar.buckets)) - 1
+
+
+@inner
 def bucket_of(calendar, time):
     """Return the bucket of a time inside the window."""
     control = calendar.control[0]
-    return min(np.int64((time - control.start) * control.inverse), np.int64(len(calendar.buckets) - 1))
+    return min(np.int64((time - control.start) * control.inverse), buckets_in_window(calendar) - 1)
 
 
 @inner
 def insert(calendar, i, time):
-    """Enter component i at ``time``; nothing to do beyond the window."""
+    """Enter component i at ``time``."""
     control = calendar.control[0]
-    if time >= control.end:
-        return
-    bucket = bucket_of(calendar, time)
+    inside = time < control.end
+    bucket = bucket_of(calendar, time if inside else control.start)
+    bucket = bucket if inside else buckets_in_window(calendar)
     if bucket <= control.cursor:
         push(calendar, time, np.int32(i))
     else:
@@ -165,11 +175,13 @@ def prefetch_calendar(calendar, state, boundary, word):
 
 @inner
 def append(calendar, bucket, i):
-    """Append an entry to a bucket that lies ahead."""
+    """Append an entry to a bucket that lies ahead, or to that of what is due beyond the window."""
     control = calendar.control[0]
     buckets = calendar.buckets
     count = buckets[bucket, 0]
-    if count == ENTRIES:
+    if count == ENTRIES and bucket == np.uint64(buckets_in_window(calendar)):
+        count = np.uint32(0)  # nobody reads it
+    elif count == ENTRIES:
         line = np.uint64(control.lines)
         if line == np.uint64(len(calendar.lines)):
             control.full = 1  # the entry is lost, and found again when the window is laid out anew
@@ -226,7 +238,7 @@ def lay_out(calendar, state, boundary, start, end):
         The earliest time due, in the window or beyond it.
     """
     control = calendar.control[0]
-    size = np.int64(len(calendar.buckets))
+    size = buckets_in_window(calendar)
     if control.full != 0 and control.width > NARROWEST * end:
         control.width *= 0.5  # more came into the window before than its lines could hold
     control.start = start
@@ -237,19 +249,19 @@ def lay_out(calendar, state, boundary, start, end):
     control.lines = 1
     control.full = 0
     control.cycles = 0
-    for b in range(size):
+    for b in range(size + 1):
         calendar.buckets[np.uint64(b), 0] = 0
         calendar.buckets[np.uint64(b), 1] = 0
     earliest = NEVER
     for i in range(np.uint64(len(state.partner))):
         time = time_of(state, i)
         earliest = min(earliest, time)
-        if time < control.end:
-            word = np.int64(state.partner[i])
-            j = index(boundary, word) if word >= 0 else i
-            # The other of a pair enters, if it is there to collide.
-            if np.uint64(j) >= i or time == state.leave[i] or state.leave[np.uint64(j)] < time:
-                insert(calendar, i, time)
+        word = np.int64(state.partner[i])
+        j = np.uint64(index(boundary, word)) if word >= 0 else i
+        # The other of a pair enters, if it is there to collide. One branch: each condition is a toss.
+        enters = (j >= i) | (time == state.leave[i]) | (state.leave[j] < time)
+        if (time < control.end) & enters:
+            insert(calendar, i, time)
     return earliest
 
 
@@ -260,7 +272,7 @@ def adapt(calendar, longest):
     passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
     if control.cycles > 8.0 * passed:
         control.width *= 0.5
-    elif control.cycles < 2.0 * passed and 2.0 * len(calendar.buckets) * control.width <= longest:
+    elif control.cycles < 2.0 * passed and 2.0 * buckets_in_window(calendar) * control.width <= longest:
         control.width *= 2.0
 
 
@@ -276,7 +288,7 @@ def first(calendar, state, neighbors, boundary, motion):
             if time_of(state, i) == calendar.due[0]:
                 return np.int64(i)
             pop(calendar)
-        if control.cursor + 1 >= len(calendar.buckets):
+        if control.cursor + 1 >= buckets_in_window(calendar):
             return np.int64(-1)
         if not drain(calendar, state, np.uint64(control.cursor + 1)):
             return np.int64(-2)

@@ -12,8 +12,12 @@ from carom.engine.neighbors.grid import coordinate_bits
 from carom.engine.neighbors.levels import spans_of
 from carom.engine.requirements import Contents
 
-NEIGHBORS = (5, 10, 12, 26, 40, 60)
-"""Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %)."""
+NEIGHBORS = (5, 10, 14, 26, 40, 60)
+"""Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %).
+
+In d = 3 nearly all lists of this mean fill two registers of eight and no third: the search takes as long as
+with twelve, and lists are renewed less often.
+"""
 
 SMALLEST_MARGIN = 0.05
 """Twice the margin of lists of components that differ or grow, at least, in median diameters; else sectors

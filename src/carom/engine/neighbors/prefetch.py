@@ -87,7 +87,7 @@ def look_ahead(calendar, state, neighbors, boundary, motion):
     last = stages(neighbors)
     for step in range(last):
         place = calendar.control[0].cursor + last - step
-        if place < len(buckets):
+        if place < len(buckets) - 1:  # the last one takes what is due beyond the window
             bucket = np.uint64(place)
             for k in range(np.uint64(buckets[bucket, 0])):
                 prefetch_event(
