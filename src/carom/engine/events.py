@@ -8,8 +8,8 @@ from carom.compiling.registry import inner, optional, required
 from carom.engine.calendar import insert, time_of
 from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
 from carom.engine.images import index, mirror
-from carom.engine.neighbors.interface import transit_time
 from carom.engine.live import Live
+from carom.engine.neighbors.interface import transit_time
 from carom.engine.obstacles import Obstacles, soonest
 from carom.engine.rules import wait
 from carom.engine.search import NOBODY_MET, RowSight, meet, moment_before, note, search
