@@ -1,0 +1,66 @@
+"""Scheduling leaves no trace: the time of a contact is a function of two rows (decision 47)."""
+
+import numpy as np
+import pytest
+
+import carom
+from carom.engine.constants import LAMBDA
+from carom.engine.windows.parts import restart
+
+SCENES = {
+    "sectors": lambda: carom.Scene.fcc(cells=6, packing_fraction=0.3),
+    "lists": lambda: carom.Scene.fcc(cells=6, packing_fraction=0.49),
+    "thin": lambda: carom.Scene.fcc(cells=6, packing_fraction=0.05),
+    "disks": lambda: carom.Scene.random(n=900, dimension=2, packing_fraction=0.65, seed=1),
+    "four dimensions": lambda: carom.Scene.cubic(cells=5, dimension=4, packing_fraction=0.1),
+    "walls": lambda: carom.Scene.random(
+        n=800, packing_fraction=0.25, periodic=(True, True, False), seed=1
+    ),
+    "a mixture": lambda: carom.Scene.mixture(
+        counts=(400, 400), diameters=(1.0, 1.6), packing_fraction=0.4, seed=1
+    ),
+}
+
+
+def schedule_anew(sim):
+    """Let all components look for their next event at the present."""
+    machine = sim.machine
+    state = machine.engine.state
+    state.partner[:] = LAMBDA
+    state.rows["due"][: machine.scene.n] = state.clock.now[0]
+    restart(machine.engine, int(state.clock.epoch[0]), float(state.clock.now[0]))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_run_whose_events_are_all_scheduled_anew_goes_on_with_the_same_bits(name):
+    scene = SCENES[name]()
+    alone, disturbed = (carom.Simulation(scene, seed=3) for _ in range(2))
+    assert type(alone.machine.engine.model.sight).__name__ == "RowSight"
+    alone.run(collisions_per_particle=8)
+    disturbed.run(collisions_per_particle=8)
+    step = alone.time / 80
+    while alone.machine.engine.state.clock.epoch[0] < 1 or alone.tally.collisions < 20 * scene.n:
+        alone.run(time=step)
+        disturbed.run(time=step)
+        schedule_anew(disturbed)
+    one, other = alone.frame(), disturbed.frame()
+    np.testing.assert_array_equal(one.positions, other.positions)
+    np.testing.assert_array_equal(one.velocities, other.velocities)
+    assert alone.tally.collisions == disturbed.tally.collisions
+
+
+def test_contacts_found_from_far_away_leave_none_either():
+    """Flights through half of the box: contacts are computed from shortly before them."""
+    scene = carom.Scene.cubic(cells=9, packing_fraction=0.002)
+    alone, disturbed = (carom.Simulation(scene, seed=3, neighbors="sectors") for _ in range(2))
+    ahead = alone.machine.engine.model.sight.square
+    step = None
+    while alone.tally.collisions < 6 * scene.n:
+        if step is None:
+            alone.run(collisions_per_particle=0.2)
+            step = alone.time
+            disturbed.run(time=step)
+        alone.run(time=step)
+        disturbed.run(time=alone.time - disturbed.time)
+        schedule_anew(disturbed)
+    np.testing.assert_array_equal(alone.frame().velocities, disturbed.frame().velocities)
