@@ -65,7 +65,7 @@ class Sectors(NamedTuple):
     - 1)) int64.
     """
     near: np.ndarray
-    """Room for the numbers of the 3^d sectors around one, (3^d,) int64."""
+    """Room for the numbers of sectors that are looked into, or of rows of them, (3^(d - 1),) int64."""
     words: np.ndarray
     """Room for the candidates of two components, uint32."""
 
@@ -91,7 +91,7 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks, spare=None) -> Sec
         turn=np.zeros((n + 1, dimension), np.int32),
         face=np.zeros(n, np.uint8),
         faces=np.array([np.flatnonzero(digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
-        near=np.zeros(3**dimension, np.int64),
+        near=np.zeros(3 ** (dimension - 1), np.int64),
         words=np.zeros(2 * (3**dimension * room + STEP), np.uint32),
     )
 
@@ -107,20 +107,61 @@ def sector_of(sectors, i):
 
 @inner
 def survey(sectors, i):
-    """Put the numbers of the 3^d sectors around component i into ``near``."""
+    """Put the rows of sectors around component i into ``near``, each as the number of its first sector.
+
+    Returns
+    -------
+    count : int
+        How many rows there are, 3^(d - 1).
+    below, place, above : int
+        The three sectors of each row.
+    """
     near = sectors.near
     near[0] = 0
     count = np.int64(1)
-    for axis in range(len(sectors.sides)):
-        size, place = sectors.shape[axis], np.int64(sectors.place[i, axis])
+    last = len(sectors.sides) - 1
+    for axis in range(last):
+        place, length = np.int64(sectors.place[i, axis]), sectors.shape[axis + 1]
         below, above = wrap(sectors, axis, place - 1), wrap(sectors, axis, place + 1)
         for k in range(count):
             row = np.uint64(count - 1 - k)
-            base = near[row] * size
+            base = near[row]
+            near[np.uint64(3) * row + np.uint64(2)] = (base + above) * length
+            near[np.uint64(3) * row + np.uint64(1)] = (base + place) * length
+            near[np.uint64(3) * row] = (base + below) * length
+        count *= 3
+    place = np.int64(sectors.place[i, last])
+    return count, wrap(sectors, last, place - 1), place, wrap(sectors, last, place + 1)
+
+
+@inner
+def survey_ahead(sectors, i, face, cell):
+    """Put the numbers of the sectors that come into view when component i enters its sector ``cell`` through
+    a face into ``near``; return how many they are.
+    """
+    near = sectors.near
+    axis = face >> 1
+    below, above = steps_along(sectors, i, axis)
+    near[0] = cell + (above if face & 1 else below)
+    count = np.int64(1)
+    for k in range(len(sectors.sides) - 1):
+        below, above = steps_along(sectors, i, k + np.int64(k >= axis))
+        for back in range(count):
+            row = np.uint64(count - 1 - back)
+            base = near[row]
             near[np.uint64(3) * row + np.uint64(2)] = base + above
-            near[np.uint64(3) * row + np.uint64(1)] = base + place
+            near[np.uint64(3) * row + np.uint64(1)] = base
             near[np.uint64(3) * row] = base + below
         count *= 3
+    return count
+
+
+@inner
+def steps_along(sectors, i, axis):
+    """Return by how much the numbers of the sectors below and above that of component i differ from its."""
+    place, size = np.int64(sectors.place[i, np.uint64(axis)]), sectors.shape[axis]
+    step = sectors.moves[np.uint64(2 * axis + 1)]
+    return (-step if place > 0 else (size - 1) * step), (step if place + 1 < size else (1 - size) * step)
 
 
 @inner
@@ -168,32 +209,61 @@ def leave(sectors, cell, i):
 
 
 @inner
-def look_into(sectors, boundary, code, total):
-    """Append the words of all in one of the sectors surveyed at ``total``; return where the next go.
+def look_into(sectors, boundary, cell, code, total):
+    """Append the words of the first eight at most in a sector at ``total``; return how many are in it.
 
-    Eight are copied at a time, whether so many are there or not: sectors hold a few each, and a loop over the
-    right number would be mispredicted at every one.
+    Eight are copied, whether so many are there or not: sectors hold a few each, and a loop over the right
+    number would be mispredicted at every one.
     """
     members = sectors.members
-    cell = np.uint64(sectors.near[np.uint64(code)])
-    count = np.uint64(members[cell, np.uint64(members.shape[1] - 1)])
+    copy_code(sectors, boundary, cell, np.int64(0), code, total)
+    return np.uint64(members[np.uint64(cell), np.uint64(members.shape[1] - 1)])
+
+
+@inner
+def look_through(sectors, boundary, cell, code, total):
+    """Append the words of all in a sector at ``total``; return how many they are."""
+    count = look_into(sectors, boundary, cell, code, total)
+    for start in range(np.uint64(STEP), count, np.uint64(STEP)):
+        copy_code(sectors, boundary, cell, np.int64(start), code, total + start)
+    return count
+
+
+@inner
+def copy_code(sectors, boundary, cell, start, code, total):
+    """Copy the words of the eight members of a sector from ``start`` on to ``total``."""
     bits = np.int64(index_bits(boundary))
     code = np.int64(code) if bits > 0 else np.int64(0)
-    copy_words(members, np.int64(cell), np.int64(0), sectors.words, np.int64(total), bits, code)
-    for start in range(np.uint64(STEP), count, np.uint64(STEP)):
-        copy_words(
-            members, np.int64(cell), np.int64(start), sectors.words, np.int64(total + start), bits, code
-        )
-    return total + count
+    copy_words(sectors.members, np.int64(cell), start, sectors.words, np.int64(total), bits, code)
+
+
+@inner
+def narrow(sectors):
+    """Tell whether a row of members is one register.
+
+    The compiler makes a loop of its own for them. It knows there where the counts are, and asks for none.
+    """
+    return sectors.members.shape[1] == STEP
 
 
 @candidates.register
 def _(neighbors: Sectors, boundary, i, half):
+    near = neighbors.near
     begin = np.uint64(half * (len(neighbors.words) // 2))
     total = begin
-    survey(neighbors, i)
-    for code in range(np.uint64(len(neighbors.digits))):
-        total = look_into(neighbors, boundary, np.int64(code), total)
+    count, below, place, above = survey(neighbors, i)
+    if narrow(neighbors):
+        for row in range(np.uint64(count)):
+            base, code = near[row], 3 * np.int64(row)
+            total += look_into(neighbors, boundary, base + below, code, total)
+            total += look_into(neighbors, boundary, base + place, code + 1, total)
+            total += look_into(neighbors, boundary, base + above, code + 2, total)
+    else:
+        for code in range(np.uint64(3 * count)):
+            row = code // np.uint64(3)
+            digit = np.int64(code - np.uint64(3) * row)
+            way = below if digit == 0 else (place if digit == 1 else above)
+            total += look_through(neighbors, boundary, near[row] + way, code, total)
     return neighbors.words, begin, np.int64(total - begin)
 
 
@@ -275,9 +345,13 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
         done = enter(neighbors, new, np.uint32(i))
         if done:
             leave(neighbors, old, np.uint32(i))
-    survey(neighbors, i)
-    for k in range(np.uint64(neighbors.faces.shape[1])):
-        total = look_into(neighbors, boundary, neighbors.faces[face, k], total)
+    count = survey_ahead(neighbors, i, face, np.int64(new))
+    if narrow(neighbors):
+        for k in range(np.uint64(count)):
+            total += look_into(neighbors, boundary, neighbors.near[k], neighbors.faces[face, k], total)
+    else:
+        for k in range(np.uint64(count)):
+            total += look_through(neighbors, boundary, neighbors.near[k], neighbors.faces[face, k], total)
     return done, neighbors.words, np.uint64(0), np.int64(total)
 
 
