@@ -197,8 +197,6 @@ def new_epoch(model, state, neighbors):
     length = clock.length
     for i in range(np.uint64(len(state.partner))):
         into_next_epoch(model, state, neighbors, i, length)
-    for i in range(np.uint64(len(state.partner))):
-        renew(model.sight, model, state, i)
     age(model.pair, length)
     age(model.impact, length)
     age_obstacles(model.obstacles, length)
@@ -207,3 +205,5 @@ def new_epoch(model, state, neighbors):
     ground(model.flights, length)
     clock.epoch += 1
     clock.now = 0.0
+    for i in range(np.uint64(len(state.partner))):
+        renew(model.sight, model, state, i)
