@@ -192,7 +192,9 @@ def into_next_epoch(model, state, neighbors, i, length):
 
 @inner
 def new_epoch(model, state, neighbors):
-    """Begin the next epoch: advance every component to its beginning, reduce every time by its length."""
+    """Begin the next epoch: advance every component to its beginning, reduce every time by its length, and
+    compute every contact anew.
+    """
     clock = state.clock[0]
     length = clock.length
     for i in range(np.uint64(len(state.partner))):
