@@ -42,6 +42,7 @@ def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
         "pair": "EqualCores",
         "motion": "Inertial",
         "boundary": "NearestImage",
+        "sight": "RowSight",
         "neighbours": "Lists",
     }
     assert {*FEATURES, "image counts", "an event log"} == {*found.absent}

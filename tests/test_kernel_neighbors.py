@@ -351,7 +351,8 @@ def test_a_new_epoch_changes_neither_place_nor_order(simulation):
             edges = np.array(scene.box)
             assert np.abs(moved - edges * np.rint(moved / edges)).max() < 1e-13 * edges.max()
             later = sim.machine.engine.state.rows["due"][: scene.n]
-            kept = later + sim.epoch_length == due
+            # The rows were advanced, and their contacts computed anew: to rounding.
+            kept = np.isclose(later + sim.epoch_length, due, rtol=0.0, atol=2.0**-39 * sim.epoch_length)
             assert kept.sum() >= scene.n - 3  # those of the event itself have new times
 
 

@@ -99,10 +99,11 @@ def test_error_bars_of_running_coordination_are_the_scatter_of_runs():
     sim.run(collisions_per_particle=50)
     found = [
         sim.measure(PairDistribution(rmax=1.75, width=0.05, blocks=32), time=8.0).coordination()
-        for _ in range(60)
+        for _ in range(120)
     ]
     numbers, errors = (np.array([each[k] for each in found]) for k in (0, 1))
-    # A standard deviation of 60 runs is known to 9 %. Bins counted as independent gave 2.5 times as much.
+    # A standard deviation of 120 runs in a row is known to some 10 %. Bins counted as independent gave 2.5
+    # times as much.
     ratio = np.sqrt(np.mean(errors**2, axis=0)) / numbers.std(axis=0, ddof=1)
     assert ratio == pytest.approx(np.ones_like(ratio), abs=0.45)
 

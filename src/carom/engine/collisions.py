@@ -8,6 +8,7 @@ from carom.compiling.registry import inner, required
 from carom.engine.balance import audit, exchanged, pushed
 from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
 from carom.engine.currents import flowed, reckon
+from carom.engine.events import renew
 from carom.engine.flights import flown, ground
 from carom.engine.images import NearestImage, SectorImage, count_images, index, separation
 from carom.engine.live import age_obstacles
@@ -15,7 +16,6 @@ from carom.engine.neighbors.interface import wrapped
 from carom.engine.obstacles import Obstacles, bounce, gained
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
 from carom.engine.rules import consult, heed
-from carom.engine.search import renew
 from carom.engine.tallies import count_pair, record
 from carom.models.interface import (
     CORE,

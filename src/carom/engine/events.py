@@ -16,6 +16,9 @@ from carom.engine.search import NOBODY_MET, RowSight, meet, moment_before, note,
 from carom.models.interface import NEVER, velocity
 from carom.models.units import NOBODY, Units
 
+EARLIER = 2.0**-40
+"""Part of an epoch, above rounding, by which whoever has no partner looks for one earlier in the next."""
+
 
 @inner
 def predict(model, state, neighbors, calendar, tally, i, now, met, found):
@@ -117,6 +120,51 @@ def _(live: None, sight, model, state, i, now, every):
 def _(live: Live, sight, model, state, i, now, every):
     t, number = soonest(model.obstacles, model, state, i, now, every)
     return now + t, number
+
+
+@optional
+def renew(sight, model, state, i):
+    """Compute the event of component i anew, at the beginning of an epoch, which has advanced all rows; by
+    default the time carried over from the last epoch holds.
+    """
+    return
+
+
+@renew.register
+def _(sight: RowSight, model, state, i):
+    rows = state.rows
+    slightly = EARLIER * state.clock[0].length
+    word = np.int64(state.partner[i])
+    if not slightly < rows[i].due < NEVER:
+        return
+    if word >= 0:
+        j = np.uint64(index(model.boundary, word))
+        if i < j:
+            due, _ = meet(sight, model, state, i, word, 0.0, np.float64(rows[i].due))
+            rows[i].due = due
+            rows[j].due = due
+    elif word != LAMBDA:
+        renew_obstacle(model.obstacles, sight, model, state, i, word)
+    else:
+        # A former partner may still be there then: not a rounding too late for it.
+        rows[i].due = rows[i].due - slightly
+
+
+@required
+def renew_obstacle(obstacles, sight, model, state, i, word):
+    """Compute the contact of i with the obstacle that a word names anew."""
+
+
+@renew_obstacle.register
+def _(obstacles: None, sight, model, state, i, word):
+    return None
+
+
+@renew_obstacle.register
+def _(obstacles: Obstacles, sight, model, state, i, word):
+    due, number = meet_resting(obstacles.live, sight, model, state, i, 0.0, True)
+    if OBSTACLE - number == word:
+        state.rows[i].due = due
 
 
 @inner

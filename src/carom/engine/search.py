@@ -9,7 +9,6 @@ import numpy as np
 from carom.compiling.columns import LANES, WIDTH, spread
 from carom.compiling.lanes import candidate, line_up_fields, lined
 from carom.compiling.registry import fast, inner, optional, required
-from carom.engine.constants import LAMBDA, WAKE
 from carom.engine.images import NearestImage, SectorImage, index, index_bits, separation
 from carom.engine.neighbors.interface import candidates, first_met, first_newcomer
 from carom.engine.neighbors.lists import Lists
@@ -31,10 +30,6 @@ NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
 
 NOBODY_MET = np.int64(-1)
 """No word: nothing is left out of a search."""
-
-
-EARLIER = 2.0**-40
-"""Part of an epoch, above rounding, by which whoever has no partner looks for one earlier in the next."""
 
 
 @required
@@ -248,31 +243,6 @@ def _(sight: RowSight, model, state, i, word, now, t):
         rr, rv, vv = relative(model, state, i, word, then)
     t, clamped = surely(model.boundary, model.pair, np.int64(i), word, rr, rv, vv, then)
     return max(then + t, now), clamped
-
-
-@optional
-def renew(sight, model, state, i):
-    """Compute the event of component i anew, at the beginning of an epoch, which has advanced all rows; by
-    default the time carried over from the last epoch holds.
-    """
-    return
-
-
-@renew.register
-def _(sight: RowSight, model, state, i):
-    rows = state.rows
-    word = np.int64(state.partner[i])
-    if WAKE < word < 0:
-        # It looks for its next event then: a former partner, or an obstacle; not a rounding too late.
-        state.partner[i] = LAMBDA
-        rows[i].due = max(rows[i].due - EARLIER * state.clock[0].length, 0.0)
-    if word < 0:
-        return
-    j = np.uint64(index(model.boundary, word))
-    if i < j:
-        due, _ = meet(sight, model, state, i, word, 0.0, np.float64(rows[i].due))
-        rows[i].due = due
-        rows[j].due = due
 
 
 @meet.register

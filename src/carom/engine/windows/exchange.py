@@ -9,8 +9,8 @@ from carom.compiling.dispatch import entry
 from carom.compiling.registry import inner
 from carom.engine.collisions import into_next_epoch
 from carom.engine.constants import LAMBDA
+from carom.engine.events import renew
 from carom.engine.images import index
-from carom.engine.search import renew
 from carom.engine.windows.shares import (
     ABSENT,
     EDGE,

@@ -10,10 +10,10 @@ from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
 from carom.compiling.registry import inner, required
 from carom.engine.constants import LAMBDA, OBSTACLE
-from carom.engine.events import meet_obstacle
+from carom.engine.events import meet_obstacle, renew
 from carom.engine.images import index
 from carom.engine.obstacles import Obstacles
-from carom.engine.search import meet, note, renew
+from carom.engine.search import meet, note
 from carom.engine.state import aligned
 from carom.engine.tallies import count_pair, log_full, record
 from carom.engine.windows.shares import EDGE, OWN, ZONE, home
