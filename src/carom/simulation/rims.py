@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 FRONTS = {2: (3.0, 1.5)}
-"""Diameters by which wrong decisions spread into a rim at once, and for every collision a particle, in some
-dimensions: farther in the plane, and a window lost costs more there than deeper rims.
+"""Diameters by which wrong rows spread into a rim at once, and for every collision a particle, in some
+dimensions: a window lost costs more in the plane than deeper rims.
 """
 
 FRONT = (2.0, 1.3)

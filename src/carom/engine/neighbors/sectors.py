@@ -259,11 +259,11 @@ def _(neighbors: Sectors, boundary, i, half):
             total += look_into(neighbors, boundary, base + place, code + 1, total)
             total += look_into(neighbors, boundary, base + above, code + 2, total)
     else:
-        for code in range(np.uint64(3 * count)):
-            row = code // np.uint64(3)
-            digit = np.int64(code - np.uint64(3) * row)
+        for number in range(np.uint64(3 * count)):
+            row = number // np.uint64(3)
+            digit = np.int64(number - np.uint64(3) * row)
             way = below if digit == 0 else (place if digit == 1 else above)
-            total += look_through(neighbors, boundary, near[row] + way, code, total)
+            total += look_through(neighbors, boundary, near[row] + way, number, total)
     return neighbors.words, begin, np.int64(total - begin)
 
 
