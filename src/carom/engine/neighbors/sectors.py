@@ -260,10 +260,10 @@ def _(neighbors: Sectors, boundary, i, half):
             total += look_into(neighbors, boundary, base + above, code + 2, total)
     else:
         for number in range(np.uint64(3 * count)):
-            row = number // np.uint64(3)
-            digit = np.int64(number - np.uint64(3) * row)
+            third = number // np.uint64(3)
+            digit = np.int64(number - np.uint64(3) * third)
             way = below if digit == 0 else (place if digit == 1 else above)
-            total += look_through(neighbors, boundary, near[row] + way, number, total)
+            total += look_through(neighbors, boundary, near[third] + way, number, total)
     return neighbors.words, begin, np.int64(total - begin)
 
 
