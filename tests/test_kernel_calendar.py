@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+import carom
 from carom.engine import calendar as cal
 from carom.engine.neighbors.choice import Scheme
-from carom.engine.parts import build, enlarge_heap
+from carom.engine.parts import arrays, build, enlarge_heap, restore
 from carom.engine.requirements import Contents
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
@@ -205,3 +206,18 @@ def test_a_pair_has_one_entry():
     cal.pop(book.engine.calendar)
     book.due[:2] = np.inf
     assert book.first() == 2
+
+
+def test_a_state_from_before_there_was_a_bucket_for_later_events_is_read():
+    scene = carom.Scene.fcc(cells=4, packing_fraction=0.4)
+    sim, other = (carom.Simulation(scene, seed=1) for _ in range(2))
+    sim.run(collisions_per_particle=2)
+    saved = {name: array.copy() for name, array in arrays(sim.machine.engine).items()}
+    buckets = saved["calendar.buckets"]
+    saved["calendar.buckets"] = buckets[:-1]
+    restore(other.machine.engine, saved)
+    for name, array in arrays(other.machine.engine).items():
+        np.testing.assert_array_equal(array[: len(saved[name])], saved[name])
+    saved["calendar.buckets"] = buckets[:-2]
+    with pytest.raises(ValueError, match=r"calendar\.buckets"):
+        restore(other.machine.engine, saved)

@@ -31,7 +31,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
     bounds = getattr(neighbors, "bounds", None)
     if not isinstance(neighbors, Lists | Sectors):
         return "its few or thinly spread components"
-    if not isinstance(model.boundary, NearestImage):
+    if not isinstance(model.boundary, NearestImage) or model.sight is None:
         return "its small box, or its steps of pairs"
     if isinstance(bounds, GrowingBounds) or hasattr(model.pair, "rates"):
         return "its growing diameters"
