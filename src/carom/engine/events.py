@@ -13,6 +13,7 @@ from carom.engine.neighbors.interface import transit_time
 from carom.engine.obstacles import Obstacles, soonest
 from carom.engine.rules import wait
 from carom.engine.search import NOBODY_MET, RowSight, meet, moment_before, note, search
+from carom.models.free_flight import Inertial
 from carom.models.interface import NEVER, velocity
 from carom.models.units import NOBODY, Units
 
@@ -88,6 +89,18 @@ def meet_obstacle(sight, model, state, i, now, every):
 
 @meet_obstacle.register
 def _(sight: RowSight, model, state, i, now, every):
+    return meet_in_flight(model.motion, sight, model, state, i, now, every)
+
+
+@optional
+def meet_in_flight(motion, sight, model, state, i, now, every):
+    """Return the same; by default, in a field, as it is computed now."""
+    t, number = soonest(model.obstacles, model, state, i, now, every)
+    return now + t, number
+
+
+@meet_in_flight.register
+def _(motion: Inertial, sight, model, state, i, now, every):
     return meet_resting(model.obstacles.live, sight, model, state, i, now, every)
 
 
@@ -144,10 +157,21 @@ def _(sight: RowSight, model, state, i):
             rows[i].due = due
             rows[j].due = due
     elif word != LAMBDA:
-        renew_obstacle(model.obstacles, sight, model, state, i, word)
+        renew_touch(model.motion, sight, model, state, i, word)
     else:
         # A former partner may still be there then: not a rounding too late for it.
         rows[i].due = rows[i].due - slightly
+
+
+@optional
+def renew_touch(motion, sight, model, state, i, word):
+    """Compute the contact of i with the obstacle that a word names anew; in a field, by default, keep it."""
+    return
+
+
+@renew_touch.register
+def _(motion: Inertial, sight, model, state, i, word):
+    renew_obstacle(model.obstacles, sight, model, state, i, word)
 
 
 @required

@@ -19,6 +19,7 @@ from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
 from carom.engine.windows.hooks import Gathered, Page, Watched
 from carom.engine.windows.shares import OWN, Share
+from carom.models.free_flight import Inertial
 from carom.models.interface import age, begin, complaint, growth, take_over, taken_up
 
 MEMORY = (age, begin, complaint, growth, take_over, taken_up)
@@ -43,6 +44,8 @@ def obstacle_to_windows(engine: Engine) -> str | None:
         return "a pair model with a memory"
     if model.obstacles is not None and model.obstacles.live is not None:
         return "obstacles that move or lose energy"
+    if model.obstacles is not None and not isinstance(model.motion, Inertial):
+        return "walls or obstacles in a field"
     if model.currents is not None or model.flights is not None:
         return "the currents or free flights that are added up"
     if not isinstance(model.sight, RowSight):
