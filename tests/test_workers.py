@@ -55,7 +55,7 @@ def test_rims_that_are_too_shallow_cost_repeats_and_no_bit(collisions, depth):
 
 
 @pytest.mark.parametrize("what", ["x", "v", "t"])
-def test_one_bit_of_a_row_in_the_zone_costs_the_window(what, monkeypatch):
+def test_one_bit_of_a_row_in_the_zone_costs_the_window(what):
     """Wherever it comes from: the row is another one when it enters the digest of its cell."""
     spoilt = []
 

@@ -242,22 +242,21 @@ class Team:
     def _turn_part(self, k: int) -> None:
         from carom.engine.windows.exchange import turn
 
-        machine, part = self.machine, self._parts[k]
-        n, workers = machine.scene.n, self.workers
-        model = machine.engine.model
-        turn(model, part.share, part.engine.state, np.int64(0), np.int64(n))
-        begin, end = n * k // workers, n * (k + 1) // workers
-        turn(model, self._truth, machine.engine.state, np.int64(begin), np.int64(end))
+        self._in_both(k, turn)
 
     def _renew_part(self, k: int) -> None:
         from carom.engine.windows.exchange import renew_all
 
+        self._in_both(k, renew_all)
+
+    def _in_both(self, k: int, step: Any) -> None:
+        """Take a step of an epoch with all components of a copy, and with this part's share of the truth."""
         machine, part = self.machine, self._parts[k]
         n, workers = machine.scene.n, self.workers
         model = machine.engine.model
-        renew_all(model, part.share, part.engine.state, np.int64(0), np.int64(n))
+        step(model, part.share, part.engine.state, np.int64(0), np.int64(n))
         begin, end = n * k // workers, n * (k + 1) // workers
-        renew_all(model, self._truth, machine.engine.state, np.int64(begin), np.int64(end))
+        step(model, self._truth, machine.engine.state, np.int64(begin), np.int64(end))
 
     def _advance(self, k: int, epoch: int, end: float) -> int:
         from carom.engine import constants, cycle
@@ -289,18 +288,15 @@ class Team:
         return int(code)
 
     def _agree(self, k: int) -> bool:
-        from carom.engine.windows.exchange import agree
+        """Return whether the same happened in the zone of a part and in the copies of its owners."""
+        from carom.engine.windows.shares import ZONE
 
-        partition, mine = self._partition, self._parts[k].digests
+        owners, flags, _ = self._partition
+        zone = flags[k] == ZONE
         return all(
-            agree(
-                mine,
-                self._parts[other].digests,
-                partition.flags[k],
-                partition.owners,
-                np.int64(other),
-            )
+            np.array_equal(self._parts[k].digests[cells], self._parts[other].digests[cells])
             for other in self._beside[k]
+            for cells in [zone & (owners == other)]
         )
 
     def _store(self, k: int, end: float) -> None:

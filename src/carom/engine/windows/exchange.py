@@ -1,4 +1,4 @@
-"""What parts and the true state tell each other at both ends of a window: filled, compared, handed over."""
+"""What parts and the true state tell each other at both ends of a window: filled, loosened, handed over."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from carom.engine.windows.shares import (
     ABSENT,
     EDGE,
     OWN,
-    ZONE,
     copy_component,
     fill_cell,
     forget_absent,
@@ -93,20 +92,6 @@ def _refresh(digest):
             fill_cell(mine.neighbors, truth.neighbors, cell, count)
 
     return refresh
-
-
-def _agree(digest):
-    def agree(mine, other, flags, owners, owner):
-        """Return whether the same happened in the copies of a part and of the ``owner`` of some cells of its
-        zone there, by their digests of all cells.
-        """
-        digest  # noqa: B018 (part of the cache's key)
-        for cell in range(np.uint64(len(flags))):
-            if flags[cell] == ZONE and owners[cell] == owner and mine[cell] != other[cell]:
-                return False
-        return True
-
-    return agree
 
 
 def _loosen(digest):
@@ -207,7 +192,6 @@ def _renew_all(digest):
 
 load = entry(_load)
 refresh = entry(_refresh)
-agree = entry(_agree)
 loosen = entry(_loosen)
 store = entry(_store)
 give_up = entry(_give_up)

@@ -32,7 +32,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
     bounds = getattr(neighbors, "bounds", None)
     if not isinstance(neighbors, Lists | Sectors):
         return "its few or thinly spread components"
-    if not isinstance(model.boundary, NearestImage) or model.sight is None:
+    if not isinstance(model.boundary, NearestImage) or not isinstance(model.sight, RowSight):
         return "its small box, or its steps of pairs"
     if isinstance(bounds, GrowingBounds) or hasattr(model.pair, "rates"):
         return "its growing diameters"
@@ -48,8 +48,6 @@ def obstacle_to_windows(engine: Engine) -> str | None:
         return "walls or obstacles in a field"
     if model.currents is not None or model.flights is not None:
         return "the currents or free flights that are added up"
-    if not isinstance(model.sight, RowSight):
-        return "its curved paths"
     return None
 
 
