@@ -6,6 +6,7 @@ import pytest
 import carom
 from carom.engine import calendar as cal
 from carom.engine.neighbors.choice import Scheme
+from carom.engine.neighbors.prefetch import HUGE
 from carom.engine.parts import arrays, build, enlarge_heap, restore
 from carom.engine.requirements import Contents
 from carom.models.free_flight import FreeFlight
@@ -66,7 +67,7 @@ class Book:
                 self.scheme = self.scheme.with_larger_heap()
                 self.engine = enlarge_heap(self.engine, self.scheme)
             elif entry == -1 and self.control.end < LENGTH:
-                cal.adapt(self.engine.calendar, LENGTH)
+                cal.adapt(self.engine.calendar, len(self.due), LENGTH)
                 self.lay_out(self.control.end)
             else:
                 return int(entry)
@@ -221,3 +222,17 @@ def test_a_state_from_before_there_was_a_bucket_for_later_events_is_read():
     saved["calendar.buckets"] = buckets[:-2]
     with pytest.raises(ValueError, match=r"calendar\.buckets"):
         restore(other.machine.engine, saved)
+
+
+@pytest.mark.parametrize(
+    ("n", "cycles", "factor"),
+    [(400, 3, 2.0), (400, 6, 1.0), (400, 9, 0.5), (HUGE, 1, 2.0), (HUGE, 3, 1.0), (HUGE, 6, 0.5)],
+)
+def test_buckets_hold_a_few_cycles_and_fewer_where_memory_is_asked_for(n, cycles, factor):
+    """A system of ``n`` components that had so many cycles a bucket gets buckets so much wider."""
+    width = 2.0**-10
+    book = Book(np.full(400, 1.0), np.full(400, 1.0), width=width)
+    book.lay_out(0.0)
+    book.control.cycles = cycles * cal.buckets_in_window(book.engine.calendar)
+    cal.adapt(book.engine.calendar, n, LENGTH)
+    assert book.control.width == factor * width

@@ -28,6 +28,12 @@ from carom.models.interface import NEVER
 ENTRIES = 14
 """Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""
 
+FEWEST, MOST = 4.0, 8.5
+"""Cycles a bucket below and above which the next window has buckets of another width."""
+
+AHEAD = 0.47
+"""Factor on both for ``HUGE`` systems: memory is requested a bucket at a time, best a few events ahead."""
+
 ROOM = 8
 """Entries that one cycle can add to the heap, at most."""
 
@@ -266,13 +272,14 @@ def lay_out(calendar, state, boundary, start, end):
 
 
 @inner
-def adapt(calendar, longest):
+def adapt(calendar, n, longest):
     """Choose the width of the next window's buckets by the cycles counted in this one: a few a bucket."""
     control = calendar.control[0]
     passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
-    if control.cycles > 8.0 * passed:
+    passed *= AHEAD if n >= HUGE else 1.0
+    if control.cycles > MOST * passed:
         control.width *= 0.5
-    elif control.cycles < 2.0 * passed and 2.0 * buckets_in_window(calendar) * control.width <= longest:
+    elif control.cycles < FEWEST * passed and 2.0 * buckets_in_window(calendar) * control.width <= longest:
         control.width *= 2.0
 
 

@@ -117,7 +117,7 @@ def _run(digest):
                     return REACHED_TIME
                 if tally.collisions >= collisions:  # the present stays that of the last collision
                     return REACHED_COLLISIONS
-                adapt(calendar, clock.length)
+                adapt(calendar, len(state.partner), clock.length)
                 start = control.end
                 if start >= clock.length:
                     new_epoch(model, state, neighbors)
