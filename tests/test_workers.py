@@ -10,9 +10,9 @@ from carom.engine.windows.partition import STAGES
 from carom.engine.windows.shares import ZONE, home
 from carom.errors import InputError
 from carom.io.events import read_events
-from carom.simulation.rims import STREAK, Rims
-from carom.simulation.shares import Settings
-from carom.simulation.team import Team
+from carom.simulation.workers.rims import STREAK, Rims
+from carom.simulation.workers.shares import Settings
+from carom.simulation.workers.team import Team
 
 
 def fluid(cells=12):
@@ -223,7 +223,7 @@ def test_lists_that_run_out_of_room_in_a_part_cost_no_bit():
 
 
 def test_rims_become_deeper_where_they_were_too_thin_and_thinner_again(monkeypatch):
-    monkeypatch.setattr("carom.simulation.rims.FRONT", (0.5, 0.1))
+    monkeypatch.setattr("carom.simulation.workers.rims.FRONT", (0.5, 0.1))
 
     def go(sim):
         return sim.run(collisions_per_particle=12)

@@ -70,7 +70,7 @@ class Log(Protocol):
 
 
 class Workers(Protocol):
-    """Several threads for one machine: :class:`carom.simulation.team.Team`."""
+    """Several threads for one machine: :class:`carom.simulation.workers.team.Team`."""
 
     def window(self, stop: tuple[np.int64, float], target: int) -> bool:
         """Run one window; False if the plain cycle is to go on."""

@@ -19,7 +19,7 @@ from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.preparation import contents_of, growth_rates, in_single, thermal_speed, unit_of
 from carom.simulation.recorder import Recorder
 from carom.simulation.running import Running
-from carom.simulation.team import team_of
+from carom.simulation.workers.enlisting import team_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -3,43 +3,22 @@
 from __future__ import annotations
 
 import math
-import os
-import threading
 import time
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import checks
-from carom.errors import InputError
-from carom.simulation.rims import Rims
-from carom.simulation.shares import Settings, Shares
+from carom.simulation.workers.crew import Crew
+from carom.simulation.workers.lengths import LENGTH, LENGTHS, Lengths
+from carom.simulation.workers.rims import Rims
+from carom.simulation.workers.shares import Settings, Shares
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
 
 CYCLES = 200_000
 """Cycles in one call of a worker: between two, it looks whether it is to stop."""
-
-LENGTHS = {2: 4.0}
-"""Collisions a particle that a window holds in some dimensions: longer in the plane, where rims are thin."""
-
-LENGTH = 2.0
-"""Collisions a particle that a window holds elsewhere."""
-
-WORTHWHILE: dict[int, int] = {2: 600_000}
-"""Components from which on two workers were measured to be 1.2 times as fast as one or more, by dimension."""
-
-AT_MOST = 2
-"""Workers that are chosen without being asked for: the speed of more has not been measured."""
-
-MOST = 1024
-"""Workers that may be asked for: beyond any machine that shares its memory."""
-
-FEWEST = 32
-"""Collisions below which it never is."""
 
 SHORTAGE = 0.01
 """Part of a window after a shortage of room that is left to the plain cycle: it was none in the whole."""
@@ -71,7 +50,11 @@ class Team:
 
     def __post_init__(self) -> None:
         wanted = self.settings.collisions
-        self._held = LENGTHS.get(self.machine.scene.dimension, LENGTH) if wanted is None else wanted
+        held = LENGTHS.get(self.machine.scene.dimension, LENGTH) if wanted is None else wanted
+        self._crew = Crew(self.workers)
+        self._lengths = Lengths(self.machine, held, self.settings.least)
+        self._rims = Rims(self.settings.depth)
+        self._cut = 1.0  # factor that the partition was made with
         self._engine: Any = None
         self._ledger: Any = None
         self._partition: Any = None
@@ -80,15 +63,7 @@ class Team:
         self._parts: list[Any] = []
         self._fresh = False  # whether every part holds the true state of its own cells
         self._mark: tuple[Any, ...] = ()
-        self._length = 0.0
         self._plain = (-1, 0.0, 0.0)  # epoch, and from when until when the plain cycle is to run
-        self._failed = 0
-        self._rims = Rims(self.settings.depth)
-        self._cut = 1.0  # factor that the partition was made with
-        self._known_rate = 0.0
-        self._stopping = threading.Event()
-        self._pool: ThreadPoolExecutor | None = None
-        self._seen = {"<lambda>"}
 
     # One window -------------------------------------------------------------------------------------------
 
@@ -122,38 +97,8 @@ class Team:
                 last = min(last, first)
             elif start < until:
                 return False
-        if self._length == 0.0:
-            self._length = self._held / self._rate()
-        # What is left of the epoch in windows of one length: a short one costs nearly as much as a long one.
-        length = (last - start) / max(math.ceil((last - start) / self._length - 0.02), 1)
-        left = target - machine.collisions
-        if left < 2**60:
-            # Short of it in spite of fluctuations: a window that goes beyond is of no use.
-            ahead = min(left, 0.5 * machine.scene.n * self._rate() * length)
-            length = min(
-                length,
-                (left - 4.0 * math.sqrt(ahead) - 0.01 * ahead) / (0.5 * machine.scene.n * self._rate()),
-            )
-        expected = 0.5 * machine.scene.n * self._rate() * length
-        if not expected >= max(self.settings.least * machine.scene.n, FEWEST):
-            return False
-        end = start + length
-        return self._run(epoch, start, last if end > last - 1e-9 * length else end, target)
-
-    def _rate(self) -> float:
-        """Return the collisions of a particle a time [1 / engine's time]."""
-        machine = self.machine
-        if self._known_rate > 0.0:
-            return self._known_rate
-        passed = float(machine.clock.since_base(machine.clock.instant))
-        seen = machine.collisions - machine.counted
-        if seen >= machine.scene.n and passed > 0.0:
-            return 2.0 * seen / (machine.scene.n * passed)
-        from carom.engine.neighbors.choice import collision_rate
-
-        scene = machine.scene
-        speed = math.sqrt(float(np.mean(np.sum(machine.speeds**2, axis=1))))
-        return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
+        end = self._lengths.end(start, last, target)
+        return end is not None and self._run(epoch, start, end, target)
 
     def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
         from carom.compiling.held import signals_held
@@ -164,7 +109,7 @@ class Team:
         shares = self.shares
         self._ready()
         try:
-            self._each(self._load)
+            self._crew.each(self._load)
             loaded = time.perf_counter()
             self._ledger.used[:] = 0
             for part in self._parts:
@@ -172,10 +117,10 @@ class Team:
                 part.engine.tallies.view(np.ndarray)[:] = 0
                 part.digests[:] = 0
             self._limit = end
-            codes = self._each(self._advance, epoch, end)
+            codes = self._crew.each(self._advance, epoch, end)
             ran = time.perf_counter()
             alike = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
-            alike = alike and all(self._each(self._agree))
+            alike = alike and all(self._crew.each(self._agree))
             compared = time.perf_counter()
         except BaseException:  # Ctrl-C: the true state is that of the beginning
             self._fresh = False
@@ -188,11 +133,12 @@ class Team:
             shares.wall += time.perf_counter() - began
             return True
         with signals_held():
-            self._each(self._store, end)
+            self._crew.each(self._store, end)
             stored = time.perf_counter()
             self._merge(own)
             self._at(epoch, end)
-        self._adapt(count, end - start)
+        self._lengths.kept(count, end - start)
+        self._rims.kept()
         now = time.perf_counter()
         shares.windows += 1
         shares.collisions += count
@@ -214,8 +160,8 @@ class Team:
             return False
         began = time.perf_counter()
         with signals_held():
-            self._each(self._turn_part)
-            self._each(self._renew_part)
+            self._crew.each(self._turn_part)
+            self._crew.each(self._renew_part)
             self._at(epoch + 1, 0.0)
         passed = time.perf_counter() - began
         self.shares.turn += passed
@@ -267,7 +213,7 @@ class Team:
         code = constants.SPENT
         began = time.thread_time()
         start, stage = float(self._parts[k].engine.state.clock.now[0]), 1
-        while not self._stopping.is_set():
+        while not self._crew.stopping.is_set():
             part = self._parts[k]
             then = end if stage == STAGES else start + (end - start) * (stage / STAGES)
             until = np.int64(epoch), min(then, self._limit)
@@ -365,25 +311,11 @@ class Team:
             self._engine = None  # with more room
             self._room *= 2
         else:
-            self._length = 0.5 * length
-            self._failed += not alike
-            held = 2.0 * count / self.machine.scene.n
-            if self._failed > PATIENCE:
+            crowded = self._lengths.lost(count, length, alike)
+            if self._lengths.failed > PATIENCE:
                 self._plain = (epoch, end - length, end)
-            elif held > 1.25 * self._held:
-                # More than the rims are made for: the rate was not the one expected, and is known now.
-                self._known_rate = held / length
-                self._length = min(self._length, self._held / self._known_rate)
-            elif not alike:
+            elif not (alike or crowded):
                 self._rims.lost()
-
-    def _adapt(self, count: int, length: float) -> None:
-        """Choose the length of the next window."""
-        self._failed = 0
-        if count > 0:
-            self._known_rate = 2.0 * count / (self.machine.scene.n * length)
-            self._length = min(self._held / self._known_rate, 2.0 * self._length)
-        self._rims.kept()
 
     # The copies -------------------------------------------------------------------------------------------
 
@@ -412,12 +344,11 @@ class Team:
         self._fresh = False
         if old is not None and old.state.rows is engine.state.rows:  # there is only more room
             self._truth = self._truth._replace(neighbors=engine.neighbors)
-            self._parts = self._each(lambda k: with_neighbors(self._parts[k], engine.neighbors))
+            self._parts = self._crew.each(lambda k: with_neighbors(self._parts[k], engine.neighbors))
             return
         n, workers = machine.scene.n, self.workers
         if not self._parts:
-            self._room = int(n * self._held) + 1024
-            self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
+            self._room = int(n * self._lengths.held) + 1024
         self._partition = self._share_out()
         owners, flags, _ = self._partition
         self._beside = [sorted(set(owners[flags[k] == ZONE].tolist())) for k in range(workers)]
@@ -425,7 +356,7 @@ class Team:
         if self._ledger is None or self._ledger.entries.shape[1] < self._room:
             self._ledger = make_ledger(workers, self._room)
         pages = [page_of(self._ledger, k) for k in range(workers)]
-        self._parts = self._each(lambda k: make_part(engine, flags[k], pages[k]))
+        self._parts = self._crew.each(lambda k: make_part(engine, flags[k], pages[k]))
         self._busy = [0.0] * workers
 
     def _share_out(self) -> Any:
@@ -440,60 +371,8 @@ class Team:
     def depths(self) -> tuple[float, float]:
         """Return how deep rims have to be beyond what a part touches, at both ends of a window [length]."""
         speed = math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
-        return self._rims.depths(self.machine.scene, speed / self._rate(), self._held)
-
-    # Threads ----------------------------------------------------------------------------------------------
-
-    def _each(self, step: Any, *arguments: Any) -> list[Any]:
-        """Take a step with every part, each in its thread, and return what they return."""
-        if self._pool is None or step.__name__ not in self._seen:
-            # The first time in this thread, one after the other: that is when it is compiled.
-            self._seen.add(step.__name__)
-            return [step(k, *arguments) for k in range(self.workers)]
-        self._stopping.clear()
-        futures: list[Future[Any]] = [self._pool.submit(step, k, *arguments) for k in range(self.workers)]
-        try:
-            return [future.result() for future in futures]
-        except BaseException:
-            self._stopping.set()
-            wait(futures)
-            self._stopping.clear()
-            raise
+        return self._rims.depths(self.machine.scene, speed / self._lengths.rate(), self._lengths.held)
 
     def close(self) -> None:
         """End the threads."""
-        if self._pool is not None:
-            self._pool.shutdown()
-            self._pool = None
-
-
-def team_of(machine: Machine, workers: int | str) -> Team | None:
-    """Return the workers of a machine, or None for a single one.
-
-    Raises
-    ------
-    InputError
-        If ``workers`` is neither a number nor "auto", or several are asked for and the scene cannot be run in
-        windows.
-    """
-    from carom.engine.windows.parts import obstacle_to_windows
-
-    automatic = workers == "auto"
-    if isinstance(workers, str) and not automatic:
-        raise InputError(f"workers is {workers!r}; expected a number or 'auto'.")
-    count = _cores() if automatic else checks.integer(workers, "workers", low=1, high=MOST)
-    if automatic and machine.scene.n < WORTHWHILE.get(machine.scene.dimension, math.inf):
-        return None
-    if count == 1:
-        return None
-    obstacle = obstacle_to_windows(machine.engine)
-    if obstacle is None:
-        return Team(machine, min(count, AT_MOST) if automatic else count)
-    if automatic:
-        return None
-    raise InputError(f"This scene runs on one worker only, because of {obstacle}: leave out workers.")
-
-
-def _cores() -> int:
-    """Return the cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        self._crew.close()
