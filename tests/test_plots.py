@@ -16,6 +16,7 @@ from carom.observables.pressure import Pressure
 from carom.observables.rdf import rdf
 from carom.observables.statistics import Estimate
 from carom.pictures import plots
+from carom.pictures.paper import WARM
 
 
 def frame(positions, box, diameter=1.0):
@@ -32,7 +33,7 @@ def estimate(dimension=3, blocks=100, n=50, eta=0.2, **more):
 
 def dashed(figure):
     """Labels and heights of the lines of theory."""
-    lines = [line for line in figure.axes[0].lines if line.get_color() == plots.WARM]
+    lines = [line for line in figure.axes[0].lines if line.get_color() == WARM]
     return {line.get_label().rpartition(",")[0]: line.get_ydata()[0] for line in lines}
 
 

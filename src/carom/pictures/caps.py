@@ -65,7 +65,7 @@ def caps(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from carom.pictures.plots import saved
+    from carom.pictures.paper import saved
 
     points = np.asarray(points, float)
     if points.ndim != 2 or points.shape[1] != 3:

@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import theory
-from carom.errors import FileError, InputError
+from carom.errors import InputError
+from carom.pictures.paper import DPI, GREY, INK, PALE, PIXELS, TITLE, TOP, WARM, lay_out, saved, sheet
 from carom.scene.description import particles
 
 if TYPE_CHECKING:
@@ -28,20 +28,6 @@ if TYPE_CHECKING:
     from carom.observables.pressure import PressureEstimate
     from carom.observables.radial import RadialDistribution
     from carom.observables.statistics import Estimate
-
-# Also readable without colour: one strong blue for data, greys and line styles for the rest.
-INK = "#1f4e79"
-PALE = "#9dbbd8"
-GREY = "#555555"
-WARM = "#c0392b"
-DPI = 160
-PIXELS = 100  # per inch, for pictures in 3D, which are drawn pixel by pixel
-TITLE = 10.5
-DIGIT = 0.09  # width of a digit of a tick label, in inches
-TOP = 1.0  # height of a title in units of the axes; given, so that matplotlib does not search for it
-
-# Level of zlib: half of the time of its default, and files that differ by a tenth in size.
-PNG_LEVEL = 3
 
 # More blocks than this are drawn as means of groups, so that points do not merge.
 _MOST_POINTS = 64
@@ -83,7 +69,7 @@ def pressure(
     """
     if not estimate.block_values:
         raise InputError("The estimate holds no block of the run, so there is nothing to draw.")
-    figure, axes = _figure(7.0, 4.2)
+    figure, axes = sheet(7.0, 4.2)
     durations = np.array(estimate.block_durations)
     values = np.array(estimate.block_values)
     time = np.cumsum(durations)
@@ -120,7 +106,7 @@ def pressure(
     axes.set_ylabel("compressibility factor Z")
     axes.set_title(_state(estimate.n, estimate.dimension, eta), fontsize=TITLE, y=TOP)
     axes.legend(loc="best", fontsize=8.5, framealpha=0.92, edgecolor="none")
-    _lay_out(figure, axes)
+    lay_out(figure, axes)
     return saved(figure, path)
 
 
@@ -150,7 +136,7 @@ def rdf(
     FileError
         If the picture cannot be saved.
     """
-    figure, axes = _figure(7.0, 4.2)
+    figure, axes = sheet(7.0, 4.2)
     unit = distribution.diameter or 1.0
     r, g, error = distribution.r / unit, distribution.g, distribution.error
     edges = distribution.edges / unit
@@ -174,7 +160,7 @@ def rdf(
     axes.set_title(f"{state}, {frames}", fontsize=TITLE, y=TOP)
     if distribution.contact_value is not None:
         _contact_inset(axes, distribution, contact_value)
-    _lay_out(figure, axes)
+    lay_out(figure, axes)
     return saved(figure, path)
 
 
@@ -205,7 +191,7 @@ def partial_rdf(
         raise InputError("There is no g(r), so there is nothing to draw.")
     from matplotlib import colormaps
 
-    figure, axes = _figure(7.0, 4.2)
+    figure, axes = sheet(7.0, 4.2)
     unit = max(found.diameter for found in distributions.values())
     axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
     for k, (name, found) in enumerate(distributions.items()):
@@ -225,7 +211,7 @@ def partial_rdf(
         f"{_state(some.n, some.dimension, some.packing_fraction)}, {some.frames} frames", fontsize=TITLE
     )
     axes.legend(fontsize=8.5, framealpha=0.92, edgecolor="none")
-    _lay_out(figure, axes)
+    lay_out(figure, axes)
     return saved(figure, path)
 
 
@@ -260,7 +246,7 @@ def snapshot(
     from carom.pictures.drawing import draw_disks, draw_obstacles, draw_projection, draw_rods, draw_spheres
 
     space = frame.dimension == 3
-    figure, axes = _figure(6.0, 1.6 if frame.dimension == 1 else 6.4, PIXELS if space else DPI)
+    figure, axes = sheet(6.0, 1.6 if frame.dimension == 1 else 6.4, PIXELS if space else DPI)
     if space:
         # Without axes there is nothing to lay out, and a layout engine would draw everything twice.
         figure.set_layout_engine("none")
@@ -304,7 +290,7 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     dimension = network.frame.dimension
     if dimension not in (2, 3):
         raise InputError(f"A network is drawn in two or three dimensions, found {dimension}.")
-    figure, axes = _figure(6.4, 6.8)
+    figure, axes = sheet(6.4, 6.8)
     (draw_network if dimension == 2 else draw_network_in_space)(axes, network)
     axes.autoscale_view()
     if dimension == 2:
@@ -340,7 +326,7 @@ def gaps(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None)
     FileError
         If the picture cannot be saved.
     """
-    figure, axes = _figure(6.4, 4.0)
+    figure, axes = sheet(6.4, 4.0)
     # Pairs that overlap by rounding are drawn at the left border.
     positive = network.gaps[network.gaps > 0.0]
     least = float(positive.min()) if positive.size else network.gap
@@ -381,7 +367,7 @@ def compression(
     FileError
         If the picture cannot be saved.
     """
-    figure, axes = _figure(7.0, 4.2)
+    figure, axes = sheet(7.0, 4.2)
     fraction, pressure = history["packing_fraction"], history["pressure"]
     if np.isfinite(jamming_fraction):
         left = 1.0 - fraction / jamming_fraction
@@ -402,55 +388,6 @@ def compression(
     axes.set_ylabel(r"$Z = PV/NkT$")
     axes.legend(loc="upper left", fontsize=8.5, framealpha=0.92, edgecolor="none")
     return saved(figure, path)
-
-
-def _figure(width: float, height: float, dpi: float = DPI) -> tuple[Figure, Axes]:
-    from carom.pictures.importing import picture
-
-    figure = picture()(width, height, dpi)
-    axes = figure.add_subplot()
-    axes.spines[["top", "right"]].set_visible(False)
-    return figure, axes
-
-
-def _lay_out(figure: Figure, axes: Axes) -> None:
-    """Leave room for a title, the labels of both axes and the longest number at the left.
-
-    A layout engine would draw all text twice, which takes as long as the picture.
-    """
-    figure.set_layout_engine("none")
-    width, height = figure.get_size_inches()
-    numbers = axes.yaxis.get_major_formatter().format_ticks(axes.get_yticks().tolist())
-    left = 0.5 + max(map(len, numbers)) * DIGIT
-    axes.set_position((left / width, 0.55 / height, 1.0 - (left + 0.2) / width, 1.0 - 0.9 / height))
-
-
-def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
-    """Save a ``figure`` if a ``path`` is given, and return it; FileError if it cannot be written."""
-    if path is not None:
-        try:
-            if Path(path).suffix.lower() == ".png":
-                _write_png(figure, Path(path))
-            else:
-                figure.savefig(Path(path))
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            raise FileError(
-                f"The picture {path} cannot be written ({reason}); choose another place."
-            ) from error
-    return figure
-
-
-def _write_png(figure: Figure, path: Path) -> None:
-    """Write a figure after a single drawing, and without the constant opacity: a quarter less data."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from PIL import Image
-
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    paper = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
-    resolution = (figure.dpi, figure.dpi)
-    Image.fromarray(paper).save(path, format="png", compress_level=PNG_LEVEL, dpi=resolution)
 
 
 def _state(n: int, dimension: int, packing_fraction: float) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.pictures import plots
+from carom.pictures import paper
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from carom.studies.accuracy.rows import TradeResult
 
 LOOKS = {
-    "event-driven": ("o", plots.INK),
-    "naive": ("s", plots.GREY),
-    "time-driven": ("^", plots.WARM),
+    "event-driven": ("o", paper.INK),
+    "naive": ("s", paper.GREY),
+    "time-driven": ("^", paper.WARM),
     "pseudo-hard": ("D", "#3b7d4f"),
 }
 """Marker and colour of each algorithm."""
@@ -51,7 +51,7 @@ def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) 
     """
     from carom.pictures import importing
 
-    figure = importing.picture()(13.0, 4.2, plots.DPI)
+    figure = importing.picture()(13.0, 4.2, paper.DPI)
     axes = figure.subplots(1, 3)
     first = axes[0]
     for panel in axes:
@@ -67,8 +67,8 @@ def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) 
     for panel in (first, axes[1]):
         panel.set_xlabel("collisions per CPU second")
     n = np.array([row.n for row in result.sizes])
-    axes[2].loglog(n, [row.relative_error_1s for row in result.sizes], "o-", color=plots.INK)
-    axes[2].loglog(n, np.abs([row.finite_size_bias for row in result.sizes]), "--", color=plots.GREY)
+    axes[2].loglog(n, [row.relative_error_1s for row in result.sizes], "o-", color=paper.INK)
+    axes[2].loglog(n, np.abs([row.finite_size_bias for row in result.sizes]), "--", color=paper.GREY)
     axes[2].set_xlabel("particles")
     axes[2].set_ylabel(r"relative error of $Z$")
     axes[2].legend(["statistical, after 1 CPU second", "of finite size"], frameon=False, fontsize=8)
@@ -94,7 +94,7 @@ def _panel(
         end = -1 if side == "center" else 0
         axes.annotate(name, (x[end], y[end]), shift, textcoords="offset points", fontsize=7, ha=side)
     front = pareto(rates, errors)
-    axes.plot([rates[k] for k in front], [errors[k] for k in front], "-", color=plots.PALE, lw=2, zorder=0)
+    axes.plot([rates[k] for k in front], [errors[k] for k in front], "-", color=paper.PALE, lw=2, zorder=0)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.margins(x=0.2, y=0.1)

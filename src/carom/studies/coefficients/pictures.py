@@ -15,7 +15,7 @@ import numpy as np
 from carom import theory
 from carom.errors import InputError
 from carom.io.paths import replacing, writing
-from carom.pictures import plots
+from carom.pictures import paper
 from carom.studies.coefficients.measured import Measured, Row
 from carom.studies.eos.html import STYLE, composition
 from carom.studies.eos.pictures import kind
@@ -69,7 +69,7 @@ def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figur
     else:
         _with_time(left, rows, "self_diffusion")
     _with_time(right, rows, "shear_viscosity")
-    return plots.saved(figure, path)
+    return paper.saved(figure, path)
 
 
 def _against_density(axes: Axes, rows: list[Row]) -> None:

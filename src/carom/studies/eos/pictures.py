@@ -11,7 +11,7 @@ import numpy as np
 
 from carom import theory
 from carom.errors import InputError
-from carom.pictures import plots
+from carom.pictures import paper
 from carom.scene.description import particles
 from carom.studies.eos.measured import Measured
 from carom.studies.eos.table import Row, compared, finite_size_shift, usual_equation
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 STYLES = ("-", "--", ":", "-.")
-SIZES = (plots.INK, "#b8651b", "#2e7d4f", "#8e3b6f", "#5b5fb0", "#6b6b6b")
+SIZES = (paper.INK, "#b8651b", "#2e7d4f", "#8e3b6f", "#5b5fb0", "#6b6b6b")
 MARKERS = "osD^v<>ph*"
 CURVE = 200
 """Points of a curve."""
@@ -76,8 +76,8 @@ def study(
     sizes = sorted({row.n for row in rows})
     shown = ", ".join(map(str, sizes)) if len(sizes) < 5 else f"{sizes[0]} to {sizes[-1]}"
     name = kind(dimension, mixture=len(species) > 1)
-    top.set_title(f"{name[0].upper()}{name[1:]}, $N$ = {shown}", fontsize=plots.TITLE)
-    return plots.saved(figure, path)
+    top.set_title(f"{name[0].upper()}{name[1:]}, $N$ = {shown}", fontsize=paper.TITLE)
+    return paper.saved(figure, path)
 
 
 def kind(dimension: int, *, mixture: bool) -> str:
@@ -117,7 +117,7 @@ def order(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Fi
     bottom.set_ylabel(rf"$N\,(\langle|{symbol}|^2\rangle - \langle|{symbol}|\rangle^2)$")
     bottom.set_xlabel(r"packing fraction $\eta$")
     top.legend(fontsize=8.5, frameon=False)
-    return plots.saved(figure, path)
+    return paper.saved(figure, path)
 
 
 def sizes(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
@@ -139,20 +139,20 @@ def sizes(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Fi
                 row.compressibility_factor,
                 row.error if math.isfinite(row.error) else 0.0,
                 fmt="o",
-                color=plots.INK,
-                markerfacecolor=plots.INK if row.equilibrated else "white",
+                color=paper.INK,
+                markerfacecolor=paper.INK if row.equilibrated else "white",
                 markersize=4,
                 capsize=2,
             )
         x = np.array([0.0, 1.05 * inverse.max()])
-        axes.plot(x, fit.compressibility_factor + fit.slope * x, color=plots.INK, linewidth=1.2, label="fit")
+        axes.plot(x, fit.compressibility_factor + fit.slope * x, color=paper.INK, linewidth=1.2, label="fit")
         if math.isfinite(fit.theory_slope):
             axes.plot(
                 x, fit.compressibility_factor + fit.theory_slope * x,
-                color=plots.WARM, linestyle="--", linewidth=1.1, label="slope by theory",
+                color=paper.WARM, linestyle="--", linewidth=1.1, label="slope by theory",
             )  # fmt: skip
         axes.errorbar(
-            [0.0], [fit.compressibility_factor], [fit.error], fmt="D", color=plots.INK,
+            [0.0], [fit.compressibility_factor], [fit.error], fmt="D", color=paper.INK,
             markerfacecolor="white", markersize=4.5, capsize=2,
         )  # fmt: skip
         axes.set_title(rf"$\eta = {fit.packing_fraction:.4g}$", fontsize=9.5)
@@ -163,13 +163,13 @@ def sizes(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Fi
     for axes in panels[len(fits) :]:
         axes.set_visible(False)
     panels[0].legend(fontsize=8, frameon=False)
-    return plots.saved(figure, path)
+    return paper.saved(figure, path)
 
 
 def _figure(width: float, height: float) -> Figure:
     from carom.pictures.importing import picture
 
-    return picture()(width, height, plots.DPI)
+    return picture()(width, height, paper.DPI)
 
 
 def _equations(result: Measured, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
@@ -217,7 +217,7 @@ def _curves(
             except InputError:
                 continue
             values = z * eta / volume if pressure else z
-            colour = plots.GREY if state == "fluid" else plots.WARM
+            colour = paper.GREY if state == "fluid" else paper.WARM
             axes.plot(eta, values, color=colour, linestyle=style, linewidth=1.1, label=name, zorder=2)
 
 
@@ -264,8 +264,8 @@ def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: b
 
 def _deviations(axes: Axes, rows: Sequence[Row], first: tuple[str, Equation], *, compare: bool) -> None:
     """Draw the deviation of every point from theory in standard errors."""
-    axes.axhspan(-1.0, 1.0, color=plots.PALE, alpha=0.35, linewidth=0, zorder=1)
-    axes.axhline(0.0, color=plots.GREY, linewidth=0.8, zorder=2)
+    axes.axhspan(-1.0, 1.0, color=paper.PALE, alpha=0.35, linewidth=0, zorder=1)
+    axes.axhline(0.0, color=paper.GREY, linewidth=0.8, zorder=2)
     for number, n in enumerate(sorted({row.n for row in rows})):
         for row in rows:
             deviation = row.deviation
@@ -285,4 +285,4 @@ def _deviations(axes: Axes, rows: Sequence[Row], first: tuple[str, Equation], *,
     limit = max(3.0, abs(low), abs(high))
     axes.set_ylim(-limit, limit)
     if any(row.phase == "fluid" for row in rows):
-        axes.set_title(f"against {first[0]}", fontsize=8.5, loc="right", color=plots.GREY)
+        axes.set_title(f"against {first[0]}", fontsize=8.5, loc="right", color=paper.GREY)
