@@ -235,7 +235,7 @@ def rescaled(_):
 def test_a_plain_scene_has_no_balance():
     # Scenes whose energy is constant are compiled without it.
     scene = placed(6, (4.0, 4.0), 1, periodic=[True, False])
-    contents = contents_of(scene, None, 1.0, True, False)
+    contents = contents_of(scene, scene.velocities, None, True, False)
     scheme = choose(contents, 1.0, "auto", None)
     engine = build(scheme, contents, scene.positions, scene.velocities)
     assert engine.model.impact is None

@@ -48,7 +48,7 @@ def test_so_it_does_for_a_contact_matrix():
 
 def chosen(n, dimension, packing_fraction, **more):
     scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1, **more)
-    return scheme.choose(contents_of(scene, None, 1.0, True, False), dimension**0.5)
+    return scheme.choose(contents_of(scene, np.ones_like(scene.positions), None, True, False), dimension**0.5)
 
 
 @pytest.mark.parametrize(("n", "dimension"), [(500, 3), (100, 2), (10, 3), (10, 2)])
@@ -175,5 +175,5 @@ def test_what_is_thin_costs_what_the_mean_free_path_says():
 def test_in_high_dimension_sectors_are_small_enough_to_tell_most_images_apart():
     # One sector would be seen in 3^10 images, with all 100 in each of them.
     scene = carom.Scene.random(100, box=(2.3,) * 10, diameter=1.0, seed=1)
-    found = scheme.choose(contents_of(scene, None, 1.0, True, False), 10**0.5)
+    found = scheme.choose(contents_of(scene, np.ones_like(scene.positions), None, True, False), 10**0.5)
     assert (found.kind, found.shape) == ("sectors", (2,) * 10)

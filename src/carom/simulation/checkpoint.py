@@ -124,8 +124,9 @@ def load(
         )
         unit = TimeUnit(int(attributes["time_unit"]))
         rates = arrays.get("contents.rates")
+        velocities = arrays["initial_velocities"]
         contents = contents_of(
-            scene, rates, 0.0, bool(attributes["images"]), bool(attributes["single"]), unit
+            scene, velocities, rates, bool(attributes["images"]), bool(attributes["single"]), unit
         )
         contents = dataclasses.replace(
             contents,
@@ -140,7 +141,7 @@ def load(
             radii = arrays["contents.radii"]
             contents = dataclasses.replace(contents, radii=radii, diameter=2.0 * float(radii.max()))
         neighbors, shell = json.loads(str(attributes["wish"]))
-        machine = Machine(scene, arrays["initial_velocities"], contents, unit, (neighbors, shell), chosen)
+        machine = Machine(scene, velocities, contents, unit, (neighbors, shell), chosen)
         restore(machine.engine, arrays)
         machine.counted = int(attributes["counted"])
         clock = machine.clock

@@ -150,8 +150,9 @@ def explain(
 
     wish = wish_of(neighbors, shell)
     at_rest = np.zeros_like(scene.positions)
-    single = in_single(precision, scene, at_rest if scene.velocities is None else scene.velocities)
-    contents = contents_of(scene, growth_rates(growth, scene), 0.0, images, single)
+    velocities = at_rest if scene.velocities is None else scene.velocities
+    single = in_single(precision, scene, velocities)
+    contents = contents_of(scene, velocities, growth_rates(growth, scene), images, single)
     try:
         chosen = choose(contents, 1.0, *wish)
     except ValueError as error:

@@ -18,7 +18,7 @@ from carom.simulation.clock import Clock
 from carom.simulation.invariants import Mechanics
 from carom.simulation.own_models import refuse_forgetful
 from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
-from carom.simulation.preparation import impact_of, pace_of, thermal_speed, unit_of
+from carom.simulation.preparation import impact_of, pace_of, unit_of
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -376,8 +376,8 @@ class Machine:
         self.unit = unit = unit_of(self.scene, velocities, rates)
         self.contents = dataclasses.replace(self.contents, unit=unit)
         if rescaled:
-            speed = unit.to_scene(thermal_speed(self.scene, velocities, unit), -1)
-            self.contents = dataclasses.replace(self.contents, impact=impact_of(self.scene, speed, rates))
+            impact = impact_of(self.scene, velocities, rates, unit)
+            self.contents = dataclasses.replace(self.contents, impact=impact)
         if rates is not None:
             radii = 0.5 * frame.diameters
             self.contents = dataclasses.replace(

@@ -87,20 +87,16 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> T
     return unit
 
 
-def thermal_speed(scene: Scene, velocities: np.ndarray, unit: TimeUnit) -> float:
-    """Return ``sqrt(kT / m)`` with the mean mass [length / kernel's time]."""
-    return math.sqrt(temperature(scene, unit.to_kernel(velocities, -1)) / scene.mass)
+def impact_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None, unit: TimeUnit) -> Impact:
+    """Return the contact law of a scene; restitution gets a threshold from the thermal speed.
 
-
-def impact_of(scene: Scene, speed: float, rates: np.ndarray | None) -> Impact:
-    """Return the contact law of a scene, with the threshold of restitution for a thermal ``speed``.
-
-    Where nothing moves yet, the speed is that which the motion, what moves, or growth ``rates`` of the radii
+    Where nothing moves yet, that is the speed that the motion, what moves, or growth ``rates`` of the radii
     give to components that rest [length / time].
     """
     impact = scene.impact
     if not isinstance(impact, Restitution):
         return impact
+    speed = unit.to_scene(math.sqrt(temperature(scene, unit.to_kernel(velocities, -1)) / scene.mass), -1)
     if speed == 0.0:
         speed = max(pace_of(scene), 0.0 if rates is None else 2.0 * float(rates.max()))
     return impact.at(speed)
@@ -235,8 +231,8 @@ def _falls(model: Any) -> bool:
 
 def contents_of(
     scene: Scene,
+    velocities: np.ndarray,
     rates: np.ndarray | None,
-    speed: float,
     images: bool,
     single: bool,
     unit: TimeUnit = SAME,
@@ -247,10 +243,10 @@ def contents_of(
     ----------
     scene : Scene
         The scene.
+    velocities : (n, d) array
+        Of its components [length / time].
     rates : (n,) array or None
         Radius that each component gains a time.
-    speed : float
-        The thermal speed [length / engine's time].
     images : bool
         Whether to count crossings of the box.
     single : bool
@@ -273,7 +269,7 @@ def contents_of(
         mass=scene.mass,
         interaction=interaction,
         motion=scene.motion,
-        impact=impact_of(scene, unit.to_scene(speed, -1), rates),
+        impact=impact_of(scene, velocities, rates, unit),
         walls=cushions(scene.box, scene.periodic),
         unit=unit,
         radii=None if equal else 0.5 * scene.diameters,

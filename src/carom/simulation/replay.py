@@ -103,7 +103,7 @@ class Replay:
             self._v = self._unit.to_kernel(velocities, -1)
             self._length = self._unit.to_kernel(float(initial["epoch_length"]), 1)
             self._bits = int(initial["bits"])
-            contents = contents_of(scene, None, 0.0, True, False, self._unit)
+            contents = contents_of(scene, velocities, None, True, False, self._unit)
             impact = contents.impact
             if isinstance(impact, Restitution):
                 impact = impact.below(float(initial["threshold"]))

@@ -16,7 +16,7 @@ from carom.simulation import checkpoint, flying, helfand, measuring, sampling, t
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
-from carom.simulation.preparation import contents_of, growth_rates, in_single, thermal_speed, unit_of
+from carom.simulation.preparation import contents_of, growth_rates, in_single, unit_of
 from carom.simulation.recorder import Recorder
 from carom.simulation.running import Running
 from carom.simulation.workers.enlisting import team_of
@@ -118,8 +118,7 @@ class Simulation(Running):
             )
         single = in_single(precision, scene, velocities)
         unit = unit_of(scene, velocities, rates)
-        speed = thermal_speed(scene, velocities, unit)
-        contents = contents_of(scene, rates, speed, images, single, unit)
+        contents = contents_of(scene, velocities, rates, images, single, unit)
         if currents:
             helfand.check(contents)
             contents = dataclasses.replace(contents, currents=True)
