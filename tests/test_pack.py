@@ -274,16 +274,18 @@ def test_equal_spheres_jam_at_random_close_packing_when_fast(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
-def test_the_backbone_of_spheres_is_isostatic_and_a_few_rattle(seed):
-    packing = judged(studies.points(500, 3, seed=seed), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=seed)
-    network = packing.network
-    assert 0.635 <= packing.packing_fraction <= 0.648
-    # 1.5 to 3.5 % of many spheres; of 500, give or take two.
-    assert 0.015 - 2 / 500 <= network.rattler_fraction <= 0.035 + 2 / 500
-    # A few of some 1450 contacts have not closed.
-    assert abs(network.contacts - network.isostatic) <= 5
-    assert network.void[1] > 10 * network.void[0]
+def test_the_backbone_of_spheres_is_isostatic_and_a_few_rattle():
+    rattling = []
+    for seed in (1, 2, 3, 4):
+        packing = judged(studies.points(500, 3, seed=seed), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=seed)
+        network = packing.network
+        rattling.append(network.rattler_fraction)
+        assert 0.635 <= packing.packing_fraction <= 0.648
+        # A few of some 1450 contacts have not closed.
+        assert abs(network.contacts - network.isostatic) <= 5
+        assert network.void[1] > 10 * network.void[0]
+    # 1.5 to 3.5 % of many spheres. Of 500 it scatters by 0.9 % from packing to packing (ten seeds).
+    assert 0.015 - 3 * 0.0045 <= np.mean(rattling) <= 0.035 + 3 * 0.0045
 
 
 @pytest.mark.slow

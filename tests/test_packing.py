@@ -281,15 +281,15 @@ def test_other_dimensions_are_not_drawn():
 
 @pytest.mark.slow
 def test_slowly_compressed_spheres_are_isostatic():
-    """Growth at 0.02 to a reduced pressure of 200, at 0.001 to 1e12: some 8 million collisions.
+    """Growth at 0.02 to a reduced pressure of 1000, at 3e-4 to 1e12: some 20 million collisions.
 
     Bounds are those usually found for equal spheres (packing fraction 0.635 to 0.645, rattlers 1.5 to 3.5 %),
-    widened by three times the scatter of 200 of them: seven seeds gave 2 to 4.5 % (3.6 +- 0.9) and lacked 1
-    to 4 contacts of some 580 (2.6 +- 1.1), whose forces are so weak that their gaps are as wide as others'.
+    widened by three times the scatter of 200 of them: five seeds gave 0.5 to 4.5 % (2.4 +- 1.6). All five had
+    each contact that they need. At 0.001 from 200 on some lack a few, and one in five has no backbone.
     """
     n = 200
     scene = carom.Scene.random(n, packing_fraction=0.3, seed=1)
-    for rate, pressure in ((0.02, 200.0), (0.001, 1e12)):
+    for rate, pressure in ((0.02, 1e3), (3e-4, 1e12)):
         sim = carom.Simulation(scene, growth=rate, seed=1)
         reached = 0.0
         while reached < pressure:
@@ -299,6 +299,6 @@ def test_slowly_compressed_spheres_are_isostatic():
         scene = carom.Scene.from_frame(sim.frame())
     network = packing_network(sim.frame())
     assert 0.63 < network.packing_fraction < 0.65
-    assert 0.005 <= network.rattler_fraction <= 0.065
-    assert abs(network.contacts - network.isostatic) <= 6
+    assert network.rattler_fraction <= 0.065
+    assert abs(network.contacts - network.isostatic) <= 2
     assert network.void[1] > 100 * network.void[0]
