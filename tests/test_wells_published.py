@@ -141,7 +141,7 @@ def compared(published, stretches):
 
 @pytest.mark.slow
 # Errors are those of the stretches, each as short as theirs.
-@pytest.mark.filterwarnings("ignore:Only .* independent samples")
+@pytest.mark.filterwarnings("ignore:Only .* independent samples", "ignore:Fewer than 4 independent samples")
 @pytest.mark.filterwarnings("ignore:The temperatures of species change slowly")
 @pytest.mark.parametrize(
     ("published", "scene"), [(THIN, scene_of_thin), (MIXTURE, scene_of_mixture)], ids=["thin", "mixture"]
