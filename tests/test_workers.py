@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import carom
+from carom.engine.calendar import ENTRIES
 from carom.engine.windows.partition import STAGES
-from carom.engine.windows.shares import ZONE, home
+from carom.engine.windows.shares import EDGE, OWN, ZONE, home
 from carom.errors import InputError
 from carom.io.events import read_events
 from carom.simulation.workers.rims import STREAK, Rims
@@ -247,3 +248,13 @@ def test_what_is_far_away_is_given_up_as_a_window_goes_on():
     row = together.machine.team._parts[0].engine.state.rows["x"][:-1, 0]
     assert np.isnan(row).any()
     assert np.isfinite(together.frame().positions).all()
+
+
+def test_all_who_are_due_at_the_beginning_of_a_window_fit_into_the_calendar_of_a_part():
+    sim = carom.Simulation(fluid(8), seed=3, workers=2)
+    sim.run(time=0.2)
+    part, flags = sim.machine.team._parts[0], sim.machine.team._partition.flags[0]
+    loose = np.count_nonzero(flags == EDGE) / np.count_nonzero(flags >= OWN)
+    room = ENTRIES * len(part.engine.calendar.lines)
+    assert loose > 0.25  # more than the calendar of one worker holds at one time
+    assert room > sim.scene.n > ENTRIES * len(sim.machine.engine.calendar.lines)

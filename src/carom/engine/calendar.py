@@ -71,11 +71,14 @@ class Calendar(NamedTuple):
     """Heap: entries."""
 
 
-def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
-    """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
+def make_calendar(n: int, width: float, heap: int = 0, together: int = 0) -> Calendar:
+    """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two).
+
+    So many as ``together`` fit into one bucket, because they may all be due at the same time.
+    """
     buckets = max(n // 8, 16)
     # For buckets that fill unevenly; should that not do, the window is laid out anew.
-    lines = n // (4 * ENTRIES) + 64
+    lines = max(n // 4, together) // ENTRIES + 64
     heap = max(heap, 256)
     control = aligned(1, CONTROL)
     control["width"] = width

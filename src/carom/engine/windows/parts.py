@@ -95,7 +95,9 @@ def make_part(engine: Engine, flags: np.ndarray, page: Page) -> Part:
         obstacles=clone(engine.model.obstacles),
         sight=Watched(engine.model.sight, flags, digests),
     )
-    calendar = make_calendar(n, float(engine.calendar.control.width[0]), len(engine.calendar.due))
+    width, heap = float(engine.calendar.control.width[0]), len(engine.calendar.due)
+    # All whom another part can touch are due when a window begins.
+    calendar = make_calendar(n, width, heap, together=n)
     copy = Engine(
         model,
         state,
