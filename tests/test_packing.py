@@ -299,6 +299,6 @@ def test_slowly_compressed_spheres_are_isostatic():
         scene = carom.Scene.from_frame(sim.frame())
     network = packing_network(sim.frame())
     assert 0.63 < network.packing_fraction < 0.65
-    assert network.rattler_fraction <= 0.065
+    assert 0.005 <= network.rattler_fraction <= 0.065
     assert abs(network.contacts - network.isostatic) <= 2
     assert network.void[1] > 100 * network.void[0]

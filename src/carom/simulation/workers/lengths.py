@@ -63,8 +63,15 @@ class Lengths:
         from carom.engine.neighbors.choice import collision_rate
 
         scene = machine.scene
-        speed = math.sqrt(float(np.mean(np.sum(machine.speeds**2, axis=1))))
-        return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
+        return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, self._speed())
+
+    def flight(self) -> float:
+        """Return the mean free path [length]."""
+        return self._speed() / self.rate()
+
+    def _speed(self) -> float:
+        """Return the root of the mean square speed [length / engine's time]."""
+        return math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
 
     def end(self, start: float, last: float, target: int) -> float | None:
         """Return when a window from ``start`` ends, at ``last`` the latest; None if it is not worth one.

@@ -370,8 +370,7 @@ class Team:
 
     def depths(self) -> tuple[float, float]:
         """Return how deep rims have to be beyond what a part touches, at both ends of a window [length]."""
-        speed = math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
-        return self._rims.depths(self.machine.scene, speed / self._lengths.rate(), self._lengths.held)
+        return self._rims.depths(self.machine.scene, self._lengths.flight(), self._lengths.held)
 
     def close(self) -> None:
         """End the threads."""
