@@ -68,10 +68,9 @@ def main() -> None:
         with soaked(scene, given.collisions, given.every, given.workers) as several:
             compare(one, several)
             shares = several.machine.team.shares
-            processed = shares.processed / shares.collisions
             print(
                 f"n {scene.n}: {given.workers} workers have the bits of one; {shares.windows} windows "
-                f"kept, {shares.repeats} run again, {processed:.3f} collisions processed for one kept"
+                f"kept, {shares.repeats} run again"
             )
 
 

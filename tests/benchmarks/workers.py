@@ -4,8 +4,8 @@
     python tests/benchmarks/workers.py 2 0.70 600000 2        # dimension, packing fraction, n, workers
     python tests/benchmarks/workers.py table                  # two workers, from ten thousand to a million
 
-Both runs must come out with the same bits. The last lines are a model, not a measurement: what the shares of
-these workers mean for more of them, and what the same windows would send between hosts.
+Both runs must come out with the same bits. "One worker" is what happens outside of windows: the last
+collisions before a given number. The last lines of the table are a model, not a measurement.
 """
 
 import itertools
@@ -18,13 +18,12 @@ import numpy as np
 from soak import compare
 
 import carom
-from carom.engine.windows.partition import layout_of, share_out
-from carom.engine.windows.shares import ABSENT, OWN, ZONE
-from carom.simulation.workers.shares import Settings, Shares
+from carom.engine.windows.slabs import ZONES, most_slabs, slabs_of
+from carom.simulation.workers.shares import Shares
 from carom.simulation.workers.team import Team
 
 ROUNDS = 3
-PER_ROUND, LEAST = 12.0, 3_000_000
+PER_ROUND, LEAST = 24.0, 3_000_000
 """Collisions for each particle in a round, and in all at least."""
 
 SCENES = ((2, 0.40), (2, 0.70), (3, 0.30), (3, 0.49))
@@ -56,13 +55,12 @@ class Measured(NamedTuple):
     """Wall time of several [s]."""
 
 
-def measure(scene, workers, window=None):
+def measure(scene, workers):
     """Run a scene with one worker and with several in turn, and compare the bits."""
-    one, several = (carom.Simulation(scene, seed=3) for _ in range(2))
-    team = Team(several.machine, workers, Settings(collisions=window))
-    several.machine.team = team
+    one, several = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3, workers=workers)
+    team = several.machine.team
     for sim in (one, several):  # compile, touch the memory, leave the lattice, go over into an epoch
-        sim.run(collisions_per_particle=20)
+        sim.run(collisions_per_particle=30)
     team.shares = Shares()
     ratios, passed = [], 0.0
     for _ in range(ROUNDS):
@@ -75,97 +73,74 @@ def measure(scene, workers, window=None):
     return Measured(team, ratios, passed)
 
 
-def size(value):
-    """Return the bytes of all arrays in a value."""
-    if isinstance(value, tuple):
-        return sum(map(size, value))
-    return getattr(value, "nbytes", 0)
-
-
-def model(team, workers, ratio):
-    """Print what more workers would do, by volumes of rims and by the shares measured.
-
-    Running takes what it takes here for each cell that is held; everything else takes as long as here, with
-    any number of workers. Nothing is assumed to be lost to a memory that all share.
-    """
-    machine, shares = team.machine, team.shares
-    engine = machine.engine
-    layout = layout_of(engine.neighbors, machine.scene.box, machine.scene.periodic)
-    each = size((engine.state, engine.neighbors)) / machine.scene.n
-
-    def held(parts):
-        flags = share_out(layout, parts, *team.depths()).flags
-        return flags, np.count_nonzero(flags != ABSENT) / flags.shape[1]
-
-    run, rest = shares.run, shares.wall - shares.run - shares.lost
-    alone = ratio * (run + rest)
-    for parts in (workers, 4, 16, 64):
-        flags, volume = held(parts)
-        wall = run * volume / held(workers)[1] * workers / parts + rest
-        rim, zone = (
-            np.count_nonzero(which, axis=1).max() / flags.shape[1] * machine.scene.n * each / 1e6
-            for which in ((flags != ABSENT) & (flags != OWN), flags == ZONE)
-        )
-        print(
-            f"model: {parts:3d} workers: volume with rims {volume:.2f}, ratio {alone / wall:.1f}; "
-            f"between hosts {rim:.1f} MB of rims and {zone:.1f} MB of zones for each and a window"
-        )
+def zone_of(machine, workers):
+    """Return the part of the box that is in zones of borders, or None where there is no room for so many."""
+    neighbors, scene = machine.engine.neighbors, machine.scene
+    if workers > most_slabs(neighbors, scene.box):
+        return None
+    masks = slabs_of(neighbors, scene.box, scene.periodic, workers).masks
+    return float(np.mean(np.bitwise_or.reduce(masks) & ZONES != 0))
 
 
 def table():
-    """Print a row for each scene and size, for two workers."""
-    print(
-        "| d | packing fraction | N | ratio, each round | processed for one kept | "
-        + " | ".join(COLUMNS)
-        + " |"
-    )
-    print("|---" * (5 + len(COLUMNS)) + "|")
+    """Print a row for each scene and size, for two workers, and the model."""
+    print("| d | packing fraction | N | ratio, each round | " + " | ".join(COLUMNS) + " |")
+    print("|---" * (4 + len(COLUMNS)) + "|")
+    zones, costs = [], []
     for (dimension, packing_fraction), n in itertools.product(SCENES, SIZES):
         scene = scene_of(dimension, packing_fraction, n)
-        team, ratios, passed = measure(scene, 2)
-        shares = team.shares
-        row = [str(dimension), f"{packing_fraction:.2f}", str(scene.n)]
-        row += [", ".join(f"{ratio:.2f}" for ratio in ratios)]
-        row += [f"{shares.processed / max(shares.collisions, 1):.2f}"]
-        row += [f"{part / passed:.3f}" for part in columns(shares, passed, 2)]
-        print("| " + " | ".join(row) + " |", flush=True)
+        measured = measure(scene, 2)
+        print(row_of(scene, measured), flush=True)
+        zones.append(zone_of(measured.team.machine, 2))
+        costs.append(2.0 / statistics.median(measured.ratios))
+    model(zones, costs)
 
 
-COLUMNS = (
-    "running",
-    "of it waiting",
-    "rims and copies",
-    "comparing",
-    "merging",
-    "new epochs",
-    "repeats",
-    "one worker",
-)
-"""Of the wall time of several workers."""
+def model(zones, costs):
+    """Print what more workers would do, if all of them together cost what two did for the same zones.
+
+    Parameters
+    ----------
+    zones, costs : lists of floats
+        Part of the box in zones, and wall time of two workers times two over that of one.
+    """
+    slope, base = np.polyfit(zones, costs, 1)
+    print(f"model: workers times wall time = {base:.2f} + {slope:.2f} zones")
+    for (dimension, packing_fraction), n in itertools.product(SCENES, (1_000_000, 10_000_000)):
+        small = carom.Simulation(scene_of(dimension, packing_fraction, 30_000), seed=3).machine
+        edge = (n / small.scene.n) ** (1 / dimension)
+        ratios = []
+        for workers in (4, 16, 64):  # zones are as deep in a larger box
+            zone = min(zone_of(small, 2) * workers / 2 / edge, 1.0)
+            ratios.append(f"{workers} workers {workers / (base + slope * zone):.1f}" if zone < 1.0 else "-")
+        print(f"model: d = {dimension}, {packing_fraction:.2f}, N = {n}: " + ", ".join(ratios))
 
 
-def columns(shares, passed, workers):
-    """Return the seconds of ``COLUMNS``."""
-    waiting = max(shares.run - shares.busy / workers, 0.0)
-    copies = shares.load + shares.store
-    ends = (shares.compare, shares.merge, shares.turn, shares.lost)
-    return (shares.run, waiting, copies, *ends, passed - shares.wall)
+COLUMNS = ("running", "state kept", "adding up", "new epochs", "run again", "one worker")
 
 
-def main(dimension=3, packing_fraction=0.30, n=1_000_000, workers=2, window=None):
-    scene, workers = scene_of(int(dimension), float(packing_fraction), int(n)), int(workers)
-    team, ratios, passed = measure(scene, workers, window)
-    shares = team.shares
-    processed = shares.processed / max(shares.collisions, 1)
-    print(f"median {statistics.median(ratios):.2f}; processed {processed:.3f} a collision")
-    print(f"windows {shares.windows}, run again {shares.repeats}; of {passed:.2f} s:")
-    for name, part in zip(COLUMNS, columns(shares, passed, workers), strict=True):
-        print(f"  {name:15} {part / passed:.3f}")
-    model(team, workers, statistics.median(ratios))
+def row_of(scene, measured):
+    """Return the row of a scene: ratios, and parts of the wall time of several workers."""
+    shares, passed = measured.team.shares, measured.passed
+    parts = (shares.run, shares.keep, shares.merge, shares.turn, shares.lost, passed - shares.wall)
+    cells = [f"{scene.dimension}", f"{scene.packing_fraction:.2f}", f"{scene.n}"]
+    cells += [", ".join(f"{ratio:.2f}" for ratio in measured.ratios)]
+    return "| " + " | ".join(cells + [f"{part / passed:.3f}" for part in parts]) + " |"
+
+
+def main():
+    """Print the table, or one row of it."""
+    if sys.argv[1:] == ["table"]:
+        table()
+        return
+    given = [float(word) for word in sys.argv[1:]]
+    dimension, packing_fraction, n, workers = (given + [3, 0.30, 1_000_000, 2][len(given) :])[:4]
+    scene = scene_of(int(dimension), packing_fraction, int(n))
+    measured = measure(scene, int(workers))
+    shares = measured.team.shares
+    print(row_of(scene, measured))
+    print(f"{shares.windows} windows, {shares.repeats} run again; {measured.team.workers} slabs")
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["table"]:
-        table()
-    else:
-        main(*map(float, sys.argv[1:]))
+    main()

@@ -19,7 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.prefetch import prefetch
-from carom.compiling.registry import inner
+from carom.compiling.registry import inner, optional
+from carom.engine.company import absent, mark, marks_forgotten, sent
 from carom.engine.images import index
 from carom.engine.neighbors.prefetch import HUGE, LARGE, look_ahead
 from carom.engine.state import aligned
@@ -71,14 +72,11 @@ class Calendar(NamedTuple):
     """Heap: entries."""
 
 
-def make_calendar(n: int, width: float, heap: int = 0, together: int = 0) -> Calendar:
-    """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two).
-
-    So many as ``together`` fit into one bucket, because they may all be due at the same time.
-    """
+def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
+    """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
     buckets = max(n // 8, 16)
     # For buckets that fill unevenly; should that not do, the window is laid out anew.
-    lines = max(n // 4, together) // ENTRIES + 64
+    lines = n // (4 * ENTRIES) + 64
     heap = max(heap, 256)
     control = aligned(1, CONTROL)
     control["width"] = width
@@ -159,10 +157,13 @@ def bucket_of(calendar, time):
 @inner
 def insert(calendar, i, time):
     """Enter component i at ``time``."""
+    if sent(calendar, i, time):
+        return
     control = calendar.control[0]
     inside = time < control.end
     bucket = bucket_of(calendar, time if inside else control.start)
     bucket = bucket if inside else buckets_in_window(calendar)
+    mark(calendar, bucket, time, i)
     if bucket <= control.cursor:
         push(calendar, time, np.int32(i))
     else:
@@ -261,22 +262,29 @@ def lay_out(calendar, state, boundary, start, end):
     for b in range(size + 1):
         calendar.buckets[np.uint64(b), 0] = 0
         calendar.buckets[np.uint64(b), 1] = 0
+    marks_forgotten(calendar)
     earliest = NEVER
     for i in range(np.uint64(len(state.partner))):
+        if absent(calendar, i):
+            continue
         time = time_of(state, i)
         earliest = min(earliest, time)
         word = np.int64(state.partner[i])
         j = np.uint64(index(boundary, word)) if word >= 0 else i
         # The other of a pair enters, if it is there to collide. One branch: each condition is a toss.
         enters = (j >= i) | (time == state.leave[i]) | (state.leave[j] < time)
+        if time < control.end and not enters:
+            enters = absent(calendar, j)
         if (time < control.end) & enters:
             insert(calendar, i, time)
     return earliest
 
 
-@inner
+@optional
 def adapt(calendar, n, longest):
-    """Choose the width of the next window's buckets by the cycles counted in this one: a few a bucket."""
+    """Choose the width of the next window's buckets by the cycles counted in this one: a few a bucket; by
+    default, for any calendar.
+    """
     control = calendar.control[0]
     passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
     passed *= AHEAD if n >= HUGE else 1.0

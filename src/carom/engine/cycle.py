@@ -15,6 +15,7 @@ from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
 from carom.engine.calendar import ROOM, adapt, first, lay_out, pop, prefetch_calendar
 from carom.engine.collisions import collide, new_epoch, rebound, woken
+from carom.engine.company import announce, collect, granted, weary
 from carom.engine.constants import (
     IDLE,
     LAMBDA,
@@ -102,6 +103,7 @@ def _run(digest):
         tally = tallies[0]
         control = calendar.control[0]
         while True:
+            collect(calendar, state)
             if control.full != 0:
                 lay_out(calendar, state, model.boundary, clock.now, clock.length)
             if control.waiting + ROOM > len(calendar.due):
@@ -114,9 +116,11 @@ def _run(digest):
             last = clock.epoch == end_epoch
             if chosen == -1:
                 if last and end_time < control.end:
+                    announce(calendar, state, control.end)
                     return REACHED_TIME
                 if tally.collisions >= collisions:  # the present stays that of the last collision
                     return REACHED_COLLISIONS
+                announce(calendar, state, control.end)
                 adapt(calendar, len(state.partner), clock.length)
                 start = control.end
                 if start >= clock.length:
@@ -124,11 +128,12 @@ def _run(digest):
                     begin_epoch(neighbors, model, state, tally)
                     start = 0.0
                 if lay_out(calendar, state, model.boundary, start, clock.length) == NEVER:
+                    announce(calendar, state, NEVER)
                     return IDLE
                 continue
             i = np.uint64(chosen)
-            leaves = leaves_first(state, i)
             now = calendar.due[0]
+            announce(calendar, state, now)
             if (last and now > end_time) or clock.epoch > end_epoch:
                 return REACHED_TIME
             if tally.collisions >= collisions:
@@ -137,8 +142,13 @@ def _run(digest):
                 return SPENT
             if log_full(log):
                 return NEEDS_LOG
+            if not granted(calendar, state, model.boundary, i, now):
+                if weary(calendar):
+                    return SPENT
+                continue
             cycles -= 1
             control.cycles += 1
+            leaves = leaves_first(state, i)
             clock.now = now
             if leaves:
                 done, words, begin, count = transit(neighbors, model.motion, model.boundary, state, i, now)

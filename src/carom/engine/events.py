@@ -12,7 +12,7 @@ from carom.engine.live import Live
 from carom.engine.neighbors.interface import transit_time
 from carom.engine.obstacles import Obstacles, soonest
 from carom.engine.rules import wait
-from carom.engine.search import NOBODY_MET, RowSight, meet, moment_before, note, search
+from carom.engine.search import NOBODY_MET, RowSight, meet, moment_before, search
 from carom.models.free_flight import Inertial
 from carom.models.interface import NEVER, velocity
 from carom.models.units import NOBODY, Units
@@ -275,7 +275,6 @@ def enqueue(state, calendar, i):
 def schedule_transit(model, state, neighbors, i, now):
     """Find when component i leaves its sector (the paper's line 5): its row or its sector is a new one."""
     state.leave[i] = transit_time(neighbors, model.motion, model.boundary, state, i, now)
-    note(model.sight, state, neighbors, i)
 
 
 @inner

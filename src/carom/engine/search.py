@@ -8,7 +8,7 @@ import numpy as np
 
 from carom.compiling.columns import LANES, WIDTH, spread
 from carom.compiling.lanes import candidate, line_up_fields, lined
-from carom.compiling.registry import fast, inner, optional, required
+from carom.compiling.registry import fast, inner, required
 from carom.engine.images import NearestImage, SectorImage, index, index_bits, separation
 from carom.engine.neighbors.interface import candidates, first_met, first_newcomer
 from carom.engine.neighbors.lists import Lists
@@ -209,12 +209,6 @@ def _(sight: None, model, state, i, word, now, t):
     rr, rv, vv = relative(model, state, i, word, now)
     t, clamped = surely(model.boundary, model.pair, np.int64(i), word, rr, rv, vv, now)
     return now + t, clamped
-
-
-@optional
-def note(sight, state, neighbors, i):
-    """Take notice of a new row or a new sector of component i; by default nobody does."""
-    return
 
 
 @inner

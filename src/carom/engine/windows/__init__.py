@@ -1,5 +1,4 @@
-"""Windows of time: parts of the box run by themselves, and are compared afterwards (decision 41).
+"""One box in several parts, each run by a thread: slabs, whose turn it is, and what each part counts.
 
-Each part runs the ordinary main cycle on a copy of the system. These modules make, watch and join the
-copies; nothing here starts a thread.
+All parts work on one state. Nothing here starts a thread.
 """

@@ -1,7 +1,8 @@
-"""Copies of an engine, each for one part of the box."""
+"""The engine as each of several parts of the box sees it."""
 
 from __future__ import annotations
 
+import os
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,10 +18,12 @@ from carom.engine.parts import Engine
 from carom.engine.search import RowSight
 from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
-from carom.engine.windows.hooks import Gathered, Page, Watched
-from carom.engine.windows.shares import OWN, Share
+from carom.engine.windows.ledger import Gathered, Page
+from carom.engine.windows.slabs import STRIPS, Slabs
+from carom.engine.windows.turns import DESK, LINE, MAIL, NOTES, PAST, Board, PartCalendar
 from carom.models.free_flight import Inertial
-from carom.models.interface import age, begin, complaint, growth, take_over, taken_up
+from carom.models.gravity import Falling
+from carom.models.interface import NEVER, age, begin, complaint, growth, take_over, taken_up
 
 MEMORY = (age, begin, complaint, growth, take_over, taken_up)
 """Questions that only a pair model answers whose arrays change during a run."""
@@ -44,6 +47,8 @@ def obstacle_to_windows(engine: Engine) -> str | None:
         return "a pair model with a memory"
     if model.obstacles is not None and model.obstacles.live is not None:
         return "obstacles that move or lose energy"
+    if not isinstance(model.motion, Inertial | Falling):
+        return "a motion in which what flies apart may come back"
     if model.obstacles is not None and not isinstance(model.motion, Inertial):
         return "walls or obstacles in a field"
     if model.currents is not None or model.flights is not None:
@@ -63,66 +68,131 @@ def clone(value: Any) -> Any:
     return value
 
 
-def share_of(engine: Engine, here: np.ndarray) -> Share:
-    """Return the arrays of an engine that are filled and handed back."""
-    state = engine.state
-    bits = state.rows.view(np.ndarray).view(np.uint64).reshape(len(state.rows), -1)
-    return Share(state.rows, bits, state.partner, state.leave, state.images, engine.neighbors, here)
-
-
 class Part(NamedTuple):
-    """A copy of an engine for one part of the box."""
+    """The engine as one part sees it: one state and one neighbour scheme, and a calendar of its own."""
 
     engine: Engine
-    """The copy; its tally of species is what it gathers."""
-    share: Share
-    """Its arrays."""
+    """Its tally of species is what it gathers."""
     gathered: Gathered
-    """The collisions in its own cells."""
-    digests: np.ndarray
-    """Of what happened in each cell that is compared, (cells,) uint64."""
+    """Its collisions."""
 
 
-def make_part(engine: Engine, flags: np.ndarray, page: Page) -> Part:
-    """Return a copy of an engine for one of several parts. Nothing is loaded into it yet."""
-    state = clone(engine.state)
+PATIENCE, HURRY = 4096, 64
+"""Refusals after which a thread lets others go first, where each has a core of its own, and where not."""
+
+
+def cores() -> int:
+    """Return the cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+SCRATCH: dict[type, tuple[str, ...]] = {
+    Sectors: ("near", "words"),
+    Lists: ("grid", "found", "points", "sizes", "newcomers", "hits"),
+}
+"""What a neighbour scheme has for the search at hand alone."""
+
+
+def make_board(parts: int, dimension: int) -> Board:
+    """Return an empty board."""
+    return Board(
+        clocks=aligned(LINE * parts, np.float64).reshape(parts, LINE),
+        inbox=aligned(LINE * parts, np.int64).reshape(parts, LINE),
+        taken=aligned(LINE * parts, np.int64).reshape(parts, LINE),
+        mail=aligned(2 * MAIL * parts, np.int32).reshape(parts, 2, MAIL),
+        locks=aligned(LINE * parts, np.int64).reshape(parts, LINE),
+        times=aligned(PAST * parts, np.float64).reshape(parts, PAST),
+        whose=aligned(PAST * parts, np.int64).reshape(parts, PAST),
+        places=aligned(PAST * dimension * parts, np.int64).reshape(parts, PAST, dimension),
+        due=aligned(2 * STRIPS * parts, np.float64).reshape(parts, 2, STRIPS),
+    )
+
+
+def make_part(engine: Engine, k: int, slabs: Slabs, board: Board, page: Page) -> Part:
+    """Return an engine as part k of several sees it. Its calendar is to be laid out yet."""
+    parts, dimension = len(slabs.masks), len(slabs.near)
+    state = engine.state._replace(clock=clone(engine.state.clock), block=clone(engine.state.block))
+    scratch = SCRATCH[type(engine.neighbors)]
+    neighbors: Any = engine.neighbors._replace(
+        **{name: clone(getattr(engine.neighbors, name)) for name in scratch}
+    )
     n = len(state.partner)
-    digests = aligned(len(flags), np.uint64)
-    neighbors = clone(engine.neighbors)
-    gathered = Gathered(neighbors, flags, aligned(1, np.float64), page)
+    plain = make_calendar(n // parts, float(engine.calendar.control.width[0]), len(engine.calendar.due))
+    desk = aligned(1, DESK)
+    desk["patience"] = PATIENCE if parts <= cores() else HURRY
+    desk["me"], desk["parts"], desk["axis"], desk["along"] = k, parts, slabs.axis, slabs.along
+    calendar = PartCalendar(
+        *plain,
+        neighbors=neighbors,
+        desk=desk.view(np.recarray),
+        board=board,
+        mask=clone(slabs.masks[k]),
+        strips=slabs.strips,
+        layers=slabs.layers,
+        near=slabs.near,
+        times=aligned(PAST, np.float64),
+        places=aligned(PAST * dimension, np.int64).reshape(PAST, dimension),
+        notes=aligned(2 * NOTES, np.float64).reshape(2, NOTES),
+        where=aligned(2 * NOTES, np.int64).reshape(2, NOTES),
+        flags=aligned(len(plain.buckets), np.uint8),
+    )
     model = engine.model._replace(
-        lanes=make_lanes(engine.model.pair),
-        obstacles=clone(engine.model.obstacles),
-        sight=Watched(engine.model.sight, flags, digests),
+        lanes=make_lanes(engine.model.pair), obstacles=clone(engine.model.obstacles)
     )
-    width, heap = float(engine.calendar.control.width[0]), len(engine.calendar.due)
-    # All whom another part can touch are due when a window begins.
-    calendar = make_calendar(n, width, heap, together=n)
-    copy = Engine(
-        model,
-        state,
-        neighbors,
-        calendar,
-        aligned(1, TALLY).view(np.recarray),
-        gathered,  # type: ignore[arg-type]
-    )
-    return Part(copy, share_of(copy, np.full(n, OWN, np.uint8)), gathered, digests)
+    gathered = Gathered(aligned(1, np.float64), page)
+    tallies = aligned(1, TALLY).view(np.recarray)
+    return Part(Engine(model, state, neighbors, calendar, tallies, gathered), gathered)  # type: ignore[arg-type]
 
 
-def with_neighbors(part: Part, neighbors: Any) -> Part:
-    """Return a part with a copy of a neighbour scheme that has more room, everything else kept."""
-    fresh = clone(neighbors)
-    gathered = part.gathered._replace(neighbors=fresh)
-    engine = part.engine._replace(neighbors=fresh, by_species=gathered)  # type: ignore[arg-type]
-    return Part(engine, part.share._replace(neighbors=fresh), gathered, part.digests)
+def begin_window(parts: list[Part], epoch: int, start: float, lead: float) -> None:
+    """Let all parts begin a window, with empty tallies and no messages.
+
+    ``lead`` is how far one may be ahead of another, in widths of a bucket.
+    """
+    board = parts[0].engine.calendar.board  # type: ignore[attr-defined]
+    board.clocks[:, 0], board.clocks[:, 1] = start, -NEVER
+    for shared in (board.inbox, board.taken, board.locks):
+        shared[:] = 0
+    for part in parts:
+        calendar: Any = part.engine.calendar
+        desk, clock = calendar.desk.view(np.ndarray), part.engine.state.clock
+        clock.epoch[0], clock.now[0] = epoch, start
+        for name in ("locked", "refused", "passed", "written", "read", "fresh"):
+            desk[name] = 0
+        for name in ("latest", "told", "sight"):
+            desk[name] = -NEVER
+        desk["unread"], desk["lead"] = NEVER, lead
+        calendar.times[:] = -NEVER
+        part.engine.tallies.view(np.ndarray)[:] = 0
 
 
-def restart(engine: Engine, epoch: int, now: float) -> None:
-    """Build the calendar of an engine anew, at a time within an epoch."""
+def stop(parts: list[Part]) -> None:
+    """Let all parts stop at their next refusal."""
+    parts[0].engine.calendar.board.inbox[:, 2] = 1  # type: ignore[attr-defined]
+
+
+def stopped(parts: list[Part]) -> bool:
+    """Tell whether all parts are to stop."""
+    return bool(parts[0].engine.calendar.board.inbox[:, 2].any())  # type: ignore[attr-defined]
+
+
+def has_mail(part: Part) -> bool:
+    """Tell whether a part, which does not run, has messages to read."""
+    calendar: Any = part.engine.calendar
+    desk = calendar.desk[0]
+    return bool((calendar.board.inbox[int(desk.me), :2] != desk.read).any())
+
+
+def restart(engine: Engine, epoch: int, now: float, width: float | None = None) -> None:
+    """Let the calendar of an engine be laid out anew, at a time within an epoch, perhaps with another width
+    of its buckets.
+    """
     clock, control = engine.state.clock, engine.calendar.control
     clock.epoch[0], clock.now[0] = epoch, now
-    if control.full[0] == 0:
-        control.width[0] *= 2.0  # which the cycle halves where lines ran out
+    if width is not None:
+        control.width[0] = 2.0 * width  # the cycle halves it, as where lines ran out
+    elif control.full[0] == 0:
+        control.width[0] *= 2.0
     control.full[0] = 1
 
 

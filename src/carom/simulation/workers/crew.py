@@ -28,12 +28,13 @@ class Crew:
         self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
         self._seen = {"<lambda>"}
 
-    def each(self, step: Callable[..., Any], *arguments: Any) -> list[Any]:
+    def each(self, step: Callable[..., Any], *arguments: Any, together: bool = False) -> list[Any]:
         """Call ``step(k, *arguments)`` for every worker k, each in its thread, and return what they return.
 
-        The first time they go one after the other, in this thread: that is when the step is compiled.
+        The first time they go one after the other, in this thread: that is when the step is compiled. They do
+        not where they need each other, ``together``: such a step has been compiled before.
         """
-        if self._pool is None or step.__name__ not in self._seen:
+        if self._pool is None or not (together or step.__name__ in self._seen):
             self._seen.add(step.__name__)
             return [step(k, *arguments) for k in range(self.workers)]
         self.stopping.clear()

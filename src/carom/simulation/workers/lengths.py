@@ -11,17 +11,14 @@ import numpy as np
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
 
-LENGTHS = {2: 4.0}
-"""Collisions a particle that a window holds in some dimensions: longer in the plane, where rims are thin."""
-
-LENGTH = 2.0
-"""Collisions a particle that a window holds elsewhere."""
+LENGTH = 4.0
+"""Collisions a particle that a window holds: what is lost at most where it must be run again."""
 
 FEWEST = 32
 """Collisions below which it never pays."""
 
-CROWDED = 1.25
-"""Collisions over those that a window should hold, from which on the rate must have been another one."""
+SEEN = 0.1
+"""Collisions a particle from which a rate follows."""
 
 
 @dataclass
@@ -38,40 +35,38 @@ class Lengths:
         Collisions a particle below which a stretch is left to the plain cycle.
     length : float
         Length of the next window [engine's time], 0 before the first.
-    known_rate : float
-        Collisions of a particle a time, as the last window had them [1 / engine's time], 0 before the first.
     failed : int
-        Windows in a row whose parts disagreed.
+        Windows in a row that were lost.
     """
 
     machine: Machine
     held: float
     least: float
     length: float = 0.0
-    known_rate: float = 0.0
     failed: int = 0
+
+    def __post_init__(self) -> None:
+        self._known = 0.0  # rate of a particle, as it was found last
+        self._counted = self.machine.collisions
+        self._instant = self.machine.clock.instant
 
     def rate(self) -> float:
         """Return the collisions of a particle a time [1 / engine's time]."""
         machine = self.machine
-        if self.known_rate > 0.0:
-            return self.known_rate
-        passed = float(machine.clock.since_base(machine.clock.instant))
-        seen = machine.collisions - machine.counted
-        if seen >= machine.scene.n and passed > 0.0:
-            return 2.0 * seen / (machine.scene.n * passed)
+        n = machine.scene.n
+        seen = 2.0 * (machine.collisions - self._counted) / n
+        if seen >= SEEN:
+            clock = machine.clock
+            passed = float(clock.since_base(clock.instant) - clock.since_base(self._instant))
+            self._known = seen / passed if passed > 0.0 else self._known
+            self._counted, self._instant = machine.collisions, clock.instant
+        if self._known > 0.0:
+            return self._known
         from carom.engine.neighbors.choice import collision_rate
 
         scene = machine.scene
-        return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, self._speed())
-
-    def flight(self) -> float:
-        """Return the mean free path [length]."""
-        return self._speed() / self.rate()
-
-    def _speed(self) -> float:
-        """Return the root of the mean square speed [length / engine's time]."""
-        return math.sqrt(float(np.mean(np.sum(self.machine.speeds**2, axis=1))))
+        speed = math.sqrt(float(np.mean(np.sum(machine.speeds**2, axis=1))))
+        return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
 
     def end(self, start: float, last: float, target: int) -> float | None:
         """Return when a window from ``start`` ends, at ``last`` the latest; None if it is not worth one.
@@ -84,12 +79,13 @@ class Lengths:
             Number of the collision at which the run ends; windows stay short of it.
         """
         machine = self.machine
-        if self.length == 0.0:
-            self.length = self.held / self.rate()
+        rate = self.rate()
+        if self.failed == 0:
+            self.length = self.held / rate
         # What is left of the epoch in windows of one length: a short one costs nearly as much as a long one.
         length = (last - start) / max(math.ceil((last - start) / self.length - 0.02), 1)
         left = target - machine.collisions
-        rate = 0.5 * machine.scene.n * self.rate()  # of all collisions
+        rate *= 0.5 * machine.scene.n  # of all collisions
         if left < 2**60:
             # Short of it in spite of fluctuations: a window that goes beyond is of no use.
             ahead = min(left, rate * length)
@@ -99,27 +95,10 @@ class Lengths:
         end = start + length
         return last if end > last - 1e-9 * length else end
 
-    def kept(self, count: int, length: float) -> None:
-        """Learn from a window that was kept: its collisions, and its length [engine's time]."""
+    def kept(self) -> None:
+        """Learn that a window was kept."""
         self.failed = 0
-        if count > 0:
-            self.known_rate = 2.0 * count / (self.machine.scene.n * length)
-            self.length = min(self.held / self.known_rate, 2.0 * self.length)
 
-    def lost(self, count: int, length: float, alike: bool) -> bool:
-        """Halve the length after a window that was lost; ``alike`` tells whether its parts agreed.
-
-        Returns
-        -------
-        crowded : bool
-            Whether it held more collisions than rims are made for: the rate was not the one expected, and
-            is known now.
-        """
-        self.length = 0.5 * length
-        self.failed += not alike
-        held = 2.0 * count / self.machine.scene.n
-        crowded = held > CROWDED * self.held
-        if crowded:
-            self.known_rate = held / length
-            self.length = min(self.length, self.held / self.known_rate)
-        return crowded
+    def lost(self, length: float) -> None:
+        """Halve the length after a window that was lost."""
+        self.length, self.failed = 0.5 * length, self.failed + 1

@@ -7,6 +7,12 @@ from dataclasses import dataclass
 SHARE = 0.02
 """Collisions for each particle below which a stretch is not worth a window."""
 
+LEAD = 8.0
+"""Widths of a bucket, of a few cycles each, that a part may be ahead of another."""
+
+MANY = 100_000
+"""Components below which that is less, in proportion: more often something comes late then."""
+
 
 @dataclass
 class Shares:
@@ -18,27 +24,21 @@ class Shares:
         Windows that were kept, and that were run again.
     collisions : int
         Collisions in windows that were kept.
-    processed : int
-        Collisions that the workers went through for them, rims included.
     wall : float
         Wall time in windows [s].
-    load, run, compare, store, merge, turn, lost : float
-        Of it: filling rims, running, comparing, handing back, adding up, going over into the next epoch, and
-        windows that were run again.
+    keep, run, merge, turn, lost : float
+        Of it: keeping the state that a window begins with, running, adding up, going over into the next
+        epoch, and windows that were run again.
     busy : float
-        CPU time of all workers together in ``run`` [s]: what is missing to ``run`` times the workers is
-        waiting.
+        CPU time of all workers together in ``run`` [s].
     """
 
     windows: int = 0
     repeats: int = 0
     collisions: int = 0
-    processed: int = 0
     wall: float = 0.0
-    load: float = 0.0
+    keep: float = 0.0
     run: float = 0.0
-    compare: float = 0.0
-    store: float = 0.0
     merge: float = 0.0
     turn: float = 0.0
     lost: float = 0.0
@@ -47,18 +47,19 @@ class Shares:
 
 @dataclass
 class Settings:
-    """How long windows are and how deep rims.
+    """How long windows are, and how far parts may be ahead of each other.
 
     Attributes
     ----------
     collisions : float or None
         Collisions a particle that a window should hold, or None for what was measured to be good.
-    depth : float or None
-        Depth of the rims beyond what a part touches [length], or None for as deep as needed.
+    lead : float or None
+        Widths of a bucket that a part may be ahead of another at a border, or None for what was measured to
+        be good. It becomes half as much where a window is lost by it.
     least : float
         Collisions a particle below which a stretch is left to the plain cycle.
     """
 
     collisions: float | None = None
-    depth: float | None = None
+    lead: float | None = None
     least: float = SHARE

@@ -1,8 +1,9 @@
-"""One system on several threads: windows of time that are run in parts, compared, and kept or repeated."""
+"""One system on several threads: windows of time that all parts run together, kept or run again."""
 
 from __future__ import annotations
 
 import math
+import threading
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -10,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.simulation.workers.crew import Crew
-from carom.simulation.workers.lengths import LENGTH, LENGTHS, Lengths
-from carom.simulation.workers.rims import Rims
-from carom.simulation.workers.shares import Settings, Shares
+from carom.simulation.workers.lengths import LENGTH, Lengths
+from carom.simulation.workers.shares import LEAD, MANY, Settings, Shares
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
@@ -20,11 +20,17 @@ if TYPE_CHECKING:
 CYCLES = 200_000
 """Cycles in one call of a worker: between two, it looks whether it is to stop."""
 
-SHORTAGE = 0.01
-"""Part of a window after a shortage of room that is left to the plain cycle: it was none in the whole."""
-
 PATIENCE = 6
 """Times that a window is run again, half as long each time, before the plain cycle takes it over."""
+
+EVENTS = 0.7
+"""Events of a part for each collision of a particle there, about."""
+
+MORE, LEAST_ROOM = 1.5, 4096
+"""Room for collisions in a window, over those that a part should have, and in addition."""
+
+STREAK = 16
+"""Windows kept in a row after which parts may be further ahead of each other again."""
 
 
 @dataclass
@@ -34,11 +40,11 @@ class Team:
     Attributes
     ----------
     machine : Machine
-        What runs. Its arrays always hold the true state, of the end of the window kept last.
+        What runs. Between two windows its arrays hold the true state.
     workers : int
         How many threads.
     settings : Settings
-        How long windows are and how deep rims.
+        How long windows are, and how far parts may be ahead of each other.
     shares : Shares
         Where the time went.
     """
@@ -50,20 +56,26 @@ class Team:
 
     def __post_init__(self) -> None:
         wanted = self.settings.collisions
-        held = LENGTHS.get(self.machine.scene.dimension, LENGTH) if wanted is None else wanted
         self._crew = Crew(self.workers)
-        self._lengths = Lengths(self.machine, held, self.settings.least)
-        self._rims = Rims(self.settings.depth)
-        self._cut = 1.0  # factor that the partition was made with
+        self._lengths = Lengths(self.machine, LENGTH if wanted is None else wanted, self.settings.least)
+        lead = self.settings.lead
+        self._most = LEAD * min(1.0, self.machine.scene.n / MANY) if lead is None else lead
+        self._lead = self._most
+        self._streak = 0
         self._engine: Any = None
         self._ledger: Any = None
-        self._partition: Any = None
-        self._truth: Any = None
-        self._limit = math.inf  # time at which a window is lost already
+        self._room = 0
         self._parts: list[Any] = []
-        self._fresh = False  # whether every part holds the true state of its own cells
+        self._kept: tuple[np.ndarray, np.ndarray | None] | None = None
+        self._width = 0.0  # of the buckets of all parts
+        self._settled = True  # whether the last window was kept, or undone
+        self._fresh = False  # whether the calendars of the parts are those of the true state
         self._mark: tuple[Any, ...] = ()
-        self._plain = (-1, 0.0, 0.0)  # epoch, and from when until when the plain cycle is to run
+        self._plain = (-1, 0.0)  # epoch, and until when the plain cycle is to run
+        self._idle: list[bool] = []
+        self._busy: list[float] = []
+        self._idling = threading.Lock()
+        self._over = threading.Event()
 
     # One window -------------------------------------------------------------------------------------------
 
@@ -89,178 +101,217 @@ class Team:
             return int(stop[0]) > epoch and self._turn(epoch)
         if int(stop[0]) == epoch:
             last = min(last, float(stop[1]))
-        if epoch == self._plain[0] and self._engine is not None:
-            _, first, until = self._plain
-            if self._engine.neighbors is not machine.engine.neighbors:  # what there was to do is done
-                self._plain = (-1, 0.0, 0.0)
-            elif start < first:
-                last = min(last, first)
-            elif start < until:
-                return False
+        if epoch == self._plain[0] and start < self._plain[1]:  # windows did not get over this
+            return False
         end = self._lengths.end(start, last, target)
-        return end is not None and self._run(epoch, start, end, target)
+        return end is not None and self._fits() and self._run(epoch, start, end, target)
+
+    def _fits(self) -> bool:
+        """Return whether the box has room for the slabs, with the neighbour scheme that the run has now."""
+        from carom.engine.windows.slabs import most_slabs
+
+        neighbors: Any = self.machine.engine.neighbors
+        return self.workers == 1 or self.workers <= most_slabs(neighbors, self.machine.scene.box)
 
     def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
         from carom.compiling.held import signals_held
-        from carom.engine import constants
-        from carom.engine.windows.parts import restart
+        from carom.engine.windows.parts import begin_window
 
         began = time.perf_counter()
-        shares = self.shares
-        self._ready()
+        self._ready(epoch, start)
+        self._ledger.used[:] = 0
+        begin_window(self._parts, epoch, start, self._lead)
+        self._crew.each(self._keep)
+        self._fresh = self._settled = False
+        self._idle = [False] * self.workers
+        self._over.clear()
+        kept = time.perf_counter()
         try:
-            self._crew.each(self._load)
-            loaded = time.perf_counter()
-            self._ledger.used[:] = 0
-            for part in self._parts:
-                restart(part.engine, epoch, start)
-                part.engine.tallies.view(np.ndarray)[:] = 0
-                part.digests[:] = 0
-            self._limit = end
-            codes = self._crew.each(self._advance, epoch, end)
+            codes = self._crew.each(self._advance, epoch, end, together=True)
             ran = time.perf_counter()
-            alike = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
-            alike = alike and all(self._crew.each(self._agree))
-            compared = time.perf_counter()
+            with signals_held():
+                good = self._settle(codes, epoch, start, end, target)
         except BaseException:  # Ctrl-C: the true state is that of the beginning
-            self._fresh = False
+            if not self._settled:
+                self._back(epoch, start)
             raise
-        own = [self._own_of(k) for k in range(self.workers)]
-        count = sum(own)
-        if not alike or self.machine.collisions + count >= target:
-            self._again(codes, epoch, end, end - start, alike, count)
-            shares.lost += time.perf_counter() - began
-            shares.wall += time.perf_counter() - began
-            return True
-        with signals_held():
-            self._crew.each(self._store, end)
-            stored = time.perf_counter()
-            self._merge(own)
-            self._at(epoch, end)
-        self._lengths.kept(count, end - start)
-        self._rims.kept()
-        now = time.perf_counter()
-        shares.windows += 1
-        shares.collisions += count
-        shares.processed += sum(int(part.engine.tallies.collisions[0]) for part in self._parts)
-        shares.busy += sum(self._busy)
-        shares.load += loaded - began
-        shares.run += ran - loaded
-        shares.compare += compared - ran
-        shares.store += stored - compared
-        shares.merge += now - stored
+        shares, now = self.shares, time.perf_counter()
         shares.wall += now - began
+        if not good:
+            shares.repeats += 1
+            shares.lost += now - began
+            return True
+        shares.windows += 1
+        shares.busy += sum(self._busy)
+        shares.keep += kept - began
+        shares.run += ran - kept
+        shares.merge += now - ran
         return True
 
+    def _settle(self, codes: list[int], epoch: int, start: float, end: float, target: int) -> bool:
+        """Keep a window, or go back to its beginning; return which of the two."""
+        from carom.engine import constants
+        from carom.engine.windows.ledger import put_in_order
+        from carom.engine.windows.parts import stopped
+
+        reached = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
+        reached = reached and not stopped(self._parts)
+        count = self._pairs()
+        good = reached and self.machine.collisions + count < target
+        if good:
+            put_in_order(self._ledger)
+            self._merge()
+            self._at(epoch, end)
+            self._fresh = True
+            self.shares.collisions += count
+            self._learn()
+        else:
+            if constants.NEEDS_NEIGHBORS in codes:
+                self.machine.enlarge_neighbors()
+            self._back(epoch, start)
+            self._again(codes, epoch, end, end - start, reached)
+        self._settled = True
+        return good
+
     def _turn(self, epoch: int) -> bool:
-        """Begin the next epoch with all parts, where all has happened that was due in this one."""
+        """Begin the next epoch with all workers, where all has happened that was due in this one."""
         from carom.compiling.held import signals_held
 
         if not self._fresh or self._mark != self._state():
             return False
         began = time.perf_counter()
         with signals_held():
-            self._crew.each(self._turn_part)
-            self._crew.each(self._renew_part)
+            self._crew.each(self._turn_some)
+            self._crew.each(self._renew_some)
             self._at(epoch + 1, 0.0)
+        self._fresh = False
         passed = time.perf_counter() - began
         self.shares.turn += passed
         self.shares.wall += passed
         return True
 
     def _at(self, epoch: int, now: float) -> None:
-        """Note that the true state, and that of all parts in their own cells, is now of this time."""
+        """Note that the true state is now of this time."""
         from carom.engine.windows.parts import restart
 
         restart(self.machine.engine, epoch, now)
         self.machine.clock.epoch, self.machine.clock.offset = epoch, now
         self._mark = self._state()
-        self._fresh = True
 
     # Its steps --------------------------------------------------------------------------------------------
 
-    def _load(self, k: int) -> None:
-        from carom.engine.windows.exchange import load, refresh
+    def _mine(self, k: int) -> tuple[int, int]:
+        """Return the share of worker k of what is done for one component after the other."""
+        n = self.machine.scene.n
+        return n * k // self.workers, n * (k + 1) // self.workers
 
-        fill = refresh if self._fresh else load
-        fill(self._parts[k].share, self._truth, self._partition.flags[k])
+    def _keep(self, k: int) -> None:
+        """Copy rows and images, for the case that the window is lost."""
+        assert self._kept is not None
+        state: Any = self.machine.engine.state
+        mine = slice(*self._mine(k))
+        rows, images = self._kept
+        rows[mine] = state.rows.view(np.ndarray)[mine]
+        if images is not None:
+            images[mine] = state.images[mine]
 
-    def _turn_part(self, k: int) -> None:
-        from carom.engine.windows.exchange import turn
+    def _back(self, epoch: int, start: float) -> None:
+        """Go back to the beginning of a window that was lost: scheduling leaves no trace."""
+        from carom.compiling.held import signals_held
 
-        self._in_both(k, turn)
+        assert self._kept is not None
+        machine = self.machine
+        state: Any = machine.engine.state
+        rows, images = self._kept
+        with signals_held():
+            state.rows.view(np.ndarray)[: len(rows)] = rows
+            if images is not None:
+                state.images[...] = images
+            state.clock.epoch[0], state.clock.now[0] = epoch, start
+            machine.scheduled = False
+        machine.schedule()
 
-    def _renew_part(self, k: int) -> None:
-        from carom.engine.windows.exchange import renew_all
+    def _turn_some(self, k: int) -> None:
+        from carom.engine.windows.epochs import turn
 
-        self._in_both(k, renew_all)
+        engine = self.machine.engine
+        turn(engine.model, engine.state, engine.neighbors, *map(np.int64, self._mine(k)))
 
-    def _in_both(self, k: int, step: Any) -> None:
-        """Take a step of an epoch with all components of a copy, and with this part's share of the truth."""
-        machine, part = self.machine, self._parts[k]
-        n, workers = machine.scene.n, self.workers
-        model = machine.engine.model
-        step(model, part.share, part.engine.state, np.int64(0), np.int64(n))
-        begin, end = n * k // workers, n * (k + 1) // workers
-        step(model, self._truth, machine.engine.state, np.int64(begin), np.int64(end))
+    def _renew_some(self, k: int) -> None:
+        from carom.engine.windows.epochs import renew_all
+
+        engine = self.machine.engine
+        renew_all(engine.model, engine.state, *map(np.int64, self._mine(k)))
 
     def _advance(self, k: int, epoch: int, end: float) -> int:
-        from carom.engine import constants, cycle
-        from carom.engine.windows.exchange import give_up
-        from carom.engine.windows.partition import STAGES
-        from carom.engine.windows.parts import with_larger_heap
+        from carom.engine.windows.parts import stop
+
+        began = time.thread_time()
+        try:
+            return self._to_the_end(k, epoch, end)
+        except BaseException:  # the others do not wait for it
+            stop(self._parts)
+            raise
+        finally:
+            self._busy[k] = time.thread_time() - began
+
+    def _to_the_end(self, k: int, epoch: int, end: float) -> int:
+        """Run part k to the end of the window, or until all are to stop."""
+        from carom.engine import constants
+        from carom.engine.windows.parts import stop, stopped, with_larger_heap
 
         code = constants.SPENT
-        began = time.thread_time()
-        start, stage = float(self._parts[k].engine.state.clock.now[0]), 1
         while not self._crew.stopping.is_set():
-            part = self._parts[k]
-            then = end if stage == STAGES else start + (end - start) * (stage / STAGES)
-            until = np.int64(epoch), min(then, self._limit)
-            code = cycle.run(*part.engine, part.gathered, *until, np.int64(2**62), np.int64(CYCLES))
-            if code in (constants.REACHED_TIME, constants.IDLE) and stage < STAGES and then <= self._limit:
-                boundary, stages = part.engine.model.boundary, self._partition.stages[k]
-                give_up(part.share, boundary, stages, np.int64(stage))
-                stage += 1
+            code = self._cycle(k, epoch, end)
+            if code in (constants.REACHED_TIME, constants.IDLE):
+                if self._rest(k):
+                    break
             elif code == constants.NEEDS_HEAP:
-                self._parts[k] = with_larger_heap(part)
-            elif code == constants.NEEDS_NEIGHBORS:
-                # The window is lost: what the others do after this is of no use.
-                self._limit = min(self._limit, float(part.engine.state.clock.now[0]))
-                break
+                self._parts[k] = with_larger_heap(self._parts[k])
             elif code != constants.SPENT:
+                stop(self._parts)
                 break
-        self._busy[k] = time.thread_time() - began
-        return int(code)
+            elif stopped(self._parts):
+                break
+        return code
 
-    def _agree(self, k: int) -> bool:
-        """Return whether the same happened in the zone of a part and in the copies of its owners."""
-        from carom.engine.windows.shares import ZONE
+    def _cycle(self, k: int, epoch: int, end: float) -> int:
+        from carom.engine import cycle
 
-        owners, flags, _ = self._partition
-        zone = flags[k] == ZONE
-        return all(
-            np.array_equal(self._parts[k].digests[cells], self._parts[other].digests[cells])
-            for other in self._beside[k]
-            for cells in [zone & (owners == other)]
-        )
+        part = self._parts[k]
+        until = np.int64(epoch), end
+        return int(cycle.run(*part.engine, part.gathered, *until, np.int64(2**62), np.int64(CYCLES)))
 
-    def _store(self, k: int, end: float) -> None:
-        from carom.engine.windows.exchange import loosen, store
+    def _rest(self, k: int) -> bool:
+        """Wait at the end of the window; False if part k has messages to read, True if all is over."""
+        from carom.engine.windows.parts import has_mail, stopped
 
-        part, flags = self._parts[k], self._partition.flags[k]
-        boundary = part.engine.model.boundary
-        loosen(part.share, boundary, flags, end)
-        store(part.share, self._truth, boundary, flags)
+        with self._idling:
+            self._idle[k] = True
+            if all(self._idle) and not any(map(has_mail, self._parts)):
+                self._over.set()
+        while not self._over.is_set():
+            if self._crew.stopping.is_set() or stopped(self._parts):
+                return True
+            if has_mail(self._parts[k]):
+                with self._idling:
+                    self._idle[k] = False
+                return False
+            time.sleep(0)
+        return True
 
-    def _merge(self, own: list[int]) -> None:
-        from carom.engine.windows.hooks import merge
+    def _merge(self) -> None:
+        from carom.engine.windows.ledger import merge
 
         machine, engine = self.machine, self.machine.engine
         heads = np.zeros(self.workers, np.int64)
         log = None if machine.log is None else machine.log.buffer
-        for part, count in zip(self._parts, own, strict=True):
-            self._add_scheduling(part.engine.tallies[0], count)
+        total = engine.tallies[0]
+        for part in self._parts:
+            tally = part.engine.tallies[0]
+            for name in ("advancements", "transits", "returns", "clamped"):
+                total[name] += tally[name]
+            total.depth = max(total.depth, tally.depth)
         while not merge(
             self._ledger,
             heads,
@@ -273,51 +324,43 @@ class Team:
         ):
             machine.flush_log()
 
-    def _add_scheduling(self, tally: Any, own: int) -> None:
-        """Count what a part did to schedule its ``own`` collisions: the part of the rims is estimated.
-
-        What is a warning if it is large is counted with the rims.
-        """
-        total = self.machine.engine.tallies[0]
-        for name in ("advancements", "transits", "returns"):
-            total[name] += round(int(tally[name]) * own / max(int(tally.collisions), 1))
-        total.clamped += tally.clamped
-        total.depth = max(total.depth, tally.depth)
-
-    def _own_of(self, k: int) -> int:
-        """Return the collisions of pairs in the cells of a part."""
+    def _pairs(self) -> int:
+        """Return the collisions of pairs in the ledger."""
         from carom.engine.constants import LAMBDA
 
-        return int(np.count_nonzero(self._ledger.entries.word[k, : self._ledger.used[k, 0]] >= LAMBDA))
+        words, used = self._ledger.entries.word, self._ledger.used[:, 0]
+        return sum(
+            int(np.count_nonzero(page[:count] >= LAMBDA)) for page, count in zip(words, used, strict=True)
+        )
 
-    # How long and how deep --------------------------------------------------------------------------------
+    # What windows teach -----------------------------------------------------------------------------------
 
-    def _again(
-        self, codes: list[int], epoch: int, end: float, length: float, alike: bool, count: int
-    ) -> None:
+    def _learn(self) -> None:
+        """Let parts be further ahead of each other after many windows that were kept."""
+        self._lengths.kept()
+        self._streak += 1
+        if self._streak >= STREAK:
+            self._streak, self._lead = 0, min(2.0 * self._lead, self._most)
+
+    def _again(self, codes: list[int], epoch: int, end: float, length: float, good: bool) -> None:
         """Prepare to run a window again, from where it began."""
         from carom.engine import constants
 
-        self.shares.repeats += 1
-        self._fresh = False
-        if constants.NEEDS_NEIGHBORS in codes:  # what the plain run does about it, it does itself
-            needed = min(
-                float(part.engine.state.clock.now[0])
-                for code, part in zip(codes, self._parts, strict=True)
-                if code == constants.NEEDS_NEIGHBORS
-            )
-            self._plain = (epoch, math.nextafter(needed, 0.0), needed + SHORTAGE * length)
-        elif constants.NEEDS_LOG in codes:
+        self._streak = 0
+        if constants.NEEDS_NEIGHBORS in codes:
+            return
+        if constants.NEEDS_LOG in codes:
             self._engine = None  # with more room
             self._room *= 2
         else:
-            crowded = self._lengths.lost(count, length, alike)
+            self._lengths.lost(length)
             if self._lengths.failed > PATIENCE:
-                self._plain = (epoch, end - length, end)
-            elif not (alike or crowded):
-                self._rims.lost()
+                self._plain = (epoch, end)
+                self._lengths.kept()
+            elif not good:
+                self._lead *= 0.5
 
-    # The copies -------------------------------------------------------------------------------------------
+    # The parts --------------------------------------------------------------------------------------------
 
     def _state(self) -> tuple[Any, ...]:
         """Return what changes whenever the plain cycle has run."""
@@ -325,52 +368,52 @@ class Team:
         control = self.machine.engine.calendar.control[0]
         return int(record.epoch), float(record.now), int(control.full), self.machine.collisions
 
-    def _ready(self) -> None:
-        """Make the copies, where the engine is another than before, and see whether they are up to date."""
-        from carom.engine.windows.hooks import make_ledger, page_of
-        from carom.engine.windows.parts import make_part, share_of, with_neighbors
-        from carom.engine.windows.shares import OWN, ZONE
+    def _ready(self, epoch: int, start: float) -> None:
+        """Make the parts, where the engine is another than before, and lay out their calendars."""
+        from carom.engine.windows.parts import restart
 
-        machine = self.machine
+        if self._engine is None or self._engine.neighbors is not self.machine.engine.neighbors:
+            self._make_parts()
+        fresh = self._fresh and self._mark == self._state()
+        wanted = self._bucket()
+        if not 0.5 < self._width / wanted < 2.0:
+            self._width, fresh = 2.0 ** round(math.log2(wanted)), False
+        if not fresh:
+            for part in self._parts:
+                restart(part.engine, epoch, start, self._width)
+
+    def _make_parts(self) -> None:
+        """Make the parts, and compile what they run: at a time before anything is due."""
+        from carom.engine.windows.ledger import make_ledger, page_of
+        from carom.engine.windows.parts import begin_window, make_board, make_part, restart
+        from carom.engine.windows.slabs import slabs_of
+
+        machine, workers = self.machine, self.workers
+        scene: Any = machine.scene
         engine: Any = machine.engine
-        self._fresh = self._fresh and self._mark == self._state()
-        if self._engine is not None and self._engine.neighbors is engine.neighbors:
-            if self._cut != self._rims.factor:  # in place: the parts look at these arrays
-                fresh = self._share_out()
-                self._partition.flags[...], self._partition.stages[...] = fresh.flags, fresh.stages
-                self._fresh = False
-            return
-        old, self._engine = self._engine, engine
-        self._fresh = False
-        if old is not None and old.state.rows is engine.state.rows:  # there is only more room
-            self._truth = self._truth._replace(neighbors=engine.neighbors)
-            self._parts = self._crew.each(lambda k: with_neighbors(self._parts[k], engine.neighbors))
-            return
-        n, workers = machine.scene.n, self.workers
-        if not self._parts:
-            self._room = int(n * self._lengths.held) + 1024
-        self._partition = self._share_out()
-        owners, flags, _ = self._partition
-        self._beside = [sorted(set(owners[flags[k] == ZONE].tolist())) for k in range(workers)]
-        self._truth = share_of(engine, np.full(n, OWN, np.uint8))
+        if self._room == 0:
+            self._room = int(MORE * scene.n * self._lengths.held / workers) + LEAST_ROOM
         if self._ledger is None or self._ledger.entries.shape[1] < self._room:
             self._ledger = make_ledger(workers, self._room)
+        slabs = slabs_of(engine.neighbors, scene.box, scene.periodic, workers)
+        board = make_board(workers, scene.dimension)
         pages = [page_of(self._ledger, k) for k in range(workers)]
-        self._parts = self._crew.each(lambda k: make_part(engine, flags[k], pages[k]))
-        self._busy = [0.0] * workers
+        self._parts = [make_part(engine, k, slabs, board, pages[k]) for k in range(workers)]
+        self._engine, self._fresh, self._busy = engine, False, [0.0] * workers
+        rows, images = engine.state.rows.view(np.ndarray)[: scene.n], engine.state.images
+        self._kept = np.empty_like(rows), None if images is None else np.empty_like(images)
+        begin_window(self._parts, 0, 0.0, 0.0)
+        restart(self._parts[0].engine, 0, 0.0)
+        self._cycle(0, 0, -math.inf)
 
-    def _share_out(self) -> Any:
-        """Return the cells of all parts, with rims as deep as they should be now."""
-        from carom.engine.windows.partition import layout_of, share_out
+    def _bucket(self) -> float:
+        """Return how wide the buckets of all parts should be: a few cycles of each fall into one."""
+        from carom.engine.calendar import AHEAD, FEWEST, MOST
+        from carom.engine.neighbors.prefetch import HUGE
 
-        scene: Any = self.machine.scene
-        self._cut = self._rims.factor
-        layout = layout_of(self.machine.engine.neighbors, scene.box, scene.periodic)  # type: ignore[arg-type]
-        return share_out(layout, self.workers, *self.depths())
-
-    def depths(self) -> tuple[float, float]:
-        """Return how deep rims have to be beyond what a part touches, at both ends of a window [length]."""
-        return self._rims.depths(self.machine.scene, self._lengths.flight(), self._lengths.held)
+        n = self.machine.scene.n
+        cycles = EVENTS * self._lengths.rate() * n / self.workers
+        return (AHEAD if n >= HUGE else 1.0) * math.sqrt(FEWEST * MOST) / cycles
 
     def close(self) -> None:
         """End the threads."""

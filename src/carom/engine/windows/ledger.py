@@ -1,4 +1,4 @@
-"""Records of a part while it runs: its collisions, and a digest of what happens in each cell."""
+"""The collisions of several parts: noted by each, added up in the order of time."""
 
 from __future__ import annotations
 
@@ -8,60 +8,12 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import required
 from carom.engine.constants import LAMBDA, OBSTACLE
-from carom.engine.events import meet_obstacle, renew
 from carom.engine.images import index
 from carom.engine.obstacles import Obstacles
-from carom.engine.search import meet, note
 from carom.engine.state import aligned
 from carom.engine.tallies import count_pair, log_full, record
-from carom.engine.windows.shares import EDGE, OWN, ZONE, home
-
-
-class Watched(NamedTuple):
-    """Sight that also keeps a digest of all that happens in the cells that are compared."""
-
-    sight: Any
-    """How the time of a contact is computed."""
-    flags: np.ndarray
-    """What each cell is to the part, (cells,) uint8."""
-    digests: np.ndarray
-    """Of the rows that components had in each cell, (cells,) uint64."""
-
-
-@meet.register
-def _(sight: Watched, model, state, i, word, now, t):
-    return meet(sight.sight, model, state, i, word, now, t)
-
-
-@meet_obstacle.register
-def _(sight: Watched, model, state, i, now, every):
-    return meet_obstacle(sight.sight, model, state, i, now, every)
-
-
-@renew.register
-def _(sight: Watched, model, state, i):
-    renew(sight.sight, model, state, i)
-
-
-@inner
-def stirred(digest, number):
-    """Return the digest after one more number."""
-    mixed = np.uint64(digest) ^ np.float64(number).view(np.uint64)
-    return (mixed << np.uint64(25)) | (mixed >> np.uint64(39))
-
-
-@note.register
-def _(sight: Watched, state, neighbors, i):
-    cell = home(neighbors, i)
-    if sight.flags[cell] == ZONE or sight.flags[cell] == EDGE:
-        row = state.rows[i]
-        digest = stirred(sight.digests[cell] + np.uint64(i), row.t)
-        for axis in range(len(row.x)):
-            digest = stirred(stirred(digest, row.x[axis]), row.v[axis])
-        sight.digests[cell] = digest
-
 
 ENTRY = np.dtype([("time", "f8"), ("virial", "f8"), ("impulse", "f8"), ("i", "i4"), ("word", "i4")])
 """A collision: its time within the epoch, its virial and the magnitude of the momentum exchanged, the
@@ -99,15 +51,8 @@ def page_of(ledger: Ledger, part: int) -> Page:
 
 
 class Gathered(NamedTuple):
-    """The collisions that happen in the cells of one part: its log, and its tally of species.
+    """The log of a part, and its tally of species: both note its collisions."""
 
-    A collision belongs to the cell of its component of lower index.
-    """
-
-    neighbors: Any
-    """The neighbour scheme of the part."""
-    flags: np.ndarray
-    """What each cell is to the part, (cells,) uint8."""
     latest: np.ndarray
     """Virial of the collision at hand, (1,) float64."""
     page: Page
@@ -126,16 +71,15 @@ def _(log: Gathered):
 
 @record.register
 def _(log: Gathered, clock, i, word, impulse):
-    if log.flags[home(log.neighbors, np.uint64(i))] >= OWN:
-        page = log.page
-        k = page.used[0]
-        entry = page.entries[k]
-        entry.time = clock.now
-        entry.virial = log.latest[0]
-        entry.impulse = impulse
-        entry.i = i
-        entry.word = word
-        page.used[0] = k + 1
+    page = log.page
+    k = page.used[0]
+    entry = page.entries[k]
+    entry.time = clock.now
+    entry.virial = log.latest[0]
+    entry.impulse = impulse
+    entry.i = i
+    entry.word = word
+    page.used[0] = k + 1
 
 
 @required
@@ -152,6 +96,14 @@ def _(obstacles: None, number, momentum):
 def _(obstacles: Obstacles, number, momentum):
     obstacles.hits[number] += 1
     obstacles.impulse[number] += momentum
+
+
+def put_in_order(ledger: Ledger) -> None:
+    """Sort the collisions of each part by time: now and then one comes late."""
+    for k, count in enumerate(ledger.used[:, 0]):
+        page = ledger.entries.view(np.ndarray)[k, :count]
+        if np.any(page["time"][1:] < page["time"][:-1]):
+            page[:] = page[np.argsort(page["time"], kind="stable")]
 
 
 def _merge(digest):
