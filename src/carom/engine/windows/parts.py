@@ -102,6 +102,7 @@ def make_board(parts: int, dimension: int) -> Board:
         mail=aligned(2 * MAIL * parts, np.int32).reshape(parts, 2, MAIL),
         locks=aligned(LINE * parts, np.int64).reshape(parts, LINE),
         times=aligned(PAST * parts, np.float64).reshape(parts, PAST),
+        highest=aligned(PAST * parts, np.float64).reshape(parts, PAST),
         whose=aligned(PAST * parts, np.int64).reshape(parts, PAST),
         places=aligned(PAST * dimension * parts, np.int64).reshape(parts, PAST, dimension),
         due=aligned(2 * STRIPS * parts, np.float64).reshape(parts, 2, STRIPS),

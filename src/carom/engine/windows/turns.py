@@ -81,6 +81,7 @@ DESK = np.dtype(
         ("passed", "i8"),
         ("latest", "f8"),
         ("told", "f8"),
+        ("seen", "f8"),
         ("sight", "f8"),
         ("fresh", "i8"),
         ("frontier", "i8"),
@@ -97,8 +98,9 @@ DESK = np.dtype(
 may be ahead of others; ``patience``: refusals after which it lets another thread have the core; ``locked``:
 borders that it holds; ``refused``: how often in a row; ``passed``: events noted, and ``latest`` the time of
 the latest; ``told`` and ``sight``: what it has announced; ``fresh``: it has read messages and not said so;
-``frontier``: last bucket looked into; ``unnoted``: time of an event that it had no room for. Of each side:
-``noted`` events; messages ``written`` and ``read``; the time of the earliest that may be ``unread``.
+``frontier``: last bucket looked into, and ``seen`` its end; ``unnoted``: time of an event that it had no room
+for. Of each side: ``noted`` events; messages ``written`` and ``read``; the time of the earliest that may be
+``unread``.
 """
 
 
@@ -119,6 +121,8 @@ class Board(NamedTuple):
     """Whether somebody holds the border below each part, and the events in its zone, (parts, 8) int64."""
     times: np.ndarray
     """Times of the last of them, (parts, PAST) float64."""
+    highest: np.ndarray
+    """The latest time of each and those before it, (parts, PAST) float64."""
     whose: np.ndarray
     """Part that each belonged to, (parts, PAST) int64."""
     places: np.ndarray
@@ -314,6 +318,7 @@ def _(calendar: PartCalendar):
     desk = calendar.desk[0]
     calendar.flags[:] = 0
     desk.frontier = -1
+    desk.seen = desk.told
     desk.unnoted = NEVER
     desk.sight = desk.told  # nothing is announced any more
     store(calendar.board.clocks, LINE * desk.me + 1, np.float64(desk.sight))
@@ -353,20 +358,22 @@ def _(calendar: PartCalendar, state, time):
         desk.told = time
         last = buckets_in_window(calendar) - 1
         target = min(last, control.cursor + HORIZON)
-        while desk.frontier < target and max(desk.noted[0], desk.noted[1]) < NOTES // 2:
-            desk.frontier += 1
-            if calendar.flags[np.uint64(desk.frontier)] != 0:
-                look_into_bucket(calendar, state, np.uint64(desk.frontier))
-        seen = control.start + (desk.frontier + 1) * control.width
-        sight = control.end if desk.frontier == last else min(seen, control.end)
+        if desk.frontier < target:
+            while desk.frontier < target and max(desk.noted[0], desk.noted[1]) < NOTES // 2:
+                desk.frontier += 1
+                if calendar.flags[np.uint64(desk.frontier)] != 0:
+                    look_into_bucket(calendar, state, np.uint64(desk.frontier))
+            seen = control.start + (desk.frontier + 1) * control.width
+            desk.seen = control.end if desk.frontier == last else min(seen, control.end)
         desk.unnoted = NEVER if desk.unnoted < time else desk.unnoted
-        sight = max(min(sight, desk.unnoted), time)
+        sight = max(min(desk.seen, desk.unnoted), time)
         if sight != desk.sight:
             desk.sight = sight
             store(clocks, LINE * desk.me + 1, np.float64(sight))
         store(clocks, LINE * desk.me, np.float64(time))
-        strike_out(calendar, 0, time)
-        strike_out(calendar, 1, time)
+        for side in range(2):
+            if desk.noted[side] != 0:
+                strike_out(calendar, side, time)
     if desk.fresh != 0:
         desk.fresh = 0
         for slot in range(2):
@@ -463,14 +470,18 @@ def in_order(calendar, side, i, now):
     at = border(desk, np.int64(side))
     b = np.uint64(at // LINE)
     count = board.locks[b, 1]
-    k = np.uint64(count & (PAST - 1))
-    if count >= PAST and board.times[b, k] >= now:
-        return False
-    for past in range(np.uint64(min(count, PAST))):
+    highest = -NEVER
+    for back in range(min(count, PAST)):
+        past = np.uint64((count - 1 - back) & (PAST - 1))
+        highest = max(highest, board.highest[b, past])
+        if board.highest[b, past] < now:
+            break
         later = board.times[b, past] >= now and board.whose[b, past] != desk.me
-        if later and near_to(calendar, board.places[b], past, i):
+        if (later and near_to(calendar, board.places[b], past, i)) or back == PAST - 1:
             return False
+    k = np.uint64(count & (PAST - 1))
     board.locks[b, 1] = count + 1
+    board.highest[b, k] = max(highest, now)
     board.times[b, k] = now
     board.whose[b, k] = desk.me
     put_place(calendar, board.places[b], k, i)
