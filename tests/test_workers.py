@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import carom
+from carom.engine.windows.desk import PAST
 from carom.engine.windows.parts import stop
 from carom.engine.windows.slabs import OWN, RIM, ZONES, most_slabs, slabs_of, touch_of
-from carom.engine.windows.turns import PAST, in_order, in_own_order
+from carom.engine.windows.turns import in_order, in_own_order
 from carom.errors import InputError
 from carom.io.events import read_events
 from carom.simulation.workers.shares import Settings

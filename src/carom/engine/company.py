@@ -1,7 +1,7 @@
 """What a calendar does that is one of several, each for a part of the box: questions to its type.
 
 A calendar that is alone answers none of them: the cycle has no branch and no byte for them.
-``engine/windows/turns.py`` has the answers of a part's calendar.
+``engine/windows`` has the answers of a part's calendar.
 """
 
 from __future__ import annotations

@@ -18,9 +18,10 @@ from carom.engine.parts import Engine
 from carom.engine.search import RowSight
 from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
+from carom.engine.windows import messages, turns, upcoming  # noqa: F401 (what a part's calendar answers)
+from carom.engine.windows.desk import DESK, LINE, MAIL, NOTES, PAST, Board, PartCalendar
 from carom.engine.windows.ledger import Gathered, Page
 from carom.engine.windows.slabs import STRIPS, Slabs
-from carom.engine.windows.turns import DESK, LINE, MAIL, NOTES, PAST, Board, PartCalendar
 from carom.models.free_flight import Inertial
 from carom.models.gravity import Falling
 from carom.models.interface import NEVER, age, begin, complaint, growth, take_over, taken_up

@@ -1,0 +1,155 @@
+"""What a part knows of itself, what parts tell each other, and the calendar that holds both."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.atomics import store
+from carom.compiling.registry import inner
+from carom.engine.windows.slabs import layer_of
+
+MAIL = 256
+"""Messages that may be on their way to a part from one side; a power of two."""
+
+PAST = 128
+"""Events that a part, and a border, remember; a power of two."""
+
+NOTES = 64
+"""Events in a zone that a part announces."""
+
+BUSY, FAR = 4, 8
+"""What ``locked`` has in addition while an event is processed, and if it is far away from all borders: what
+it touches is the part's own, and concerns nobody else.
+"""
+
+LINE = 8
+"""Words of a cache line."""
+
+DESK = np.dtype(
+    [
+        ("me", "i8"),
+        ("parts", "i8"),
+        ("axis", "i8"),
+        ("along", "i8"),
+        ("lead", "f8"),
+        ("patience", "i8"),
+        ("locked", "i8"),
+        ("refused", "i8"),
+        ("passed", "i8"),
+        ("latest", "f8"),
+        ("told", "f8"),
+        ("seen", "f8"),
+        ("sight", "f8"),
+        ("fresh", "i8"),
+        ("frontier", "i8"),
+        ("unnoted", "f8"),
+        ("noted", "i8", (2,)),
+        ("written", "i8", (2,)),
+        ("read", "i8", (2,)),
+        ("unread", "f8", (2,)),
+    ]
+)
+"""What one part knows of itself.
+
+``me``: its number of ``parts``; ``axis`` and ``along``: as in ``Slabs``; ``lead``: widths of a bucket that it
+may be ahead of others; ``patience``: refusals after which it lets another thread have the core; ``locked``:
+borders that it holds; ``refused``: how often in a row; ``passed``: events noted, and ``latest`` the time of
+the latest; ``told`` and ``sight``: what it has announced; ``fresh``: it has read messages and not said so;
+``frontier``: last bucket looked into, and ``seen`` its end; ``unnoted``: time of an event that it had no room
+for. Of each side: ``noted`` events; messages ``written`` and ``read``; the time of the earliest that may be
+``unread``.
+"""
+
+
+class Board(NamedTuple):
+    """What parts tell each other; each writes on cache lines of its own."""
+
+    clocks: np.ndarray
+    """Of each part: nothing is due before this time, and nothing that it has not announced before that one,
+    (parts, 8) float64.
+    """
+    inbox: np.ndarray
+    """Messages sent to each part from below and from above, and whether all are to stop, (parts, 8) int64."""
+    taken: np.ndarray
+    """Messages that each part has read, (parts, 8) int64."""
+    mail: np.ndarray
+    """The messages: components that are due, (parts, 2, MAIL) int32."""
+    locks: np.ndarray
+    """Whether somebody holds the border below each part, and the events in its zone, (parts, 8) int64."""
+    times: np.ndarray
+    """Times of the last of them, (parts, PAST) float64."""
+    highest: np.ndarray
+    """The latest time of each and those before it, (parts, PAST) float64."""
+    whose: np.ndarray
+    """Part that each belonged to, (parts, PAST) int64."""
+    places: np.ndarray
+    """Layers that they were in, (parts, PAST, d) int64."""
+    due: np.ndarray
+    """Earliest event announced in each strip of both borders, (parts, 2, STRIPS) float64."""
+
+
+class PartCalendar(NamedTuple):
+    """The calendar of a part: the first five as those of a ``Calendar``."""
+
+    control: Any
+    buckets: np.ndarray
+    lines: np.ndarray
+    due: np.ndarray
+    who: np.ndarray
+    neighbors: Any
+    """The neighbour scheme, which says where components are."""
+    desk: Any
+    """One record of type DESK."""
+    board: Board
+    mask: np.ndarray
+    """What each layer is to the part, (layers,) uint8."""
+    strips: np.ndarray
+    """Strip of each layer along the other axis, (layers,) int64."""
+    layers: np.ndarray
+    """Layers along each axis, (d,) int64."""
+    near: np.ndarray
+    """Layers between two events up to which they may touch the same, (d,) int64."""
+    times: np.ndarray
+    """Times of the last events, (PAST,) float64."""
+    places: np.ndarray
+    """Layers that they were in, (PAST, d) int64."""
+    notes: np.ndarray
+    """Times of the events announced on each side, (2, NOTES) float64."""
+    where: np.ndarray
+    """Their strips, (2, NOTES) int64."""
+    flags: np.ndarray
+    """Whether a bucket may hold one, (buckets,) uint8."""
+
+
+@inner
+def mask_of(calendar, i):
+    """Return what the layer of component i is to this part."""
+    return np.int64(calendar.mask[layer_of(calendar.neighbors, i, calendar.desk[0].axis)])
+
+
+@inner
+def beside(desk, side):
+    """Return the part below (side 0) or above (1)."""
+    other = desk.me + 2 * side - 1
+    return other + desk.parts if other < 0 else (other - desk.parts if other >= desk.parts else other)
+
+
+@inner
+def slot_of(desk, side):
+    """Return which messages are those from or to the part on a side: of two parts, all are from below."""
+    return np.int64(0 if desk.parts == 2 else side)
+
+
+@inner
+def border(desk, side):
+    """Return where the lock of the border on a side is."""
+    return np.int64(LINE) * np.int64(desk.me if side == 0 else beside(desk, np.int64(1)))
+
+
+@inner
+def stop_all(calendar):
+    """Tell all parts that the window is lost."""
+    for part in range(calendar.desk[0].parts):
+        store(calendar.board.inbox, LINE * part + 2, np.int64(1))
