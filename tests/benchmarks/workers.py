@@ -26,6 +26,9 @@ ROUNDS = 3
 PER_ROUND, LEAST = 24.0, 3_000_000
 """Collisions for each particle in a round, and in all at least."""
 
+FITTED = 90_000
+"""Components from which on a scene counts for the model."""
+
 SCENES = ((2, 0.40), (2, 0.70), (3, 0.30), (3, 0.49))
 SIZES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 """Dimension, packing fraction and n of the table."""
@@ -91,8 +94,9 @@ def table():
         scene = scene_of(dimension, packing_fraction, n)
         measured = measure(scene, 2)
         print(row_of(scene, measured), flush=True)
-        zones.append(zone_of(measured.team.machine, 2))
-        costs.append(2.0 / statistics.median(measured.ratios))
+        if scene.n >= FITTED:
+            zones.append(zone_of(measured.team.machine, 2))
+            costs.append(2.0 / statistics.median(measured.ratios))
     model(zones, costs)
 
 

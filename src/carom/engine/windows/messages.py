@@ -58,7 +58,7 @@ def _(calendar: PartCalendar, state):
     desk.locked = 0
     for slot in range(2):
         count = load(board.inbox, LINE * desk.me + slot)
-        while desk.read[slot] != count and control.waiting + ROOM < len(calendar.due):
+        while desk.read[slot] != count and control.waiting + ROOM <= len(calendar.due):
             i = board.mail[np.uint64(desk.me), slot, np.uint64(desk.read[slot] & (MAIL - 1))]
             desk.read[slot] += 1
             desk.fresh = 1
