@@ -246,7 +246,7 @@ def test_mixtures_between_walls_have_the_same_bits():
     scene = carom.Scene.mixture(
         counts=(3000, 3000), diameters=(1.0, 1.4), packing_fraction=0.5, periodic=(True, False, True), seed=1
     )
-    alone, together, shares = alone_and_together(scene, 3, 0.5)
+    alone, together, shares = alone_and_together(scene, 2, 0.5)
     assert_same_bits(alone, together)
     np.testing.assert_array_equal(alone.virial_by_species, together.virial_by_species)
     assert shares.windows > 0
