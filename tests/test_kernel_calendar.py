@@ -65,7 +65,7 @@ class Book:
             if entry == -2:
                 self.refused += 1
                 self.scheme = self.scheme.with_larger_heap()
-                self.engine = enlarge_heap(self.engine, self.scheme)
+                self.engine = enlarge_heap(self.engine, self.scheme.heap)
             elif entry == -1 and self.control.end < LENGTH:
                 cal.adapt(self.engine.calendar, len(self.due), LENGTH)
                 self.lay_out(self.control.end)

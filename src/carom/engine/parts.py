@@ -314,10 +314,10 @@ def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
         new.model.obstacles.impulse[:] = np.ldexp(old.model.obstacles.impulse, slower)
 
 
-def enlarge_heap(engine: Engine, scheme: Scheme) -> Engine:
-    """Return the engine with a larger heap, its entries kept."""
+def enlarge_heap(engine: Engine, room: int) -> Engine:
+    """Return the engine with a heap for so many entries, those that it has kept."""
     calendar = engine.calendar
-    due, who = np.zeros(scheme.heap), np.zeros(scheme.heap, np.int32)
+    due, who = np.zeros(room), np.zeros(room, np.int32)
     due[: len(calendar.due)], who[: len(calendar.who)] = calendar.due, calendar.who
     return engine._replace(calendar=calendar._replace(due=due, who=who))
 

@@ -298,7 +298,7 @@ class Machine:
         from carom.engine.parts import enlarge_heap
 
         self.scheme = self.scheme.with_larger_heap()
-        self.engine = enlarge_heap(self.engine, self.scheme)
+        self.engine = enlarge_heap(self.engine, self.scheme.heap)
 
     def flush_log(self) -> None:
         """Write what the event log has in memory, if there is one."""

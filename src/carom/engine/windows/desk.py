@@ -38,8 +38,11 @@ DESK = np.dtype(
         ("locked", "i8"),
         ("refused", "i8"),
         ("passed", "i8"),
+        ("late", "i8"),
         ("latest", "f8"),
         ("told", "f8"),
+        ("said", "i8"),
+        ("until", "f8"),
         ("seen", "f8"),
         ("sight", "f8"),
         ("fresh", "i8"),
@@ -55,8 +58,9 @@ DESK = np.dtype(
 
 ``me``: its number of ``parts``; ``axis`` and ``along``: as in ``Slabs``; ``lead``: widths of a bucket that it
 may be ahead of others; ``patience``: refusals after which it lets another thread have the core; ``locked``:
-borders that it holds; ``refused``: how often in a row; ``passed``: events noted, and ``latest`` the time of
-the latest; ``told`` and ``sight``: what it has announced; ``fresh``: it has read messages and not said so;
+borders that it holds; ``refused``: how often in a row; ``passed``: events noted, ``latest`` the time of the
+latest, ``late``: how many came after a later one; ``told`` and ``sight``: what it has announced, ``said``: in
+which bucket; ``until``: the end of the window; ``fresh``: it has read messages and not said so;
 ``frontier``: last bucket looked into, and ``seen`` its end; ``unnoted``: time of an event that it had no room
 for. Of each side: ``noted`` events; messages ``written`` and ``read``; the time of the earliest that may be
 ``unread``.

@@ -98,12 +98,10 @@ def _(obstacles: Obstacles, number, momentum):
     obstacles.impulse[number] += momentum
 
 
-def put_in_order(ledger: Ledger) -> None:
-    """Sort the collisions of each part by time: now and then one comes late."""
-    for k, count in enumerate(ledger.used[:, 0]):
-        page = ledger.entries.view(np.ndarray)[k, :count]
-        if np.any(page["time"][1:] < page["time"][:-1]):
-            page[:] = page[np.argsort(page["time"], kind="stable")]
+def put_in_order(page: Page) -> None:
+    """Sort the collisions of a part by time, where one came late."""
+    entries = page.entries.view(np.ndarray)[: page.used[0]]
+    entries[:] = entries[np.argsort(entries["time"], kind="stable")]
 
 
 def _merge(digest):

@@ -14,7 +14,7 @@ from carom.engine.images import NearestImage
 from carom.engine.neighbors.bounds import GrowingBounds
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.parts import Engine
+from carom.engine.parts import Engine, enlarge_heap
 from carom.engine.search import RowSight
 from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
@@ -78,8 +78,8 @@ class Part(NamedTuple):
     """Its collisions."""
 
 
-PATIENCE, HURRY = 4096, 64
-"""Refusals after which a thread lets others go first, where each has a core of its own, and where not."""
+OFTEN, SELDOM = 64, 4096
+"""Refusals after which a thread lets others go first: where they share cores, and where each has its own."""
 
 
 def cores() -> int:
@@ -121,7 +121,7 @@ def make_part(engine: Engine, k: int, slabs: Slabs, board: Board, page: Page) ->
     n = len(state.partner)
     plain = make_calendar(n // parts, float(engine.calendar.control.width[0]), len(engine.calendar.due))
     desk = aligned(1, DESK)
-    desk["patience"] = PATIENCE if parts <= cores() else HURRY
+    desk["patience"] = SELDOM if parts <= cores() else OFTEN
     desk["me"], desk["parts"], desk["axis"], desk["along"] = k, parts, slabs.axis, slabs.along
     calendar = PartCalendar(
         *plain,
@@ -146,8 +146,8 @@ def make_part(engine: Engine, k: int, slabs: Slabs, board: Board, page: Page) ->
     return Part(Engine(model, state, neighbors, calendar, tallies, gathered), gathered)  # type: ignore[arg-type]
 
 
-def begin_window(parts: list[Part], epoch: int, start: float, lead: float) -> None:
-    """Let all parts begin a window, with empty tallies and no messages.
+def begin_window(parts: list[Part], epoch: int, start: float, end: float, lead: float) -> None:
+    """Let all parts begin a window from ``start`` to ``end``, with empty tallies and no messages.
 
     ``lead`` is how far one may be ahead of another, in widths of a bucket.
     """
@@ -159,11 +159,11 @@ def begin_window(parts: list[Part], epoch: int, start: float, lead: float) -> No
         calendar: Any = part.engine.calendar
         desk, clock = calendar.desk.view(np.ndarray), part.engine.state.clock
         clock.epoch[0], clock.now[0] = epoch, start
-        for name in ("locked", "refused", "passed", "written", "read", "fresh"):
+        for name in ("locked", "refused", "passed", "late", "written", "read", "fresh"):
             desk[name] = 0
         for name in ("latest", "told", "sight"):
             desk[name] = -NEVER
-        desk["unread"], desk["lead"] = NEVER, lead
+        desk["unread"], desk["until"], desk["lead"] = NEVER, end, lead
         calendar.times[:] = -NEVER
         part.engine.tallies.view(np.ndarray)[:] = 0
 
@@ -200,7 +200,4 @@ def restart(engine: Engine, epoch: int, now: float, width: float | None = None) 
 
 def with_larger_heap(part: Part) -> Part:
     """Return a part whose calendar has twice the heap, its entries kept."""
-    calendar = part.engine.calendar
-    due, who = np.zeros(2 * len(calendar.due)), np.zeros(2 * len(calendar.who), np.int32)
-    due[: len(calendar.due)], who[: len(calendar.who)] = calendar.due, calendar.who
-    return part._replace(engine=part.engine._replace(calendar=calendar._replace(due=due, who=who)))
+    return part._replace(engine=enlarge_heap(part.engine, 2 * len(part.engine.calendar.due)))

@@ -155,6 +155,7 @@ def in_own_order(calendar, i, now):
         for past in range(np.uint64(PAST)):
             if calendar.times[past] > now and near_to(calendar, calendar.places, past, i):
                 return False
+        desk.late += 1
     desk.latest = max(desk.latest, now)
     desk.passed += 1
     calendar.times[k] = now

@@ -79,6 +79,7 @@ def _(calendar: PartCalendar, bucket, time, i):
 def _(calendar: PartCalendar):
     desk = calendar.desk[0]
     calendar.flags[:] = 0
+    desk.said = -2
     desk.frontier = -1
     desk.seen = desk.told
     desk.unnoted = NEVER
@@ -116,6 +117,12 @@ def look_at(calendar, state, bucket, i):
 @announce.register
 def _(calendar: PartCalendar, state, time):
     desk, control, clocks = calendar.desk[0], calendar.control[0], calendar.board.clocks
+    # What was said holds on: once a bucket is enough, unless this part waits, has read messages, or comes to
+    # the end of what it has to do.
+    more = time < control.end and time <= desk.until
+    if desk.said == control.cursor and desk.refused == 0 and desk.fresh == 0 and more:
+        return
+    desk.said = control.cursor
     if desk.told != time or desk.fresh != 0:
         desk.told = time
         last = buckets_in_window(calendar) - 1

@@ -6,7 +6,7 @@ import math
 import threading
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -28,6 +28,9 @@ EVENTS = 0.7
 
 MORE, LEAST_ROOM = 1.5, 4096
 """Room for collisions in a window, over those that a part should have, and in addition."""
+
+SPARE = 2
+"""Times that room for neighbours is made at once, where it grows by one for each list."""
 
 STREAK = 16
 """Windows kept in a row after which parts may be further ahead of each other again."""
@@ -59,6 +62,9 @@ class Team:
         self._crew = Crew(self.workers)
         self._lengths = Lengths(self.machine, LENGTH if wanted is None else wanted, self.settings.least)
         lead = self.settings.lead
+        scheme, neighbors = self.machine.scheme, cast(Any, self.machine.engine.neighbors)
+        if scheme.kind == "lists" and scheme.step == 0 and not neighbors.counts.any():
+            self._make_room()
         self._most = LEAD * min(1.0, self.machine.scene.n / MANY) if lead is None else lead
         self._lead = self._most
         self._streak = 0
@@ -120,7 +126,7 @@ class Team:
         began = time.perf_counter()
         self._ready(epoch, start)
         self._ledger.used[:] = 0
-        begin_window(self._parts, epoch, start, self._lead)
+        begin_window(self._parts, epoch, start, end, self._lead)
         self._crew.each(self._keep)
         self._fresh = self._settled = False
         self._idle = [False] * self.workers
@@ -148,18 +154,21 @@ class Team:
         shares.merge += now - ran
         return True
 
+    def _make_room(self) -> None:
+        """Make more room for neighbours than is needed now: a window that finds none is run again."""
+        for _ in range(SPARE if self.machine.scheme.step == 0 else 1):
+            self.machine.enlarge_neighbors()
+
     def _settle(self, codes: list[int], epoch: int, start: float, end: float, target: int) -> bool:
         """Keep a window, or go back to its beginning; return which of the two."""
         from carom.engine import constants
-        from carom.engine.windows.ledger import put_in_order
         from carom.engine.windows.parts import stopped
 
         reached = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
         reached = reached and not stopped(self._parts)
-        count = self._pairs()
+        count = sum(int(part.engine.tallies[0].collisions) for part in self._parts)
         good = reached and self.machine.collisions + count < target
         if good:
-            put_in_order(self._ledger)
             self._merge()
             self._at(epoch, end)
             self._fresh = True
@@ -167,7 +176,7 @@ class Team:
             self._learn()
         else:
             if constants.NEEDS_NEIGHBORS in codes:
-                self.machine.enlarge_neighbors()
+                self._make_room()
             self._back(epoch, start)
             self._again(codes, epoch, end, end - start, reached)
         self._settled = True
@@ -301,7 +310,7 @@ class Team:
         return True
 
     def _merge(self) -> None:
-        from carom.engine.windows.ledger import merge
+        from carom.engine.windows.ledger import merge, put_in_order
 
         machine, engine = self.machine, self.machine.engine
         heads = np.zeros(self.workers, np.int64)
@@ -312,6 +321,8 @@ class Team:
             for name in ("advancements", "transits", "returns", "clamped"):
                 total[name] += tally[name]
             total.depth = max(total.depth, tally.depth)
+            if part.engine.calendar.desk[0].late != 0:
+                put_in_order(part.gathered.page)
         while not merge(
             self._ledger,
             heads,
@@ -323,15 +334,6 @@ class Team:
             log,
         ):
             machine.flush_log()
-
-    def _pairs(self) -> int:
-        """Return the collisions of pairs in the ledger."""
-        from carom.engine.constants import LAMBDA
-
-        words, used = self._ledger.entries.word, self._ledger.used[:, 0]
-        return sum(
-            int(np.count_nonzero(page[:count] >= LAMBDA)) for page, count in zip(words, used, strict=True)
-        )
 
     # What windows teach -----------------------------------------------------------------------------------
 
@@ -402,7 +404,7 @@ class Team:
         self._engine, self._fresh, self._busy = engine, False, [0.0] * workers
         rows, images = engine.state.rows.view(np.ndarray)[: scene.n], engine.state.images
         self._kept = np.empty_like(rows), None if images is None else np.empty_like(images)
-        begin_window(self._parts, 0, 0.0, 0.0)
+        begin_window(self._parts, 0, 0.0, 0.0, 0.0)
         restart(self._parts[0].engine, 0, 0.0)
         self._cycle(0, 0, -math.inf)
 
