@@ -91,6 +91,16 @@ def test_workers_count_what_one_counts():
     assert (one.transits, one.advancements) == (two.transits, two.advancements)
 
 
+def test_parts_at_rest_have_told_the_others_that_nothing_is_due():
+    sim = carom.Simulation(fluid(), seed=3)
+    team = Team(sim.machine, 2, Settings(collisions=1.0, least=0.0))
+    sim.machine.team = team
+    for _ in range(20):
+        sim.run(time=0.1)
+        assert np.all(team._parts[0].engine.calendar.board.clocks[:, 0] > sim.machine.clock.offset)
+    team.close()
+
+
 def test_parts_far_ahead_of_each_other_lose_windows_and_no_bit():
     def go(sim):
         return sim.run(collisions_per_particle=8)

@@ -1,7 +1,7 @@
 """A billion collisions: does anything drift, overlap or get lost? Do several workers keep the bits of one?
 
     python tests/benchmarks/soak.py --collisions 1e9
-    python tests/benchmarks/soak.py --dimension 2 --cells 160 --packing-fraction 0.7 --workers 2
+    python tests/benchmarks/soak.py --dimension 2 --cells 224 --packing-fraction 0.4 --workers 2
 
 prints a line every twenty million collisions. Figures of such runs are in docs/extremes.md and
 docs/parallel.md.
@@ -21,24 +21,28 @@ def scene_of(dimension, cells, packing_fraction):
     return place(cells=cells, packing_fraction=packing_fraction)
 
 
-def soaked(scene, collisions, every, workers):
-    """Run a scene for so many collisions, print a line every so often, and return the simulation."""
-    sim = carom.Simulation(scene, seed=1, workers=workers)
-    cpu, wall = time.process_time(), time.perf_counter()
-    while sim.collisions < collisions:
-        sim.run(collisions=round(every))
-        found, frame = sim.statistics, sim.frame()
+def soak(sims, collisions, every):
+    """Run simulations of one scene for so many collisions, in turn; print a line, and compare, every so
+    often.
+    """
+    walls = [0.0 for _ in sims]
+    while sims[0].collisions < collisions:
+        for k, sim in enumerate(sims):
+            began = time.perf_counter()
+            sim.run(collisions=round(every))
+            walls[k] += time.perf_counter() - began
+            compare(sims[0], sim)
+        found, frame = sims[0].statistics, sims[0].frame()
         assert np.isfinite(frame.positions).all()
-        sim.scene.with_(positions=frame.positions)  # refuses overlaps
+        sims[0].scene.with_(positions=frame.positions)  # refuses overlaps
         print(
-            f"{sim.collisions:.3g} collisions, time {sim.time:.6g}, {time.process_time() - cpu:.0f} s "
-            f"({time.perf_counter() - wall:.0f} s of wall time): "
+            f"{sims[0].collisions:.3g} collisions, time {sims[0].time:.6g}, wall time "
+            f"{' and '.join(f'{wall:.0f} s' for wall in walls)}: "
             f"overlap {found.worst_overlap:.1e}, energy {found.energy_drift:.1e}, "
             f"momentum {found.momentum_drift:.1e}, advancements {found.advancement_fraction:.4f}, "
             f"clamped roots {found.clamped_roots}",
             flush=True,
         )
-    return sim
 
 
 def compare(one, several):
@@ -60,18 +64,18 @@ def main() -> None:
     parser.add_argument("--cells", type=int, default=10, help="along an edge, of 4 spheres or 2 disks")
     parser.add_argument("--packing-fraction", type=float, default=0.45)
     parser.add_argument("--every", type=float, default=2e7, help="collisions between two lines")
-    parser.add_argument("--workers", type=int, default=1, help="so many, too, and the same bits at the end")
+    parser.add_argument("--workers", type=int, default=1, help="so many, too, with the bits of one")
     given = parser.parse_args()
     scene = scene_of(given.dimension, given.cells, given.packing_fraction)
-    one = soaked(scene, given.collisions, given.every, 1)
+    sims = [carom.Simulation(scene, seed=1, workers=k) for k in sorted({1, given.workers})]
+    soak(sims, given.collisions, given.every)
     if given.workers > 1:
-        with soaked(scene, given.collisions, given.every, given.workers) as several:
-            compare(one, several)
-            shares = several.machine.team.shares
-            print(
-                f"n {scene.n}: {given.workers} workers have the bits of one; {shares.windows} windows "
-                f"kept, {shares.repeats} run again"
-            )
+        shares = sims[1].machine.team.shares
+        print(
+            f"n {scene.n}: {given.workers} workers have the bits of one; {shares.windows} windows kept, "
+            f"{shares.repeats} run again"
+        )
+        sims[1].close()
 
 
 if __name__ == "__main__":
