@@ -9,7 +9,8 @@ import os
 import pytest
 
 from carom import studies, theory
-from carom.studies import StudySpec, executors
+from carom.simulation.workers.crew import cores
+from carom.studies import StudySpec
 
 pytestmark = pytest.mark.slow
 
@@ -55,7 +56,7 @@ def test_crystals_extrapolate_to_the_infinite_crystal():
 
 
 def test_two_processes_do_nearly_twice_the_work_of_one():
-    if executors.cores() < 2 or os.getloadavg()[0] > 0.5:
+    if cores() < 2 or os.getloadavg()[0] > 0.5:
         pytest.skip("needs two idle cores")
     rates = []
     for workers in (1, 2):

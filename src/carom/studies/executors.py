@@ -31,6 +31,7 @@ from typing import Any, TypeVar
 from carom import checks
 from carom.compiling import news
 from carom.errors import CaromError, InputError
+from carom.simulation.workers.crew import cores
 
 ENGINES = ("processes", "threads", "serial", "mpi")
 
@@ -232,11 +233,6 @@ def _begin(leash: Connection, mouth: Connection) -> None:
                 mouth.send_bytes(b"compiling")
 
     news.listen(say)
-
-
-def cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextlib.contextmanager

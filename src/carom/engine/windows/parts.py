@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,15 +77,6 @@ class Part(NamedTuple):
     """Its collisions."""
 
 
-OFTEN, SELDOM = 64, 4096
-"""Refusals after which a thread lets others go first: where they share cores, and where each has its own."""
-
-
-def cores() -> int:
-    """Return the cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 SCRATCH: dict[type, tuple[str, ...]] = {
     Sectors: ("near", "words"),
     Lists: ("grid", "found", "points", "sizes", "newcomers", "hits"),
@@ -110,8 +100,11 @@ def make_board(parts: int, dimension: int) -> Board:
     )
 
 
-def make_part(engine: Engine, k: int, slabs: Slabs, board: Board, page: Page) -> Part:
-    """Return an engine as part k of several sees it. Its calendar is to be laid out yet."""
+def make_part(engine: Engine, k: int, slabs: Slabs, board: Board, page: Page, patience: int) -> Part:
+    """Return an engine as part k of several sees it. Its calendar is to be laid out yet.
+
+    ``patience``: refusals after which its thread lets another have the core.
+    """
     parts, dimension = len(slabs.masks), len(slabs.near)
     state = engine.state._replace(clock=clone(engine.state.clock), block=clone(engine.state.block))
     scratch = SCRATCH[type(engine.neighbors)]
@@ -121,7 +114,7 @@ def make_part(engine: Engine, k: int, slabs: Slabs, board: Board, page: Page) ->
     n = len(state.partner)
     plain = make_calendar(n // parts, float(engine.calendar.control.width[0]), len(engine.calendar.due))
     desk = aligned(1, DESK)
-    desk["patience"] = SELDOM if parts <= cores() else OFTEN
+    desk["patience"] = patience
     desk["me"], desk["parts"], desk["axis"], desk["along"] = k, parts, slabs.axis, slabs.along
     calendar = PartCalendar(
         *plain,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom import checks
 from carom.errors import InputError
+from carom.simulation.workers.crew import cores
 from carom.simulation.workers.team import Team
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def team_of(machine: Machine, workers: int | str) -> Team | None:
         If ``workers`` is neither a number nor "auto", or several are asked for and the scene cannot be run in
         windows.
     """
-    from carom.engine.windows.parts import cores, obstacle_to_windows
+    from carom.engine.windows.parts import obstacle_to_windows
     from carom.engine.windows.slabs import most_slabs
 
     automatic = workers == "auto"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from carom.simulation.workers.crew import Crew
+from carom.simulation.workers.crew import Crew, cores
 from carom.simulation.workers.lengths import LENGTH, Lengths
 from carom.simulation.workers.shares import LEAD, MANY, Settings, Shares
 
@@ -22,6 +22,9 @@ CYCLES = 200_000
 
 PATIENCE = 6
 """Times that a window is run again, half as long each time, before the plain cycle takes it over."""
+
+OFTEN, SELDOM = 64, 4096
+"""Refusals after which a thread lets others go first: where they share cores, and where each has its own."""
 
 EVENTS = 0.7
 """Events of a part for each collision of a particle there, about."""
@@ -400,7 +403,8 @@ class Team:
         slabs = slabs_of(engine.neighbors, scene.box, scene.periodic, workers)
         board = make_board(workers, scene.dimension)
         pages = [page_of(self._ledger, k) for k in range(workers)]
-        self._parts = [make_part(engine, k, slabs, board, pages[k]) for k in range(workers)]
+        patience = SELDOM if workers <= cores() else OFTEN
+        self._parts = [make_part(engine, k, slabs, board, pages[k], patience) for k in range(workers)]
         self._engine, self._fresh, self._busy = engine, False, [0.0] * workers
         rows, images = engine.state.rows.view(np.ndarray)[: scene.n], engine.state.images
         self._kept = np.empty_like(rows), None if images is None else np.empty_like(images)

@@ -15,7 +15,7 @@ from typing import Any
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.io.paths import reason, replacing, writing
-from carom.studies.executors import cores as all_cores
+from carom.simulation.workers.crew import cores as all_cores
 from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod
 from carom.studies.planner.outcome import Outcome, carry_out
