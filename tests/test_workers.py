@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.windows.desk import PAST
+from carom.engine.windows.desk import LATEST, PAST, PLACE, TIME, WHOSE
 from carom.engine.windows.parts import stop
-from carom.engine.windows.slabs import OWN, RIM, ZONES, most_slabs, slabs_of, touch_of
+from carom.engine.windows.slabs import OUTER, OWN, RIM, ZONES, most_slabs, slabs_of, touch_of
 from carom.engine.windows.turns import in_order, in_own_order
 from carom.errors import InputError
 from carom.io.events import read_events
@@ -21,7 +21,7 @@ def fluid(cells=12):
 
 
 def tube():
-    """A box with room for eighteen slabs."""
+    """A box with room for twenty-four slabs."""
     return carom.Scene.fcc(cells=(80, 5, 5), packing_fraction=0.3)
 
 
@@ -140,18 +140,18 @@ def test_who_comes_late_at_a_border_is_seen():
     board.locks[:, 1] = 0
     assert in_order(calendar, 0, i, now)
     assert in_order(calendar, 0, i, now - 0.1)  # its own order it knows itself
-    board.whose[0, 1] = 1  # the part on the other side
+    board.past[0, 1, WHOSE] = 1  # the part on the other side
     assert in_order(calendar, 0, i, now)
     assert not in_order(calendar, 0, i, now - 0.2)
-    board.places[0, 1, 0] += calendar.near[0] + 1  # elsewhere
+    board.past[0, 1, PLACE] += calendar.near[0] + 1  # elsewhere
     assert in_order(calendar, 0, i, now - 0.2)
     board.locks[0, 1] = PAST
-    board.highest[0] = now  # what is about to be forgotten may have been later
+    board.past[0, :, LATEST] = now  # what is about to be forgotten may have been later
     assert not in_order(calendar, 0, i, now - 0.2)
-    desk.passed, desk.latest, calendar.times[:] = 0, -np.inf, -np.inf
+    desk.passed, desk.latest, calendar.past[:, TIME] = 0, -np.inf, -np.inf
     assert in_own_order(calendar, i, now)
     assert not in_own_order(calendar, i, now - 0.1)
-    calendar.places[0, 0] += calendar.near[0] + 1
+    calendar.past[0, PLACE] += calendar.near[0] + 1
     assert in_own_order(calendar, i, now - 0.1)
 
 
@@ -166,19 +166,21 @@ def test_what_two_parts_can_touch_without_a_lock_is_never_the_same(scene):
     assert parts >= 2
     masks = slabs_of(neighbors, scene.box, scene.periodic, parts).masks
     assert np.array_equal(np.sum(masks & OWN != 0, axis=0), np.ones(touch.layers))
-    touched = []
+
+    def around(layers, depth):
+        """Return which layers are up to so many away from some."""
+        found = np.zeros(touch.layers, bool)
+        for way in range(-depth, depth + 1):
+            found[(np.flatnonzero(layers) + way) % touch.layers] = True
+        return found
+
     for mask in masks:
-        alone = np.flatnonzero((mask & OWN != 0) & (mask & ZONES == 0))
-        reached = np.zeros(touch.layers, bool)
-        for way in range(-touch.event, touch.event + 1):
-            reached[(alone + way) % touch.layers] = True
-        touched.append(reached)
-        others = np.zeros(touch.layers, bool)  # what those of other parts can touch at all
-        for way in range(-touch.event, touch.event + 1):
-            others[(np.flatnonzero(mask & OWN == 0) + way) % touch.layers] = True
-        assert not np.any(reached & others)
         own = mask & OWN != 0
-        np.testing.assert_array_equal(others & own, (mask & RIM != 0) & own)
+        alone = own & (mask & ZONES == 0)
+        assert not np.any(around(alone, touch.look) & around(~own, touch.event))
+        assert not np.any(around(alone, touch.event) & around(~own, touch.look))
+        np.testing.assert_array_equal(around(~own, touch.look) & own, (mask & RIM != 0) & own)
+        np.testing.assert_array_equal(around(own, touch.event) & ~own, (mask & OUTER != 0) & ~own)
 
 
 def test_a_run_saved_by_some_workers_is_resumed_by_others(tmp_path):
@@ -278,7 +280,7 @@ def test_boxes_without_room_for_two_slabs_have_one_worker_and_long_ones_as_many_
     with pytest.raises(InputError, match="small box"):
         carom.Simulation(fluid(6), workers=2)
     assert carom.Simulation(fluid(6), workers="auto").machine.team is None
-    assert carom.Simulation(tube(), workers=100).machine.team.workers == 18
+    assert carom.Simulation(tube(), workers=100).machine.team.workers == 24
 
 
 def test_workers_go_over_into_the_next_epoch_themselves():

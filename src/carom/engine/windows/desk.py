@@ -8,13 +8,16 @@ import numpy as np
 
 from carom.compiling.atomics import store
 from carom.compiling.registry import inner
-from carom.engine.windows.slabs import layer_of
+from carom.engine.windows.slabs import PATCHES, layer_of
 
 MAIL = 256
 """Messages that may be on their way to a part from one side; a power of two."""
 
 PAST = 128
 """Events that a part, and a border, remember; a power of two."""
+
+TIME, LATEST, WHOSE, PLACE = 0, 1, 2, 3
+"""Of an event that is remembered: its time, the latest of this and of those before, its part, its layers."""
 
 NOTES = 64
 """Events in a zone that a part announces."""
@@ -32,7 +35,6 @@ DESK = np.dtype(
         ("me", "i8"),
         ("parts", "i8"),
         ("axis", "i8"),
-        ("along", "i8"),
         ("lead", "f8"),
         ("patience", "i8"),
         ("locked", "i8"),
@@ -56,7 +58,7 @@ DESK = np.dtype(
 )
 """What one part knows of itself.
 
-``me``: its number of ``parts``; ``axis`` and ``along``: as in ``Slabs``; ``lead``: widths of a bucket that it
+``me``: its number of ``parts``; ``axis``: as in ``Slabs``; ``lead``: widths of a bucket that it
 may be ahead of others; ``patience``: refusals after which it lets another thread have the core; ``locked``:
 borders that it holds; ``refused``: how often in a row; ``passed``: events noted, ``latest`` the time of the
 latest, ``late``: how many came after a later one; ``told`` and ``sight``: what it has announced, ``said``: in
@@ -82,16 +84,10 @@ class Board(NamedTuple):
     """The messages: components that are due, (parts, 2, MAIL) int32."""
     locks: np.ndarray
     """Whether somebody holds the border below each part, and the events in its zone, (parts, 8) int64."""
-    times: np.ndarray
-    """Times of the last of them, (parts, PAST) float64."""
-    highest: np.ndarray
-    """The latest time of each and those before it, (parts, PAST) float64."""
-    whose: np.ndarray
-    """Part that each belonged to, (parts, PAST) int64."""
-    places: np.ndarray
-    """Layers that they were in, (parts, PAST, d) int64."""
+    past: np.ndarray
+    """The last of them, (parts, PAST, 8 or more) float64: a cache line each."""
     due: np.ndarray
-    """Earliest event announced in each strip of both borders, (parts, 2, STRIPS) float64."""
+    """Earliest event announced in each patch of both borders, (parts, 2, PATCHES) float64."""
 
 
 class PartCalendar(NamedTuple):
@@ -109,20 +105,22 @@ class PartCalendar(NamedTuple):
     board: Board
     mask: np.ndarray
     """What each layer is to the part, (layers,) uint8."""
-    strips: np.ndarray
-    """Strip of each layer along the other axis, (layers,) int64."""
+    along: np.ndarray
+    """Two axes along which borders are divided into patches, (2,) int64."""
+    patches: np.ndarray
+    """Into how many, along each of them, (2,) int64."""
+    rows: np.ndarray
+    """The row of patches that each layer along each of them is in, (2, layers) int64."""
     layers: np.ndarray
     """Layers along each axis, (d,) int64."""
     near: np.ndarray
     """Layers between two events up to which they may touch the same, (d,) int64."""
-    times: np.ndarray
-    """Times of the last events, (PAST,) float64."""
-    places: np.ndarray
-    """Layers that they were in, (PAST, d) int64."""
+    past: np.ndarray
+    """The last events, (PAST, 8 or more) float64."""
     notes: np.ndarray
     """Times of the events announced on each side, (2, NOTES) float64."""
     where: np.ndarray
-    """Their strips, (2, NOTES) int64."""
+    """Their patches, (2, NOTES) int64."""
     flags: np.ndarray
     """Whether a bucket may hold one, (buckets,) uint8."""
 
@@ -131,6 +129,18 @@ class PartCalendar(NamedTuple):
 def mask_of(calendar, i):
     """Return what the layer of component i is to this part."""
     return np.int64(calendar.mask[layer_of(calendar.neighbors, i, calendar.desk[0].axis)])
+
+
+@inner
+def row_of(calendar, i, k):
+    """Return the row of patches that component i is in, along the k-th axis of a border."""
+    return calendar.rows[k, layer_of(calendar.neighbors, i, calendar.along[k])]
+
+
+@inner
+def patch_at(calendar, side, part, row, column):
+    """Return where the board has what a part announces in a patch of its border on a side."""
+    return (2 * part + side) * PATCHES + row * calendar.patches[1] + column
 
 
 @inner

@@ -20,7 +20,7 @@ from carom.engine.windows.desk import (
     slot_of,
     stop_all,
 )
-from carom.engine.windows.slabs import LOWER, OWN, RIM, ZONES
+from carom.engine.windows.slabs import LOWER, OUTER, OWN, RIM, ZONES
 
 
 @absent.register
@@ -35,8 +35,11 @@ def _(calendar: PartCalendar, i, time):
         return False
     mask = mask_of(calendar, np.uint64(i))
     foreign = mask & OWN == 0
-    if desk.locked & BUSY != 0 and (foreign or mask & RIM != 0) and mask & ZONES & desk.locked == 0:
-        stop_all(calendar)  # further away than an event should reach: somebody else may be at it
+    if desk.locked & BUSY != 0:
+        held = mask & ZONES & desk.locked != 0
+        inside = held and mask & OUTER != 0 if foreign else held or mask & RIM == 0
+        if not inside:
+            stop_all(calendar)  # further away than an event should reach: somebody else may be at it
     if not foreign:
         return False
     side = np.int64(0 if mask & LOWER != 0 else 1)

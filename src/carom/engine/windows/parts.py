@@ -18,9 +18,9 @@ from carom.engine.search import RowSight
 from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
 from carom.engine.windows import messages, turns, upcoming  # noqa: F401 (what a part's calendar answers)
-from carom.engine.windows.desk import DESK, LINE, MAIL, NOTES, PAST, Board, PartCalendar
+from carom.engine.windows.desk import DESK, LINE, MAIL, NOTES, PAST, PLACE, TIME, Board, PartCalendar
 from carom.engine.windows.ledger import Gathered, Page
-from carom.engine.windows.slabs import STRIPS, Slabs
+from carom.engine.windows.slabs import PATCHES, Slabs
 from carom.models.free_flight import Inertial
 from carom.models.gravity import Falling
 from carom.models.interface import NEVER, age, begin, complaint, growth, take_over, taken_up
@@ -92,12 +92,15 @@ def make_board(parts: int, dimension: int) -> Board:
         taken=aligned(LINE * parts, np.int64).reshape(parts, LINE),
         mail=aligned(2 * MAIL * parts, np.int32).reshape(parts, 2, MAIL),
         locks=aligned(LINE * parts, np.int64).reshape(parts, LINE),
-        times=aligned(PAST * parts, np.float64).reshape(parts, PAST),
-        highest=aligned(PAST * parts, np.float64).reshape(parts, PAST),
-        whose=aligned(PAST * parts, np.int64).reshape(parts, PAST),
-        places=aligned(PAST * dimension * parts, np.int64).reshape(parts, PAST, dimension),
-        due=aligned(2 * STRIPS * parts, np.float64).reshape(parts, 2, STRIPS),
+        past=make_past(parts * PAST, dimension).reshape(parts, PAST, -1),
+        due=aligned(2 * PATCHES * parts, np.float64).reshape(parts, 2, PATCHES),
     )
+
+
+def make_past(events: int, dimension: int) -> np.ndarray:
+    """Return room to remember events, each on cache lines of its own."""
+    words = -(-(PLACE + dimension) // LINE) * LINE
+    return aligned(events * words, np.float64).reshape(events, words)
 
 
 def make_part(engine: Engine, k: int, slabs: Slabs, board: Board, page: Page, patience: int) -> Part:
@@ -115,18 +118,19 @@ def make_part(engine: Engine, k: int, slabs: Slabs, board: Board, page: Page, pa
     plain = make_calendar(n // parts, float(engine.calendar.control.width[0]), len(engine.calendar.due))
     desk = aligned(1, DESK)
     desk["patience"] = patience
-    desk["me"], desk["parts"], desk["axis"], desk["along"] = k, parts, slabs.axis, slabs.along
+    desk["me"], desk["parts"], desk["axis"] = k, parts, slabs.axis
     calendar = PartCalendar(
         *plain,
         neighbors=neighbors,
         desk=desk.view(np.recarray),
         board=board,
         mask=clone(slabs.masks[k]),
-        strips=slabs.strips,
+        along=slabs.along,
+        patches=slabs.patches,
+        rows=slabs.rows,
         layers=slabs.layers,
         near=slabs.near,
-        times=aligned(PAST, np.float64),
-        places=aligned(PAST * dimension, np.int64).reshape(PAST, dimension),
+        past=make_past(PAST, dimension),
         notes=aligned(2 * NOTES, np.float64).reshape(2, NOTES),
         where=aligned(2 * NOTES, np.int64).reshape(2, NOTES),
         flags=aligned(len(plain.buckets), np.uint8),
@@ -157,7 +161,7 @@ def begin_window(parts: list[Part], epoch: int, start: float, end: float, lead: 
         for name in ("latest", "told", "sight"):
             desk[name] = -NEVER
         desk["unread"], desk["until"], desk["lead"] = NEVER, end, lead
-        calendar.times[:] = -NEVER
+        calendar.past[:, TIME] = -NEVER
         part.engine.tallies.view(np.ndarray)[:] = 0
 
 

@@ -7,15 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner, required
 from carom.engine.neighbors.grid import bits, coordinate_bits, steps
 from carom.engine.neighbors.lists import Lists
-from carom.engine.neighbors.sectors import Sectors
+from carom.engine.neighbors.sectors import Sectors, prefetch_place
 
-LOWER, UPPER, OWN, HEEDED, RIM, RECALLED = 1, 2, 4, 8, 32, 64
-"""What a layer is to a part: in the zone of its lower border, in that of its upper border, its own; its own,
-and one that others can touch. ``HEEDED`` times one of the first two: an event of somebody there may be in
-that zone. ``RECALLED``: what happens there may touch the same as an event in a zone.
+LOWER, UPPER, OWN, HEEDED, RIM, RECALLED, OUTER = 1, 2, 4, 8, 32, 64, 128
+"""What a layer is to a part: in the zone of its lower border, in that of its upper border, its own.
+``HEEDED`` times one of the first two: an event of somebody there may be in that zone. ``RIM``: an event of
+the part beyond the border may look there. ``OUTER``: an event of that part may touch somebody's partner
+there. ``RECALLED``: what happens there may touch the same as an event in a zone.
 """
 
 ZONES = LOWER | UPPER
@@ -24,8 +26,8 @@ ANNOUNCED = HEEDED * ZONES
 FINE = 12
 """Layers are 2 to this power where components have reference points."""
 
-STRIPS = 64
-"""Strips that a border is divided into, at most."""
+PATCHES = 256
+"""Patches that a border is divided into, at most."""
 
 
 class Touch(NamedTuple):
@@ -39,24 +41,40 @@ class Touch(NamedTuple):
 
     layers: int
     """Layers along the axis."""
+    look: int
+    """Beyond the layers of those whose event it is: whom they may meet."""
     event: int
-    """Beyond the layers of those whose event it is."""
+    """The same: partners of these."""
     pair: int
     """Between two that collide."""
+
+    @property
+    def zone(self) -> int:
+        """Depth of a zone on either side of its border.
+
+        Two events touch the same if one looks at what the other touches. Who loses a partner loses it to one
+        event alone: two that reach the same component so, meet the same partner of it.
+        """
+        return self.look + self.event
+
+    @property
+    def near(self) -> int:
+        """Layers between two components up to which their events may touch the same."""
+        return self.zone + 2 * self.pair
 
 
 def touch_of(neighbors: Lists | Sectors, axis: int) -> Touch:
     """Return how far things reach along an axis."""
     if isinstance(neighbors, Sectors):
-        return Touch(int(neighbors.shape[axis]), 4, 1)
+        return Touch(int(neighbors.shape[axis]), 2, 4, 1)
     span = float(neighbors.grain[axis]) * 2.0 ** coordinate_bits(len(neighbors.grain))
     bounds = neighbors.bounds
     reach = math.sqrt(bounds.square) if hasattr(bounds, "square") else 2.0 * float(bounds.largest.max())
     margin = float(bounds.margin) if hasattr(bounds, "margin") else float(bounds.margins.max())
     cell = max(span / size for size in neighbors.grid.shape[:, axis])
-    event = margin + reach + max(reach + margin, cell)
-    layer = span / 2.0**FINE
-    return Touch(1 << FINE, math.ceil(event / layer) + 1, math.ceil(reach / layer) + 1)
+    look = margin + max(reach + margin, cell)
+    lengths = look, look + reach, reach
+    return Touch(1 << FINE, *(math.ceil(length * 2.0**FINE / span) + 1 for length in lengths))
 
 
 @required
@@ -74,6 +92,21 @@ def _(neighbors: Lists, i, axis):
     return np.uint64(steps(neighbors, neighbors.reference[i], axis) >> (bits(neighbors) - FINE))
 
 
+@required
+def prefetch_layer(neighbors, i):
+    """Ask for what ``layer_of`` of component i looks at."""
+
+
+@prefetch_layer.register
+def _(neighbors: Sectors, i):
+    prefetch_place(neighbors, i)
+
+
+@prefetch_layer.register
+def _(neighbors: Lists, i):
+    prefetch(neighbors.reference, np.int64(i))
+
+
 @inner
 def apart_by(layer, other, layers):
     """Return how many layers two are apart, of so many layers that repeat."""
@@ -87,12 +120,14 @@ class Slabs(NamedTuple):
 
     axis: int
     """Axis across the slabs."""
-    along: int
-    """Axis along which borders are divided into strips."""
     masks: np.ndarray
     """What each layer is to each part, (parts, layers) uint8."""
-    strips: np.ndarray
-    """Strip of each layer along the other axis, (layers,) int64."""
+    along: np.ndarray
+    """Two axes along which borders are divided into patches, (2,) int64."""
+    patches: np.ndarray
+    """Into how many, along each of them, (2,) int64."""
+    rows: np.ndarray
+    """The row of patches that each layer along each of them is in, (2, layers) int64."""
     layers: np.ndarray
     """Layers along each axis, (d,) int64."""
     near: np.ndarray
@@ -102,7 +137,7 @@ class Slabs(NamedTuple):
 def most_slabs(neighbors: Lists | Sectors, box) -> int:
     """Return how many slabs a box can have: an event may touch the next one, but not the one after it."""
     touch = touch_of(neighbors, int(np.argmax(box)))
-    return touch.layers // (2 * touch.event)
+    return touch.layers // touch.zone
 
 
 def slabs_of(neighbors: Lists | Sectors, box, periodic, parts: int) -> Slabs:
@@ -117,9 +152,10 @@ def slabs_of(neighbors: Lists | Sectors, box, periodic, parts: int) -> Slabs:
         raise ValueError(f"There is no room for {parts} slabs.")
     touches = [touch_of(neighbors, axis) for axis in range(len(box))]
     axis = int(np.argmax(box))
-    layers, zone = touches[axis].layers, 2 * touches[axis].event
-    heeded = zone + touches[axis].pair
-    recalled = heeded + zone + 2 * touches[axis].pair
+    layers, touch = touches[axis].layers, touches[axis]
+    heeded = touch.zone + touch.pair
+    near = np.array([touch.near for touch in touches])
+    wide = np.array([touch.layers for touch in touches])
     masks = np.zeros((parts, layers), np.uint8)
     for part in range(parts):
         low, high = (round(k * layers / parts) for k in (part, part + 1))
@@ -127,14 +163,28 @@ def slabs_of(neighbors: Lists | Sectors, box, periodic, parts: int) -> Slabs:
         for plane, border in ((low, LOWER), (high, UPPER)):
             if parts > 1 and (periodic[axis] or 0 < plane < layers):
                 away = (np.arange(layers) - plane + layers // 2) % layers - layers // 2
-                masks[part, (-zone <= away) & (away < zone)] |= border
-                masks[part, (-recalled <= away) & (away < recalled)] |= RECALLED
-                masks[part, (-zone // 2 <= away) & (away < zone // 2)] |= RIM
-                masks[part, (-heeded <= away) & (away < heeded)] |= border * HEEDED
-    near = np.array([2 * (touch.event + touch.pair) for touch in touches])
-    wide = np.array([touch.layers for touch in touches])
-    # In one dimension a border is a point.
-    along = max((k for k in range(len(box)) if k != axis), key=lambda k: wide[k] / near[k], default=axis)
-    count = max(min(wide[along] // near[along], STRIPS), 1) if along != axis else 1
-    strips = np.arange(wide[along]) * count // wide[along]
-    return Slabs(axis, along, masks, strips, wide, near)
+                depth = np.where(away < 0, -away - 1, away)
+                masks[part, depth < touch.look] |= RIM
+                masks[part, depth < touch.event] |= OUTER
+                masks[part, depth < touch.zone] |= border
+                masks[part, depth < heeded] |= border * HEEDED
+                masks[part, depth < heeded + touch.near] |= RECALLED
+    along, patches = patches_of(wide // near, axis)
+    rows = np.zeros((2, wide.max()), np.int64)
+    for k in range(2):
+        rows[k, : wide[along[k]]] = np.arange(wide[along[k]]) * patches[k] // wide[along[k]]
+    return Slabs(axis, masks, along, patches, rows, wide, near)
+
+
+def patches_of(most, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return two axes along a border, and into how many patches it is divided along each, at most ``most`` of
+    each axis.
+
+    In two dimensions a border is a line, and in one a point: there is one patch along what is left.
+    """
+    sides = sorted((k for k in range(len(most)) if k != axis), key=lambda k: -most[k])[:2]
+    along, patches = np.full(2, axis), np.ones(2, np.int64)
+    for k, side in enumerate(sides):
+        along[k] = side
+        patches[k] = max(min(most[side], round(PATCHES ** (1 / len(sides)))), 1)
+    return along, patches

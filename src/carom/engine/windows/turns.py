@@ -25,16 +25,22 @@ from carom.engine.windows.desk import (
     FAR,
     LINE,
     MAIL,
+    LATEST,
     PAST,
+    PLACE,
+    TIME,
+    WHOSE,
     PartCalendar,
     beside,
     border,
     mask_of,
+    patch_at,
+    row_of,
     slot_of,
     stop_all,
 )
 from carom.engine.windows.messages import unlock
-from carom.engine.windows.slabs import ANNOUNCED, OWN, RECALLED, STRIPS, ZONES, apart_by, layer_of
+from carom.engine.windows.slabs import ANNOUNCED, OWN, RECALLED, ZONES, apart_by, layer_of
 from carom.models.interface import NEVER
 
 TIRED = 1 << 20
@@ -61,31 +67,42 @@ def nothing_before(calendar, side, now, i):
     late = clock + desk.lead * calendar.control[0].width <= now
     if late or load(board.clocks, LINE * other + 1) <= now:
         return False
-    strip = calendar.strips[layer_of(calendar.neighbors, i, desk.along)]
-    count = calendar.strips[np.uint64(len(calendar.strips) - 1)] + 1
-    for k in range(3):
-        at = strip + k - 1
-        at = at + count if at < 0 else (at - count if at >= count else at)
-        if load(board.due, (2 * other + 1 - side) * STRIPS + at) <= now:
-            return False
+    rows, columns = calendar.patches[0], calendar.patches[1]
+    row, column = row_of(calendar, i, 0), row_of(calendar, i, 1)
+    for above in range(min(rows, 3)):
+        for beyond in range(min(columns, 3)):
+            near = patch_at(
+                calendar, 1 - side, other, around(row + above - 1, rows), around(column + beyond - 1, columns)
+            )
+            if load(board.due, near) <= now:
+                return False
     return True
 
 
 @inner
-def near_to(calendar, places, k, i):
-    """Return whether component i is near the k-th place."""
-    for axis in range(places.shape[1]):
+def around(k, count):
+    """Return k, which may be one too low or too high, within a ring of so many."""
+    return k + count if k < 0 else (k - count if k >= count else k)
+
+
+@inner
+def near_to(calendar, past, k, i):
+    """Return whether component i is near the k-th event that is remembered."""
+    for axis in range(len(calendar.layers)):
         layer = layer_of(calendar.neighbors, i, axis)
-        if apart_by(layer, places[k, axis], calendar.layers[axis]) > calendar.near[axis]:
+        if apart_by(layer, np.int64(past[k, PLACE + axis]), calendar.layers[axis]) > calendar.near[axis]:
             return False
     return True
 
 
 @inner
-def put_place(calendar, places, k, i):
-    """Note where component i is as the k-th place."""
-    for axis in range(places.shape[1]):
-        places[k, axis] = layer_of(calendar.neighbors, i, axis)
+def remember(calendar, past, k, i, now, latest):
+    """Remember the event of component i now as the k-th."""
+    past[k, TIME] = now
+    past[k, LATEST] = latest
+    past[k, WHOSE] = calendar.desk[0].me
+    for axis in range(len(calendar.layers)):
+        past[k, PLACE + axis] = layer_of(calendar.neighbors, i, axis)
 
 
 @inner
@@ -122,21 +139,18 @@ def in_order(calendar, side, i, now):
     at = border(desk, np.int64(side))
     b = np.uint64(at // LINE)
     count = board.locks[b, 1]
-    highest = -NEVER
+    past = board.past[b]
+    latest = now
     for back in range(min(count, PAST)):
-        past = np.uint64((count - 1 - back) & (PAST - 1))
-        highest = max(highest, board.highest[b, past])
-        if board.highest[b, past] < now:
+        k = np.uint64((count - 1 - back) & (PAST - 1))
+        latest = max(latest, past[k, LATEST])
+        if past[k, LATEST] < now:
             break
-        later = board.times[b, past] >= now and board.whose[b, past] != desk.me
-        if (later and near_to(calendar, board.places[b], past, i)) or back == PAST - 1:
+        later = past[k, TIME] >= now and past[k, WHOSE] != desk.me
+        if (later and near_to(calendar, past, k, i)) or back == PAST - 1:
             return False
-    k = np.uint64(count & (PAST - 1))
     board.locks[b, 1] = count + 1
-    board.highest[b, k] = max(highest, now)
-    board.times[b, k] = now
-    board.whose[b, k] = desk.me
-    put_place(calendar, board.places[b], k, i)
+    remember(calendar, past, np.uint64(count & (PAST - 1)), i, now, latest)
     return True
 
 
@@ -146,20 +160,19 @@ def in_own_order(calendar, i, now):
 
     Late can be only what follows from an event of another part.
     """
-    desk = calendar.desk[0]
-    k = np.uint64(desk.passed & (PAST - 1))
+    desk, past = calendar.desk[0], calendar.past
+    place = np.uint64(desk.passed & (PAST - 1))
     if now < desk.latest:
         # What was far from all borders is not remembered, and may concern those that are not near one.
-        if mask_of(calendar, i) & ANNOUNCED == 0 or calendar.times[k] > now:
+        if mask_of(calendar, i) & ANNOUNCED == 0 or past[place, TIME] > now:
             return False
-        for past in range(np.uint64(PAST)):
-            if calendar.times[past] > now and near_to(calendar, calendar.places, past, i):
+        for k in range(np.uint64(PAST)):
+            if past[k, TIME] > now and near_to(calendar, past, k, i):
                 return False
         desk.late += 1
     desk.latest = max(desk.latest, now)
     desk.passed += 1
-    calendar.times[k] = now
-    put_place(calendar, calendar.places, k, i)
+    remember(calendar, past, place, i, now, desk.latest)
     return True
 
 

@@ -5,15 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.atomics import load, store
+from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner
 from carom.engine.calendar import ENTRIES, adapt, bucket_of, buckets_in_window, time_of
 from carom.engine.company import announce, mark, marks_forgotten
-from carom.engine.windows.desk import FAR, LINE, NOTES, PartCalendar, mask_of
-from carom.engine.windows.slabs import ANNOUNCED, HEEDED, OWN, STRIPS, layer_of
+from carom.engine.windows.desk import FAR, LINE, NOTES, PartCalendar, mask_of, patch_at, row_of
+from carom.engine.windows.slabs import ANNOUNCED, HEEDED, OWN, PATCHES, prefetch_layer
 from carom.models.interface import NEVER
 
 HORIZON = 16
 """Buckets in which a part looks for events in zones in advance."""
+
+ASKED = 4
+"""Buckets by which what they name is asked for before a part looks into them."""
 
 
 @inner
@@ -24,11 +28,10 @@ def note(calendar, side, time, i):
     if k == NOTES:
         desk.unnoted = min(desk.unnoted, time)
         return
-    strip = calendar.strips[layer_of(calendar.neighbors, i, desk.along)]
+    at = patch_at(calendar, side, desk.me, row_of(calendar, i, 0), row_of(calendar, i, 1))
     calendar.notes[side, k] = time
-    calendar.where[side, k] = strip
+    calendar.where[side, k] = at
     desk.noted[side] += 1
-    at = (2 * desk.me + side) * STRIPS + strip
     if time < load(calendar.board.due, at):
         store(calendar.board.due, at, np.float64(time))
 
@@ -45,14 +48,14 @@ def strike_out(calendar, side, now):
             continue
         desk.noted[side] -= 1
         last = np.uint64(desk.noted[side])
-        strip = where[side, k]
+        at = where[side, k]
         notes[side, k] = notes[side, last]
         where[side, k] = where[side, last]
         earliest = np.float64(NEVER)
         for other in range(last):
-            here = where[side, other] == strip and notes[side, other] >= now
+            here = where[side, other] == at and notes[side, other] >= now
             earliest = min(earliest, notes[side, other]) if here else earliest
-        store(calendar.board.due, (2 * desk.me + side) * STRIPS + strip, earliest)
+        store(calendar.board.due, at, earliest)
 
 
 @inner
@@ -87,8 +90,20 @@ def _(calendar: PartCalendar):
     store(calendar.board.clocks, LINE * desk.me + 1, np.float64(desk.sight))
     for side in range(2):
         desk.noted[side] = 0
-        for strip in range(STRIPS):
-            store(calendar.board.due, (2 * desk.me + side) * STRIPS + strip, np.float64(NEVER))
+        for patch in range(PATCHES):
+            store(calendar.board.due, patch_at(calendar, side, desk.me, 0, patch), np.float64(NEVER))
+
+
+@inner
+def ask_for_bucket(calendar, state, bucket):
+    """Ask for what looking into a bucket will touch."""
+    buckets = calendar.buckets
+    if bucket < buckets_in_window(calendar) and calendar.flags[np.uint64(bucket)] != 0:
+        for k in range(np.uint64(buckets[np.uint64(bucket), 0])):
+            i = np.int64(buckets[np.uint64(bucket), k + np.uint64(2)])
+            prefetch_layer(calendar.neighbors, i)
+            prefetch(state.rows, i)
+            prefetch(state.leave, i)
 
 
 @inner
@@ -130,6 +145,7 @@ def _(calendar: PartCalendar, state, time):
         if desk.frontier < target:
             while desk.frontier < target and max(desk.noted[0], desk.noted[1]) < NOTES // 2:
                 desk.frontier += 1
+                ask_for_bucket(calendar, state, desk.frontier + ASKED)
                 if calendar.flags[np.uint64(desk.frontier)] != 0:
                     look_into_bucket(calendar, state, np.uint64(desk.frontier))
             seen = control.start + (desk.frontier + 1) * control.width
