@@ -20,7 +20,7 @@ import numpy as np
 
 from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner, optional
-from carom.engine.company import absent, mark, marks_forgotten, sent
+from carom.engine.company import absent, mark, marks_forgotten, own, own_in, sent
 from carom.engine.images import index
 from carom.engine.neighbors.prefetch import HUGE, LARGE, look_ahead
 from carom.engine.state import aligned
@@ -34,6 +34,9 @@ FEWEST, MOST = 4.0, 8.5
 
 AHEAD = 0.47
 """Factor on both for ``HUGE`` systems: memory is requested a bucket at a time, best a few events ahead."""
+
+BLOCK = 256
+"""Components that are looked at together when the calendar is laid out; the heap has room for as many."""
 
 ROOM = 8
 """Entries that one cycle can add to the heap, at most."""
@@ -77,7 +80,7 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     buckets = max(n // 8, 16)
     # For buckets that fill unevenly; should that not do, the window is laid out anew.
     lines = n // (4 * ENTRIES) + 64
-    heap = max(heap, 256)
+    heap = max(heap, BLOCK)
     control = aligned(1, CONTROL)
     control["width"] = width
     control["cursor"] = buckets - 1
@@ -264,20 +267,57 @@ def lay_out(calendar, state, boundary, start, end):
         calendar.buckets[np.uint64(b), 1] = 0
     marks_forgotten(calendar)
     earliest = NEVER
-    for i in range(np.uint64(len(state.partner))):
-        if absent(calendar, i):
-            continue
+    n = np.uint64(len(state.partner))
+    for begin in range(np.uint64(0), n, np.uint64(BLOCK)):
+        earliest = min(earliest, choose_due(calendar, state, begin, min(begin + np.uint64(BLOCK), n)))
+        choose_entering(calendar, state, boundary)
+        count = np.uint64(control.waiting)
+        control.waiting = 0
+        for k in range(count):
+            insert(calendar, np.uint64(calendar.who[k]), calendar.due[k])
+    return earliest
+
+
+@inner
+def choose_due(calendar, state, begin, end):
+    """Put those of a block of components that are due in the window on the heap, in no order; return the
+    earliest time due.
+
+    There is no branch: each would be a toss.
+    """
+    due, who = calendar.due, calendar.who
+    until = calendar.control[0].end
+    earliest = NEVER
+    count = np.uint64(0)
+    for k in range(own_in(calendar, begin, end)):
+        i = own(calendar, begin, k)
         time = time_of(state, i)
         earliest = min(earliest, time)
+        due[count] = time
+        who[count] = i
+        count += np.uint64(time < until)
+    calendar.control[0].waiting = count
+    return earliest
+
+
+@inner
+def choose_entering(calendar, state, boundary):
+    """Keep those of them that enter the calendar, and ask for their buckets: of a pair one does, if it is
+    there to collide.
+    """
+    due, who = calendar.due, calendar.who
+    count = np.uint64(0)
+    for k in range(np.uint64(calendar.control[0].waiting)):
+        i, time = np.uint64(who[k]), due[k]
         word = np.int64(state.partner[i])
         j = np.uint64(index(boundary, word)) if word >= 0 else i
-        # The other of a pair enters, if it is there to collide. One branch: each condition is a toss.
-        enters = (j >= i) | (time == state.leave[i]) | (state.leave[j] < time)
-        if time < control.end and not enters:
-            enters = absent(calendar, j)
-        if (time < control.end) & enters:
-            insert(calendar, i, time)
-    return earliest
+        enters = (j >= i) | (time == state.leave[i]) | (state.leave[j] < time) | absent(calendar, j)
+        due[count] = time
+        who[count] = i
+        count += np.uint64(enters)
+        if len(state.partner) >= HUGE:
+            prefetch(calendar.buckets, bucket_of(calendar, time) * calendar.buckets.shape[1])
+    calendar.control[0].waiting = count
 
 
 @optional

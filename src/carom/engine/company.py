@@ -16,6 +16,20 @@ def absent(calendar, i):
 
 
 @optional
+def own_in(calendar, begin, end):
+    """Return how many of the components from ``begin`` to ``end`` belong to this calendar, whose heap is
+    empty and may be used; by default all do.
+    """
+    return end - begin
+
+
+@optional
+def own(calendar, begin, k):
+    """Return the k-th of those."""
+    return begin + k
+
+
+@optional
 def sent(calendar, i, time):
     """Send component i, which is due at ``time``, to the calendar that it belongs to; return whether that is
     another one.

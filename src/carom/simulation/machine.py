@@ -282,15 +282,20 @@ class Machine:
         if self.contents.stepped and self.scheduled:
             self.steps = read_steps(self.engine.neighbors)
 
-    def enlarge_neighbors(self) -> None:
-        """Make more room in sectors, cells and lists; everything has then to be scheduled anew."""
+    def enlarge_neighbors(self, full_cell: bool | None = None, times: int = 1) -> None:
+        """Make more room in sectors and cells, or in lists; everything has then to be scheduled anew.
+
+        Without ``full_cell`` it is made where there is none left.
+        """
         from carom.engine.parts import enlarge_neighbors
 
         self._keep_steps()
         self.scheduled = False
-        members = getattr(self.engine.neighbors, "members", np.zeros(1))
-        full_cell = self.scheme.kind == "sectors" or members.max() == self.scheme.cell_capacity
-        self.scheme = self.scheme.with_larger_neighbors(full_cell)
+        if full_cell is None:
+            members = getattr(self.engine.neighbors, "members", np.zeros(1))
+            full_cell = self.scheme.kind == "sectors" or members.max() == self.scheme.cell_capacity
+        for _ in range(times):
+            self.scheme = self.scheme.with_larger_neighbors(full_cell)
         self.engine = enlarge_neighbors(self.engine, self.scheme, self.contents)
 
     def enlarge_heap(self) -> None:

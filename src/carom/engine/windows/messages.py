@@ -7,7 +7,7 @@ import numpy as np
 from carom.compiling.atomics import load, store
 from carom.compiling.registry import inner
 from carom.engine.calendar import ROOM, insert, time_of
-from carom.engine.company import absent, collect, sent
+from carom.engine.company import absent, collect, own, own_in, sent
 from carom.engine.windows.desk import (
     BUSY,
     FAR,
@@ -26,6 +26,21 @@ from carom.engine.windows.slabs import LOWER, OUTER, OWN, RIM, ZONES
 @absent.register
 def _(calendar: PartCalendar, i):
     return mask_of(calendar, i) & OWN == 0
+
+
+@own_in.register
+def _(calendar: PartCalendar, begin, end):
+    # Rows of others are not looked at: half of the memory that two parts would ask for.
+    count = np.uint64(0)
+    for i in range(begin, end):
+        calendar.who[count] = i
+        count += np.uint64(mask_of(calendar, i) & OWN != 0)
+    return count
+
+
+@own.register
+def _(calendar: PartCalendar, begin, k):
+    return np.uint64(calendar.who[k])
 
 
 @sent.register

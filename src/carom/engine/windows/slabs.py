@@ -72,7 +72,8 @@ def touch_of(neighbors: Lists | Sectors, axis: int) -> Touch:
     reach = math.sqrt(bounds.square) if hasattr(bounds, "square") else 2.0 * float(bounds.largest.max())
     margin = float(bounds.margin) if hasattr(bounds, "margin") else float(bounds.margins.max())
     cell = max(span / size for size in neighbors.grid.shape[:, axis])
-    look = margin + max(reach + margin, cell)
+    # Who is in one cell shares it: between two there is always room for a cell.
+    look = margin + max(reach, 0.5 * cell)
     lengths = look, look + reach, reach
     return Touch(1 << FINE, *(math.ceil(length * 2.0**FINE / span) + 1 for length in lengths))
 

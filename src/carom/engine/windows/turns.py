@@ -23,9 +23,9 @@ from carom.engine.neighbors.prefetch import leaves_first
 from carom.engine.windows.desk import (
     BUSY,
     FAR,
+    LATEST,
     LINE,
     MAIL,
-    LATEST,
     PAST,
     PLACE,
     TIME,

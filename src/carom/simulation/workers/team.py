@@ -32,8 +32,8 @@ EVENTS = 0.7
 MORE, LEAST_ROOM = 1.5, 4096
 """Room for collisions in a window, over those that a part should have, and in addition."""
 
-SPARE = 2
-"""Times that room for neighbours is made at once, where it grows by one for each list."""
+SPARE = 4
+"""For how many more each list and each cell has room, where all have the same."""
 
 STREAK = 16
 """Windows kept in a row after which parts may be further ahead of each other again."""
@@ -67,7 +67,8 @@ class Team:
         lead = self.settings.lead
         scheme, neighbors = self.machine.scheme, cast(Any, self.machine.engine.neighbors)
         if scheme.kind == "lists" and scheme.step == 0 and not neighbors.counts.any():
-            self._make_room()
+            for full_cell in (True, False):  # a window that finds no room is run again
+                self.machine.enlarge_neighbors(full_cell, SPARE)
         self._most = LEAD * min(1.0, self.machine.scene.n / MANY) if lead is None else lead
         self._lead = self._most
         self._streak = 0
@@ -157,11 +158,6 @@ class Team:
         shares.merge += now - ran
         return True
 
-    def _make_room(self) -> None:
-        """Make more room for neighbours than is needed now: a window that finds none is run again."""
-        for _ in range(SPARE if self.machine.scheme.step == 0 else 1):
-            self.machine.enlarge_neighbors()
-
     def _settle(self, codes: list[int], epoch: int, start: float, end: float, target: int) -> bool:
         """Keep a window, or go back to its beginning; return which of the two."""
         from carom.engine import constants
@@ -179,7 +175,7 @@ class Team:
             self._learn()
         else:
             if constants.NEEDS_NEIGHBORS in codes:
-                self._make_room()
+                self.machine.enlarge_neighbors(times=SPARE if self.machine.scheme.step == 0 else 1)
             self._back(epoch, start)
             self._again(codes, epoch, end, end - start, reached)
         self._settled = True
