@@ -8,17 +8,18 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.compiling.registry import required
+from carom.compiling.registry import inner, required
 from carom.engine.constants import LAMBDA, OBSTACLE
 from carom.engine.images import index
 from carom.engine.obstacles import Obstacles
 from carom.engine.state import aligned
 from carom.engine.tallies import count_pair, log_full, record
 
-ENTRY = np.dtype([("time", "f8"), ("virial", "f8"), ("impulse", "f8"), ("i", "i4"), ("word", "i4")])
-"""A collision: its time within the epoch, its virial and the magnitude of the momentum exchanged, the
-component of lower index, and the word of the other, or ``OBSTACLE - k``.
-"""
+ENTRY = np.dtype([("time", "f8"), ("virial", "f8")])
+"""A collision: its time within the epoch and its virial."""
+
+DETAIL = np.dtype([("impulse", "f8"), ("word", "i8")])
+"""The magnitude of the momentum exchanged, and the word of the other, or ``OBSTACLE - k``."""
 
 
 class Page(NamedTuple):
@@ -28,26 +29,44 @@ class Page(NamedTuple):
     """How many there are, the first of a line of int64."""
     entries: Any
     """(room,) of type ENTRY."""
+    who: np.ndarray
+    """The component of lower index, (room,) int32."""
+    details: Any
+    """(room,) of type DETAIL, or None where nobody asks: no species, no obstacles, no event log."""
 
 
 class Ledger(NamedTuple):
-    """Room for the collisions of all parts, a row for each part."""
+    """The same of all parts, a row for each part."""
 
     used: np.ndarray
     """How many collisions each has, in the first column, (parts, 8) int64: a cache line for each."""
     entries: Any
     """(parts, room) of type ENTRY."""
+    stamps: np.ndarray
+    """The bits of times and virials, a view of them, (parts, room, 2) int64."""
+    who: np.ndarray
+    """(parts, room) int32."""
+    details: Any
+    """(parts, room) of type DETAIL, or None."""
 
 
-def make_ledger(parts: int, room: int) -> Ledger:
+def make_ledger(parts: int, room: int, detailed: bool) -> Ledger:
     """Return an empty ledger with room for a given number of collisions of each part."""
-    entries = aligned(parts * room, ENTRY).reshape(parts, room)
-    return Ledger(aligned(8 * parts, np.int64).reshape(parts, 8), entries.view(np.recarray))
+
+    def rows(kind):
+        return aligned(parts * room, kind).reshape(parts, room)
+
+    used = aligned(8 * parts, np.int64).reshape(parts, 8)
+    entries = rows(ENTRY)
+    stamps = entries.view(np.int64).reshape(parts, room, 2)
+    details = rows(DETAIL).view(np.recarray) if detailed else None
+    return Ledger(used, entries.view(np.recarray), stamps, rows(np.int32), details)
 
 
 def page_of(ledger: Ledger, part: int) -> Page:
     """Return the page of a part."""
-    return Page(ledger.used[part], ledger.entries[part])
+    details = None if ledger.details is None else ledger.details[part]
+    return Page(ledger.used[part], ledger.entries[part], ledger.who[part], details)
 
 
 class Gathered(NamedTuple):
@@ -76,10 +95,40 @@ def _(log: Gathered, clock, i, word, impulse):
     entry = page.entries[k]
     entry.time = clock.now
     entry.virial = log.latest[0]
-    entry.impulse = impulse
-    entry.i = i
-    entry.word = word
+    page.who[k] = i
+    put_detail(page.details, k, word, impulse)
     page.used[0] = k + 1
+
+
+@required
+def put_detail(details, k, word, impulse):
+    """Note the word and the impulse of the k-th collision."""
+
+
+@put_detail.register
+def _(details: None, k, word, impulse):
+    return None
+
+
+@put_detail.register
+def _(details: np.ndarray, k, word, impulse):
+    details[k].word = word
+    details[k].impulse = impulse
+
+
+@required
+def detail(details, part, k):
+    """Return the word and the impulse of the k-th collision of a part."""
+
+
+@detail.register
+def _(details: None, part, k):
+    return np.int64(0), 0.0
+
+
+@detail.register
+def _(details: np.ndarray, part, k):
+    return np.int64(details[part, k].word), np.float64(details[part, k].impulse)
 
 
 @required
@@ -100,8 +149,35 @@ def _(obstacles: Obstacles, number, momentum):
 
 def put_in_order(page: Page) -> None:
     """Sort the collisions of a part by time, where one came late."""
-    entries = page.entries.view(np.ndarray)[: page.used[0]]
-    entries[:] = entries[np.argsort(entries["time"], kind="stable")]
+    count = page.used[0]
+    order = np.argsort(page.entries.view(np.ndarray)["time"][:count], kind="stable")
+    for column in (page.entries, page.who, page.details):
+        if column is not None:
+            noted = column.view(np.ndarray)[:count]
+            noted[:] = noted[order]
+
+
+@inner
+def add_two(ledger, heads, tally):
+    """Add up what two parts have, as long as both have some.
+
+    Which comes first is a coin tossed for each collision, so nothing jumps here: positive numbers are in the
+    order of their bits, and those are compared in a third of the time.
+    """
+    left, right = ledger.entries[0], ledger.entries[1]
+    at_left, at_right = ledger.stamps[0], ledger.stamps[1]
+    a, b = heads[0], heads[1]
+    virial = tally.virial
+    while a < ledger.used[0, 0] and b < ledger.used[1, 0]:
+        is_right = at_right[b, 0] < at_left[a, 0]
+        if at_right[b, 0] == at_left[a, 0]:
+            is_right = ledger.who[1, b] < ledger.who[0, a]
+        virial += right[b].virial if is_right else left[a].virial
+        step = np.int64(is_right)
+        a, b = a + 1 - step, b + step
+    tally.collisions += a + b - heads[0] - heads[1]
+    tally.virial = virial
+    heads[0], heads[1] = a, b
 
 
 def _merge(digest):
@@ -124,6 +200,8 @@ def _merge(digest):
         tally = tallies[0]
         entries = ledger.entries
         parts = len(heads)
+        if parts == 2 and ledger.details is None:
+            add_two(ledger, heads, tally)
         while True:
             part = np.int64(-1)
             for k in range(parts):
@@ -133,7 +211,7 @@ def _merge(digest):
                 if part < 0 or entries[k, h].time < entries[part, heads[part]].time:
                     part = np.int64(k)
                 elif entries[k, h].time == entries[part, heads[part]].time:
-                    part = np.int64(k) if entries[k, h].i < entries[part, heads[part]].i else part
+                    part = np.int64(k) if ledger.who[k, h] < ledger.who[part, heads[part]] else part
             if part < 0:
                 return True
             if log_full(log):
@@ -141,15 +219,16 @@ def _merge(digest):
             h = heads[part]
             heads[part] = h + 1
             entry = entries[part, h]
-            i, word = np.int64(entry.i), np.int64(entry.word)
+            i = np.int64(ledger.who[part, h])
+            word, impulse = detail(ledger.details, part, h)
             clock[0].now = entry.time
             if word < LAMBDA:
-                struck(obstacles, OBSTACLE - word, entry.impulse)
+                struck(obstacles, OBSTACLE - word, impulse)
             else:
                 tally.collisions += 1
                 tally.virial += entry.virial
                 count_pair(by_species, i, np.int64(index(boundary, word)), entry.virial)
-            record(log, clock[0], i, word, entry.impulse)
+            record(log, clock[0], i, word, impulse)
 
     return merge
 

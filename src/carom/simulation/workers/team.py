@@ -74,6 +74,7 @@ class Team:
         self._streak = 0
         self._engine: Any = None
         self._ledger: Any = None
+        self._detailed = False
         self._room = 0
         self._parts: list[Any] = []
         self._kept: tuple[np.ndarray, np.ndarray | None] | None = None
@@ -108,7 +109,7 @@ class Team:
         if int(stop[0]) < epoch or machine.clock.epoch > epoch:
             return False
         if start >= last:
-            return int(stop[0]) > epoch and self._turn(epoch)
+            return int(stop[0]) > epoch and self._turn(epoch) and self.window(stop, target)
         if int(stop[0]) == epoch:
             last = min(last, float(stop[1]))
         if epoch == self._plain[0] and start < self._plain[1]:  # windows did not get over this
@@ -373,7 +374,8 @@ class Team:
         """Make the parts, where the engine is another than before, and lay out their calendars."""
         from carom.engine.windows.parts import restart
 
-        if self._engine is None or self._engine.neighbors is not self.machine.engine.neighbors:
+        other = self._engine is None or self._engine.neighbors is not self.machine.engine.neighbors
+        if other or self._detailed != self._details():
             self._make_parts()
         fresh = self._fresh and self._mark == self._state()
         wanted = self._bucket()
@@ -382,6 +384,12 @@ class Team:
         if not fresh:
             for part in self._parts:
                 restart(part.engine, epoch, start, self._width)
+
+    def _details(self) -> bool:
+        """Tell whether anybody asks for more of a collision than its virial."""
+        engine: Any = self.machine.engine
+        asking = (engine.by_species, engine.model.obstacles, self.machine.log)
+        return any(who is not None for who in asking)
 
     def _make_parts(self) -> None:
         """Make the parts, and compile what they run: at a time before anything is due."""
@@ -394,8 +402,11 @@ class Team:
         engine: Any = machine.engine
         if self._room == 0:
             self._room = int(MORE * scene.n * self._lengths.held / workers) + LEAST_ROOM
-        if self._ledger is None or self._ledger.entries.shape[1] < self._room:
-            self._ledger = make_ledger(workers, self._room)
+        self._detailed = self._details()
+        ledger = self._ledger
+        small = ledger is None or ledger.entries.shape[1] < self._room
+        if small or (ledger.details is None) == self._detailed:
+            self._ledger = make_ledger(workers, self._room, self._detailed)
         slabs = slabs_of(engine.neighbors, scene.box, scene.periodic, workers)
         board = make_board(workers, scene.dimension)
         pages = [page_of(self._ledger, k) for k in range(workers)]
