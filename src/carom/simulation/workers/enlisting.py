@@ -13,7 +13,7 @@ from carom.simulation.workers.team import Team
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
 
-WORTHWHILE: dict[int, int] = {2: 100_000, 3: 800_000}
+WORTHWHILE: dict[int, int] = {2: 100_000, 3: 290_000}
 """Components from which on two workers were measured to be faster than one, by dimension."""
 
 AT_MOST = 2
