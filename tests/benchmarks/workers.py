@@ -3,6 +3,7 @@
     python tests/benchmarks/workers.py                       # a million spheres at 0.30, two workers
     python tests/benchmarks/workers.py 2 0.70 600000 2        # dimension, packing fraction, n, workers
     python tests/benchmarks/workers.py table                  # two workers, from ten thousand to a million
+    python tests/benchmarks/workers.py separate 2 0.70 1e6    # two runs that share nothing but the machine
 
 Both runs must come out with the same bits. "One worker" is what happens outside of windows: the last
 collisions before a given number. The last lines of the table are a model, not a measurement.
@@ -12,6 +13,7 @@ import itertools
 import statistics
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -120,6 +122,20 @@ def model(zones, costs):
         print(f"model: d = {dimension}, {packing_fraction:.2f}, N = {n}: " + ", ".join(ratios))
 
 
+def separate(dimension, packing_fraction, n):
+    """Print the rate of two separate runs at once, over that of one of them alone."""
+    scene = scene_of(int(dimension), packing_fraction, int(n))
+    sims = [carom.Simulation(scene, seed=seed) for seed in (3, 4)]
+    for sim in sims:
+        sim.run(collisions_per_particle=30)
+    with ThreadPoolExecutor(2) as pool:
+        for _ in range(ROUNDS):
+            alone, began = wall(sims[0]), time.perf_counter()
+            list(pool.map(wall, sims))
+            both = time.perf_counter() - began
+            print(f"one {alone:.2f} s, two at once {both:.2f} s, ratio {2.0 * alone / both:.2f}", flush=True)
+
+
 COLUMNS = ("running", "state kept", "adding up", "new epochs", "run again", "one worker")
 
 
@@ -136,6 +152,9 @@ def main():
     """Print the table, or one row of it."""
     if sys.argv[1:] == ["table"]:
         table()
+        return
+    if sys.argv[1:2] == ["separate"]:
+        separate(*map(float, sys.argv[2:]))
         return
     given = [float(word) for word in sys.argv[1:]]
     dimension, packing_fraction, n, workers = (given + [3, 0.30, 1_000_000, 2][len(given) :])[:4]
