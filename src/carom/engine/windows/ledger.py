@@ -22,6 +22,10 @@ DETAIL = np.dtype([("impulse", "f8"), ("word", "i8")])
 """The magnitude of the momentum exchanged, and the word of the other, or ``OBSTACLE - k``."""
 
 
+STRETCH = 256
+"""Collisions that are put in order in one go, four times, before they are added up."""
+
+
 class Page(NamedTuple):
     """The collisions of one part."""
 
@@ -48,6 +52,8 @@ class Ledger(NamedTuple):
     """(parts, room) int32."""
     details: Any
     """(parts, room) of type DETAIL, or None."""
+    ordered: np.ndarray
+    """Bits of virials in the order of time, room for adding up, (4, STRETCH) int64."""
 
 
 def make_ledger(parts: int, room: int, detailed: bool) -> Ledger:
@@ -60,7 +66,8 @@ def make_ledger(parts: int, room: int, detailed: bool) -> Ledger:
     entries = rows(ENTRY)
     stamps = entries.view(np.int64).reshape(parts, room, 2)
     details = rows(DETAIL).view(np.recarray) if detailed else None
-    return Ledger(used, entries.view(np.recarray), stamps, rows(np.int32), details)
+    ordered = aligned(4 * STRETCH, np.int64).reshape(4, STRETCH)
+    return Ledger(used, entries.view(np.recarray), stamps, rows(np.int32), details, ordered)
 
 
 def page_of(ledger: Ledger, part: int) -> Page:
@@ -158,23 +165,62 @@ def put_in_order(page: Page) -> None:
 
 
 @inner
-def add_two(ledger, heads, tally):
-    """Add up what two parts have, as long as both have some.
+def of_left(left, right, a, b, count):
+    """Return how many of the next ``count`` collisions are of the left part, from the a-th and b-th on."""
+    low, high = np.int64(0), np.int64(count)
+    while low < high:
+        middle = (low + high) // 2
+        if right[np.uint64(b + count - 1 - middle), 0] < left[np.uint64(a + middle), 0]:
+            high = middle
+        else:
+            low = middle + 1
+    return low
 
-    Which comes first is a coin tossed for each collision, so nothing jumps here: positive numbers are in the
-    order of their bits, and those are compared in a third of the time.
+
+@inner
+def next_of_two(left, right, a, b):
+    """Return the virial of the next collision, the a-th or the b-th, what is next then, and whether both are
+    at the same time.
     """
-    left, right = ledger.entries[0], ledger.entries[1]
-    at_left, at_right = ledger.stamps[0], ledger.stamps[1]
+    at_left, at_right = left[a, 0], right[b, 0]
+    of_a, of_b = left[a, 1], right[b, 1]
+    is_right = at_right < at_left
+    step = np.uint64(is_right)
+    return of_b if is_right else of_a, a + np.uint64(1) - step, b + step, at_left == at_right
+
+
+@inner
+def add_two(ledger, heads, tally):
+    """Add up what two parts have, until one of them has little left, or two collisions are at the same time.
+
+    Which comes first is a coin tossed for each collision, and the next question hangs on the answer. So four
+    stretches are put in order at a time, and without a jump: positive numbers are in the order of their bits.
+    A stretch holds if the one before ended where it began. Then they are added up.
+    """
+    left, right, ordered = ledger.stamps[0], ledger.stamps[1], ledger.ordered
+    virials = ordered.view(np.float64)
     a, b = heads[0], heads[1]
     virial = tally.virial
-    while a < ledger.used[0, 0] and b < ledger.used[1, 0]:
-        is_right = at_right[b, 0] < at_left[a, 0]
-        if at_right[b, 0] == at_left[a, 0]:
-            is_right = ledger.who[1, b] < ledger.who[0, a]
-        virial += right[b].virial if is_right else left[a].virial
-        step = np.int64(is_right)
-        a, b = a + 1 - step, b + step
+    while min(ledger.used[0, 0] - a, ledger.used[1, 0] - b) >= 4 * STRETCH:
+        begin1 = a + of_left(left, right, a, b, STRETCH)
+        begin2 = a + of_left(left, right, a, b, 2 * STRETCH)
+        begin3 = a + of_left(left, right, a, b, 3 * STRETCH)
+        a0, a1, a2, a3 = np.uint64(a), np.uint64(begin1), np.uint64(begin2), np.uint64(begin3)
+        b0, b1 = np.uint64(b), np.uint64(a + b + STRETCH - begin1)
+        b2, b3 = np.uint64(a + b + 2 * STRETCH - begin2), np.uint64(a + b + 3 * STRETCH - begin3)
+        tied = False
+        for k in range(np.uint64(STRETCH)):
+            ordered[0, k], a0, b0, tied0 = next_of_two(left, right, a0, b0)
+            ordered[1, k], a1, b1, tied1 = next_of_two(left, right, a1, b1)
+            ordered[2, k], a2, b2, tied2 = next_of_two(left, right, a2, b2)
+            ordered[3, k], a3, b3, tied3 = next_of_two(left, right, a3, b3)
+            tied |= tied0 | tied1 | tied2 | tied3
+        if tied or np.int64(a0) != begin1 or np.int64(a1) != begin2 or np.int64(a2) != begin3:
+            break
+        for stretch in range(4):
+            for k in range(np.uint64(STRETCH)):
+                virial += virials[stretch, k]
+        a, b = np.int64(a3), np.int64(b3)
     tally.collisions += a + b - heads[0] - heads[1]
     tally.virial = virial
     heads[0], heads[1] = a, b

@@ -1,0 +1,57 @@
+"""The collisions of two parts are added up in the order of time, to the last bit."""
+
+import numpy as np
+import pytest
+
+import carom
+from carom.engine.windows.ledger import STRETCH, make_ledger, merge
+
+
+def filled(counts, instants, seed):
+    """Return a ledger of two parts, with so many collisions of each, at so many different times at most."""
+    rng = np.random.default_rng(seed)
+    ledger = make_ledger(2, max(counts), False)
+    who = rng.permutation(sum(counts)).astype(np.int32)
+    for part, count in enumerate(counts):
+        times = (
+            np.sort(rng.integers(1, instants, count) / instants) if instants else np.sort(rng.random(count))
+        )
+        ledger.used[part, 0] = count
+        ledger.entries[part, :count].time = times
+        ledger.entries[part, :count].virial = rng.standard_normal(count)
+        ledger.who[part, :count] = who[part * counts[0] :][:count]
+        begin = 0
+        for end in np.flatnonzero(np.diff(times, append=np.inf)) + 1:  # as a part's own cycle notes them
+            ledger.who[part, begin:end].sort()
+            begin = end
+    return ledger
+
+
+@pytest.mark.parametrize("instants", [0, 10**7, 500, 3])
+@pytest.mark.parametrize(
+    "counts",
+    [
+        (20_000, 20_000),
+        (20_000, 3),
+        (0, 9000),
+        (4 * STRETCH, 4 * STRETCH),
+        (4 * STRETCH - 1, 9 * STRETCH),
+        (1, 1),
+    ],
+)
+def test_virials_of_two_parts_are_added_in_the_order_of_time(counts, instants):
+    engine = carom.Simulation(carom.Scene.fcc(cells=2, packing_fraction=0.3), seed=1).machine.engine
+    ledger = filled(counts, instants, sum(counts))
+    times, virials, who = (
+        np.concatenate([table[part, : counts[part]] for part in range(2)])
+        for table in (ledger.entries.time, ledger.entries.virial, ledger.who)
+    )
+    total = 0.0
+    for k in np.lexsort((who, times)):
+        total += virials[k]
+    engine.tallies.virial, engine.tallies.collisions = 0.0, 0
+    heads = np.zeros(2, np.int64)
+    assert merge(ledger, heads, engine.state.clock, engine.tallies, None, None, engine.model.boundary, None)
+    assert tuple(heads) == counts
+    assert engine.tallies.collisions[0] == sum(counts)
+    assert engine.tallies.virial[0] == total
