@@ -52,7 +52,7 @@ def wall(sim):
 
 
 def warm_up(sim):
-    """Compile, touch the memory, leave the lattice, go over into an epoch, whose code is loaded then."""
+    """Compile all that a round runs, a new epoch included, touch the memory, and leave the lattice."""
     sim.run(collisions_per_particle=30)
     while sim.machine.clock.epoch == 0:
         sim.run(collisions_per_particle=5)
