@@ -2,9 +2,9 @@
 
     python tests/benchmarks/workers.py                       # a million spheres at 0.30, two workers
     python tests/benchmarks/workers.py 2 0.70 600000 2        # dimension, packing fraction, n, workers
+    python tests/benchmarks/workers.py 2 0.70 600000 1        # windows of a single part, which has no borders
     python tests/benchmarks/workers.py table                  # two workers, from ten thousand to a million
     python tests/benchmarks/workers.py separate 2 0.70 1e6    # two runs that share nothing but the machine
-    python tests/benchmarks/workers.py part 2 0.70 1e6        # a single part, which has no borders
 
 Both runs must come out with the same bits. "One worker" is what happens outside of windows: the last
 collisions before a given number. The last lines of the table are a model, not a measurement.
@@ -71,6 +71,8 @@ class Measured(NamedTuple):
 def measure(scene, workers):
     """Run a scene with one worker and with several in turn, and compare the bits."""
     one, several = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3, workers=workers)
+    if workers == 1:  # which would be the plain cycle
+        several.machine.team = Team(several.machine, 1)
     team = several.machine.team
     for sim in (one, several):
         warm_up(sim)
@@ -144,22 +146,6 @@ def separate(dimension, packing_fraction, n):
             print(f"one {alone:.2f} s, two at once {both:.2f} s, ratio {2.0 * alone / both:.2f}", flush=True)
 
 
-def part(dimension, packing_fraction, n):
-    """Print the rate of one part that is the whole box over that of the plain cycle.
-
-    This is what windows and the calendar of a part cost where nobody waits.
-    """
-    scene = scene_of(int(dimension), packing_fraction, int(n))
-    plain, alone = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3)
-    alone.machine.team = Team(alone.machine, 1)
-    for sim in (plain, alone):
-        warm_up(sim)
-    for _ in range(ROUNDS):
-        without, within = wall(plain), wall(alone)
-        print(f"plain {without:.2f} s, one part {within:.2f} s, ratio {without / within:.2f}", flush=True)
-    compare(plain, alone)
-
-
 COLUMNS = ("running", "state kept", "adding up", "new epochs", "run again", "one worker")
 
 
@@ -177,9 +163,8 @@ def main():
     if sys.argv[1:] == ["table"]:
         table()
         return
-    modes = {"separate": separate, "part": part}
-    if sys.argv[1:2] and sys.argv[1] in modes:
-        modes[sys.argv[1]](*map(float, sys.argv[2:]))
+    if sys.argv[1:2] == ["separate"]:
+        separate(*map(float, sys.argv[2:]))
         return
     given = [float(word) for word in sys.argv[1:]]
     dimension, packing_fraction, n, workers = (given + [3, 0.30, 1_000_000, 2][len(given) :])[:4]
