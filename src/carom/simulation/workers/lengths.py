@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
 
-LENGTH = 4.0
+LENGTH = 8.0
 """Collisions a particle that a window holds: what is lost at most where it must be run again."""
 
 FEWEST = 32
@@ -19,6 +19,14 @@ FEWEST = 32
 
 SEEN = 0.1
 """Collisions a particle from which a rate follows."""
+
+GUESSED = 0.25
+"""How long the first window is, in proportion: disks placed at random collide four times as often at first."""
+
+DRIFT = 0.002
+"""By how much the rate may change, in proportion, from one window to the next, in addition to what it changed
+by the last time.
+"""
 
 
 @dataclass
@@ -47,6 +55,7 @@ class Lengths:
 
     def __post_init__(self) -> None:
         self._known = 0.0  # rate of a particle, as it was found last
+        self._change = 0.1  # and by how much it changed, in proportion: unknown at first
         self._counted = self.machine.collisions
         self._instant = self.machine.clock.instant
 
@@ -58,7 +67,9 @@ class Lengths:
         if seen >= SEEN:
             clock = machine.clock
             passed = float(clock.since_base(clock.instant) - clock.since_base(self._instant))
-            self._known = seen / passed if passed > 0.0 else self._known
+            if passed > 0.0:
+                before, self._known = self._known, seen / passed
+                self._change = abs(self._known / before - 1.0) if before > 0.0 else self._change
             self._counted, self._instant = machine.collisions, clock.instant
         if self._known > 0.0:
             return self._known
@@ -81,7 +92,7 @@ class Lengths:
         machine = self.machine
         rate = self.rate()
         if self.failed == 0:
-            self.length = self.held / rate
+            self.length = (self.held if self._known > 0.0 else GUESSED * self.held) / rate
         # What is left of the epoch in windows of one length: a short one costs nearly as much as a long one.
         length = (last - start) / max(math.ceil((last - start) / self.length - 0.02), 1)
         left = target - machine.collisions
@@ -89,7 +100,7 @@ class Lengths:
         if left < 2**60:
             # Short of it in spite of fluctuations: a window that goes beyond is of no use.
             ahead = min(left, rate * length)
-            length = min(length, (left - 4.0 * math.sqrt(ahead) - 0.01 * ahead) / rate)
+            length = min(length, (left - 4.0 * math.sqrt(ahead) - (DRIFT + self._change) * ahead) / rate)
         if not rate * length >= max(self.least * machine.scene.n, FEWEST):
             return None
         end = start + length

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SHARE = 0.02
+SHARE = 0.1
 """Collisions for each particle below which a stretch is not worth a window."""
 
 LEAD = 8.0

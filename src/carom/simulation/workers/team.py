@@ -17,8 +17,8 @@ from carom.simulation.workers.shares import LEAD, MANY, Settings, Shares
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine
 
-CYCLES = 200_000
-"""Cycles in one call of a worker: between two, it looks whether it is to stop."""
+CYCLES = 2_000_000
+"""Cycles in one call of a worker: between two, others wait for it, and it looks whether it is to stop."""
 
 PATIENCE = 6
 """Times that a window is run again, half as long each time, before the plain cycle takes it over."""
@@ -138,7 +138,7 @@ class Team:
         self._over.clear()
         kept = time.perf_counter()
         try:
-            codes = self._crew.each(self._advance, epoch, end, together=True)
+            codes = self._crew.each(self._advance, epoch, end, halt=self._halt)
             ran = time.perf_counter()
             with signals_held():
                 good = self._settle(codes, epoch, start, end, target)
@@ -253,24 +253,27 @@ class Team:
         renew_all(engine.model, engine.state, *map(np.int64, self._mine(k)))
 
     def _advance(self, k: int, epoch: int, end: float) -> int:
-        from carom.engine.windows.parts import stop
-
         began = time.thread_time()
         try:
             return self._to_the_end(k, epoch, end)
         except BaseException:  # the others do not wait for it
-            stop(self._parts)
+            self._halt()
             raise
         finally:
             self._busy[k] = time.thread_time() - began
 
+    def _halt(self) -> None:
+        from carom.engine.windows.parts import stop
+
+        stop(self._parts)
+
     def _to_the_end(self, k: int, epoch: int, end: float) -> int:
         """Run part k to the end of the window, or until all are to stop."""
         from carom.engine import constants
-        from carom.engine.windows.parts import stop, stopped, with_larger_heap
+        from carom.engine.windows.parts import stopped, with_larger_heap
 
         code = constants.SPENT
-        while not self._crew.stopping.is_set():
+        while not stopped(self._parts):
             code = self._cycle(k, epoch, end)
             if code in (constants.REACHED_TIME, constants.IDLE):
                 if self._rest(k):
@@ -278,10 +281,7 @@ class Team:
             elif code == constants.NEEDS_HEAP:
                 self._parts[k] = with_larger_heap(self._parts[k])
             elif code != constants.SPENT:
-                stop(self._parts)
-                break
-            elif stopped(self._parts):
-                break
+                self._halt()
         return code
 
     def _cycle(self, k: int, epoch: int, end: float) -> int:
@@ -300,7 +300,7 @@ class Team:
             if all(self._idle) and not any(map(has_mail, self._parts)):
                 self._over.set()
         while not self._over.is_set():
-            if self._crew.stopping.is_set() or stopped(self._parts):
+            if stopped(self._parts):
                 return True
             if has_mail(self._parts[k]):
                 with self._idling:
@@ -401,7 +401,7 @@ class Team:
         scene: Any = machine.scene
         engine: Any = machine.engine
         if self._room == 0:
-            self._room = int(MORE * scene.n * self._lengths.held / workers) + LEAST_ROOM
+            self._room = int(MORE * 0.5 * scene.n * self._lengths.held / workers) + LEAST_ROOM
         self._detailed = self._details()
         ledger = self._ledger
         small = ledger is None or ledger.entries.shape[1] < self._room
