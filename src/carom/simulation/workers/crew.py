@@ -27,7 +27,9 @@ class Crew:
         self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
         self._seen = {"<lambda>"}
 
-    def each(self, step: Callable[..., Any], *arguments: Any, halt: Callable[[], None] | None = None) -> list[Any]:
+    def each(
+        self, step: Callable[..., Any], *arguments: Any, halt: Callable[[], None] | None = None
+    ) -> list[Any]:
         """Call ``step(k, *arguments)`` for every worker k, each in its thread, and return what they return.
 
         The first time they go one after the other, in this thread: that is when the step is compiled. They do

@@ -12,7 +12,13 @@ if TYPE_CHECKING:
     from carom.simulation.machine import Machine
 
 LENGTH = 8.0
-"""Collisions a particle that a window holds: what is lost at most where it must be run again."""
+"""Collisions a particle that a window holds at most: all is lost where it must be run again."""
+
+SHARE, SMALLEST = 0.5, 0.25
+"""Part of this in the first windows, and where windows are often lost."""
+
+STREAK = 8
+"""Windows kept in a row after which they become twice as long."""
 
 FEWEST = 32
 """Collisions below which it never pays."""
@@ -21,7 +27,7 @@ SEEN = 0.1
 """Collisions a particle from which a rate follows."""
 
 GUESSED = 0.25
-"""How long the first window is, in proportion: disks placed at random collide four times as often at first."""
+"""How long the first window is, in proportion: disks placed at random collide more often at first."""
 
 DRIFT = 0.002
 """By how much the rate may change, in proportion, from one window to the next, in addition to what it changed
@@ -38,9 +44,11 @@ class Lengths:
     machine : Machine
         What runs.
     held : float
-        Collisions a particle that a window should hold.
+        Collisions a particle that a window should hold, at most.
     least : float
         Collisions a particle below which a stretch is left to the plain cycle.
+    share : float
+        Part of ``held`` that the next window should hold.
     length : float
         Length of the next window [engine's time], 0 before the first.
     failed : int
@@ -50,12 +58,14 @@ class Lengths:
     machine: Machine
     held: float
     least: float
+    share: float = SHARE
     length: float = 0.0
     failed: int = 0
 
     def __post_init__(self) -> None:
         self._known = 0.0  # rate of a particle, as it was found last
         self._change = 0.1  # and by how much it changed, in proportion: unknown at first
+        self._streak = 0
         self._counted = self.machine.collisions
         self._instant = self.machine.clock.instant
 
@@ -92,7 +102,7 @@ class Lengths:
         machine = self.machine
         rate = self.rate()
         if self.failed == 0:
-            self.length = (self.held if self._known > 0.0 else GUESSED * self.held) / rate
+            self.length = self.share * self.held * (1.0 if self._known > 0.0 else GUESSED) / rate
         # What is left of the epoch in windows of one length: a short one costs nearly as much as a long one.
         length = (last - start) / max(math.ceil((last - start) / self.length - 0.02), 1)
         left = target - machine.collisions
@@ -109,7 +119,14 @@ class Lengths:
     def kept(self) -> None:
         """Learn that a window was kept."""
         self.failed = 0
+        self._streak += 1
+        if self._streak == STREAK:
+            self._streak, self.share = 0, min(2.0 * self.share, 1.0)
 
-    def lost(self, length: float) -> None:
-        """Halve the length after a window that was lost."""
+    def lost(self) -> None:
+        """Learn that a window was lost, for whatever reason."""
+        self._streak, self.share = 0, max(0.5 * self.share, min(SMALLEST, self.share))
+
+    def halve(self, length: float) -> None:
+        """Let the next window, which is run again, be half as long as it was."""
         self.length, self.failed = 0.5 * length, self.failed + 1

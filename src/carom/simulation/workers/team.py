@@ -61,9 +61,11 @@ class Team:
     shares: Shares = field(default_factory=Shares)
 
     def __post_init__(self) -> None:
-        wanted = self.settings.collisions
+        wanted, least = self.settings.collisions, self.settings.least
         self._crew = Crew(self.workers)
-        self._lengths = Lengths(self.machine, LENGTH if wanted is None else wanted, self.settings.least)
+        self._lengths = Lengths(self.machine, LENGTH if wanted is None else wanted, least)
+        if wanted is not None:
+            self._lengths.share = 1.0
         lead = self.settings.lead
         scheme, neighbors = self.machine.scheme, cast(Any, self.machine.engine.neighbors)
         if scheme.kind == "lists" and scheme.step == 0 and not neighbors.counts.any():
@@ -349,13 +351,14 @@ class Team:
         from carom.engine import constants
 
         self._streak = 0
+        self._lengths.lost()
         if constants.NEEDS_NEIGHBORS in codes:
             return
         if constants.NEEDS_LOG in codes:
             self._engine = None  # with more room
             self._room *= 2
         else:
-            self._lengths.lost(length)
+            self._lengths.halve(length)
             if self._lengths.failed > PATIENCE:
                 self._plain = (epoch, end)
                 self._lengths.kept()
