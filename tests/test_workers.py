@@ -12,6 +12,7 @@ from carom.engine.windows.slabs import OUTER, OWN, RIM, ZONES, most_slabs, slabs
 from carom.engine.windows.turns import in_order, in_own_order
 from carom.errors import InputError
 from carom.io.events import read_events
+from carom.simulation.workers import lengths
 from carom.simulation.workers.shares import Settings
 from carom.simulation.workers.team import STREAK, Team
 
@@ -320,3 +321,28 @@ def test_parts_stay_closer_together_after_a_window_was_lost_and_less_so_after_ma
     for _ in range(STREAK):
         team._learn()
     assert team._lead == lead
+
+
+def test_windows_become_longer_while_they_are_kept_and_shorter_where_they_are_lost():
+    held = Team(carom.Simulation(fluid(), seed=3).machine, 2)._lengths
+    assert held.share == lengths.SHARE
+    for _ in range(lengths.STREAK):
+        held.kept()
+    assert held.share == 2.0 * lengths.SHARE == 1.0
+    for _ in range(lengths.STREAK - 1):
+        held.kept()
+    for part in (0.5, 0.25, 0.25):
+        held.lost()
+        assert held.share == part
+    for _ in range(lengths.STREAK - 1):  # those before do not count
+        held.kept()
+    assert held.share == 0.25
+
+
+def test_the_first_window_of_disks_at_random_has_room_for_their_many_collisions():
+    sim = carom.Simulation(carom.Scene.random(n=4000, dimension=2, packing_fraction=0.7, seed=1), seed=3)
+    sim.machine.team = Team(sim.machine, 1)
+    sim.run(collisions_per_particle=12)
+    shares = sim.machine.team.shares
+    assert shares.windows > 2
+    assert shares.repeats == 0

@@ -2,6 +2,7 @@
 
     python tests/benchmarks/workers.py                       # a million spheres at 0.30, two workers
     python tests/benchmarks/workers.py 2 0.70 600000 2        # dimension, packing fraction, n, workers
+    python tests/benchmarks/workers.py 2 0.70 600000 2 12     # in twelve rounds, and their median
     python tests/benchmarks/workers.py 2 0.70 600000 1        # windows of a single part, which has no borders
     python tests/benchmarks/workers.py table                  # two workers, from ten thousand to a million
     python tests/benchmarks/workers.py separate 2 0.70 1e6    # two runs that share nothing but the machine
@@ -68,7 +69,7 @@ class Measured(NamedTuple):
     """Wall time of several [s]."""
 
 
-def measure(scene, workers):
+def measure(scene, workers, rounds=ROUNDS):
     """Run a scene with one worker and with several in turn, and compare the bits."""
     one, several = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3, workers=workers)
     if workers == 1:  # which would be the plain cycle
@@ -78,7 +79,7 @@ def measure(scene, workers):
         warm_up(sim)
     team.shares = Shares()
     ratios, passed = [], 0.0
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         alone, together = wall(one), wall(several)
         passed += together
         ratios.append(alone / together)
@@ -167,11 +168,13 @@ def main():
         separate(*map(float, sys.argv[2:]))
         return
     given = [float(word) for word in sys.argv[1:]]
-    dimension, packing_fraction, n, workers = (given + [3, 0.30, 1_000_000, 2][len(given) :])[:4]
+    defaults = [3, 0.30, 1_000_000, 2, ROUNDS]
+    dimension, packing_fraction, n, workers, rounds = (given + defaults[len(given) :])[:5]
     scene = scene_of(int(dimension), packing_fraction, int(n))
-    measured = measure(scene, int(workers))
+    measured = measure(scene, int(workers), int(rounds))
     shares = measured.team.shares
     print(row_of(scene, measured))
+    print(f"median of {len(measured.ratios)} rounds: {statistics.median(measured.ratios):.2f}")
     print(f"{shares.windows} windows, {shares.repeats} run again; {measured.team.workers} slabs")
 
 
