@@ -325,10 +325,10 @@ def test_parts_stay_closer_together_after_a_window_was_lost_and_less_so_after_ma
 
 def test_windows_become_longer_while_they_are_kept_and_shorter_where_they_are_lost():
     held = Team(carom.Simulation(fluid(), seed=3).machine, 2)._lengths
-    assert held.share == lengths.SHARE
+    assert held.share == lengths.FIRST
     for _ in range(lengths.STREAK):
         held.kept()
-    assert held.share == 2.0 * lengths.SHARE == 1.0
+    assert held.share == 2.0 * lengths.FIRST == 1.0
     for _ in range(lengths.STREAK - 1):
         held.kept()
     for part in (0.5, 0.25, 0.25):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 LENGTH = 8.0
 """Collisions a particle that a window holds at most: all is lost where it must be run again."""
 
-SHARE, SMALLEST = 0.5, 0.25
+FIRST, SMALLEST = 0.5, 0.25
 """Part of this in the first windows, and where windows are often lost."""
 
 STREAK = 8
@@ -58,7 +58,7 @@ class Lengths:
     machine: Machine
     held: float
     least: float
-    share: float = SHARE
+    share: float = FIRST
     length: float = 0.0
     failed: int = 0
 
