@@ -16,7 +16,7 @@ from carom.engine.neighbors.choice import choose
 from carom.engine.parts import arrays, build
 from carom.reference import NaiveSystem
 from carom.scene.temperature import degrees_of_freedom, peculiar, temperature
-from carom.simulation.preparation import contents_of
+from carom.simulation.preparation import prepare
 
 
 def cooling_rods():
@@ -235,7 +235,7 @@ def rescaled(_):
 def test_a_plain_scene_has_no_balance():
     # Scenes whose energy is constant are compiled without it.
     scene = placed(6, (4.0, 4.0), 1, periodic=[True, False])
-    contents = contents_of(scene, scene.velocities, None, True, False)
+    contents = prepare(scene, scene.velocities)
     scheme = choose(contents, 1.0, "auto", None)
     engine = build(scheme, contents, scene.positions, scene.velocities)
     assert engine.model.impact is None

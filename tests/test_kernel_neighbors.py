@@ -10,8 +10,7 @@ from engine_cases import engine_collisions, moving
 from marks import slow
 
 import carom
-from carom.engine import cycle
-from carom.engine import parts as engine
+from carom.engine import cycle, neighborhood
 from carom.engine.constants import NEEDS_NEIGHBORS
 from carom.engine.images import SectorImage
 from carom.engine.neighbors import choice as scheme
@@ -253,7 +252,7 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
         scene = carom.Scene.mixture([n // 2, n // 2], packing_fraction=eta, seed=1, **sizes)
     scene = moving(scene, 2)
     loose = simulation(scene, neighbors="sectors")
-    monkeypatch.setattr(engine, "slacks_of", lambda scheme, contents: [0.0] * dimension)
+    monkeypatch.setattr(neighborhood, "slacks_of", lambda scheme, contents: [0.0] * dimension)
     strict = simulation(scene, neighbors="sectors")
     sectors = loose.machine.engine.neighbors
     sides, slacks = np.array(sectors.sides), np.array(sectors.slacks)

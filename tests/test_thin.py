@@ -11,11 +11,11 @@ from scene_cases import case, check, placed
 
 import carom
 from carom.engine.neighbors import choice as scheme
-from carom.engine.neighbors import thin
+from carom.engine.neighbors import sides, thin
 from carom.engine.neighbors.contacts import ROOM, best_of, contact_of, keep, make_contacts
 from carom.engine.state import State
 from carom.models.interface import NEVER
-from carom.simulation.preparation import contents_of
+from carom.simulation.preparation import prepare
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_so_it_does_for_a_contact_matrix():
 
 def chosen(n, dimension, packing_fraction, **more):
     scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1, **more)
-    return scheme.choose(contents_of(scene, np.ones_like(scene.positions), None, True, False), dimension**0.5)
+    return scheme.choose(prepare(scene, np.ones_like(scene.positions)), dimension**0.5)
 
 
 @pytest.mark.parametrize(("n", "dimension"), [(500, 3), (100, 2), (10, 3), (10, 2)])
@@ -61,7 +61,7 @@ def test_wider_sectors_where_flights_are_long():
         found = chosen(n, dimension, 1e-4)
         members = n / np.prod(found.shape)
         assert found.kind == "sectors"
-        assert members > 1.5 * scheme.SECTOR**dimension
+        assert members > 1.5 * sides.SECTOR**dimension
 
 
 @pytest.mark.parametrize(("dimension", "packing_fraction"), [(2, 0.05), (2, 0.3), (3, 0.05), (3, 0.2)])
@@ -69,7 +69,7 @@ def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
     n = 1000
     found = chosen(n, dimension, packing_fraction)
     scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1)
-    side = max(scheme.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
+    side = max(sides.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
     assert found.shape == tuple(int(edge / side) for edge in scene.box)
 
 
@@ -175,5 +175,5 @@ def test_what_is_thin_costs_what_the_mean_free_path_says():
 def test_in_high_dimension_sectors_are_small_enough_to_tell_most_images_apart():
     # One sector would be seen in 3^10 images, with all 100 in each of them.
     scene = carom.Scene.random(100, box=(2.3,) * 10, diameter=1.0, seed=1)
-    found = scheme.choose(contents_of(scene, np.ones_like(scene.positions), None, True, False), 10**0.5)
+    found = scheme.choose(prepare(scene, np.ones_like(scene.positions)), 10**0.5)
     assert (found.kind, found.shape) == ("sectors", (2,) * 10)

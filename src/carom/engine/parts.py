@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,40 +12,21 @@ from carom.engine.calendar import Calendar, make_calendar
 from carom.engine.currents import make_currents
 from carom.engine.flights import make_flights
 from carom.engine.held import make_held
-from carom.engine.images import NearestImage, SectorImage
 from carom.engine.live import is_live, made_live
-from carom.engine.neighbors.bounds import EqualBounds, GrowingBounds, UnequalBounds
-from carom.engine.neighbors.choice import HAIR, Scheme
-from carom.engine.neighbors.everybody import Everybody, make_everybody
-from carom.engine.neighbors.grid import make_grid
-from carom.engine.neighbors.levels import bounds_of, cells_around, levels_of, shape_of, spans_of, starts_of
-from carom.engine.neighbors.lists import Lists, make_lists
-from carom.engine.neighbors.pairs import AlongCurves, Pairs, make_pairs
-from carom.engine.neighbors.sectors import Sectors, make_sectors
+from carom.engine.neighborhood import build_neighbors
+from carom.engine.neighbors.choice import Scheme
+from carom.engine.neighbors.everybody import Everybody
+from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.pairs import Pairs
+from carom.engine.neighbors.sectors import Sectors
 from carom.engine.obstacles import make_obstacles
-from carom.engine.pair_steps import SteppedImage, make_steps
+from carom.engine.pair_steps import SteppedImage
 from carom.engine.requirements import Contents
-from carom.engine.search import FarSteps, NearSight, RowSight
+from carom.engine.sights import sight_of
 from carom.engine.state import State, make_state
 from carom.engine.tallies import TALLY, BySpecies
-from carom.models.contact import FAR
-from carom.models.interface import step_core_square
 from carom.models.pinned import PinnedCores
 from carom.models.units import Units
-
-SLACK = 1.0 - 2.0**-20
-"""Flights end this fraction of the margin, or of the slack, early, so that rounding cannot hide a contact
-behind the end of a list, or two sectors away.
-"""
-
-
-AHEAD = 8.0
-"""Diameters that two may fly relative to each other from the moment from which their contact is computed: the
-square of their distance is rounded, and the contact is off by some 32 roundings.
-"""
-
-SLIGHT = 2.0**-10
-"""Diameters below which contacts are not computed from such a moment: the box leaves no room for it."""
 
 
 class Model(NamedTuple):
@@ -97,14 +77,17 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     lossy = impact is not None or contents.rates is not None or contents.stepped or live
     changes = contents.straight and lossy
     neighbors, boundary = build_neighbors(scheme, contents, pair)
-    by_species = None
+    kinds = by_species = currents = flights = None
     if contents.kinds is not None:
         count = int(contents.kinds.max()) + 1
-        by_species = BySpecies(
-            particles.with_ghost(contents.kinds, np.int64),
-            np.zeros((count, count), np.int64),
-            np.zeros((count, count)),
-        )
+        kinds = particles.with_ghost(contents.kinds, np.int64)
+        by_species = BySpecies(kinds, np.zeros((count, count), np.int64), np.zeros((count, count)))
+    if contents.currents:
+        held = make_held(contents.n, contents.dimension, pair.energy) if contents.stepped else None
+        currents = make_currents(particles.masses, velocities, kinds, held)
+    if contents.flights:
+        inverse = pair.inverse if isinstance(pair, PinnedCores) else None
+        flights = make_flights(contents.n, kinds, inverse)
     return Engine(
         Model(
             pair,
@@ -114,9 +97,9 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             impact,
             make_balance(particles.masses, velocities, contents.still) if changes else None,
             obstacles,
-            _sight(scheme, contents, neighbors, pair),
-            _currents(contents, particles, velocities, pair),
-            _flights(contents, particles, pair),
+            sight_of(scheme, contents, neighbors, pair),
+            currents,
+            flights,
             pair if isinstance(pair, Units) else None,
         ),
         state,
@@ -125,162 +108,6 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
         np.zeros(1, TALLY).view(np.recarray),
         by_species,
     )
-
-
-def _currents(contents: Contents, particles, velocities, pair):
-    """Return the currents, where they are asked for."""
-    if not contents.currents:
-        return None
-    held = make_held(contents.n, contents.dimension, pair.energy) if contents.stepped else None
-    return make_currents(particles.masses, velocities, _kinds(contents, particles), held)
-
-
-def _flights(contents: Contents, particles, pair):
-    """Return empty histograms of free flights, where they are asked for."""
-    if not contents.flights:
-        return None
-    inverse = pair.inverse if isinstance(pair, PinnedCores) else None
-    return make_flights(contents.n, _kinds(contents, particles), inverse)
-
-
-def _kinds(contents: Contents, particles):
-    """Return the species of each component and of the ghost, or None where there are none."""
-    return None if contents.kinds is None else particles.with_ghost(contents.kinds, np.int64)
-
-
-def _sight(
-    scheme: Scheme, contents: Contents, neighbors, pair
-) -> RowSight | FarSteps | NearSight | AlongCurves | None:
-    """Return how the time of a contact is computed."""
-    if scheme.kind == "all":
-        return NearSight(neighbors.near)
-    if scheme.kind == "pairs":
-        return AlongCurves(scheme.span)
-    if contents.stepped:
-        core = _smallest_core(contents.interaction, pair, contents)
-        return FarSteps() if scheme.reach > FAR * core else None
-    # Half a box away, pairs would be taken for other images.
-    growing = 1.0 if contents.rates is None else 2.0
-    room = 0.49 * contents.narrowest - growing * contents.diameter
-    ahead = min(AHEAD * contents.smallest, room)
-    return RowSight(ahead**2) if ahead >= SLIGHT * contents.smallest else None
-
-
-def _smallest_core(interaction: Any, pair, contents: Contents) -> float:
-    """Return the diameter of the smallest hard core, which need not be a component's; infinity without one.
-
-    Circles of units are no cores.
-    """
-    count, _ = interaction.steps(contents.particles)
-    squares = [float(step_core_square(pair, step)) for step in range(count)]
-    return math.sqrt(min((square for square in squares if square > 0.0), default=math.inf))
-
-
-def build_neighbors(scheme: Scheme, contents: Contents, pair):
-    """Return the empty neighbour scheme and the boundary that goes with it."""
-    edges = tuple(float(edge) for edge in contents.box)
-    # Along an axis with walls nothing is an image of anything: an inverse of zero rounds to no box at all.
-    inverse = tuple(
-        1.0 / edge if wraps else 0.0 for edge, wraps in zip(edges, contents.periodic, strict=True)
-    )
-    if scheme.kind == "lists":
-        lists = _build_lists(scheme, contents, pair)
-        if lists.steps is not None:
-            return lists, SteppedImage(edges, inverse, lists.steps.bits)
-        return lists, NearestImage(edges, inverse)
-    if scheme.kind == "all":
-        number = np.float32 if contents.single else np.float64
-        everybody = make_everybody(contents.n, edges, contents.diameter, scheme.span, number)
-        return everybody, NearestImage(edges, inverse)
-    if scheme.kind == "pairs":
-        return make_pairs(contents.n, scheme.span), NearestImage(edges, inverse)
-    slacks = slacks_of(scheme, contents)
-    spare = _spare(scheme, contents, slacks)
-    sectors = make_sectors(contents.n, edges, scheme.shape, scheme.cell_capacity, slacks, spare)
-    if _is_wide(scheme, contents):
-        return sectors, NearestImage(edges, inverse)
-    return sectors, SectorImage(
-        # What is seen through a wall is so far away that a wall is met before it.
-        tuple(edge if wraps else 4.0 * edge for edge, wraps in zip(edges, contents.periodic, strict=True)),
-        inverse,
-        sectors.shape,
-        sectors.place,
-        sectors.turn,
-        sectors.digits,
-        (len(sectors.digits) - 1).bit_length(),
-    )
-
-
-def _is_wide(scheme: Scheme, contents: Contents) -> bool:
-    """Tell whether two neighbouring sectors hold no two components half a box apart."""
-    return all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, contents.periodic, strict=True))
-
-
-def slacks_of(scheme: Scheme, contents: Contents) -> list[float]:
-    """Return how far a component may be beyond its sector along each axis [length].
-
-    Two that touch are in neighbouring sectors as long as a sector is a diameter and two slacks wide.
-    Components that grow need that room, and beyond a wall of the box there is nothing. Small ones have more
-    (:func:`_spare`).
-    """
-    slacks = [0.0] * contents.dimension
-    if _is_wide(scheme, contents) and contents.rates is None:
-        for axis, (edge, size) in enumerate(zip(contents.box, scheme.shape, strict=True)):
-            if contents.periodic[axis]:
-                room = 0.5 * (edge / size - contents.diameter * (1.0 + HAIR))
-                # The images of neighbours must be told apart as before.
-                slacks[axis] = max(SLACK * min(room, 0.25 * edge - edge / size), 0.0)
-    return slacks
-
-
-def _spare(scheme: Scheme, contents: Contents, slacks: list[float]) -> np.ndarray | None:
-    """Return how much more slack each component has than the largest, (n + 1,) [length], or None where all
-    have the same: by as much as its radius is smaller.
-    """
-    radii = contents.radii
-    if not contents.by_radii or radii is None or contents.contact is not None or contents.rates is not None:
-        return None
-    rooms = [
-        0.25 * edge - edge / size - slack
-        for edge, size, slack in zip(contents.box, scheme.shape, slacks, strict=True)
-        if slack > 0.0
-    ]
-    spare = np.minimum(0.5 * contents.diameter - radii, min(rooms, default=0.0))
-    return contents.particles.with_ghost(SLACK * spare, np.float32)
-
-
-def _build_lists(scheme: Scheme, contents: Contents, pair) -> Lists:
-    """Return empty lists."""
-    n, dimension = contents.n, contents.dimension
-    sizes = contents.reaches
-    # Reference points beyond a wall are no neighbours: a stretched axis keeps its two ends apart.
-    spans = spans_of(contents, scheme.reach)
-    if sizes is None:
-        margin = 0.5 * (scheme.reach - contents.diameter)
-        bounds: Any = EqualBounds(scheme.reach**2, margin * SLACK, scheme.capacity)
-        longest, words = scheme.capacity, n * scheme.capacity
-        shapes = [shape_of(spans, scheme.reach)]
-        around = [[[1] * dimension]]
-    else:
-        bound = bounds_of(contents, scheme.reach)
-        levels = levels_of(contents, scheme.reach)
-        shapes = levels.shapes
-        around = cells_around(levels, spans)
-        starts = starts_of(bound, contents, scheme.capacity)
-        longest, words = int(np.diff(starts).max()), int(starts[-1])
-        ghostly = contents.particles.with_ghost(bound)
-        marks = contents.particles.with_ghost(levels.levels, np.uint8)
-        largest = np.array(levels.reaches)
-        if contents.rates is not None:
-            bounds = GrowingBounds(
-                ghostly, pair.radii, pair.rates, starts, marks, len(shapes), largest, SLACK
-            )
-        else:
-            margins = contents.particles.with_ghost(bound - sizes) * SLACK
-            bounds = UnequalBounds(ghostly, margins, starts, marks, len(shapes), largest)
-    steps = make_steps(contents.interaction, contents.particles)
-    grid = make_grid(shapes, around)
-    return make_lists(n, spans, bounds, grid, scheme.cell_capacity, words, longest, steps)
 
 
 def enlarge_neighbors(engine: Engine, scheme: Scheme, contents: Contents) -> Engine:

@@ -50,6 +50,8 @@ class Contents:
         Kernel models of the obstacles; values of those that are live.
     still : tuple of d bools, optional
         Along which axes the momentum is conserved; none, if left out.
+    pace : float
+        Speed that the motion, or what moves, gives to components that rest.
     images : bool
         Whether to count the boxes that each component crosses.
     single : bool
@@ -78,6 +80,7 @@ class Contents:
     by_radii: bool = True
     obstacles: tuple = field(default=())
     still: tuple[bool, ...] = ()
+    pace: float = 0.0
     images: bool = True
     single: bool = False
     currents: bool = False

@@ -7,9 +7,12 @@ walls, and every velocity counts.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+
+from carom.errors import InputError
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -79,10 +82,53 @@ def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
     return rest
 
 
+class Thermal(NamedTuple):
+    """What is thermal of the velocities of a scene."""
+
+    conserved: tuple[bool, ...]
+    """Along which axes the total momentum is conserved."""
+    degrees_of_freedom: int
+    masses: np.ndarray
+    """Of each component, (n,) [mass]."""
+    peculiar: np.ndarray
+    """Velocities about that of the centre of mass, (n, d) [length / time]: :func:`peculiar`."""
+    drift: float
+    """The largest difference of a velocity from its peculiar one, along an axis [length / time]."""
+
+    @property
+    def kT(self) -> float:
+        """Twice the kinetic energy of ``peculiar`` over the degrees of freedom [energy]."""
+        v = self.peculiar
+        return float(np.sum(self.masses[:, None] * v * v) / self.degrees_of_freedom)
+
+
+def thermal_of(scene: Scene, velocities: np.ndarray) -> Thermal:
+    """Return what is thermal of velocities (n, d) [length / time]."""
+    rest = peculiar(scene, velocities)
+    drift = float(np.abs(velocities - rest).max())
+    return Thermal(conserved(scene), degrees_of_freedom(scene), scene.masses, rest, drift)
+
+
 def temperature(scene: Scene, velocities: np.ndarray) -> float:
     """Return kT [energy] of a scene with velocities (n, d).
 
     It is twice the kinetic energy about the motion of the centre of mass, over :func:`degrees_of_freedom`.
     """
-    v = peculiar(scene, velocities)
-    return float(np.sum(scene.masses[:, None] * v * v) / degrees_of_freedom(scene))
+    return thermal_of(scene, velocities).kT
+
+
+def at_temperature(scene: Scene, velocities: np.ndarray, kT: float) -> np.ndarray:
+    """Return velocities, scaled so that the temperature is ``kT``, without momentum that is conserved.
+
+    Raises
+    ------
+    InputError
+        If nothing moves.
+    """
+    velocities = peculiar(scene, velocities)
+    twice = float(np.sum(scene.masses[:, None] * velocities * velocities))
+    if twice == 0.0:
+        raise InputError("Nothing moves, so there is no temperature to scale; give the scene velocities.")
+    half = math.frexp(twice)[1] // 2  # a temperature over another may be no double; their roots are
+    factor = math.sqrt(kT * degrees_of_freedom(scene) / math.ldexp(twice, -2 * half))
+    return np.ldexp(factor * velocities, -half)

@@ -14,6 +14,7 @@ import numpy as np
 from carom.errors import FileError, InputError
 from carom.models.restitution import Restitution
 from carom.scene.scene import Scene
+from carom.scene.temperature import thermal_of
 from carom.simulation.machine import Machine
 from carom.simulation.preparation import contents_of
 from carom.simulation.recorder import Recorder
@@ -125,9 +126,9 @@ def load(
         unit = TimeUnit(int(attributes["time_unit"]))
         rates = arrays.get("contents.rates")
         velocities = arrays["initial_velocities"]
-        contents = contents_of(
-            scene, velocities, rates, bool(attributes["images"]), bool(attributes["single"]), unit
-        )
+        thermal = thermal_of(scene, unit.to_kernel(velocities, -1))
+        images, single = bool(attributes["images"]), bool(attributes["single"])
+        contents = contents_of(scene, thermal, rates, images, single, unit)
         contents = dataclasses.replace(
             contents,
             rates=rates,
@@ -141,7 +142,7 @@ def load(
             radii = arrays["contents.radii"]
             contents = dataclasses.replace(contents, radii=radii, diameter=2.0 * float(radii.max()))
         neighbors, shell = json.loads(str(attributes["wish"]))
-        machine = Machine(scene, velocities, contents, unit, (neighbors, shell), chosen)
+        machine = Machine(scene, velocities, contents, (neighbors, shell), chosen)
         restore(machine.engine, arrays)
         machine.counted = int(attributes["counted"])
         clock = machine.clock

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.observables.equilibrium import equipartition, slow_exchange
-from carom.simulation.preparation import conserved
+from carom.scene.temperature import conserved
 
 if TYPE_CHECKING:
     from carom.simulation.machine import Machine

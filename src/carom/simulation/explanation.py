@@ -10,7 +10,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.scene.scene import Scene
 from carom.simulation.machine import Wish, wish_of
-from carom.simulation.preparation import contents_of, growth_rates, in_single
+from carom.simulation.preparation import prepare
 from carom.simulation.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -151,8 +151,7 @@ def explain(
     wish = wish_of(neighbors, shell)
     at_rest = np.zeros_like(scene.positions)
     velocities = at_rest if scene.velocities is None else scene.velocities
-    single = in_single(precision, scene, velocities)
-    contents = contents_of(scene, velocities, growth_rates(growth, scene), images, single)
+    contents = prepare(scene, velocities, growth=growth, precision=precision, images=images)
     try:
         chosen = choose(contents, 1.0, *wish)
     except ValueError as error:

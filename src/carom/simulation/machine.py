@@ -18,8 +18,7 @@ from carom.simulation.clock import Clock
 from carom.simulation.invariants import Mechanics
 from carom.simulation.own_models import refuse_forgetful
 from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
-from carom.simulation.preparation import impact_of, pace_of, unit_of
-from carom.units import TimeUnit
+from carom.simulation.preparation import impact_of, unit_of
 
 if TYPE_CHECKING:
     from carom.engine.neighbors.choice import Scheme
@@ -89,9 +88,7 @@ class Machine:
     velocities : (n, d) array
         At the start [length / time].
     contents : Contents
-        The facts of the scene that the engine needs, in ``unit``.
-    unit : TimeUnit
-        The engine's unit of time.
+        The facts of the scene that the engine needs, in its own unit of time.
     wish : tuple
         The requested neighbour scheme and reach.
     scheme : Scheme, optional
@@ -104,6 +101,8 @@ class Machine:
 
     Attributes
     ----------
+    unit : TimeUnit
+        The engine's unit of time.
     engine : Engine
         Model, state, neighbours, calendar, tallies: the engine's arrays.
     clock : Clock
@@ -133,7 +132,6 @@ class Machine:
         scene: Scene,
         velocities: np.ndarray,
         contents: Contents,
-        unit: TimeUnit,
         wish: Wish,
         scheme: Scheme | None = None,
     ):
@@ -143,9 +141,9 @@ class Machine:
         from carom.engine.parts import build
 
         self.scene = scene
-        self.velocities = np.array(velocities)
+        self.velocities = velocities.copy()
         self.contents = contents
-        self.unit = unit
+        self.unit = unit = contents.unit
         self.wish = wish
         self.scheme = self._choose(velocities, wish) if scheme is None else scheme
         self.engine: Engine = build(
@@ -170,10 +168,8 @@ class Machine:
         speed = math.sqrt(float(np.mean(np.sum(v * v, axis=1))))
         if self.contents.rates is not None:
             speed += 2.0 * float(self.contents.rates.max())
-        if not self.contents.straight or self.contents.obstacles:
-            speed = max(speed, self.unit.to_kernel(pace_of(self.scene), -1))
         try:
-            return choose(self.contents, speed, *wish, rate)
+            return choose(self.contents, max(speed, self.contents.pace), *wish, rate)
         except ValueError as error:
             raise InputError(str(error)) from None
 
@@ -378,10 +374,11 @@ class Machine:
         passed_in_epoch = self.in_epoch()
         if self.contents.rates is not None and rates is None:
             rates = before.to_scene(self.contents.rates, -1)
-        self.unit = unit = unit_of(self.scene, velocities, rates)
-        self.contents = dataclasses.replace(self.contents, unit=unit)
+        self.unit, thermal = unit_of(self.scene, velocities, rates)
+        unit, pace = self.unit, before.to_scene(self.contents.pace, -1)
+        self.contents = dataclasses.replace(self.contents, unit=unit, pace=unit.to_kernel(pace, -1))
         if rescaled:
-            impact = impact_of(self.scene, velocities, rates, unit)
+            impact = impact_of(self.scene, thermal, rates, unit)
             self.contents = dataclasses.replace(self.contents, impact=impact)
         if rates is not None:
             radii = 0.5 * frame.diameters

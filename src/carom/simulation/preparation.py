@@ -15,7 +15,7 @@ from carom.models.growing_cores import Growing
 from carom.models.parabolas import chase
 from carom.models.restitution import Restitution
 from carom.models.walls import cushions
-from carom.scene.temperature import conserved, degrees_of_freedom, peculiar, temperature
+from carom.scene.temperature import Thermal, thermal_of
 from carom.simulation import probes
 from carom.simulation.own_models import refuse_forgetful, refuse_unsound
 from carom.units import TimeUnit
@@ -39,9 +39,6 @@ COARSEST = 2.0**-6
 SLOWEST_GROWTH = 2.0**-512
 """Growth of diameters over speeds, about, below which nothing grows by a digit, and quotients overflow."""
 
-SAME = TimeUnit()
-"""The engine's unit of time is the scene's."""
-
 
 def pace_of(scene: Scene) -> float:
     """Return a speed that the motion, or what moves, gives to components that rest [length / time]."""
@@ -51,8 +48,8 @@ def pace_of(scene: Scene) -> float:
     return max(paces, default=0.0)
 
 
-def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> TimeUnit:
-    """Return the engine's unit of time for a scene.
+def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> tuple[TimeUnit, Thermal]:
+    """Return the engine's unit of time for a scene, and what is thermal of its velocities, in that unit.
 
     Parameters
     ----------
@@ -73,30 +70,32 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> T
     unit = TimeUnit.of(max(fastest, others, pace_of(scene)), scene.diameter)
     v = unit.to_kernel(velocities, -1)
     twice = unit.to_scene(float(np.sum(scene.masses[:, None] * v * v)), -2)
-    if fastest > 0.0 and not (LEAST_ENERGY * degrees_of_freedom(scene) <= twice <= MOST_ENERGY):
+    slowest = unit.to_scene(SLOWEST_GROWTH, -1)
+    thermal = thermal_of(scene, v)
+    if fastest > 0.0 and not (LEAST_ENERGY * thermal.degrees_of_freedom <= twice <= MOST_ENERGY):
         raise InputError(
             f"Velocities of up to {fastest:g} make a kinetic energy of {0.5 * twice:g}; expected between "
             f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all "
             "digits: choose another unit of time or of mass."
         )
-    if others > 0.0 and not unit.to_kernel(others, -1) >= SLOWEST_GROWTH:
+    if others > 0.0 and not others >= slowest:
         raise InputError(
             f"Diameters that grow at {others:g} do not grow beside speeds of {fastest:g} or more; "
             "leave out growth, or let them grow faster."
         )
-    return unit
+    return unit, thermal
 
 
-def impact_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None, unit: TimeUnit) -> Impact:
+def impact_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit: TimeUnit) -> Impact:
     """Return the contact law of a scene; restitution gets a threshold from the thermal speed.
 
     Where nothing moves yet, that is the speed that the motion, what moves, or growth ``rates`` of the radii
-    give to components that rest [length / time].
+    give to components that rest [length / time]. ``thermal`` is in the engine's unit of time.
     """
     impact = scene.impact
     if not isinstance(impact, Restitution):
         return impact
-    speed = unit.to_scene(math.sqrt(temperature(scene, unit.to_kernel(velocities, -1)) / scene.mass), -1)
+    speed = unit.to_scene(math.sqrt(thermal.kT / scene.mass), -1)
     if speed == 0.0:
         speed = max(pace_of(scene), 0.0 if rates is None else 2.0 * float(rates.max()))
     return impact.at(speed)
@@ -135,7 +134,7 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
     return rates if rates.any() else None
 
 
-def in_single(precision: str, scene: Scene, velocities: np.ndarray) -> bool:
+def in_single(precision: str, scene: Scene, thermal: Thermal) -> bool:
     """Tell whether a scene is to be kept in single precision.
 
     Parameters
@@ -144,8 +143,8 @@ def in_single(precision: str, scene: Scene, velocities: np.ndarray) -> bool:
         What was asked for.
     scene : Scene
         The scene.
-    velocities : (n, d) array
-        Of its components [length / time].
+    thermal : Thermal
+        What is thermal of its velocities, in any unit of time.
 
     Raises
     ------
@@ -174,12 +173,11 @@ def in_single(precision: str, scene: Scene, velocities: np.ndarray) -> bool:
                 f"positions by {rounding / scene.diameter:.2g}; lower packing_fraction (now "
                 f"{scene.packing_fraction:.9g}), or {otherwise}"
             )
-    rest = peculiar(scene, velocities)
-    drift, fastest = float(np.abs(velocities - rest).max()), float(np.abs(rest).max())
+    drift, fastest = thermal.drift, float(np.abs(thermal.peculiar).max())
     if scene.n > 1 and SINGLE * drift > COARSEST * fastest:
         raise InputError(
-            f"All components drift at {drift:.3g}, and at most at {fastest:.3g} relative to that, which "
-            f"single precision loses: take the drift out of the velocities, or {otherwise}"
+            f"All components drift, and relative to that they move at {fastest / drift:.3g} of the drift or "
+            f"less, which single precision loses: take the drift out of the velocities, or {otherwise}"
         )
     return True
 
@@ -229,13 +227,35 @@ def _falls(model: Any) -> bool:
     return choice.answers(interface.fall, model) or choice.answers(chase, model)
 
 
-def contents_of(
+def prepare(
     scene: Scene,
     velocities: np.ndarray,
-    rates: np.ndarray | None,
-    images: bool,
-    single: bool,
-    unit: TimeUnit = SAME,
+    *,
+    growth: Any = None,
+    precision: str = "double",
+    images: bool = True,
+) -> Contents:
+    """Return what the engine has to know of a scene with velocities (n, d) [length / time].
+
+    Parameters
+    ----------
+    scene, velocities
+        What is simulated.
+    growth, precision, images
+        As of :class:`carom.Simulation`.
+
+    Raises
+    ------
+    InputError
+        If the scene, or what is asked for, cannot be simulated.
+    """
+    rates = growth_rates(growth, scene)
+    unit, thermal = unit_of(scene, velocities, rates)
+    return contents_of(scene, thermal, rates, images, in_single(precision, scene, thermal), unit)
+
+
+def contents_of(
+    scene: Scene, thermal: Thermal, rates: np.ndarray | None, images: bool, single: bool, unit: TimeUnit
 ) -> Contents:
     """Return what the engine has to know of a scene.
 
@@ -243,10 +263,10 @@ def contents_of(
     ----------
     scene : Scene
         The scene.
-    velocities : (n, d) array
-        Of its components [length / time].
+    thermal : Thermal
+        What is thermal of its velocities, in ``unit``.
     rates : (n,) array or None
-        Radius that each component gains a time.
+        Radius that each component gains a time [length / time].
     images : bool
         Whether to count crossings of the box.
     single : bool
@@ -261,6 +281,7 @@ def contents_of(
         refuse_with_steps(scene, rates, single)
     by_radii = getattr(interaction, "by_radii", False)
     equal = scene.equal and rates is None and by_radii
+    impact = impact_of(scene, thermal, rates, unit)
     contents = Contents(
         n=scene.n,
         box=scene.box,
@@ -269,7 +290,7 @@ def contents_of(
         mass=scene.mass,
         interaction=interaction,
         motion=scene.motion,
-        impact=impact_of(scene, velocities, rates, unit),
+        impact=impact,
         walls=cushions(scene.box, scene.periodic),
         unit=unit,
         radii=None if equal else 0.5 * scene.diameters,
@@ -279,7 +300,8 @@ def contents_of(
         by_radii=by_radii,
         rates=None if rates is None else unit.to_kernel(rates, -1),
         obstacles=tuple(each if hasattr(each, "live") else each.model() for each in scene.obstacles),
-        still=conserved(scene),
+        still=thermal.conserved,
+        pace=unit.to_kernel(pace_of(scene), -1),
         images=images,
         single=single,
     )

@@ -53,7 +53,7 @@ from carom.models.units import Units
 from carom.scene.first_steps import first_steps
 from carom.scene.scene import Scene
 from carom.simulation import deciding
-from carom.simulation.preparation import contents_of, unit_of
+from carom.simulation.preparation import prepare
 
 CHUNK = 1 << 16
 """Events read at a time."""
@@ -99,11 +99,11 @@ class Replay:
             self._x = np.array(initial["positions"], dtype=np.float64)
             self._box = np.array(initial["box"], dtype=np.float64)
             self._shape = np.array(initial["shape"], dtype=np.int64)
-            self._unit = unit_of(scene, velocities, None)
+            contents = prepare(scene, velocities)
+            self._unit = contents.unit
             self._v = self._unit.to_kernel(velocities, -1)
             self._length = self._unit.to_kernel(float(initial["epoch_length"]), 1)
             self._bits = int(initial["bits"])
-            contents = contents_of(scene, velocities, None, True, False, self._unit)
             impact = contents.impact
             if isinstance(impact, Restitution):
                 impact = impact.below(float(initial["threshold"]))

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.errors import InputError
 from carom.scene.scene import Scene
-from carom.scene.temperature import conserved
-from carom.scene.velocities import maxwell_velocities
-from carom.simulation import checkpoint, flying, helfand, measuring, sampling, temperature
+from carom.scene.temperature import at_temperature
+from carom.scene.velocities import velocities_of
+from carom.simulation import checkpoint, flying, helfand, measuring, sampling
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
-from carom.simulation.preparation import contents_of, growth_rates, in_single, unit_of
+from carom.simulation.preparation import growth_rates, prepare
 from carom.simulation.recorder import Recorder
 from carom.simulation.running import Running
 from carom.simulation.workers.enlisting import team_of
@@ -100,32 +100,23 @@ class Simulation(Running):
             raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
         wish = wish_of(neighbors, shell)
         if scene.velocities is None:
-            kT = 1.0 if kT is None else kT
-            velocities = maxwell_velocities(
-                scene.n, scene.dimension, scene.masses, kT, seed, conserved(scene), scene.pinned
-            )
-            if hasattr(scene.motion, "tangent") and kT > 0.0:
-                velocities = scene.motion.tangent(scene.positions, velocities, scene.box)
-                velocities = temperature.at_temperature(velocities, scene, kT)
+            velocities = velocities_of(scene, 1.0 if kT is None else kT, seed)
         elif kT is None:
             velocities = scene.velocities
         else:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
-        rates = growth_rates(growth, scene)
-        if rates is not None and event_log is not None:
+        contents = prepare(scene, velocities, growth=growth, precision=precision, images=images)
+        if contents.rates is not None and event_log is not None:
             raise InputError(
                 "An event log holds one diameter a component, but growth is given: leave out one."
             )
-        single = in_single(precision, scene, velocities)
-        unit = unit_of(scene, velocities, rates)
-        contents = contents_of(scene, velocities, rates, images, single, unit)
         if currents:
             helfand.check(contents)
             contents = dataclasses.replace(contents, currents=True)
         if flights:
             flying.check(contents)
             contents = dataclasses.replace(contents, flights=True)
-        self._face(Machine(scene, velocities, contents, unit, wish), {})
+        self._face(Machine(scene, velocities, contents, wish), {})
         self.machine.team = team_of(self.machine, workers)
         self.machine.schedule()
         if event_log is not None:
@@ -164,7 +155,7 @@ class Simulation(Running):
             raise InputError(
                 "rescale() changes one growth into another: give Simulation() a positive growth, too."
             )
-        self.machine.refit(temperature.at_temperature(self.frame().velocities, self.scene, kT), rates)
+        self.machine.refit(at_temperature(self.scene, self.frame().velocities, kT), rates)
 
     # Long enough for modules of their own.
     sample = sampling.sample

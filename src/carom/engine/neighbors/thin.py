@@ -11,6 +11,7 @@ import math
 
 from carom.engine.neighbors.everybody import NARROWEST
 from carom.engine.neighbors.paths import BLOCK
+from carom.engine.neighbors.sides import HAIR
 from carom.engine.requirements import Contents
 
 THIN = 0.049
@@ -77,7 +78,7 @@ def best_side(contents: Contents, least: float, path: float) -> float:
     """
     sides = [least * WIDER**k for k in range(STEPS)]
     if contents.dimension >= HIGH:
-        tight = contents.diameter * (1.0 + 2.0**-40)
+        tight = contents.diameter * (1.0 + HAIR)
         finer = [tight * WIDER**k for k in range(STEPS) if tight * WIDER**k < least]
         sides += [side for side in finer if math.prod(edge / side for edge in contents.box) < MOST]
     return min(sides, key=lambda side: sector_cost(contents, side, path))
