@@ -20,6 +20,23 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 
+def velocities_of(scene: Scene, kT: float, seed: int | np.random.Generator) -> np.ndarray:
+    """Draw velocities (n, d) for a scene by :func:`maxwell_velocities`; they are tangent to the surface that
+    the motion keeps to, if there is one.
+
+    Raises
+    ------
+    InputError
+        If kT or the seed is out of range.
+    """
+    still = temperature.conserved(scene)
+    velocities = maxwell_velocities(scene.n, scene.dimension, scene.masses, kT, seed, still, scene.pinned)
+    if hasattr(scene.motion, "tangent") and kT > 0.0:
+        velocities = scene.motion.tangent(scene.positions, velocities, scene.box)
+        velocities = temperature.at_temperature(scene, velocities, kT)
+    return velocities
+
+
 def maxwell_velocities(
     n: int,
     dimension: int,
@@ -69,42 +86,16 @@ def maxwell_velocities(
         if len(mass) != n or (mass <= 0).any():
             least = mass.min(initial=np.inf)
             raise InputError(f"masses must be {n} positive numbers, found {len(mass)}, the least {least:g}.")
+    velocities = rng.standard_normal((n, dimension)) / np.sqrt(mass)[:, None]
     fixed = mask(pinned, n)
     still = np.full(dimension, fixed is None) if conserved is None else np.array(conserved, bool)
-    if fixed is not None or n == 1:
-        still[:] = False
-    return _drawn(rng, mass, kT, still, fixed)
-
-
-def velocities_of(scene: Scene, kT: float, seed: int | np.random.Generator) -> np.ndarray:
-    """Draw velocities (n, d) for a scene, as :func:`maxwell_velocities`; they are tangent to the surface that
-    the motion keeps to, if there is one.
-
-    Raises
-    ------
-    InputError
-        If kT or the seed is out of range.
-    """
-    kT = checks.number(kT, "kT", low=0, high=checks.HOTTEST)
-    rng = checks.generator(seed)
-    still = np.asarray(temperature.conserved(scene))
-    velocities = _drawn(rng, scene.masses, kT, still, scene.pinned)
-    if hasattr(scene.motion, "tangent") and kT > 0.0:
-        velocities = scene.motion.tangent(scene.positions, velocities, scene.box)
-        velocities = temperature.at_temperature(scene, velocities, kT)
-    return velocities
-
-
-def _drawn(
-    rng: np.random.Generator, mass: np.ndarray, kT: float, still: np.ndarray, fixed: np.ndarray | None
-) -> np.ndarray:
-    """Draw velocities (n, d), without momentum along the axes ``still``; those ``fixed`` rest."""
-    n, dimension = len(mass), len(still)
-    velocities = rng.standard_normal((n, dimension)) / np.sqrt(mass)[:, None]
     moving = n
     if fixed is not None:
         velocities[fixed] = 0.0
         moving -= int(fixed.sum())
+        still[:] = False
+    if n == 1:
+        still[:] = False
     if still.any():
         for _ in range(2):  # the second time removes what rounding left
             velocities -= np.where(still, mass @ velocities, 0.0) / mass.sum()

@@ -18,7 +18,7 @@ from carom.simulation.clock import Clock
 from carom.simulation.invariants import Mechanics
 from carom.simulation.own_models import refuse_forgetful
 from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
-from carom.simulation.preparation import impact_of, unit_of
+from carom.simulation.preparation import impact_of, pace_of, unit_of
 
 if TYPE_CHECKING:
     from carom.engine.neighbors.choice import Scheme
@@ -375,8 +375,8 @@ class Machine:
         if self.contents.rates is not None and rates is None:
             rates = before.to_scene(self.contents.rates, -1)
         self.unit, thermal = unit_of(self.scene, velocities, rates)
-        unit, pace = self.unit, before.to_scene(self.contents.pace, -1)
-        self.contents = dataclasses.replace(self.contents, unit=unit, pace=unit.to_kernel(pace, -1))
+        unit, pace = self.unit, self.unit.to_kernel(pace_of(self.scene), -1)
+        self.contents = dataclasses.replace(self.contents, unit=unit, pace=pace)
         if rescaled:
             impact = impact_of(self.scene, thermal, rates, unit)
             self.contents = dataclasses.replace(self.contents, impact=impact)
