@@ -383,7 +383,7 @@ SINGLE = {
     "units x 2^90": (lambda: scaled_disks(90), None),
     "units x 2^-90": (lambda: scaled_disks(-90), None),
     "a drift of 1e3": (lambda: DISKS.with_(velocities=DISKS.velocities + 1e3), None),
-    "a drift of 1e6": (lambda: DISKS.with_(velocities=DISKS.velocities + 1e6), "single precision loses"),
+    "a drift of 1e6": (lambda: DISKS.with_(velocities=DISKS.velocities + 1e6), "drift at 1e"),
 }
 
 

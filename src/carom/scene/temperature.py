@@ -90,10 +90,15 @@ class Thermal(NamedTuple):
     degrees_of_freedom: int
     masses: np.ndarray
     """Of each component, (n,) [mass]."""
+    velocities: np.ndarray
+    """Of each component, (n, d) [length / time]."""
     peculiar: np.ndarray
     """Velocities about that of the centre of mass, (n, d) [length / time]: :func:`peculiar`."""
-    drift: float
-    """The largest difference of a velocity from its peculiar one, along an axis [length / time]."""
+
+    @property
+    def drift(self) -> float:
+        """The largest difference of a velocity from its peculiar one, along an axis [length / time]."""
+        return float(np.abs(self.velocities - self.peculiar).max())
 
     @property
     def kT(self) -> float:
@@ -105,8 +110,7 @@ class Thermal(NamedTuple):
 def thermal_of(scene: Scene, velocities: np.ndarray) -> Thermal:
     """Return what is thermal of velocities (n, d) [length / time]."""
     rest = peculiar(scene, velocities)
-    drift = float(np.abs(velocities - rest).max())
-    return Thermal(conserved(scene), degrees_of_freedom(scene), scene.masses, rest, drift)
+    return Thermal(conserved(scene), degrees_of_freedom(scene), scene.masses, velocities, rest)
 
 
 def temperature(scene: Scene, velocities: np.ndarray) -> float:

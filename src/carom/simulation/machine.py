@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from carom.engine.parts import Engine
     from carom.engine.requirements import Contents
     from carom.scene.scene import Scene
+    from carom.units import TimeUnit
 
 Steps = tuple[np.ndarray, np.ndarray]
 """Pairs (m, 2), and on which step each is, (m,)."""
@@ -101,8 +102,6 @@ class Machine:
 
     Attributes
     ----------
-    unit : TimeUnit
-        The engine's unit of time.
     engine : Engine
         Model, state, neighbours, calendar, tallies: the engine's arrays.
     clock : Clock
@@ -143,15 +142,14 @@ class Machine:
         self.scene = scene
         self.velocities = velocities.copy()
         self.contents = contents
-        self.unit = unit = contents.unit
         self.wish = wish
         self.scheme = self._choose(velocities, wish) if scheme is None else scheme
         self.engine: Engine = build(
-            self.scheme, contents, scene.positions, unit.to_kernel(self.velocities, -1)
+            self.scheme, contents, scene.positions, self.unit.to_kernel(self.velocities, -1)
         )
-        self.clock = Clock(unit, self.scheme.epoch)
+        self.clock = Clock(self.unit, self.scheme.epoch)
         self.counted = 0
-        self.start = Mechanics.of(scene.masses, self.speeds, unit)
+        self.start = Mechanics.of(scene.masses, self.speeds, self.unit)
         self.seconds = 0.0
         self.log: Log | None = None
         self.alone = Alone()
@@ -168,10 +166,17 @@ class Machine:
         speed = math.sqrt(float(np.mean(np.sum(v * v, axis=1))))
         if self.contents.rates is not None:
             speed += 2.0 * float(self.contents.rates.max())
+        if not self.contents.straight or self.contents.obstacles:
+            speed = max(speed, self.contents.pace)
         try:
-            return choose(self.contents, max(speed, self.contents.pace), *wish, rate)
+            return choose(self.contents, speed, *wish, rate)
         except ValueError as error:
             raise InputError(str(error)) from None
+
+    @property
+    def unit(self) -> TimeUnit:
+        """The engine's unit of time."""
+        return self.contents.unit
 
     @property
     def collisions(self) -> int:
@@ -352,7 +357,7 @@ class Machine:
         rates : (n,) array, optional
             New rates at which the radii grow [length / time].
         """
-        names = ("unit", "contents", "scheme", "engine", "clock", "counted", "steps", "scheduled")
+        names = ("contents", "scheme", "engine", "clock", "counted", "steps", "scheduled")
         before = {name: getattr(self, name) for name in names}
         try:
             self._refit(velocities, rates)
@@ -374,8 +379,8 @@ class Machine:
         passed_in_epoch = self.in_epoch()
         if self.contents.rates is not None and rates is None:
             rates = before.to_scene(self.contents.rates, -1)
-        self.unit, thermal = unit_of(self.scene, velocities, rates)
-        unit, pace = self.unit, self.unit.to_kernel(pace_of(self.scene), -1)
+        unit, thermal = unit_of(self.scene, velocities, rates)
+        pace = unit.to_kernel(pace_of(self.scene), -1)
         self.contents = dataclasses.replace(self.contents, unit=unit, pace=pace)
         if rescaled:
             impact = impact_of(self.scene, thermal, rates, unit)

@@ -134,7 +134,7 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
     return rates if rates.any() else None
 
 
-def in_single(precision: str, scene: Scene, thermal: Thermal) -> bool:
+def in_single(precision: str, scene: Scene, thermal: Thermal, unit: TimeUnit) -> bool:
     """Tell whether a scene is to be kept in single precision.
 
     Parameters
@@ -144,7 +144,9 @@ def in_single(precision: str, scene: Scene, thermal: Thermal) -> bool:
     scene : Scene
         The scene.
     thermal : Thermal
-        What is thermal of its velocities, in any unit of time.
+        What is thermal of its velocities, in ``unit``.
+    unit : TimeUnit
+        The engine's unit of time.
 
     Raises
     ------
@@ -175,9 +177,10 @@ def in_single(precision: str, scene: Scene, thermal: Thermal) -> bool:
             )
     drift, fastest = thermal.drift, float(np.abs(thermal.peculiar).max())
     if scene.n > 1 and SINGLE * drift > COARSEST * fastest:
+        drift, fastest = unit.to_scene(drift, -1), unit.to_scene(fastest, -1)
         raise InputError(
-            f"All components drift, and relative to that they move at {fastest / drift:.3g} of the drift or "
-            f"less, which single precision loses: take the drift out of the velocities, or {otherwise}"
+            f"All components drift at {drift:.3g}, and at most at {fastest:.3g} relative to that, which "
+            f"single precision loses: take the drift out of the velocities, or {otherwise}"
         )
     return True
 
@@ -251,7 +254,8 @@ def prepare(
     """
     rates = growth_rates(growth, scene)
     unit, thermal = unit_of(scene, velocities, rates)
-    return contents_of(scene, thermal, rates, images, in_single(precision, scene, thermal), unit)
+    single = in_single(precision, scene, thermal, unit)
+    return contents_of(scene, thermal, rates, images, single, unit)
 
 
 def contents_of(

@@ -138,7 +138,6 @@ def choose(
         rate = _expected_rate(contents, speed)
     density = contents.n / math.prod(contents.box)
     spacing = density ** (-1.0 / contents.dimension)
-    side, sight = sector_of(contents, spacing)
     margins = margins_of(contents, shell)
     if neighbors == "lists":
         refuse_lists(contents, margins)
@@ -152,6 +151,7 @@ def choose(
     if neighbors == "lists":
         side = margins.reach
     else:
+        side, sight = sector_of(contents, spacing)
         if contents.rates is None and neighbors == "sectors" and thin.is_thin(contents) and rate > 0.0:
             side = min(thin.best_side(contents, side, speed / rate), max(contents.box), sight)
         if wish == "auto" and thin.prefers_everybody(contents, side, speed, rate):
