@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from carom import io
+from carom.arithmetic import power
 from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.frame import Frame
@@ -88,7 +89,7 @@ class Packing:
     @property
     def packing_fraction(self) -> float:
         """Fraction of the box that the components fill."""
-        volume = sphere_volume(self.dimension) * float(np.sum(self.frame.diameters**self.dimension))
+        volume = sphere_volume(self.dimension) * float(np.sum(power(self.frame.diameters, self.dimension)))
         return volume / math.prod(self.frame.box)
 
     @property
