@@ -17,6 +17,7 @@ from carom import theory
 from carom.errors import InputError
 from carom.pictures.paper import DPI, GREY, INK, PALE, PIXELS, TITLE, TOP, WARM, lay_out, saved, sheet
 from carom.scene.description import particles
+from carom.texts import label as label_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,7 +99,12 @@ def pressure(
         )
         shown.append(value)
         axes.axhline(
-            value, color=WARM, linestyle=style, linewidth=1.1, zorder=3, label=f"{name}, {value:.4f}"
+            value,
+            color=WARM,
+            linestyle=style,
+            linewidth=1.1,
+            zorder=3,
+            label=f"{label_of(name)}, {value:.4f}",
         )
     axes.set_xlim(0.0, time[-1])
     _frame_values(axes, shown, means)
@@ -202,7 +208,14 @@ def partial_rdf(
         )
         # g is zero below contact, and jumps at contact.
         contact = found.edges[0] / unit
-        axes.plot([contact, contact, *r], [0.0, g[0], *g], color=colour, linewidth=1.3, label=name, zorder=3)
+        axes.plot(
+            [contact, contact, *r],
+            [0.0, g[0], *g],
+            color=colour,
+            linewidth=1.3,
+            label=label_of(name),
+            zorder=3,
+        )
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("distance r/σₘₐₓ")
     axes.set_ylabel("partial distribution function gᵢⱼ(r)")

@@ -28,6 +28,7 @@ from carom.observables.packing import PackingNetwork, network_of
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
+from carom.texts import visible
 from carom.version import __version__
 
 HISTORY = np.dtype(
@@ -276,7 +277,7 @@ class Packing:
     def __repr__(self) -> str:
         return (
             f"<Packing of {self.n} components, packing_fraction={self.packing_fraction:.6g}, "
-            f"pressure={self.pressure:.3g}: {self.note}>"
+            f"pressure={self.pressure:.3g}: {visible(self.note)}>"
         )
 
 
