@@ -269,3 +269,12 @@ def test_scattering_of_one_species_is_that_of_its_components_alone(frames, kind)
         pairs = (rho[lag:] * rho[: len(rho) - lag].conj()).real.mean(axis=0) / np.sum(kinds == kind)
         by_shell = [pairs[waves.shell == s].mean() for s in range(3)]
         assert [e.mean for e in estimates] == pytest.approx(by_shell, rel=1e-9)
+
+
+@pytest.mark.parametrize("box", [(7.0,), (7.0, 9.0), (5.0, 7.0, 11.0)])
+def test_the_density_of_every_wave_is_a_sum_of_plane_waves(box):
+    waves = Waves.of(box, 6)
+    places = np.random.default_rng(1).random((30, len(box))) * box
+    expected = np.exp(2j * np.pi * (places / box) @ waves.numbers.T).sum(axis=0)
+    found = waves.density(places)
+    np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, atol=30 * 64 * np.finfo(float).eps)

@@ -1,5 +1,6 @@
 """Pictures: what they show, that they are drawn to scale, and that they leave no trace in pyplot."""
 
+import dataclasses
 import math
 import sys
 
@@ -234,7 +235,12 @@ def test_every_picture_of_numbers_holds_its_data_within_its_axes():
     assert not outside(figure, but=lambda artist: artist in cut)
     drawn = [line.get_data() for line in figure.axes[0].lines if len(line.get_xdata()) == len(g.g)]
     np.testing.assert_array_equal(drawn[0], [g.r / g.diameter, g.g])
-    assert figure.axes[0].get_ylim()[1] >= np.max(g.g + g.error)
+    assert (
+        np.max((g.g + g.error)[g.r > 0.5 * sum(figure.axes[0].get_xlim())])
+        < 0.4 * figure.axes[0].get_ylim()[1]
+    )
+    figure = plots.rdf(dataclasses.replace(g, contact_value=None))
+    assert np.max(g.g + g.error) <= figure.axes[0].get_ylim()[1]
     figure = plots.partial_rdf({"a-b": g})
     assert not outside(figure, but=lambda artist: artist in figure.axes[0].collections)
     np.testing.assert_array_equal(figure.axes[0].lines[1].get_ydata()[2:], g.g)
