@@ -345,7 +345,9 @@ def test_without_a_backbone_no_contacts_are_distinct():
     # Two disks touch in a wide box: a void follows, but nothing holds them.
     network = packing_network(frame_of([[1.0, 1.0], [2.0, 1.0], [2.0, 2.2]], (9.0, 9.0)), gap=1e-3)
     assert network.contacts == 0
+    assert network.separated
     assert not network.distinct
+    assert "nothing is held" in network.note
 
 
 @pytest.mark.parametrize("leading", [3.0, 1.2])

@@ -127,7 +127,12 @@ class PackingNetwork:
 
     @property
     def distinct(self) -> bool:
-        """Whether contacts can be distinguished from near contacts; never without a backbone.
+        """Whether contacts can be distinguished from near contacts: they are separated and hold a backbone."""
+        return self.separated and self.contacts > 0
+
+    @property
+    def separated(self) -> bool:
+        """Whether a void separates the gaps of contacts from all others.
 
         Notes
         -----
@@ -138,7 +143,7 @@ class PackingNetwork:
         contact has a gap of more than m times the median of all, or 10 times where they are few.
         """
         m = int(np.searchsorted(self.gaps, self.gap))
-        if m == 0 or not self.contacts:
+        if m == 0:
             return False
         exact = overlaps.rounding(np.asarray(self.frame.box)) / float(self.frame.diameters.max())
         weakest = max(m, DISTINCT) * max(float(np.median(self.gaps[:m])), exact)
@@ -156,6 +161,11 @@ class PackingNetwork:
         """Warning about the number of contacts; empty if contacts are distinct."""
         if self.distinct:
             return ""
+        if self.separated:
+            return (
+                f"Pairs with a gap below {self.gap:.1e} are in contact, but nothing is held by them: without "
+                "rattlers nobody remains. Compress more slowly and to a higher pressure."
+            )
         return (
             "Contacts cannot be told from near contacts yet: no void separates their gaps, and "
             f"{self.contacts} is the number of pairs in the backbone with a gap below {self.gap:.1e}. "
@@ -205,8 +215,8 @@ def packing_network(
         The packing. Axes that are not periodic have walls, which hold it as well.
     gap : float, optional
         Pairs are in contact if their gap is below this fraction of the contact distance. By default it is the
-        middle, in the logarithm, of the widest void in the distribution of gaps that has at least half as
-        many pairs below it as there are components, and at least d + 1, which a single one needs.
+        middle, in the logarithm, of the widest void in the distribution of gaps. At least half as many pairs
+        as there are components lie below that void, and at least d + 1, which a single one needs.
     contact : (K, K) array_like, optional
         Contact distances between species [length], where they are not the means of the diameters.
     sided : bool
