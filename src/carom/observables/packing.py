@@ -127,7 +127,7 @@ class PackingNetwork:
 
     @property
     def distinct(self) -> bool:
-        """Whether contacts can be distinguished from near contacts: they are separated and hold a backbone."""
+        """Whether contacts can be distinguished from near contacts, and hold a backbone."""
         return self.separated and self.contacts > 0
 
     @property
