@@ -253,3 +253,28 @@ def test_frames_whose_momentum_changes_are_refused_unless_the_axes_are_named():
     assert second.result().mean_square[0].mean == pytest.approx(expected, rel=1e-12)
     with pytest.raises(InputError, match="conserved has 3 values, and a frame has 2 axes"):
         Dynamics(conserved=(False,) * 3).update(frames[0])
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+def test_scattering_of_one_species_is_that_of_its_components_alone(frames, kind):
+    kinds = (np.arange(frames[0].n) % 4 == 0).astype(np.int64)
+    dynamics, alone = Dynamics(shells=3, species=kind, conserved=(True,) * 3), []
+    for frame in frames[:40]:
+        dynamics.update(dataclasses.replace(frame, species=kinds))
+        alone.append(frame.positions[kinds == kind])
+    found, waves = dynamics.result(), Waves.of(frames[0].box, 3)
+    q = 2.0 * np.pi * waves.numbers / np.array(frames[0].box)
+    rho = np.array([np.exp(1j * places @ q.T).sum(axis=0) for places in alone])
+    for lag, estimates in ((0, found.structure_factor), (1, found.scattering[0])):
+        pairs = (rho[lag:] * rho[: len(rho) - lag].conj()).real.mean(axis=0) / np.sum(kinds == kind)
+        by_shell = [pairs[waves.shell == s].mean() for s in range(3)]
+        assert [e.mean for e in estimates] == pytest.approx(by_shell, rel=1e-9)
+
+
+@pytest.mark.parametrize("box", [(7.0,), (7.0, 9.0), (5.0, 7.0, 11.0)])
+def test_the_density_of_every_wave_is_a_sum_of_plane_waves(box):
+    waves = Waves.of(box, 6)
+    places = np.random.default_rng(1).random((30, len(box))) * box
+    expected = np.exp(2j * np.pi * (places / box) @ waves.numbers.T).sum(axis=0)
+    found = waves.density(places)
+    np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, atol=30 * 64 * np.finfo(float).eps)

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from drawn import outside
 from marks import slow
 from scipy.stats import linregress, norm
 
@@ -352,6 +353,21 @@ def test_replicas_are_weighted_and_their_chi_squared_told():
     shift = theory.finite_size_shift(0.2, 108, theory.pieprzyk)
     assert row.infinite == row.compressibility_factor - shift
     assert row.deviation == pytest.approx((row.infinite - theory.pieprzyk(0.2)) / row.error)
+
+
+def test_the_error_of_an_order_parameter_is_that_of_the_mean_of_replicas():
+    rng = np.random.default_rng(1)
+    means = [0.10, 0.14, 0.12, 0.20]
+    records = [
+        made(rng.normal(size=64), replica=k, order={"name": "Q_6", "values": [mean - 0.01, mean + 0.01] * 16})
+        for k, mean in enumerate(means)
+    ]
+    (row,) = table.table(records)
+    assert row.order == pytest.approx(np.mean(means), rel=1e-14)
+    assert row.order_error == pytest.approx(np.std(means, ddof=1) / math.sqrt(4), rel=1e-12)
+    assert row.susceptibility == pytest.approx(108 * (np.var(means) + 0.01**2), rel=1e-12)
+    (alone,) = table.table(records[:1])
+    assert math.isnan(alone.order_error)
 
 
 def test_what_has_not_equilibrated_is_flagged():
@@ -745,6 +761,7 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
         studies.EquationOfState(spec).plot()
     # The four points with 1000 particles are flagged: hollow in each picture.
     for figure in (study.plot(), pictures.order(study), pictures.sizes(study)):
+        assert not outside(figure)
         hollow = [
             point
             for line in figure.axes[0].get_lines()

@@ -349,3 +349,22 @@ def test_energy_is_kept_in_a_field_among_round_things():
     assert sim.obstacles[5].hits > 1000
     place = sim.frame().positions[0] - 5.0
     assert 1.5 - 1e-12 < np.hypot(*place) < 4.0 + 1e-12
+
+
+@pytest.mark.parametrize("g", [(0.0, -2.0), (0.0, 2.0), (0.5, -1.5), (-0.25, 0.75, 3.0)])
+def test_the_energy_in_a_field_is_mass_times_strength_times_height_over_the_lower_end(g):
+    field, masses, edges = Gravity(g), np.array([2.0, 3.0]), (4.0, 8.0, 16.0)[: len(g)]
+    places, velocities = np.array([[1.0, 2.0, 3.0], [3.0, 7.0, 5.0]])[:, : len(g)], np.ones((2, len(g)))
+
+    def energy(time):
+        x = places + velocities * time + 0.5 * np.array(g) * time**2
+        v = velocities + np.array(g) * time
+        kinetic = 0.5 * float(np.sum(masses[:, None] * v**2))
+        return kinetic + field.potential_energy(masses, x, edges)
+
+    # Binary fractions: exact, wherever the parabola is, in the box or out of it.
+    assert energy(0.0) == energy(0.5) == energy(4.0)
+    heights = np.where(np.array(g) > 0.0, np.array(edges) - places, places)
+    assert field.potential_energy(masses, places, edges) == float(masses @ heights @ np.abs(g)) > 0.0
+    down = np.where(np.array(g) > 0.0, edges, 0.0)
+    assert field.potential_energy(masses, np.array([down, down]), edges) == 0.0

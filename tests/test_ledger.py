@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.windows.ledger import STRETCH, make_ledger, merge
+from carom.engine.windows.ledger import STRETCH, make_ledger, merge, page_of, put_in_order
 
 
 def filled(counts, instants, seed):
@@ -55,3 +55,24 @@ def test_virials_of_two_parts_are_added_in_the_order_of_time(counts, instants):
     assert tuple(heads) == counts
     assert engine.tallies.collisions[0] == sum(counts)
     assert engine.tallies.virial[0] == total
+
+
+@pytest.mark.parametrize("detailed", [False, True])
+def test_a_page_that_is_put_in_order_keeps_what_belongs_to_each_collision(detailed):
+    rng = np.random.default_rng(1)
+    ledger, count = make_ledger(2, 50, detailed), 40
+    page = page_of(ledger, 1)
+    page.used[0] = count
+    times = rng.permutation(count).astype(float)
+    page.entries.time[:count], page.entries.virial[:count] = times, -times
+    page.who[:count] = times
+    page.who[count:] = 99
+    if detailed:
+        page.details.word[:count], page.details.impulse[:count] = times, 2.0 * times
+    put_in_order(page)
+    for column in (page.entries.time, -page.entries.virial, page.who, ledger.who[1]):
+        assert (column[:count] == np.arange(count)).all()
+    assert (page.who[count:] == 99).all()
+    if detailed:
+        assert (page.details.word[:count] == np.arange(count)).all()
+        assert (page.details.impulse[:count] == 2.0 * np.arange(count)).all()

@@ -295,3 +295,12 @@ def test_mdanalysis_says_which_file_it_cannot_open(tmp_path):
     (tmp_path / "foreign.h5md").write_text("nothing")
     with pytest.raises(FileError, match=r"foreign\.h5md"):
         rdf_mdanalysis(tmp_path / "foreign.h5md")
+
+
+def test_the_quadrature_over_a_shell_is_exact_for_polynomials():
+    from carom.observables.contact import NODES, WEIGHTS
+
+    for power in range(6):
+        exact = 2.0 / (power + 1) if power % 2 == 0 else 0.0
+        found = sum(w * x**power for x, w in zip(NODES, WEIGHTS, strict=True))
+        assert found == pytest.approx(exact, abs=4 * np.finfo(float).eps)

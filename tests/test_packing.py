@@ -302,3 +302,65 @@ def test_slowly_compressed_spheres_are_isostatic():
     assert 0.005 <= network.rattler_fraction <= 0.065
     assert abs(network.contacts - network.isostatic) <= 2
     assert network.void[1] > 100 * network.void[0]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_two_spheres_in_a_small_box_touch_each_others_images(dimension):
+    # One in the middle and one in the corners: square and body-centred cubic, 2^d images touch. A run ends
+    # with a collision, so that one of these gaps is zero.
+    places = np.array([np.full(dimension, 0.25), np.full(dimension, 0.75)])
+    off = 1e-7 * np.arange(1, dimension + 1)
+    places[1] += off
+    nearest = math.hypot(*(0.5 - off))
+    network = packing_network(frame_of(places, (1.0,) * dimension, diameters=nearest))
+    assert network.gaps[0] == pytest.approx(0.0, abs=1e-15)
+    assert network.distinct
+    assert network.contacts == 2**dimension
+    assert network.coordination == 2**dimension
+    assert not len(network.rattlers)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_sphere_as_wide_as_the_box_touches_its_own_images(dimension):
+    network = packing_network(frame_of(np.full((1, dimension), 0.3), (1.0,) * dimension, diameters=1 - 1e-9))
+    assert network.bonds.tolist() == [[0, 0]] * dimension
+    np.testing.assert_allclose(np.sort(np.abs(network.vectors).sum(axis=1)), 1.0)
+    assert network.coordination == 2 * dimension
+    assert network.backbone.all()
+
+
+def test_contacts_that_are_not_distinct_are_nowhere_counted_as_contacts():
+    # Gaps spread evenly over the decades have no void.
+    frame = crystal(2, (5, 4))
+    sizes = frame.diameters * (1.0 - np.geomspace(1e-5, 0.2, frame.n))
+    network = packing_network(frame_of(frame.positions, frame.box, diameters=sizes), gap=0.05)
+    assert not network.distinct
+    title = plots.packing(network).axes[0].get_title()
+    for text in (network.counted, str(network), title, carom.view(network).data["subtitle"]):
+        assert "not distinct" in text
+        assert "contacts in the backbone" not in text
+
+
+def test_without_a_backbone_no_contacts_are_distinct():
+    # Two disks touch in a wide box: a void follows, but nothing holds them.
+    network = packing_network(frame_of([[1.0, 1.0], [2.0, 1.0], [2.0, 2.2]], (9.0, 9.0)), gap=1e-3)
+    assert network.contacts == 0
+    assert network.separated
+    assert not network.distinct
+    assert "nothing is held" in network.note
+
+
+@pytest.mark.parametrize("leading", [3.0, 1.2])
+def test_the_law_of_a_compression_is_drawn_through_its_points(leading):
+    jammed, pressure = 0.64, np.geomspace(10.0, 1e8, 40)
+    history = np.zeros(40, dtype=HISTORY)
+    history["pressure"] = pressure
+    # A pressure is that of a stretch, and obeys the law at its middle; the density is that of its end.
+    left = [leading / pressure[0]]
+    for z in pressure[1:]:
+        left.append(2.0 * leading / z - left[-1])
+    history["packing_fraction"] = jammed * (1.0 - np.array(left))
+    (dots, law) = plots.compression(history, jammed, 3).axes[0].get_lines()
+    x, z = law.get_data()
+    np.testing.assert_allclose(x * z, leading, rtol=1e-6)
+    np.testing.assert_allclose(np.multiply(*dots.get_data())[1:], leading, rtol=1e-6)

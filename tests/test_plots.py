@@ -1,10 +1,12 @@
 """Pictures: what they show, that they are drawn to scale, and that they leave no trace in pyplot."""
 
+import dataclasses
 import math
 import sys
 
 import numpy as np
 import pytest
+from drawn import outside, segments
 from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.figure import Figure
 
@@ -210,3 +212,83 @@ def test_unwritable_pictures_are_refused(tmp_path):
         plots.snapshot(lattice(2), path=tmp_path / "missing" / "s.png")
     with pytest.raises(FileError, match="cannot be written"):
         plots.snapshot(lattice(2), path=tmp_path / "s.nonsense")
+
+
+def test_every_picture_of_numbers_holds_its_data_within_its_axes():
+    from carom.observables.packing import packing_network
+    from carom.studies.packings.packing import HISTORY
+
+    found = estimate(simple=True)
+    figure = plots.pressure(found)
+    # Most of the blocks and of the wide band at the beginning, on purpose: they would flatten the mean.
+    strays = {*figure.axes[0].collections, figure.axes[0].lines[0]}
+    assert not outside(figure, but=lambda artist: artist in strays)
+    (running,) = [line for line in figure.axes[0].lines if "running" in line.get_label()]
+    assert running.get_ydata()[-1] == pytest.approx(found.compressibility_factor.mean, rel=1e-12)
+    rng = np.random.default_rng(1)
+    places = [lattice(3, 5).positions + 0.1 * rng.random((125, 3)) for _ in range(20)]
+    g = rdf([frame(each, (5.5,) * 3, 1.0 - 0.1 * 3**0.5) for each in places])
+    figure = plots.rdf(g)
+    # Errors reach below zero where few pairs are seen, and the zero below contact is cut off at the left.
+    cut = {c for axes in (figure.axes[0], *figure.axes[0].child_axes) for c in axes.collections}
+    cut |= {line for line in figure.axes[0].lines if line.get_xdata()[0] == 0.0}
+    assert not outside(figure, but=lambda artist: artist in cut)
+    drawn = [line.get_data() for line in figure.axes[0].lines if len(line.get_xdata()) == len(g.g)]
+    np.testing.assert_array_equal(drawn[0], [g.r / g.diameter, g.g])
+    assert (
+        np.max((g.g + g.error)[g.r > 0.5 * sum(figure.axes[0].get_xlim())])
+        < 0.4 * figure.axes[0].get_ylim()[1]
+    )
+    figure = plots.rdf(dataclasses.replace(g, contact_value=None))
+    assert np.max(g.g + g.error) <= figure.axes[0].get_ylim()[1]
+    figure = plots.partial_rdf({"a-b": g})
+    assert not outside(figure, but=lambda artist: artist in figure.axes[0].collections)
+    np.testing.assert_array_equal(figure.axes[0].lines[1].get_ydata()[2:], g.g)
+    network = packing_network(lattice(2, 6), gap=0.2)
+    figure = plots.gaps(network)
+    assert not outside(figure)
+    assert figure.axes[0].lines[0].get_ydata()[-1] == len(network.gaps)
+    history = np.zeros(9, dtype=HISTORY)
+    history["pressure"] = np.geomspace(10.0, 1e6, 9)
+    history["packing_fraction"] = 0.64 * (1.0 - 2.0 / history["pressure"])
+    for jammed in (0.64, math.nan):
+        figure = plots.compression(history, jammed, 3)
+        assert not outside(figure)
+        assert len(figure.axes[0].lines[0].get_ydata()) == 9
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 4])
+def test_every_particle_of_a_snapshot_is_drawn_within_its_axes(dimension):
+    sites = lattice(dimension)
+    figure = plots.snapshot(frame(sites.positions + 0.55, sites.box))  # in one dimension the border cuts rods
+    assert not outside(figure)
+    shown = sum(
+        len(c.get_paths()) if isinstance(c, PolyCollection) else len(c.get_offsets())
+        for c in figure.axes[0].collections
+    )
+    assert shown >= 4**dimension
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
+    from carom.observables.packing import packing_network
+    from carom.pictures import drawing
+
+    places = lattice(dimension, 3)
+    places = frame(places.positions, places.box, 1.1 - 1e-9)
+    network = packing_network(places)
+    assert network.contacts == dimension * 3**dimension
+    figure = plots.packing(network)
+    assert not outside(figure)
+    if dimension == 3:
+        right, up, _ = drawing._camera()
+        plane, centre = np.stack([right, up], axis=1), 0.5 * np.asarray(places.box)
+    else:
+        plane, centre = np.eye(2), 0.0
+    middles = (places.positions - centre) @ plane
+    expected = []
+    for (i, j), step in zip(network.bonds, network.vectors @ plane, strict=True):
+        expected += [[middles[i], middles[i] + step], [middles[j], middles[j] - step]]
+    drawn = np.array([each for each in segments(figure) if len(each) == 2])
+    off = np.abs(np.array(expected)[:, None] - drawn).max(axis=(2, 3))
+    assert off.min(axis=1).max() < 1e-12

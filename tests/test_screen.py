@@ -140,10 +140,10 @@ def test_gaps_without_a_void_are_said_to_tell_no_contacts():
 def test_a_void_above_gaps_that_no_force_explains_tells_no_contacts():
     """Of 100 contacts with gaps of 1e-10 none is weaker than 1 / 100; pairs at 1e-6 are no contacts."""
     gaps = np.concatenate([np.full(80, 1e-10), np.logspace(-9, -6, 20)])
-    assert not packing_network(chain_with_gaps(gaps), gap=1e-3).distinct
-    assert packing_network(chain_with_gaps(gaps[:80]), gap=1e-3).distinct
+    assert not packing_network(chain_with_gaps(gaps), gap=1e-3).separated
+    assert packing_network(chain_with_gaps(gaps[:80]), gap=1e-3).separated
     weak = np.append(gaps[:80], 5e-9)
-    assert packing_network(chain_with_gaps(weak), gap=1e-3).distinct
+    assert packing_network(chain_with_gaps(weak), gap=1e-3).separated
 
 
 def test_the_screen_prints_no_number_of_contacts_where_nobody_knows_it(capsys):

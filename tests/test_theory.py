@@ -422,3 +422,21 @@ def test_virial_coefficients_are_those_of_clisby_and_mccoy():
     for k, dimension, value, last_digit in published:
         reduced = theory.virial_coefficients(dimension)[k - 2] / 2.0 ** ((dimension - 1) * (k - 1))
         assert reduced == pytest.approx(value, abs=last_digit)
+
+
+@pytest.mark.parametrize(
+    ("eta", "ratio", "large", "measured", "error", "low"),
+    [
+        # Carom's own runs of 746 to 2000 spheres, two of them in docs/validation.md. Z of infinitely many is
+        # higher by 5e-4 of it at most.
+        (0.3, 2.0, 0.5, 3.5117, 0.0013, (0.0, 0.003)),
+        (0.4224, 4.62, 0.135, 3.8695, 0.0050, (0.003, 0.007)),
+        (0.4, 5.0, 0.1, 3.289, 0.004, (0.005, 0.007)),
+        (0.4, 5.0, 0.02, 3.739, 0.004, (0.005, 0.007)),
+    ],
+)
+def test_bmcsl_is_as_low_as_its_help_says(eta, ratio, large, measured, error, low):
+    z = theory.bmcsl(eta, [large, 1.0 - large], [1.0, 1.0 / ratio])
+    least, most = (1.0 - part for part in low)
+    assert measured * most - 4.0 * error <= z <= measured * least + 4.0 * error
+    assert "0.7 % for 1 : 5" in " ".join(theory.bmcsl.__doc__.split())

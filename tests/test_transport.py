@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from drawn import outside
 
 from carom import studies, theory
 from carom.errors import InputError
@@ -227,6 +228,7 @@ def test_a_study_without_theory_draws_every_species(tmp_path):
     left, right = figure.axes
     assert [each.get_label() for each in left.containers] == [f"$\\eta$ = 0.2, species {k}" for k in (0, 1)]
     assert len(right.containers) == 1
+    assert not outside(figure)
     assert "Enskog" not in left.get_ylabel() + right.get_ylabel()
 
 

@@ -18,6 +18,7 @@ from carom.io.events import read_events
 from carom.observables.steps import heat_capacity
 from carom.plan.plan import Plan
 from carom.reference.steps import NaiveSteps
+from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
 from carom.simulation.replay import Replay
 from carom.wells import Bonds, SquareWell, Steps, StepTable, chains, from_potential, rings
@@ -535,3 +536,22 @@ def test_the_heat_capacity_of_fluctuations_is_the_slope_of_the_energy():
     slope = (warm[1] - cold[1]) / (warm[0] - cold[0]) + 0.5 * middle[3]
     # 3000 samples know a variance to sqrt(2 / 3000) = 2.6 %, and C from it to 3 %; the slope is as good.
     assert heat_capacity(middle[2], middle[3]) == pytest.approx(slope, rel=0.12)
+
+
+@pytest.mark.parametrize("depth", [1.0, -0.5])
+def test_a_pair_exactly_at_the_edge_of_a_well_starts_outside(depth):
+    hair = 2.0**-50  # a unit in the last place of the coordinates
+    for apart, energy in ((1.5, 0.0), (1.5 + hair, 0.0), (1.5 - hair, -depth), (1.0, -depth)):
+        places = [[2.0, 2.0, 2.0], [2.0 + apart, 2.0, 2.0]]
+        scene = carom.Scene(places, 8.0, interaction=SquareWell(1.5, depth), velocities=np.zeros((2, 3)))
+        pairs, steps = first_steps(scene)
+        levels = {0: 0.0, 1: -depth}
+        assert sum(levels[int(step)] for step in steps) == energy
+        assert len(pairs) <= 1
+
+
+def test_each_of_several_edges_belongs_to_the_step_outside_of_it():
+    staircase = StepTable([[Steps([1.0, 1.25, 1.5], [INF, -2.0, -1.0])]])
+    pairs = np.array([[0, 1]] * 6)
+    distances = np.array([1.0, np.nextafter(1.25, 0.0), 1.25, np.nextafter(1.5, 0.0), 1.5, 1.75])
+    assert staircase.steps_of(pairs, distances, None, 1.0).tolist() == [2, 2, 1, 1, 0, 0]

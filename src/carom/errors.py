@@ -1,8 +1,13 @@
 """Errors, each with one sentence: what was found, what was expected, what to do."""
 
+from carom.texts import visible
+
 
 class CaromError(Exception):
     """Base of every error that Carom raises on purpose; its text is one clear sentence."""
+
+    def __str__(self) -> str:
+        return visible(super().__str__())
 
 
 class InputError(CaromError, ValueError):
@@ -23,3 +28,6 @@ class BusyError(CaromError, RuntimeError):
 
 class CaromWarning(UserWarning):
     """Something a user should know about a result, e.g. too few samples for an error bar."""
+
+    def __str__(self) -> str:
+        return visible(super().__str__())

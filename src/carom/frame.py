@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.configuration import Configuration
+from carom.texts import visible
 
 if TYPE_CHECKING:
     import ase
@@ -65,7 +66,9 @@ class Frame(Configuration):
         if self.species is not None:
             counts = np.bincount(self.species, minlength=len(self.species_names))
             names = self.species_names or tuple(map(str, range(len(counts))))
-            facts["species"] = ", ".join(f"{name} {k}" for name, k in zip(names, counts, strict=True))
+            facts["species"] = ", ".join(
+                f"{visible(name)} {k}" for name, k in zip(names, counts, strict=True)
+            )
         if not all(self.periodic):
             axes = (str(axis) for axis, repeats in enumerate(self.periodic) if not repeats)
             facts["walls"] = "axis " + ", ".join(axes)

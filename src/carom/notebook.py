@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import html
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from carom import above
+from carom.texts import html
 
 if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
@@ -32,11 +32,11 @@ def table(caption: str, rows: Iterable[Sequence[str]], head: Sequence[str] = ())
     """Return a short table in HTML: a caption, perhaps column heads, and rows whose first cell is a name."""
 
     def cells(kind: str, values: Sequence[str]) -> str:
-        return "".join(f"<{kind}>{html.escape(value)}</{kind}>" for value in values)
+        return "".join(f"<{kind}>{html(value)}</{kind}>" for value in values)
 
     top = f"<tr>{cells('th', head)}</tr>" if head else ""
     body = "".join(f"<tr>{cells('th', row[:1])}{cells('td', row[1:])}</tr>" for row in rows)
-    return f'<table style="{GRID}"><caption>{html.escape(caption)}</caption>{top}{body}</table>'
+    return f'<table style="{GRID}"><caption>{html(caption)}</caption>{top}{body}</table>'
 
 
 def embedded(frames: Any) -> str | None:
@@ -127,7 +127,7 @@ def _in_cell(label: str) -> Iterator[Callable[..., None]]:
         # Without a value, a bar in a browser moves to and fro.
         known = fraction >= LEAST
         value, percent = (f' value="{fraction:.4f}"', f"{100.0 * fraction:.0f} %") if known else ("", "")
-        return HTML(f'<label>{html.escape(stage)} <progress{value} max="1"></progress> {percent}</label>')
+        return HTML(f'<label>{html(stage)} <progress{value} max="1"></progress> {percent}</label>')
 
     handle = display(picture(0.0, label), display_id=True)
 
@@ -143,8 +143,10 @@ def _in_cell(label: str) -> Iterator[Callable[..., None]]:
 @contextlib.contextmanager
 def _on_terminal(label: str) -> Iterator[Callable[..., None]]:
     from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    text = TextColumn("{task.description}", markup=False)
+    columns = (text, BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         progress.add_task(label, total=None)
         yield lambda fraction, stage=label: advance(progress, fraction, stage)

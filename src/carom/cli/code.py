@@ -10,6 +10,7 @@ import typer
 
 from carom.cli.options import Overwrite, refuse_to_replace
 from carom.cli.trouble import friendly
+from carom.texts import visible
 
 if TYPE_CHECKING:
     from carom.studies import SphericalCode
@@ -113,7 +114,8 @@ def _words(text: str) -> dict[str, Any]:
 
 def _show(found: SphericalCode, out: Path | None, as_json: bool) -> None:
     """Print the code, and write it afterwards: a full disk may refuse the file."""
-    print(json.dumps(found.summary(), indent=2, allow_nan=False) if as_json else found, flush=True)
+    told = json.dumps(found.summary(), indent=2, allow_nan=False) if as_json else str(found)
+    print(visible(told, lines=True), flush=True)
     if out is not None and out.suffix == ".png":
         found.plot(out)
     elif out is not None:

@@ -155,18 +155,18 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
                 f"{present.done} of {present.total} runs" if present.done else COMPILING, present.fraction
             )
         return
-    from rich.console import Console, Group
+    from rich.console import Group
     from rich.live import Live
     from rich.progress import Progress as Bar
 
     from carom.cli.screen import columns
-    from carom.cli.tables import fitted
+    from carom.cli.tables import Screen, fitted
     from carom.notebook import advance
 
     bar = Bar(*columns())
     # The bar moves to and fro until the first run is done, because the total time is not known before.
     bar.add_task(FIRST, total=None)
-    with Live(bar, console=Console(stderr=True), transient=True, refresh_per_second=4) as live:
+    with Live(bar, console=Screen(stderr=True), transient=True, refresh_per_second=4) as live:
 
         def progress(present: Progress) -> None:
             if present.done:
@@ -178,20 +178,15 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
 
 
 def _show(result: EquationOfState) -> None:
-    from rich.console import Console
-    from rich.text import Text
+    from carom.cli.tables import Screen, show
 
-    from carom.cli.tables import show
-
-    console = Console(highlight=False, soft_wrap=False)
+    console = Screen()
     show(console, _table(result))
     if math.isfinite(chi2 := result.chi2_per_point):
-        console.print(
-            Text(f"Mean squared deviation of the fluid from theory, in standard errors: {chi2:.2f}")
-        )
+        console.print(f"Mean squared deviation of the fluid from theory, in standard errors: {chi2:.2f}")
     flagged = sum(not row.equilibrated for row in result.table)
     if flagged:
-        console.print(Text(f"{flagged} point{'s' * (flagged > 1)} flagged, and left out of fits."))
+        console.print(f"{flagged} point{'s' * (flagged > 1)} flagged, and left out of fits.")
 
 
 def _table(result: EquationOfState) -> Any:

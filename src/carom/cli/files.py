@@ -9,6 +9,7 @@ import typer
 
 from carom.cli.options import Overwrite, Trusted, refuse_to_replace
 from carom.cli.trouble import friendly
+from carom.texts import visible
 
 
 @friendly
@@ -39,7 +40,7 @@ def export(
             overwrite=overwrite,
             progress=lambda done, total: progress("Converting", done / total),
         )
-    typer.echo(f"{target}: {count} frame{'s' if count != 1 else ''}")
+    typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
 
 
 @friendly
@@ -75,7 +76,7 @@ def view(
     page = out or (source / "view.html" if source.is_dir() else source.with_suffix(".html"))
     refuse_to_replace(page, overwrite=overwrite)
     shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
-    typer.echo(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
+    typer.echo(visible(f"{page}: {page.stat().st_size / 1e6:.1f} MB"))
     if show:
         typer.launch(str(page))
 
@@ -108,7 +109,7 @@ def movie(
             trajectory, target, fps=fps, size=size, colour=colour,
             progress=lambda done, total: progress("Drawing frames", done / total),
         )  # fmt: skip
-    typer.echo(f"{target}: {count} frame{'s' if count != 1 else ''}")
+    typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
 
 
 @friendly
@@ -165,10 +166,8 @@ def rdf(
         with replacing(picture) as temporary:
             plots.rdf(distribution, path=temporary)
     contact = distribution.contact_value
-    typer.echo(
-        f"{out}: {distribution.g.size} bins from {distribution.frames} frames"
-        + ("" if contact is None else f"; contact value {contact.value_text}")
-    )
+    told = f"{out}: {distribution.g.size} bins from {distribution.frames} frames"
+    typer.echo(visible(told + ("" if contact is None else f"; contact value {contact.value_text}")))
 
 
 @friendly
@@ -189,4 +188,4 @@ def init(
     refuse_to_replace(path, overwrite=overwrite)
     with replacing(path) as temporary, writing(path):
         temporary.write_text(template(), encoding="utf-8")
-    typer.echo(f"{path} written; edit it, then `carom run {path}`.")
+    typer.echo(visible(f"{path} written; edit it, then `carom run {path}`."))

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 
 from carom.notebook import LEAST
+from carom.texts import visible
 
 EVERY = 10.0
 """Seconds between two lines."""
@@ -44,7 +45,7 @@ class Heartbeat:
     def _beat(self) -> None:
         while not self._end.wait(EVERY):
             passed = time.monotonic() - self._began
-            print(f"{passed:.0f} s: {self.state}", file=sys.stderr, flush=True)
+            print(visible(f"{passed:.0f} s: {self.state}"), file=sys.stderr, flush=True)
 
     @contextlib.contextmanager
     def beating(self) -> Iterator[Heartbeat]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from carom.cli.trouble import friendly
+from carom.texts import visible
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -157,7 +158,7 @@ def plan(
     print(
         json.dumps(outcome.words(), indent=2, allow_nan=False)
         if as_json
-        else f"\n{outcome}\nResults in {folder}"
+        else f"\n{visible(outcome, lines=True)}\nResults in {visible(folder)}"
     )
 
 
@@ -221,12 +222,11 @@ def _species(given: list[str] | None) -> list[dict[str, float]] | None:
 
 def _show(found: RunPlan) -> None:
     """Print a plan, and what other sizes would cost."""
-    from rich.console import Console
-    from rich.text import Text
+    from carom.cli.tables import Screen
 
-    console = Console(highlight=False)
+    console = Screen()
     # Lines are wrapped between words on a terminal, and not wrapped in a pipe.
-    console.print(Text(str(found)), soft_wrap=not console.is_terminal)
+    console.print(str(found), soft_wrap=not console.is_terminal)
     console.print(_sizes(console, found))
 
 

@@ -9,6 +9,7 @@ import typer
 
 from carom.cli.options import Json, Trusted, Workers
 from carom.cli.trouble import friendly
+from carom.texts import visible
 
 _SCENE = "The system (overrides a scene file)"
 _LENGTH = "How long"
@@ -144,7 +145,7 @@ def run(
         from carom.simulation.explanation import explain as explained
 
         found = explained(plan.build_scene(), neighbors=plan.run.neighbors, event_log=plan.output.event_log)
-        typer.echo(str(found))
+        typer.echo(visible(found, lines=True))
         return
     with watched() as progress, compiling_told():
         from carom import studies

@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from carom.texts import visible
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -33,7 +35,7 @@ def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ..
     )
 
     return (
-        TextColumn(description),
+        TextColumn(description, markup=False),
         BarColumn(),
         TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
@@ -51,12 +53,12 @@ def watched() -> Iterator[Callable[[str, float], None]]:
         with Heartbeat("Starting").beating() as heart:
             yield lambda stage, fraction: heart.tell(stage, None if stage in UNMEASURED else fraction)
         return
-    from rich.console import Console
     from rich.progress import Progress
 
+    from carom.cli.tables import Screen
     from carom.notebook import advance
 
-    with Progress(*columns("{task.description:<14}"), console=Console(stderr=True), transient=True) as bar:
+    with Progress(*columns("{task.description:<14}"), console=Screen(stderr=True), transient=True) as bar:
         task = bar.add_task("Starting", total=None)
         present = ""
 
@@ -85,26 +87,23 @@ def results(result: RunResult, as_json: bool) -> None:
     if as_json:
         print(json.dumps(result.summary, indent=2, allow_nan=False, ensure_ascii=True))
         if not result.new:
-            print(f"{result.folder} was finished already.", file=sys.stderr)
+            print(f"{visible(result.folder)} was finished already.", file=sys.stderr)
         return
     if not result.new:
-        print(f"{result.folder} was finished already; nothing was left to do.")
-    from rich.console import Console
-    from rich.text import Text
+        print(f"{visible(result.folder)} was finished already; nothing was left to do.")
+    from carom.cli.tables import Screen, show
 
-    from carom.cli.tables import show
-
-    console = Console(highlight=False, soft_wrap=False)
+    console = Screen()
     try:
         show(console, _physics(result.summary))
         show(console, _mechanics(result.summary))
         for note in (result.summary["phase_note"], result.summary["note"]):
             if note:
-                console.print(Text(note))
+                console.print(note)
         for reason in (result.summary.get("without_trajectory"), result.summary["without_rdf"]):
             if reason:
-                console.print(Text(reason))
-        console.print(Text(f"Results in {result.folder}"))
+                console.print(reason)
+        console.print(f"Results in {result.folder}")
     except (KeyError, TypeError) as error:
         from carom.errors import FileError
 
@@ -197,11 +196,9 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
         print(json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=True))
         return
     from rich import box
-    from rich.console import Console
     from rich.table import Table
-    from rich.text import Text
 
-    from carom.cli.tables import show
+    from carom.cli.tables import Screen, show
     from carom.scene.description import particles
 
     kind = particles(summary["dimension"], summary["n"])
@@ -228,11 +225,11 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     if summary.get("confined"):  # older summaries do not have it
         meant = [_WHOLE_BOX, *meant, "Contacts with walls and obstacles count as contacts, not in Z."]
     table.caption, table.caption_justify = "\n".join(meant), "left"
-    console = Console(highlight=False, soft_wrap=False)
+    console = Screen()
     show(console, table)
     if told := summary.get("contacts_note"):
-        console.print(Text(told))
-    console.print(Text(f"Results in {folder}"))
+        console.print(told)
+    console.print(f"Results in {folder}")
 
 
 def _mechanics(summary: dict[str, Any]) -> Any:

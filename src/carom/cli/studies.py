@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
+from carom.texts import visible
+
 COMPILING = "Compiling, ten seconds or more the first time, and the first runs"
 """Text of the lines without a terminal until the first run of a study is done."""
 
@@ -133,7 +135,7 @@ def farewell(result: Any, out: Path, report: bool, as_json: bool) -> None:
     from carom.errors import InputError
 
     if not as_json:
-        print(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else ""))
+        print(visible(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
     if not result.complete:
         raise InputError(
             f"{len(result.records)} of {len(result.spec.tasks())} runs are done; "

@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
+from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table
+from rich.text import Text
+
+from carom.texts import visible
+
+
+class Screen(Console):
+    """A terminal on which every string is text: no markup, and nothing in it acts on the terminal."""
+
+    def __init__(self, **settings: Any):
+        super().__init__(highlight=False, **settings)
+
+    def render_str(self, text: str, **settings: Any) -> Text:
+        """Return a string as Rich prints it; cells, titles and captions of tables are made here, too."""
+        plain = {**settings, "markup": False, "emoji": False}
+        return super().render_str(visible(text, lines=True), **plain)
 
 
 def show(console: Console, table: Table) -> None:
@@ -19,9 +34,6 @@ def fitted(console: Console, table: Table) -> Any:
 
     The title and the caption are wrapped, so they do not count for the width.
     """
-    from rich.measure import Measurement
-    from rich.text import Text
-
     title, caption = table.title, table.caption
     table.title = table.caption = None
     wide = Measurement.get(console, console.options.update(max_width=10_000), table).maximum
@@ -41,4 +53,4 @@ def fitted(console: Console, table: Table) -> Any:
             lines += [f"  {name}: {cell}" if name else f"  {cell}" for name, cell in shown]
     if caption:
         lines.append(str(caption))
-    return Text("\n".join(lines))
+    return "\n".join(lines)

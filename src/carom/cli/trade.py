@@ -55,14 +55,11 @@ def trade(
 
 
 def _print(result: TradeResult) -> None:
-    from rich.console import Console
-    from rich.text import Text
+    from carom.cli.tables import Screen, show
 
-    from carom.cli.tables import show
-
-    console = Console(highlight=False)
-    console.print(Text(f"Speed: {result.scene}"))
-    console.print(Text(f"Trajectories: {result.small}"))
+    console = Screen()
+    console.print(f"Speed: {result.scene}")
+    console.print(f"Trajectories: {result.small}")
     rows = result.rows
     show(
         console,
@@ -95,10 +92,8 @@ def _print(result: TradeResult) -> None:
     h = result.horizon
     known = "" if math.isnan(h.published_to_one) else f" (published exponent: {h.published_to_one:.1f})"
     console.print(
-        Text(
-            f"Theory for doubles, ln(1/eps) / λ times the collision rate: {h.to_one:.1f} collisions "
-            f"a particle to 1 σ{known}, {h.to_apart:.1f} to 0.001 σ; λ = {h.lyapunov:.3g}, rate {h.rate:.3g}."
-        )
+        f"Theory for doubles, ln(1/eps) / λ times the collision rate: {h.to_one:.1f} collisions "
+        f"a particle to 1 σ{known}, {h.to_apart:.1f} to 0.001 σ; λ = {h.lyapunov:.3g}, rate {h.rate:.3g}."
     )
     show(
         console,
@@ -157,7 +152,7 @@ def _print(result: TradeResult) -> None:
             ],
         )
     )  # fmt: skip
-    console.print(Text(f"Results in {result.folder}"))
+    console.print(f"Results in {result.folder}")
 
 
 def _table(title: str, head: list[str], rows: list[list[str]]) -> Any:

@@ -124,14 +124,12 @@ def transport(
 
 def _show(result: Transport) -> None:
     from rich import box
-    from rich.console import Console
     from rich.table import Table
-    from rich.text import Text
 
-    from carom.cli.tables import show
+    from carom.cli.tables import Screen, show
     from carom.studies.coefficients.pictures import UNITS
 
-    console = Console(highlight=False, soft_wrap=False)
+    console = Screen()
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
     table.add_column("")
     for name in ("eta", "N", "value", "Enskog", "ratio", "slope between"):
@@ -140,7 +138,7 @@ def _show(result: Transport) -> None:
         table.add_row(name, eta, n, *rest)
     show(console, table)
     for line in (*result.remarks(), UNITS):
-        console.print(Text(line))
+        console.print(line)
 
 
 @contextlib.contextmanager
@@ -154,12 +152,13 @@ def _watched() -> Iterator[Callable[[Progress], None]]:
                 f"{present.done} of {present.total} runs" if present.done else COMPILING, present.fraction
             )
         return
-    from rich.console import Console
     from rich.progress import Progress as Bar
 
+    from carom.cli.screen import columns
+    from carom.cli.tables import Screen
     from carom.notebook import advance
 
-    with Bar(console=Console(stderr=True), transient=True) as bar:
+    with Bar(*columns(), console=Screen(stderr=True), transient=True) as bar:
         bar.add_task(FIRST, total=None)
 
         def progress(present: Progress) -> None:

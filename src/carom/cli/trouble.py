@@ -11,6 +11,7 @@ from typing import Any
 
 from carom.cli.heartbeat import starting
 from carom.errors import CaromError, CaromWarning
+from carom.texts import visible
 
 BAD_INPUT = 2
 """Exit code for input that cannot be used and files that cannot be written; also for unknown options."""
@@ -56,7 +57,7 @@ def friendly(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
+    print(visible(text), file=sys.stderr, flush=True)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any) -> None:

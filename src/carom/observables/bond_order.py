@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from carom import checks
+from carom.arithmetic import factor
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables.neighbors import nearest, pairs_within
@@ -159,7 +160,7 @@ class BondOrder:
         for pairs in _portions(pairs_within(room, places, float(edges[-1]))):
             bins = np.searchsorted(edges, room.distances(places, pairs), side="right") - 1
             i, j = pairs.T
-            products = np.einsum("pa,pa->p", orders[i], orders[j])
+            products = np.sum(orders[i] * orders[j], axis=1)
             inside = bins < shape
             sums += np.bincount(bins[inside], products[inside], shape)
             counts += np.bincount(bins[inside], minlength=shape)
@@ -296,7 +297,7 @@ def _basis(degree: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
     rows = _terms(degree, dimension)
     # (u . u')^l is the sum over all terms of term(u) term(u') times a multinomial coefficient. A lower power
     # l - 2 k of the polynomial is multiplied by |u|^2k |u'|^2k = 1. So the polynomial is a quadratic form of
-    # the terms, and its eigenvectors are harmonics.
+    # the terms, and any factor of its matrix gives harmonics.
     at = {row: k for k, row in enumerate(rows)}
     form = np.zeros((len(rows), len(rows)))
     coefficients = gegenbauer(degree, dimension)
@@ -309,9 +310,7 @@ def _basis(degree: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
                 row = tuple(t + 2 * s for t, s in zip(term, part, strict=True))
                 lift[at[row], b] += _orders_of(part)
         form += coefficients[power] * (lift * [_orders_of(term) for term in low]) @ lift.T
-    values, vectors = np.linalg.eigh(form)
-    kept = values > 1e-9 * values.max()
-    return np.array(rows), vectors[:, kept] * np.sqrt(values[kept])
+    return np.array(rows), factor(form, 1e-9)
 
 
 def _terms(degree: int, dimension: int) -> list[tuple[int, ...]]:
@@ -336,4 +335,4 @@ def harmonics(degree: int, units: np.ndarray) -> np.ndarray:
     terms = np.empty((len(exponents), len(units)))
     for term, row in zip(terms, exponents, strict=True):
         term[:] = functools.reduce(np.multiply, [each[k] for each, k in zip(powers, row, strict=True)])
-    return np.asarray((weights.T @ terms).T)
+    return np.einsum("kh,kp->hp", weights, terms).T

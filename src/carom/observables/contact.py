@@ -7,6 +7,7 @@ import warnings
 
 import numpy as np
 
+from carom.arithmetic import exponential, power, pseudo_inverse
 from carom.errors import CaromWarning
 from carom.observables.statistics import Estimate, blocking
 
@@ -20,6 +21,10 @@ DEGREE = 2
 
 # Blocks of frames for the jackknife: they give the error to 10 %, and are few enough to be cheap.
 JACKKNIFE = 64
+
+# Gauss quadrature with three points on (-1, 1).
+NODES = (-math.sqrt(0.6), 0.0, math.sqrt(0.6))
+WEIGHTS = (5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0)
 
 
 def contact_value(
@@ -84,7 +89,8 @@ def _bins_used(g: np.ndarray, edges: np.ndarray) -> int:
         return 0
     # A range that ends within rounding of a bin's edge includes that bin.
     reach = int(np.searchsorted(edges[1:], diameter * (1.0 + REACH) + 0.5 * (edges[1] - diameter)))
-    smooth = np.convolve(g[: reach + 2], np.ones(3) / 3.0, mode="valid")
+    near = g[: reach + 2]
+    smooth = (near[:-2] + near[1:-1] + near[2:]) / 3.0
     fallen = np.flatnonzero(smooth < FALL * smooth[0]) if smooth.size else np.empty(0, dtype=int)
     used = int(fallen[0]) + 1 if fallen.size else reach
     return min(max(used, DEGREE + 3), g.size)
@@ -94,15 +100,16 @@ class _Fit:
     """Poisson likelihood of ``ln g`` as a polynomial, averaged over shells."""
 
     def __init__(self, ideal: np.ndarray, edges: np.ndarray, dimension: int) -> None:
-        nodes, weights = np.polynomial.legendre.leggauss(3)
+        nodes, weights = np.array(NODES), np.array(WEIGHTS)
         half = 0.5 * np.diff(edges)[:, None]
         r = edges[:-1, None] + half * (1.0 + nodes)
-        shell = weights * r ** (dimension - 1)
+        shell = weights * power(r, dimension - 1)
         self.ideal = ideal
         self.weights = shell / shell.sum(axis=1, keepdims=True)
         # Two bins more than coefficients, so that the polynomial smooths and does not interpolate noise.
         degree = max(min(DEGREE, ideal.size - 3), 0)
-        self.powers = ((r - edges[0]) / (edges[-1] - edges[0]))[..., None] ** np.arange(degree + 1)
+        x = (r - edges[0]) / (edges[-1] - edges[0])
+        self.powers = np.stack([power(x, k) for k in range(degree + 1)], axis=-1)
 
     def start(self, counts: np.ndarray, frames: int) -> np.ndarray:
         """Return the coefficients of a constant g with the same number of pairs."""
@@ -115,14 +122,17 @@ class _Fit:
         a = start
         inverse = np.eye(a.size)
         for _ in range(50):
-            g = np.exp(self.powers @ a) * self.weights
+            g = exponential(np.sum(self.powers * a, axis=-1)) * self.weights
             expected = frames * self.ideal * g.sum(axis=1)
-            jacobian = (frames * self.ideal)[:, None] * np.einsum("kq,kqj->kj", g, self.powers)
-            inverse = np.linalg.pinv(jacobian.T @ (jacobian / expected[:, None]), hermitian=True)
-            step = inverse @ (jacobian.T @ (counts / expected - 1.0))
+            jacobian = (frames * self.ideal)[:, None] * np.sum(g[..., None] * self.powers, axis=1)
+            both = jacobian[:, :, None] * (jacobian / expected[:, None])[:, None, :]
+            information = np.sum(both, axis=0)
+            inverse = pseudo_inverse(information)
+            missing = np.sum(jacobian * (counts / expected - 1.0)[:, None], axis=0)
+            step = np.sum(inverse * missing, axis=1)
             # A step from a poor start may be too long; ln g never needs to change by more than 1 at once.
             a = a + step * min(1.0, 1.0 / max(float(np.abs(step).max()), 1e-300))
             # Converged when the step is a hundredth of the statistical error.
-            if step @ np.linalg.pinv(inverse, hermitian=True) @ step < 1e-4:
+            if np.sum(information * step[:, None] * step) < 1e-4:
                 break
         return a, float(inverse[0, 0])

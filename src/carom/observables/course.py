@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from carom.arithmetic import dot, least_squares, power
 from carom.block import Block
 from carom.observables.statistics import Estimate, blocking, ratio
 
@@ -72,8 +73,8 @@ class Course:
         if grows:
             sizes = [block.sizes for block in blocks if block.sizes is not None]
             filled = np.array([each.packing_fraction for each in sizes])
-            packing_fraction = float(durations @ filled / durations.sum())
-            cube = float(durations @ [each.cube for each in sizes] / durations.sum())
+            packing_fraction = dot(durations, filled) / float(durations.sum())
+            cube = dot(durations, np.array([each.cube for each in sizes])) / float(durations.sum())
             filling, equal = filled / packing_fraction, all(each.equal for each in sizes)
         cools = changes and not grows and not exchanges
         return cls(durations, heat, filling, kT, packing_fraction, cube, equal, cools, grows)
@@ -131,7 +132,8 @@ class Course:
         deviations = (sums - mean * weights) / weights.mean()
         ends = np.cumsum(self.durations)
         places = (ends - 0.5 * self.durations) / ends[-1]
-        curve = np.polynomial.Polynomial.fit(places, deviations, degree)(places)
+        columns = np.stack([power(2.0 * places - 1.0, k) for k in range(degree + 1)], axis=1)
+        curve = np.sum(columns * least_squares(columns, deviations), axis=1)
         free = math.sqrt(count / (count - degree - 1.0))
         scatter = blocking(mean + free * (deviations - curve))
         return Estimate(mean, scatter.error, scatter.n_eff, scatter.tau, scatter.blocks)

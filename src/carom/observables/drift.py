@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from carom.arithmetic import dot
 from carom.errors import CaromWarning
 from carom.observables.quantiles import normal_above, student_tail
 from carom.observables.statistics import blocking
@@ -57,11 +58,11 @@ def drift(values: Sequence[float], parts: int = PARTS) -> float:
     size = x.size // parts
     means = x[x.size - parts * size :].reshape(parts, size).mean(axis=1)
     centred = np.arange(parts) - 0.5 * (parts - 1)
-    slope = float(centred @ means / (centred @ centred))
+    slope = dot(centred, means) / dot(centred, centred)
     rest = means - means.mean() - slope * centred
     if _constant(means):
         return 0.0
-    error = math.sqrt(float(rest @ rest) / (parts - 2) / float(centred @ centred))
+    error = math.sqrt(dot(rest, rest) / (parts - 2) / dot(centred, centred))
     return _as_normal(slope, error, parts - 2)
 
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks, jit
+from carom.arithmetic import cosine_and_sine
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables.statistics import Estimate, blocking
@@ -142,7 +143,7 @@ class Dynamics:
         self._square.append(float(np.mean(np.sum(v[self._chosen] ** 2, axis=1))))
         rho = None if self._waves is None else self._waves.density(frame.positions[self._chosen])
         if rho is not None and self._waves is not None:
-            self._structure.append(self._waves.average(np.abs(rho) ** 2) / len(self._chosen))
+            self._structure.append(self._waves.average(np.sum(rho * rho, axis=1)) / len(self._chosen))
         count, level = self._frames, 0
         while True:
             if level == len(self._levels):
@@ -158,7 +159,7 @@ class Dynamics:
 
     def _begin(self, frame: Frame) -> None:
         self._first, self._shape = frame.time, (frame.n, frame.dimension)
-        momentum = frame.masses @ frame.velocities
+        momentum = np.sum(frame.masses[:, None] * frame.velocities, axis=0)
         still = self.conserved
         if still is None:
             still = [wraps and frame.n > 1 for wraps in frame.periodic]
@@ -178,8 +179,9 @@ class Dynamics:
         if (frame.n, frame.dimension) != self._shape:
             raise InputError(f"A frame has {frame.n} components after one with {self._shape[0]}.")
         if self._momentum is not None:
-            change = np.abs(frame.masses @ frame.velocities - self._momentum)
-            if (change > SAME * float(np.sum(frame.masses @ np.abs(frame.velocities)))).any():
+            momenta = frame.masses[:, None] * frame.velocities
+            change = np.abs(np.sum(momenta, axis=0) - self._momentum)
+            if (change > SAME * float(np.sum(np.abs(momenta)))).any():
                 raise InputError(
                     f"The total momentum changed along axis {int(np.nanargmax(change))}, for example at an "
                     "obstacle: the motion of the centre of mass is no mere drift. Say along which axes it is "
@@ -274,7 +276,7 @@ class _Level:
 
     def __init__(self, n: int, d: int, waves: int):
         self.positions, self.velocities = np.zeros((KEPT, n, d)), np.zeros((KEPT, n, d))
-        self.densities = np.zeros((KEPT, waves), complex)
+        self.densities = np.zeros((KEPT, waves, 2))
         self.count = 0
         self.values: dict[int, list[np.ndarray]] = {}
         self.scattered: dict[int, list[np.ndarray]] = {}
@@ -296,7 +298,7 @@ class _Level:
             self.values.setdefault(lag, []).append(sums / len(chosen))
             scattered = self.scattered.setdefault(lag, [])
             if rho is not None and waves is not None:
-                product = (rho * self.densities[k].conj()).real
+                product = np.sum(rho * self.densities[k], axis=1)
                 scattered.append(waves.average(product) / len(chosen))
         k = self.count % KEPT
         self.positions[k], self.velocities[k] = r, v
@@ -349,14 +351,16 @@ class Waves:
         return cls(numbers[chosen], near[chosen], kept, edges)
 
     def density(self, positions: np.ndarray) -> np.ndarray:
-        """Return ``sum exp(i q.r)`` over positions (n, d) for each wave vector, (m,) complex."""
+        """Return the parts of ``sum exp(i q.r)`` over positions (n, d), real and imaginary, (m, 2)."""
         most = int(np.abs(self.numbers).max())
-        unit = np.exp(2.0j * math.pi * positions / self.box)
-        powers = unit[None] ** np.arange(-most, most + 1)[:, None, None]
-        total = np.ones((len(self.numbers), len(positions)), complex)
+        turns = np.arange(-most, most + 1)[:, None, None] * (positions / self.box)
+        cosines, sines = cosine_and_sine(turns)
+        real, imaginary = np.ones(1), np.zeros(1)
         for axis in range(positions.shape[1]):
-            total *= powers[self.numbers[:, axis] + most, :, axis]
-        return total.sum(axis=1)
+            which = self.numbers[:, axis] + most
+            c, s = cosines[which, :, axis], sines[which, :, axis]
+            real, imaginary = real * c - imaginary * s, real * s + imaginary * c
+        return np.stack([np.sum(real, axis=1), np.sum(imaginary, axis=1)], axis=1)
 
     def average(self, values: np.ndarray) -> np.ndarray:
         """Return the mean over each shell, (s,)."""

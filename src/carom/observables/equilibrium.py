@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from carom.arithmetic import dot
 from carom.errors import CaromWarning
 from carom.observables.drift import LEVEL, PARTS, drift, relaxation
 from carom.observables.quantiles import normal_above, student_above
@@ -190,7 +191,7 @@ def _parts(values: np.ndarray) -> int:
     if values.size < 2:
         return FEWEST_PARTS
     times = np.arange(values.size) - 0.5 * (values.size - 1)
-    rest = values - values.mean() - float(times @ values / (times @ times)) * times
+    rest = values - values.mean() - dot(times, values) / dot(times, times) * times
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", CaromWarning)
         known = min(blocking(rest).n_eff, float(values.size))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.arithmetic import power
 from carom.errors import FileError, InputError
 from carom.observables.radial import RadialDistribution
 from carom.observables.rdf import checked_rmax, independent_errors
@@ -113,7 +114,7 @@ def rdf_mdanalysis(
     pairs = 0.5 * n * (n - 1) if other is None else float(n * around.n_atoms)
     counts = np.rint(np.asarray(analysis.results.count) / twice).astype(np.int64)
     volumes = [math.prod(float(edge) for edge in step.dimensions[:dimension]) for step in universe.trajectory]
-    shells = ball_volume(dimension) * np.diff((2.0 * edges) ** dimension)
+    shells = ball_volume(dimension) * np.diff(power(2.0 * edges, dimension))
     expected = pairs * shells * float(np.mean(1.0 / np.array(volumes)))
     return RadialDistribution(
         edges=edges,

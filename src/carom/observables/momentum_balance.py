@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.arithmetic import dot, power
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
             continue
         edge = scene.box[axis]
         upper = _over(places[:, axis] - radii, edge - 2.0 * radii)
-        toward = float(momenta[:, axis] @ upper)
+        toward = dot(momenta[:, axis], upper)
         found += [toward - float(momenta[:, axis].sum()), toward]
     for obstacle in scene.obstacles:
         if not balanced_by_field(obstacle):
@@ -89,16 +90,17 @@ def _around(ball: Ball, momenta: np.ndarray, places: np.ndarray, radii: np.ndarr
     distance = np.sqrt(np.sum(toward * toward, axis=1))
     d, contact, end = scene.dimension, ball.radius + radii, 0.5 * float(edges.min())
     # The divergence is constant if r^(d-1) u falls linearly with r^d.
-    weight = _over(end**d - distance**d, end**d - contact**d) * (contact / distance) ** (d - 1)
+    field = _over(end**d - power(distance, d), end**d - power(contact, d))
+    weight = field * power(contact / distance, d - 1)
     weight[distance >= end] = 0.0
-    return float(np.sum(momenta * toward, axis=1) / distance @ weight)
+    return dot(np.sum(momenta * toward, axis=1) / distance, weight)
 
 
 def _above(plane: Plane, momenta: np.ndarray, places: np.ndarray, radii: np.ndarray) -> float:
     """Return the momentum towards a plane, weighted from 1 at contact to 0 at the highest component."""
-    toward = -momenta @ np.sign(plane.normal)
+    toward = -np.sum(momenta * np.sign(plane.normal), axis=1)
     height = plane.gap(places, radii, (), ())
-    return float(toward @ (1.0 - _over(height, np.full_like(height, height.max()))))
+    return dot(toward, 1.0 - _over(height, np.full_like(height, height.max())))
 
 
 def _over(values: np.ndarray, room: np.ndarray) -> np.ndarray:

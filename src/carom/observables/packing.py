@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from carom.arithmetic import power
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.models.obstacles import Obstacle, outwards, walls
@@ -49,8 +50,8 @@ class PackingNetwork:
     gaps : (p,) array
         Gap over contact distance of all near pairs, in increasing order; negative for pairs that overlap.
     bonds : (m, 2) int array
-        Pairs in contact, i < j; or a component i and n + k, the number of a wall or an obstacle. The walls
-        come first, axis after axis, lower before upper.
+        Pairs in contact, i < j; i twice where a component touches its own image; or a component i and n + k,
+        the number of a wall or an obstacle. The walls come first, axis after axis, lower before upper.
     vectors : (m, d) array
         Vector from i to the touching image of j, or to the wall or obstacle [length].
     backbone : (n,) bool array
@@ -126,7 +127,12 @@ class PackingNetwork:
 
     @property
     def distinct(self) -> bool:
-        """Whether contacts can be distinguished from near contacts.
+        """Whether contacts can be distinguished from near contacts, and hold a backbone."""
+        return self.separated and self.contacts > 0
+
+    @property
+    def separated(self) -> bool:
+        """Whether a void separates the gaps of contacts from all others.
 
         Notes
         -----
@@ -134,20 +140,32 @@ class PackingNetwork:
         reduced pressure p a contact with force f has a gap of about 1 / (p f), with f in units of the mean
         force. Small forces are distributed as f^theta, theta > 0 (Charbonneau et al., Phys. Rev. Lett. 114,
         125504 (2015)). The weakest of m forces is therefore at least about 1 / m of the typical one, and no
-        contact has a gap of more than m times the median of all.
+        contact has a gap of more than m times the median of all, or 10 times where they are few.
         """
         m = int(np.searchsorted(self.gaps, self.gap))
         if m == 0:
             return False
         exact = overlaps.rounding(np.asarray(self.frame.box)) / float(self.frame.diameters.max())
-        weakest = m * max(float(np.median(self.gaps[:m])), exact)
+        weakest = max(m, DISTINCT) * max(float(np.median(self.gaps[:m])), exact)
         return DISTINCT * max(self.void[0], 0.0) <= self.void[1] and self.void[0] <= weakest
+
+    @property
+    def counted(self) -> str:
+        """The number of contacts in words, or of near pairs if contacts are not distinct."""
+        if self.distinct:
+            return f"{self.contacts} contacts in the backbone (isostatic: {self.isostatic})"
+        return f"{self.contacts} pairs nearer than {self.gap:.1e}, contacts not distinct yet"
 
     @property
     def note(self) -> str:
         """Warning about the number of contacts; empty if contacts are distinct."""
         if self.distinct:
             return ""
+        if self.separated:
+            return (
+                f"Pairs with a gap below {self.gap:.1e} are in contact, but nothing is held by them: without "
+                "rattlers nobody remains. Compress more slowly and to a higher pressure."
+            )
         return (
             "Contacts cannot be told from near contacts yet: no void separates their gaps, and "
             f"{self.contacts} is the number of pairs in the backbone with a gap below {self.gap:.1e}. "
@@ -159,13 +177,13 @@ class PackingNetwork:
     def packing_fraction(self) -> float:
         """Fraction of the box that all spheres fill, rattlers included."""
         d = self.frame.dimension
-        return ball_volume(d) * math.fsum(self.frame.diameters**d) / math.prod(self.frame.box)
+        return ball_volume(d) * math.fsum(power(self.frame.diameters, d)) / math.prod(self.frame.box)
 
     def __str__(self) -> str:
         return (
             f"packing fraction {self.packing_fraction:.6f}, {len(self.rattlers)} rattlers of {self.frame.n} "
-            f"({100 * self.rattler_fraction:.1f} %), {self.contacts} contacts in the backbone (isostatic: "
-            f"{self.isostatic}), coordination {self.coordination:.4f}; contact is a gap below "
+            f"({100 * self.rattler_fraction:.1f} %), {self.counted}, coordination "
+            f"{self.coordination:.4f}; contact is a gap below "
             f"{self.gap:.1e}, in the void from {self.void[0]:.1e} to {self.void[1]:.1e}"
             + (f". {self.note}" if self.note else "")
         )
@@ -197,8 +215,8 @@ def packing_network(
         The packing. Axes that are not periodic have walls, which hold it as well.
     gap : float, optional
         Pairs are in contact if their gap is below this fraction of the contact distance. By default it is the
-        middle, in the logarithm, of the widest void in the distribution of gaps that has at least half as
-        many pairs below it as there are components.
+        middle, in the logarithm, of the widest void in the distribution of gaps. At least half as many pairs
+        as there are components lie below that void, and at least d + 1, which a single one needs.
     contact : (K, K) array_like, optional
         Contact distances between species [length], where they are not the means of the diameters.
     sided : bool
@@ -232,7 +250,7 @@ def packing_network(
     pairs, vectors, gaps = pairs[order], vectors[order], gaps[order]
     if gap is None:
         smallest = overlaps.rounding(np.asarray(frame.box)) / float(frame.diameters.max())
-        gap = _widest_void(gaps, smallest, frame.n)
+        gap = _widest_void(gaps, smallest, max(frame.n // 2, frame.dimension + 1))
     elif not 0.0 < gap < REACH:
         raise InputError(f"gap is {gap!r}; expected a part of a diameter between 0 and {REACH:g}.")
     count = int(np.searchsorted(gaps, gap))
@@ -263,8 +281,9 @@ def _near(
         near = ours.sparse_distance_matrix(cKDTree(places), reach, output_type="ndarray")
         i, j = classes[a][near["i"]], owners[near["j"]]
         vectors = places[near["j"]] - frame.positions[i]
-        # Within a class every pair is found twice; a component does not touch its own image.
-        kept = i < j if a == b else i != j
+        kept = np.ones(len(i), dtype=bool)
+        if a == b:  # every pair is found twice, and so is every image of a component itself
+            kept = (i < j) | ((i == j) & _first_half(vectors))
         pairs = np.stack([i, j], axis=1)[kept]
         distance = contacts.of(pairs)
         found.append((pairs, vectors[kept], near["v"][kept] / distance - 1.0))
@@ -283,6 +302,12 @@ def _near(
     return pairs[kept], vectors[kept], gaps[kept]
 
 
+def _first_half(vectors: np.ndarray) -> np.ndarray:
+    """Return which vectors (m, d) are not zero and have a positive first component that is not zero."""
+    first = np.argmax(vectors != 0.0, axis=1)
+    return np.asarray(np.take_along_axis(vectors, first[:, None], axis=1)[:, 0] > 0.0)
+
+
 def _with_images(frame: Frame, members: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Return places (q, d) of ``members`` and of their images within reach of the box, and their owners."""
     places, owners = frame.positions[members], members
@@ -297,10 +322,13 @@ def _with_images(frame: Frame, members: np.ndarray, reach: float) -> tuple[np.nd
     return places, owners
 
 
-def _widest_void(gaps: np.ndarray, smallest: float, n: int) -> float:
-    """Return the middle of the widest void in the logarithm of gaps; those below ``smallest`` are equal."""
+def _widest_void(gaps: np.ndarray, smallest: float, least: int) -> float:
+    """Return the middle of the widest void in the logarithm of gaps that has ``least`` pairs below it.
+
+    Gaps below ``smallest`` are equal. A run ends with a collision, and the gap of that pair alone is zero.
+    """
     logarithms = np.log(np.append(np.maximum(gaps, smallest), REACH))
-    first = min(max(n // 2, 1), len(gaps)) - 1
+    first = min(least, len(gaps)) - 1
     widths = np.diff(logarithms)[first:]
     k = first + int(np.argmax(widths))
     return math.exp(0.5 * (logarithms[k] + logarithms[k + 1]))

@@ -17,6 +17,7 @@ from carom.errors import FileError
 from carom.frame import Frame
 from carom.observables.radial import RadialDistribution
 from carom.observables.rdf import distributions
+from carom.texts import visible
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -108,9 +109,9 @@ def write_partial(distributions: Mapping[str, RadialDistribution], path: str | o
     for key in ("n", "dimension", "frames", "packing_fraction"):
         text.write(f"# {key}: {getattr(some, key)}\n")
     for name, found in distributions.items():
-        text.write(f"# contact {name}: {found.diameter}\n")
+        text.write(f"# contact {visible(name)}: {found.diameter}\n")
         if (value := found.contact_value) is not None:
-            text.write(f"# contact_value {name}: {value.mean} +- {value.error}\n")
+            text.write(f"# contact_value {visible(name)}: {value.mean} +- {value.error}\n")
     table = csv.writer(text, lineterminator="\n")
     names = ("r_lo", "r_hi", "g", "error", "counts")
     table.writerow(f"{column} {name}" for name in distributions for column in names)

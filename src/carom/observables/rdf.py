@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from carom import checks
+from carom.arithmetic import power
 from carom.cells import Grid, SortedCells
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
@@ -279,7 +280,7 @@ def _pairs(frame: Frame, pair: tuple[int, int] | None) -> float:
 
 
 def _packing_fraction(frame: Frame) -> float:
-    volume = ball_volume(frame.dimension) * math.fsum(frame.diameters**frame.dimension)
+    volume = ball_volume(frame.dimension) * math.fsum(power(frame.diameters, frame.dimension))
     return float(volume / math.prod(frame.box))
 
 
@@ -394,7 +395,7 @@ def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) 
 
 def ideal_counts(edges: np.ndarray, pairs: float, box: tuple[float, ...]) -> np.ndarray:
     """Return the expected number of pairs in each shell between ``edges``, for ``pairs`` of an ideal gas."""
-    shells = ball_volume(len(box)) * np.diff((2.0 * edges) ** len(box))
+    shells = ball_volume(len(box)) * np.diff(power(2.0 * edges, len(box)))
     return pairs * shells / math.prod(box)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.arithmetic import dot
 from carom.errors import CaromWarning, InputError
 from carom.notebook import table
 from carom.observables.quantiles import chi_squared_below, student_above
@@ -266,10 +267,10 @@ def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:
 def _lag_one(y: np.ndarray) -> float:
     """Return the lag-one correlation of a short series, corrected for its leading bias, inside (-1, 1)."""
     d = y - y.mean()
-    square = float(d @ d)
+    square = dot(d, d)
     if square == 0.0:
         return 0.0
-    r = float(d[1:] @ d[:-1]) / square
+    r = dot(d[1:], d[:-1]) / square
     # With 16 blocks, an r beyond 1 - 1/16 cannot be distinguished from a random walk, which has no error bar.
     limit = 1.0 - 1.0 / max(y.size, MIN_BLOCKS)
     return min(max(r + (1.0 + 4.0 * r) / y.size, -limit), limit)

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.arithmetic import dot, least_squares
 from carom.observables.momentum_balance import balanced_by_field
 from carom.observables.statistics import Estimate, ratio
 
@@ -68,7 +69,7 @@ def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:
             for side in (-1.0, 1.0)
         )
         pace = frame.masses * (after - before) * (0.5 * fastest / (STEP * shortest))
-        found += [float(pace.sum()), float(pace @ (after + before)) / shortest]
+        found += [float(pace.sum()), dot(pace, after + before) / shortest]
     return tuple(found)
 
 
@@ -106,8 +107,8 @@ def freed(impulses: np.ndarray, changes: np.ndarray, durations: np.ndarray) -> t
     momentum, merged = (np.add.reduceat(series, starts, axis=0) for series in (impulses, columns))
     units = np.abs(merged).max(axis=0)
     units[units == 0.0] = 1.0
-    solution = np.linalg.lstsq(merged / units, momentum, rcond=None)[0] / units
-    flux = impulses - changes @ solution[1:]
+    solution = least_squares(merged / units, momentum) / units
+    flux = impulses - np.sum(changes * solution[1:], axis=1)
     coarse = ratio(np.add.reduceat(flux, starts), merged[:, 0])
     # Degrees of freedom that the regression has removed from the scatter.
     error = coarse.error * math.sqrt((len(starts) - 1) / (len(starts) - 1 - m))

@@ -17,6 +17,7 @@ from carom import theory
 from carom.errors import InputError
 from carom.pictures.paper import DPI, GREY, INK, PALE, PIXELS, TITLE, TOP, WARM, lay_out, saved, sheet
 from carom.scene.description import particles
+from carom.texts import label as label_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,7 +99,12 @@ def pressure(
         )
         shown.append(value)
         axes.axhline(
-            value, color=WARM, linestyle=style, linewidth=1.1, zorder=3, label=f"{name}, {value:.4f}"
+            value,
+            color=WARM,
+            linestyle=style,
+            linewidth=1.1,
+            zorder=3,
+            label=f"{label_of(name)}, {value:.4f}",
         )
     axes.set_xlim(0.0, time[-1])
     _frame_values(axes, shown, means)
@@ -202,7 +208,14 @@ def partial_rdf(
         )
         # g is zero below contact, and jumps at contact.
         contact = found.edges[0] / unit
-        axes.plot([contact, contact, *r], [0.0, g[0], *g], color=colour, linewidth=1.3, label=name, zorder=3)
+        axes.plot(
+            [contact, contact, *r],
+            [0.0, g[0], *g],
+            color=colour,
+            linewidth=1.3,
+            label=label_of(name),
+            zorder=3,
+        )
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("distance r/σₘₐₓ")
     axes.set_ylabel("partial distribution function gᵢⱼ(r)")
@@ -296,11 +309,8 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     if dimension == 2:
         draw_obstacles(axes, network.obstacles, network.frame)
     loose = len(network.rattlers)
-    counted = f"{network.contacts} contacts in the backbone (isostatic: {network.isostatic})"
-    if not network.distinct:
-        counted = f"{network.contacts} pairs nearer than {network.gap:.1e}, contacts not distinct yet"
     axes.set_title(
-        f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{counted}, "
+        f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{network.counted}, "
         f"{loose} rattler{'s' * (loose != 1)}",
         fontsize=TITLE,
     )
@@ -368,15 +378,20 @@ def compression(
         If the picture cannot be saved.
     """
     figure, axes = sheet(7.0, 4.2)
-    fraction, pressure = history["packing_fraction"], history["pressure"]
+    fraction, pressure = history["packing_fraction"].copy(), history["pressure"]
+    # The pressure is that of a stretch, so the density is that of its middle.
+    fraction[1:] = 0.5 * (fraction[1:] + fraction[:-1])
     if np.isfinite(jamming_fraction):
         left = 1.0 - fraction / jamming_fraction
         # The last differences are rounding, because the jamming density comes from this law.
         shown = left > 64 * np.finfo(float).eps
         axes.plot(left[shown], pressure[shown], ".", color=PALE, markersize=4, label="compression")
         if shown.any():
+            # The jamming density is where the law through the last stretch diverges: N_b follows from both.
+            leading = float((pressure * left)[shown][-1])
             ends = np.array([left[shown].min(), min(left[shown].max(), 0.1)])
-            axes.plot(ends, dimension / ends, color=WARM, linewidth=1.1, label=r"$d\,/\,(1 - \eta/\eta_J)$")
+            law = r"$d\,(N_b - 1)\,/\,N\,/\,(1 - \eta/\eta_J)$"
+            axes.plot(ends, leading / ends, color=WARM, linewidth=1.1, label=law)
         axes.set_xscale("log")
         axes.invert_xaxis()
         axes.set_xlabel(r"$1 - \eta/\eta_J$")

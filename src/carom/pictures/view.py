@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import html
 import json
 import os
+import re
 import warnings
 from collections.abc import Sequence
+from html import escape
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from carom import checks
+from carom import checks, texts
 from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
@@ -45,12 +46,10 @@ class View:
         folder = resources.files("carom.pictures") / "viewer"
         names = ("template.html", "viewer.css", "hexatic.js", "rings.js", "viewer.js")
         template, style, *scripts = ((folder / name).read_text(encoding="utf-8") for name in names)
-        # Only "</" could end the script element.
-        data = json.dumps(self.data, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
-        parts = {"TITLE": html.escape(self.title), "STYLE": style, "SCRIPT": "\n".join(scripts), "DATA": data}
-        for name, part in parts.items():
-            template = template.replace(f"@{name}@", part)
-        return template
+        title, script, data = texts.html(self.title), "\n".join(scripts), texts.script(self.data)
+        parts = {"@TITLE@": title, "@STYLE@": style, "@SCRIPT@": script, "@DATA@": data}
+        # In one pass: what is put in may hold such a word itself.
+        return re.sub("|".join(parts), lambda found: parts[found[0]], template)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page to the file ``path``.
@@ -66,15 +65,15 @@ class View:
         return path
 
     def _repr_html_(self) -> str:
-        page = html.escape(self.html, quote=True)
+        page = escape(self.html)  # whole: the texts in it are text already
         style = "width:100%;height:480px;border:0"
-        return f'<iframe srcdoc="{page}" style="{style}" title="{html.escape(self.title)}"></iframe>'
+        return f'<iframe srcdoc="{page}" style="{style}" title="{texts.html(self.title)}"></iframe>'
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
         return {"text/html": self._repr_html_(), "text/plain": repr(self)}
 
     def __repr__(self) -> str:
-        return f"<View of {self.title}: save(path) writes a page of HTML>"
+        return f"<View of {texts.visible(self.title)}: save(path) writes a page of HTML>"
 
 
 def view(

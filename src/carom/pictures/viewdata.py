@@ -138,7 +138,7 @@ def of_network(network: PackingNetwork) -> dict[str, Any]:
     ]
     data["bonds"] = _packed(np.concatenate(segments), "f4")
     data["marks"] = _packed(~network.backbone, "u1")
-    data["subtitle"] += f" \N{MIDDLE DOT} {network.contacts} contacts, {len(network.rattlers)} rattlers"
+    data["subtitle"] += f" \N{MIDDLE DOT} {network.counted}, {len(network.rattlers)} rattlers"
     return data
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from carom import checks, densities
+from carom.arithmetic import power
 from carom.errors import InputError
 from carom.scene import lattices
 
@@ -63,7 +64,7 @@ def filled(
     """Return the edges of a box of a shape in which these spheres have a packing fraction or density."""
     sigma, n = float(diameters.max()), len(diameters)
     # Mean volume of a sphere over the volume of the largest one.
-    filling = 1.0 if np.ptp(diameters) == 0 else float(np.sum((diameters / sigma) ** dimension)) / n
+    filling = 1.0 if np.ptp(diameters) == 0 else float(np.sum(power(diameters / sigma, dimension))) / n
     if density is None:
         rho = densities.reduced_density(dimension, packing_fraction=packing_fraction) / filling
     else:
@@ -90,5 +91,5 @@ def packing_fraction(diameters: np.ndarray, box: Sequence[float]) -> float:
     if np.ptp(diameters) == 0:
         return densities.packing_fraction(len(diameters), box, float(diameters[0]))
     sigma = float(diameters.max())
-    volume = math.fsum((diameters / sigma) ** len(box))
+    volume = math.fsum(power(diameters / sigma, len(box)))
     return densities.sphere_volume(len(box)) * volume * math.prod(sigma / edge for edge in box)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import html
-
 import numpy as np
 
 from carom.scene.fields import Fields
+from carom.texts import html, visible
 
 
 def particles(dimension: int, number: int = 2) -> str:
@@ -28,14 +27,16 @@ def facts(scene: Fields) -> dict[str, str]:
     if scene.species is not None:
         counts = np.bincount(scene.species, minlength=scene.species_count)
         names = scene.species_names or [str(k) for k in range(len(counts))]
-        facts["species"] = ", ".join(f"{name} {count}" for name, count in zip(names, counts, strict=True))
+        facts["species"] = ", ".join(
+            f"{visible(name)} {count}" for name, count in zip(names, counts, strict=True)
+        )
     if scene.contact is not None:
         facts["contact"] = "by species"
     if scene.walls:
         axes = [str(axis) for axis, repeats in enumerate(scene.periodic) if not repeats]
         facts["walls"] = f"axis {', '.join(axes)}"
     if scene.obstacles:
-        facts["obstacles"] = ", ".join(obstacle.name for obstacle in scene.obstacles)
+        facts["obstacles"] = ", ".join(visible(obstacle.name) for obstacle in scene.obstacles)
     if scene.pinned is not None:
         facts["pinned"] = str(int(scene.pinned.sum()))
     if scene.restitution < 1:
@@ -48,8 +49,7 @@ def facts(scene: Fields) -> dict[str, str]:
 def table(scene: Fields) -> str:
     """Return these properties as a table in HTML."""
     rows = "".join(
-        f"<tr><th>{html.escape(k.replace('_', ' '))}</th><td>{html.escape(v)}</td></tr>"
-        for k, v in facts(scene).items()
+        f"<tr><th>{html(k.replace('_', ' '))}</th><td>{html(v)}</td></tr>" for k, v in facts(scene).items()
     )
     return f"<table><caption>carom.Scene</caption>{rows}</table>"
 

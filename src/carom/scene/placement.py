@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from carom.arithmetic import power
 from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.scene.overlaps import MANY, Room
@@ -234,7 +235,7 @@ def separated(
     """
     n, dimension = positions.shape
     # The displacements of a pair are inversely proportional to the volumes: the smaller sphere moves more.
-    weight = (contacts.diameters / contacts.size(0)) ** dimension
+    weight = power(contacts.diameters / contacts.size(0), dimension)
     obstructed = bool(room.everything())
     if n >= MANY:
         return _swept(positions, room, contacts, radii, weight, clearance, patience)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from carom.arithmetic import power
 from carom.block import Sizes
 from carom.densities import sphere_volume
 from carom.errors import InputError
@@ -164,7 +165,7 @@ def sizes(machine: Machine, diameters: np.ndarray, duration: float) -> Sizes | N
     nodes, weights = np.polynomial.legendre.leggauss(dimension // 2 + 1)
     filled = largest = 0.0
     for node, weight in zip(0.5 * (1.0 + nodes), 0.5 * weights, strict=True):
-        powers = (diameters + node * gain) ** dimension
+        powers = power(diameters + node * gain, dimension)
         filled += weight * float(powers.sum())
         largest += weight * float(powers.max())
     same = bool((diameters == diameters[0]).all() and (rates == rates[0]).all())

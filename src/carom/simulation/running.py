@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks, densities
+from carom.arithmetic import power
 from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
@@ -134,7 +135,7 @@ class Running:
         dimension, motion = self.scene.dimension, self.scene.motion
         if hasattr(motion, "packing_fraction"):
             return float(motion.packing_fraction(self.diameters, self.scene.box))
-        volume = densities.sphere_volume(dimension) * float(np.sum(self.diameters**dimension))
+        volume = densities.sphere_volume(dimension) * float(np.sum(power(self.diameters, dimension)))
         return volume / self.scene.volume
 
     @property

@@ -13,6 +13,7 @@ import numpy as np
 from carom.errors import FileError
 from carom.io.paths import existing, reading, replacing, writing
 from carom.studies.codes.polish import GUARD
+from carom.texts import html, visible
 
 FORMAT = "carom spherical code"
 """Value of the key "format" in a file."""
@@ -217,11 +218,12 @@ class SphericalCode:
 
     def __str__(self) -> str:
         head = f"Spherical code of {self.n} points on S^{self.k - 1}"
-        return "\n".join([head, *(f"  {name:<15} {text}" for name, text in self._rows())])
+        return "\n".join([head, *(f"  {name:<15} {visible(text)}" for name, text in self._rows())])
 
     def _repr_html_(self) -> str:
+        left = "style='text-align:left'"
         rows = "".join(
-            f"<tr><th style='text-align:left'>{name}</th><td style='text-align:left'>{text}</td></tr>"
+            f"<tr><th {left}>{html(name)}</th><td {left}>{html(text)}</td></tr>"
             for name, text in self._rows()
         )
         return f"<table><caption>{self.n} points on S<sup>{self.k - 1}</sup></caption>{rows}</table>"

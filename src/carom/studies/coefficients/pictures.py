@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import html
 import io
 import math
 import os
@@ -20,6 +19,7 @@ from carom.studies.coefficients.measured import Measured, Row
 from carom.studies.eos.html import STYLE, composition
 from carom.studies.eos.pictures import kind
 from carom.studies.eos.toml import text
+from carom.texts import html
 from carom.version import __version__
 
 if TYPE_CHECKING:
@@ -161,7 +161,7 @@ def write_report(result: Measured, path: Path) -> None:
         If the file cannot be written.
     """
     rows = result.rows()
-    title = html.escape(title_of(result))
+    title = html(title_of(result))
     parts = [
         f"<h1>{title}</h1>",
         f"<p>{len(result.records)} of {len(result.spec.tasks())} runs done, by Carom {__version__}. "
@@ -170,13 +170,13 @@ def write_report(result: Measured, path: Path) -> None:
         '<div class="scroll"><table><tr>',
     ]
     head = [name for name in (rows[0] if rows else {}) if name != "remark"]
-    parts += [f"<th>{html.escape(name)}</th>" for name in head] + ["</tr>"]
+    parts += [f"<th>{html(name)}</th>" for name in head] + ["</tr>"]
     for each in rows:
         cells = (f"{x:.5g}" if isinstance(x, float) else str(x) for x in (each[name] for name in head))
-        parts.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
+        parts.append("<tr>" + "".join(f"<td>{html(cell)}</td>" for cell in cells) + "</tr>")
     parts.append("</table></div>")
     remarks = dict.fromkeys(each["remark"] for each in rows if each["remark"])
-    parts += [f"<p>{html.escape(remark)}.</p>" for remark in remarks]
+    parts += [f"<p>{html(remark)}.</p>" for remark in remarks]
     if rows:
         buffer = io.BytesIO()
         study(result).savefig(buffer, format="png", dpi=110)
@@ -184,7 +184,7 @@ def write_report(result: Measured, path: Path) -> None:
         parts.append(f'<img alt="coefficients" src="data:image/png;base64,{picture}">')
     parts += [
         "<h2>To repeat it</h2><pre>carom transport study.toml</pre>",
-        f"<pre>{html.escape(text(result.spec))}</pre>",
+        f"<pre>{html(text(result.spec))}</pre>",
     ]
     page = (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import html
 import io
 import math
 import platform
@@ -12,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from carom import texts
 from carom.io.paths import replacing, writing
 from carom.studies.eos import fits, pictures
 from carom.studies.eos.measured import Measured
@@ -70,7 +70,7 @@ def document(study: Measured) -> str:
     title = f"Equation of state of {'a ' if len(species) > 1 else ''}{name}{composition(species)}"
     flagged = [row for row in rows if not row.equilibrated]
     parts = [
-        f"<h1>{html.escape(title)}</h1>",
+        f"<h1>{texts.html(title)}</h1>",
         f"<p>{_summary(study, rows, flagged)}</p>",
         "<h2>Results</h2>",
         _results(rows),
@@ -87,7 +87,7 @@ def document(study: Measured) -> str:
     parts += ["<h2>Provenance</h2>", _provenance(study), "<h2>To repeat it</h2>", _repeat(study)]
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{html.escape(title)}</title><style>{STYLE}</style></head>\n<body>\n"
+        f"<title>{texts.html(title)}</title><style>{STYLE}</style></head>\n<body>\n"
         + "\n".join(parts)
         + "\n</body></html>\n"
     )
@@ -114,7 +114,7 @@ def _summary(study: Measured, rows: Sequence[Row], flagged: Sequence[Row]) -> st
         if flagged
         else "Every point passed the tests of equilibrium."
     )
-    return html.escape(" ".join(said))
+    return texts.html(" ".join(said))
 
 
 def _results(rows: Sequence[Row]) -> str:
@@ -256,7 +256,7 @@ def _repeat(study: Measured) -> str:
     return (
         f"<p>Save this as <code>study.toml</code> and run <code>{command}</code>. The same version of Carom "
         "gives the same bits, on every engine and with any number of workers.</p>"
-        f"<pre>{html.escape(text(study.spec))}</pre>"
+        f"<pre>{texts.html(text(study.spec))}</pre>"
     )
 
 
@@ -264,7 +264,7 @@ def _picture(figure: Figure, description: str) -> str:
     data = io.BytesIO()
     figure.savefig(data, format="svg")
     coded = base64.b64encode(data.getvalue()).decode("ascii")
-    return f'<p><img alt="{html.escape(description)}" src="data:image/svg+xml;base64,{coded}"></p>'
+    return f'<p><img alt="{texts.html(description)}" src="data:image/svg+xml;base64,{coded}"></p>'
 
 
 def _table(
@@ -274,7 +274,7 @@ def _table(
     escaped: bool = False,
     text: bool = False,
 ) -> str:
-    shown = header if escaped else [html.escape(name) for name in header]
+    shown = header if escaped else [texts.html(name) for name in header]
     last = len(header) - 1
 
     def style(k: int, words: bool) -> str:
@@ -287,7 +287,7 @@ def _table(
             "<tr>" + "".join(f"<th{style(k, words)}>{c}</th>" for k, c in enumerate(shown)) + "</tr>"
         )
     for cells, flagged in rows:
-        inside = "".join(f"<td{style(k, words)}>{html.escape(str(c))}</td>" for k, c in enumerate(cells))
+        inside = "".join(f"<td{style(k, words)}>{texts.html(str(c))}</td>" for k, c in enumerate(cells))
         mark = ' class="flagged"' if flagged else ""
         lines.append(f"<tr{mark}>{inside}</tr>")
     return "\n".join([*lines, "</table></div>"])

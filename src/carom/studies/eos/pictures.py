@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import theory
+from carom import texts, theory
 from carom.errors import InputError
 from carom.pictures import paper
 from carom.scene.description import particles
@@ -218,7 +218,9 @@ def _curves(
                 continue
             values = z * eta / volume if pressure else z
             colour = paper.GREY if state == "fluid" else paper.WARM
-            axes.plot(eta, values, color=colour, linestyle=style, linewidth=1.1, label=name, zorder=2)
+            axes.plot(
+                eta, values, color=colour, linestyle=style, linewidth=1.1, label=texts.label(name), zorder=2
+            )
 
 
 def _crystals(dimension: int) -> dict[str, Equation]:
@@ -285,4 +287,4 @@ def _deviations(axes: Axes, rows: Sequence[Row], first: tuple[str, Equation], *,
     limit = max(3.0, abs(low), abs(high))
     axes.set_ylim(-limit, limit)
     if any(row.phase == "fluid" for row in rows):
-        axes.set_title(f"against {first[0]}", fontsize=8.5, loc="right", color=paper.GREY)
+        axes.set_title(f"against {texts.label(first[0])}", fontsize=8.5, loc="right", color=paper.GREY)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from carom import io
+from carom.arithmetic import power
 from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.frame import Frame
@@ -27,6 +28,7 @@ from carom.observables.packing import PackingNetwork, network_of
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
+from carom.texts import visible
 from carom.version import __version__
 
 HISTORY = np.dtype(
@@ -88,7 +90,7 @@ class Packing:
     @property
     def packing_fraction(self) -> float:
         """Fraction of the box that the components fill."""
-        volume = sphere_volume(self.dimension) * float(np.sum(self.frame.diameters**self.dimension))
+        volume = sphere_volume(self.dimension) * float(np.sum(power(self.frame.diameters, self.dimension)))
         return volume / math.prod(self.frame.box)
 
     @property
@@ -275,7 +277,7 @@ class Packing:
     def __repr__(self) -> str:
         return (
             f"<Packing of {self.n} components, packing_fraction={self.packing_fraction:.6g}, "
-            f"pressure={self.pressure:.3g}: {self.note}>"
+            f"pressure={self.pressure:.3g}: {visible(self.note)}>"
         )
 
 

@@ -1,0 +1,51 @@
+"""Text from outside, for each medium: names of files and species, notes, titles, reasons of other programs.
+
+Whatever such a text holds, it is shown as it is, and means nothing to a terminal, a browser or matplotlib.
+Each medium has one function here.
+"""
+
+from __future__ import annotations
+
+import html as markup
+import json
+import unicodedata
+from typing import Any
+
+HIDDEN = frozenset(("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"))
+"""Categories of characters that act on the screen or the direction of a text, or are no characters."""
+
+
+def visible(text: Any, *, lines: bool = False) -> str:
+    """Return a text for a terminal or a line of a file: characters that are not seen are written as escapes.
+
+    With ``lines``, ends of lines stay.
+    """
+    text = str(text)
+    if text.isprintable():
+        return text
+    return "".join(c if (lines and c == "\n") or not _acts(c) else _escape(c) for c in text)
+
+
+def _acts(character: str) -> bool:
+    return unicodedata.category(character) in HIDDEN
+
+
+def _escape(character: str) -> str:
+    return character.encode("unicode_escape").decode("ascii")
+
+
+def html(text: Any) -> str:
+    """Return a text for HTML, between tags or inside the quotes of an attribute."""
+    return markup.escape(visible(text, lines=True), quote=True)
+
+
+def script(values: Any) -> str:
+    """Return values as JSON for an element ``script``, which nothing in them can end."""
+    text = json.dumps(values, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def label(text: Any) -> str:
+    """Return a text for matplotlib, which takes dollar signs for mathematics and hides what begins with _."""
+    shown = visible(text).replace("$", r"\$")
+    return f"\N{ZERO WIDTH SPACE}{shown}" if shown.startswith("_") else shown
