@@ -2,6 +2,7 @@
 
 import math
 import re
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,15 @@ from scipy.stats import binom
 import carom
 from carom.errors import CaromWarning
 from carom.observables.drift import LEVEL, relaxation
-from carom.observables.equilibrium import doubts, doubts_about, equipartition, slow_exchange
+from carom.observables.equilibrium import (
+    RENEWED,
+    RENEWED_OTHERWISE,
+    doubts,
+    doubts_about,
+    equipartition,
+    slow_exchange,
+    slow_structure,
+)
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
 from carom.simulation.equipartition import Thermometer
 
@@ -184,3 +193,74 @@ def test_species_that_lose_energy_at_contacts_are_not_compared():
     for elastic in (True, False):  # scene.restitution is 1 for a Loss, too
         machine = SimpleNamespace(scene=scene, contents=SimpleNamespace(rates=None, elastic=elastic))
         assert bool(Thermometer(machine).names) == elastic
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_near_freezing_a_stretch_must_last_until_particles_have_left_their_neighbourhoods(d):
+    eta = 0.98 * carom.theory.FREEZING[d]
+    needed = RENEWED.get(d, RENEWED_OTHERWISE)
+    dense = SimpleNamespace(dimension=d, n=20, volume=20.0, packing_fraction=eta)  # mean spacing 1
+    (said,) = slow_structure(dense, (0.5 * needed) ** 2)
+    assert f"moved by {0.5 * needed:.2g} mean spacings" in said
+    assert "Run 4 times as long" in said
+    assert not slow_structure(dense, (1.01 * needed) ** 2)
+    assert not slow_structure(dense, 0.2**2)  # in the cages of a crystal
+    thin = SimpleNamespace(dimension=d, n=20, volume=20.0, packing_fraction=0.9 * eta)
+    assert not slow_structure(thin, 0.25)
+
+
+def test_the_unit_of_length_does_not_matter_near_freezing():
+    small = SimpleNamespace(dimension=3, n=10, volume=10.0 * 2.0**-90, packing_fraction=0.48)
+    assert slow_structure(small, 0.5 * 2.0**-60)
+    assert not slow_structure(small, 2.0 * 2.0**-60)
+
+
+def test_rods_on_a_line_never_freeze():
+    assert not slow_structure(SimpleNamespace(dimension=1, n=10, volume=10.0, packing_fraction=0.99), 0.25)
+
+
+def test_a_short_run_near_freezing_says_that_its_error_bar_is_too_small():
+    scene = carom.Scene.random(108, 3, packing_fraction=0.49, seed=1)
+    sim = carom.Simulation(scene, seed=2)
+    sim.run(collisions_per_particle=50)
+    with pytest.warns(CaromWarning, match=r"moved by 0\.[3-9]\d* mean spacings .* as long"):
+        sim.measure(carom.Pressure(), collisions_per_particle=100)
+    sim.measure(carom.Pressure(), collisions_per_particle=1000)
+
+
+def test_a_crystal_beyond_freezing_is_not_doubted():
+    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.58), seed=1)
+    sim.run(collisions_per_particle=50)
+    sim.measure(carom.Pressure(), collisions_per_particle=100)
+
+
+STATES = [(3, 0.30), (3, 0.45), (3, 0.49), (3, 0.494), (2, 0.68), (2, 0.70), (2, 0.72)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [200, 2000])
+@pytest.mark.parametrize(("d", "eta"), STATES)
+def test_errors_of_short_runs_near_freezing_are_right_or_said_to_be_too_small(d, eta, length):
+    # One long run in 200 stretches: its mean is known ten times as well as that of one of them.
+    runs = 200
+    sim = carom.Simulation(carom.Scene.random(256, d, packing_fraction=eta, seed=5), seed=6)
+    sim.run(collisions_per_particle=2000)
+    means, errors, silent = [], [], []
+    for _ in range(runs):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            z = sim.measure(carom.Pressure(), collisions_per_particle=length).compressibility_factor
+        means.append(z.mean)
+        errors.append(z.error)
+        silent.append(not said)
+    pulls = ((np.array(means) - np.mean(means)) / np.array(errors))[np.array(silent)]
+    near = eta > carom.theory.NEAR_FREEZING * carom.theory.FREEZING[d]
+    if not near:
+        assert len(pulls) > 0.95 * runs  # no false alarm
+    if len(pulls) > 20:
+        # 16 blocks know their error to 1/5, which adds 3 %; m pulls their root mean square to 1 / sqrt(2 m).
+        rms = math.sqrt(float(np.mean(pulls**2)))
+        print(
+            f"d = {d}, eta = {eta}, {length} collisions a particle: {len(pulls)} silent, rms pull {rms:.2f}"
+        )
+        assert 0.8 < rms < 1.2

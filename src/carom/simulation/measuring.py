@@ -15,6 +15,7 @@ from carom.observables.protocol import outcome, sees
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.precise import tell_doubts, until
+from carom.simulation.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
     from carom.simulation.running import Running
@@ -76,7 +77,8 @@ def measure(
     -----
     CaromWarning
         If ``max_walltime`` came first. If the measured quantity drifts, or changes so slowly that there are
-        fewer than 8 independent samples. If species of different masses have different temperatures, or
+        fewer than 8 independent samples. If the stretch is too short near freezing, where the particles
+        hardly leave their neighbourhoods. If species of different masses have different temperatures, or
         exchange energy too slowly for the stretch. One of a thousand runs in equilibrium is flagged as
         drifting, too (``carom.observables.equilibrium``).
     """
@@ -121,14 +123,14 @@ def measure(
     if own:
         return _follow(sim, observable, time, collisions, progress)
     blocks = []
-    thermometer = Thermometer(sim.machine)
+    thermometer, relaxation = Thermometer(sim.machine), StructuralRelaxation(sim.machine)
     for block in _blocks(sim, observable.blocks, time, collisions):
         blocks.append(block)
         thermometer.look()
         if progress is not None:
             progress(len(blocks) / observable.blocks)
     result = sim.estimate(observable, blocks)
-    tell_doubts(result, thermometer)
+    tell_doubts(result, thermometer, relaxation)
     return result
 
 

@@ -15,6 +15,7 @@ from carom.observables.precision import FLOOR, Goal, Prediction, block_collision
 from carom.observables.statistics import Estimate
 from carom.simulation.cooling import Blocks
 from carom.simulation.equipartition import Thermometer
+from carom.simulation.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
     from carom.simulation.running import Running
@@ -51,15 +52,15 @@ def until(
             )
     if progress is not None:
         progress(1.0)
-    tell_doubts(stretch.result, stretch.thermometer)
+    tell_doubts(stretch.result, stretch.thermometer, stretch.relaxation)
     return stretch.result
 
 
-def tell_doubts(result: Any, thermometer: Thermometer) -> None:
+def tell_doubts(result: Any, thermometer: Thermometer, relaxation: StructuralRelaxation) -> None:
     """Warn of what speaks against a result."""
     primary = getattr(result, "primary", None)
     error = math.inf if primary is None else primary.relative_error
-    for sentence in (*doubts_about(result), *thermometer.doubts(error)):
+    for sentence in (*doubts_about(result), *relaxation.doubts(), *thermometer.doubts(error)):
         warnings.warn(sentence, CaromWarning, stacklevel=3)
 
 
@@ -83,7 +84,7 @@ class _Stretch:
         self._size = 1  # of a block now
         self._expected = math.inf
         self._rate = _Rate(sim)
-        self.thermometer = Thermometer(sim.machine)
+        self.thermometer, self.relaxation = Thermometer(sim.machine), StructuralRelaxation(sim.machine)
         self.blocks: list[Block] = []
         self.result: Any = None
 

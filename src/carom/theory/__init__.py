@@ -8,7 +8,16 @@ accurate from 0.6 on), 0.494 (3D), about 0.29 (4D), 0.17 (5D) and 0.10 (6D). Tho
 """
 
 from carom.theory.arithmetic import Equation
-from carom.theory.choice import CLOSE_PACKING, FREEZING, MELTING, best, equations, is_stable_fluid, solid
+from carom.theory.choice import (
+    CLOSE_PACKING,
+    FREEZING,
+    MELTING,
+    NEAR_FREEZING,
+    best,
+    equations,
+    is_stable_fluid,
+    solid,
+)
 from carom.theory.coexistence import Coexistence, coexistence
 from carom.theory.contact import (
     ball_volume,
@@ -51,6 +60,7 @@ __all__ = [
     "CLOSE_PACKING",
     "FREEZING",
     "MELTING",
+    "NEAR_FREEZING",
     "Coexistence",
     "Enskog",
     "Equation",

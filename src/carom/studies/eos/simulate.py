@@ -17,6 +17,7 @@ from carom.frame import Frame
 from carom.observables import Estimate, Pressure
 from carom.observables.precision import lengthen
 from carom.simulation.equipartition import Thermometer
+from carom.simulation.relaxation import StructuralRelaxation
 from carom.studies.eos.order import OrderParameter
 from carom.studies.executors import Stopped
 from carom.studies.tasks import Record, Task
@@ -75,7 +76,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         request = Pressure(blocks=task["blocks"])
         duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
         blocks: list[Block] = []
-        thermometer = Thermometer(sim.machine)
+        thermometer, relaxation = Thermometer(sim.machine), StructuralRelaxation(sim.machine)
 
         def extend(wanted: int) -> int:
             for block in sim.blocks(duration, wanted - len(blocks)):
@@ -109,6 +110,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "moved_at_end": _moved(began_at, sim.frame()),
         "order": None if sampler is None else sampler.values(),
         "species_differ": bool(thermometer.differences()),
+        "relaxed": not relaxation.doubts(),
         "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
         "confined": bool(scene.walls or scene.obstacles),
         "worst_overlap": statistics.worst_overlap,

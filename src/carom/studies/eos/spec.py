@@ -13,7 +13,6 @@ from carom.errors import InputError
 from carom.models import obstacles, to_tables
 from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene import lattices
-from carom.studies.eos.start import NEAR_FREEZING
 from carom.studies.session import cost
 from carom.studies.tasks import Task
 from carom.version import __version__
@@ -251,7 +250,9 @@ class StudySpec:
         if self.frames is not None:
             return self.frames
         return (
-            min(FRAMES, self.blocks) if eta > NEAR_FREEZING * theory.FREEZING.get(self.dimension, 1.0) else 0
+            min(FRAMES, self.blocks)
+            if eta > theory.NEAR_FREEZING * theory.FREEZING.get(self.dimension, 1.0)
+            else 0
         )
 
     def settings(self) -> dict[str, Any]:

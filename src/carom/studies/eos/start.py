@@ -10,13 +10,9 @@ from carom.scene import lattices, placement
 from carom.scene.scene import Scene
 from carom.simulation.growth import grown
 
-NEAR_FREEZING = 0.93
-"""Fraction of the freezing density from which order is measured, and crystals melt at a lower density before
-spheres grow to the requested one.
-"""
-
 LOOSE, LONG = 0.8, 20.0
-"""Fraction of the freezing density at which they then melt, and collisions per component that this takes."""
+"""Fraction of the freezing density at which crystals melt for a start near freezing, before the spheres grow
+to the requested one; and collisions per component that this takes."""
 
 ROOM = 0.9
 """Largest packing fraction of the full lattice over its densest one: beyond it there is no room to melt."""
@@ -96,6 +92,6 @@ def _melting(asked: SceneSpec) -> tuple[lattices.Lattice, int, float] | None:
     while (sites := lattice.count(lattices.cells_along(lattice, cells))) < asked.n:
         cells += 1
     freezing = theory.FREEZING[d]
-    near = asked.packing_fraction > NEAR_FREEZING * freezing
+    near = asked.packing_fraction > theory.NEAR_FREEZING * freezing
     fraction = LOOSE * freezing if near else asked.packing_fraction
     return (lattice, cells, fraction) if fraction * sites / asked.n <= ROOM * lattice.limit else None

@@ -270,7 +270,8 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         remarks.append("the crystal has melted")
     if _improbable(chi2, len(results) - 1):
         remarks.append("replicas disagree")
-    if any((r["compressibility_factor"]["n_eff"] or 0.0) < FEW for r in results if error > 0.0):
+    few = any((r["compressibility_factor"]["n_eff"] or 0.0) < FEW for r in results if error > 0.0)
+    if few or not all(r.get("relaxed", True) for r in results):
         remarks.append("too short for an error bar")
     equilibrated = not remarks
     goal = task.get("relative_error")

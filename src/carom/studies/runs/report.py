@@ -20,7 +20,7 @@ from carom.frame import Frame
 from carom.io.paths import replacing, writing
 from carom.models import choice
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
-from carom.observables.equilibrium import doubts_about
+from carom.observables.equilibrium import doubts_about, slow_structure
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
 from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.rdf import rdf
@@ -28,6 +28,7 @@ from carom.observables.wall_pressure import obstacle_names
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 from carom.simulation.equipartition import Thermometer
+from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
 from carom.studies.runs.folder import RunFolder
@@ -316,8 +317,13 @@ def _summary(
 
 def _doubts(facts: Facts, pressure: PressureEstimate | None) -> list[str]:
     """Return what speaks against the equilibrium of the run."""
+    sim, scene = facts.sim, facts.sim.scene
     said = [] if pressure is None else doubts_about(pressure)
-    if _decides(facts.sim.scene):
+    if pressure is not None and pressure.steady:
+        # Where the particles were when the stretch began is not kept: they move alike before and in it.
+        part = math.fsum(block.duration for block in facts.blocks) / sim.time
+        said += slow_structure(scene, part * mean_square_displacement(scene.positions, sim.frame().unwrapped))
+    if _decides(scene):
         return said
     error = math.inf if pressure is None else pressure.primary.relative_error
     return said + facts.thermometer.doubts(error)
