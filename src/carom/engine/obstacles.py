@@ -30,6 +30,7 @@ from carom.models.interface import (
     velocity,
     wall_meeting,
     wall_normal,
+    yields,
 )
 
 
@@ -164,7 +165,7 @@ def _(obstacles: Obstacles, model, state, i, now, every):
     if every:
         best, number = wall_meeting(model.motion, obstacles.walls, obstacles.x, obstacles.v, size, rate)
     t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now)
-    if t < best:
+    if t < best or yields(obstacles.walls, model.motion, obstacles.x, obstacles.v, size, rate, t):
         best = t
         number = k
     return best, number
