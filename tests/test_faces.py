@@ -19,6 +19,7 @@ from carom.models.containers import SphericalContainer
 from carom.models.faces import stand_ins, yielding
 from carom.models.gravity import Gravity
 from carom.models.interface import soonest_wall
+from carom.models.losses import Loss
 from carom.models.paths import Sine
 from carom.models.planes import Plane
 from carom.models.segments import Segment, polygon
@@ -198,7 +199,8 @@ def test_a_motion_that_answers_for_all_walls_is_refused_with_one_that_is_none():
 
 
 def test_gravity_meets_the_walls_that_are_left():
-    obstacles = Surface(floor_at(2, 1, 0), LOSS), Ball((-0.5, 2.0), 0.5)  # it touches a wall
+    loss = Loss(0.5, contact_time=0.01)
+    obstacles = Surface(floor_at(2, 1, 0), loss), Ball((-0.5, 2.0), 0.5)  # it touches a wall
     sim = carom.Simulation(scene(*obstacles, motion=Gravity((-0.2, -1.0))), kT=1.0, seed=1)
     sim.run(time=30.0)
     hits = {each.name: each.hits for each in sim.obstacles}
