@@ -9,9 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from magnetic import charges, least_gap
+from plain import plain_python
 
 import carom
 from carom.errors import InputError
+from carom.models.balls import Ball
 from carom.models.contact import exchange, first_contact
 from carom.models.free_flight import FreeFlight
 from carom.models.growing_cores import Growing
@@ -27,6 +30,9 @@ from carom.models.interface import (
 from carom.models.restitution import Restitution
 
 PAGE = Path(__file__).parents[1] / "docs" / "models.md"
+DEPTH = 1e-12
+"""Overlap that rounding leaves: places up to 10 diameters, flights of some boxes."""
+
 SCENE = carom.Scene.random(6, 2, packing_fraction=0.1, seed=1)
 
 
@@ -242,6 +248,24 @@ def test_a_motion_that_bends_meets_no_walls_and_has_no_lists():
         carom.Simulation(walled.with_(motion=Bent()))
     with pytest.raises(InputError, match="Neighbour lists are for straight flight"):
         carom.Simulation(SCENE.with_(motion=Bent()), neighbors="lists")
+
+
+@pytest.mark.parametrize("wraps", [(1, 0), (0, 0)])
+def test_charges_in_a_magnetic_field_keep_to_walls_and_balls(wraps):
+    for seed in range(3):
+        scene = charges(20, (10.0, 9.0), wraps, [Ball((5.0, 4.5), 1.0)], seed)
+        sim = carom.Simulation(scene, seed=seed)
+        depth = -min(least_gap(frame, scene) for frame in sim.sample(every=0.1, count=200))
+        assert depth < DEPTH
+        assert sim.statistics.worst_overlap < DEPTH
+        assert sim.statistics.energy_drift < 1e-12
+        assert min(each.hits for each in sim.obstacles) > 0
+
+
+def test_charges_that_grow_keep_to_the_walls():
+    depth, collisions = plain_python("magnetic.py").split()
+    assert -float(depth) < DEPTH
+    assert int(collisions) > 5
 
 
 def test_nothing_else_is_checked():

@@ -45,6 +45,9 @@ class Block(NamedTuple):
     surface_changes : tuple of float
         Changes of two sums for each obstacle that no such momentum belongs to [mass length / time] (see
         ``carom.observables.surface_changes``). Empty if there is none, or if they were not measured.
+    works : tuple of float
+        Energy that each wall and obstacle gave to components [energy]. Known of the stretches of
+        :func:`carom.studies.run`, else empty.
     kT_time : float or None
         Integral of kT over the stretch [energy time], where contacts change it (restitution, growth).
     sizes : Sizes or None
@@ -59,6 +62,7 @@ class Block(NamedTuple):
     kT_time: float | None = None
     sizes: Sizes | None = None
     surface_changes: tuple[float, ...] = ()
+    works: tuple[float, ...] = ()
 
     def _repr_html_(self) -> str:
         rows = [("duration", f"{self.duration:.6g}"), ("collisions", f"{self.collisions}")]

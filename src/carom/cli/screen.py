@@ -96,6 +96,8 @@ def results(result: RunResult, as_json: bool) -> None:
     console = Screen()
     try:
         show(console, _physics(result.summary))
+        if result.summary.get("layers"):
+            show(console, _bed(result.summary))
         show(console, _mechanics(result.summary))
         for note in (result.summary["phase_note"], result.summary["note"]):
             if note:
@@ -150,13 +152,62 @@ def _physics(summary: dict[str, Any]) -> Any:
     if (rate := summary["collision_rate"])["mean"] is not None:
         table.add_row("collision rate of one", _with_error(rate))
     for obstacle in summary["obstacles"]:
-        for name, unit, power in (("pressure", per_kT, dimension), ("force", "force σ/kT", 1)):
-            if (borne := obstacle[name])["mean"] is not None and summary["kT"]:
-                reduced = _scaled(borne, summary["diameter"] ** power / summary["kT"])
-                table.add_row(f"{unit} on {obstacle['name']}", _with_error(reduced))
+        for name, unit, factor in _units_of_force(summary):
+            # Of what is never hit neither a number nor its error is known.
+            if (borne := obstacle[name])["mean"] is not None and borne["error"] is not None:
+                table.add_row(f"{unit} on {obstacle['name']}", _with_error(_scaled(borne, factor)))
                 break
+    for obstacle in summary["obstacles"]:
+        given = obstacle.get("power", _NONE)  # older summaries do not have it
+        if given["mean"] is not None and given["error"] is not None:
+            table.add_row(f"work of {obstacle['name']} a time", _with_error(given))
     table.caption = "\n".join(_meaning(summary))
     table.caption_justify = "left"
+    return table
+
+
+_NONE = {"mean": None, "error": None}
+
+
+def _units_of_force(summary: dict[str, Any]) -> list[tuple[str, str, float]]:
+    """Return what is shown of an obstacle, in this order: its name in the summary, and its unit.
+
+    In a field forces are in weights of a component. Else they are in units of kT where there is one kT.
+    """
+    sigma, d = summary["diameter"], summary["dimension"]
+    if summary.get("weight"):
+        w = summary["weight"]
+        length = f" σ{_superscript(d - 1)}" if d > 1 else ""
+        return [("pressure", f"P{length}/mg", sigma ** (d - 1) / w), ("force", "force/mg", 1.0 / w)]
+    if summary["kT"] and summary.get("thermal", True):
+        kT = summary["kT"]
+        return [("pressure", f"P σ{_superscript(d)}/kT", sigma**d / kT), ("force", "force σ/kT", sigma / kT)]
+    return [("pressure", "P", 1.0), ("force", "force", 1.0)]
+
+
+def _bed(summary: dict[str, Any]) -> Any:
+    """Return the table of the layers along a field."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title="Layers along the field, from below",
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
+    for name in ("height/σ", "components", "granular kT/mgσ"):
+        table.add_column(name, justify="right")
+    sigma = summary["diameter"]
+    for layer in summary["layers"]:
+        kT = _scaled(layer["kT"], 1.0 / (summary["weight"] * sigma))
+        known = kT["mean"] is not None and kT["error"] is not None
+        table.add_row(
+            f"{layer['low'] / sigma:.4g} to {layer['high'] / sigma:.4g}",
+            f"{layer['members']:.4g}",
+            _with_error(kT) if known else "-",
+        )
     return table
 
 
@@ -171,13 +222,21 @@ def _meaning(summary: dict[str, Any]) -> list[str]:
     lines = []
     if summary["theory"]:
         lines.append("In brackets: (measured - theory) / standard error.")
-    lines.append(f"σ = {summary['diameter']:.6g} is the largest diameter, kT = {summary['kT']:.6g}.")
+    sigma = f"σ = {summary['diameter']:.6g} is the largest diameter"
+    if summary.get("weight"):
+        lines.append(f"{sigma}, mg = {summary['weight']:.6g} the mean weight of one.")
+    elif summary.get("thermal", True):
+        lines.append(f"{sigma}, kT = {summary['kT']:.6g}.")
+    else:
+        lines.append(f"{sigma}. There is no one kT: a pressure is in units of the scene.")
     if summary["obstacles"]:
-        lines += [
-            _WHOLE_BOX,
-            "Z counts collisions of pairs alone; the pressure on a wall is the momentum that it takes up.",
-        ]
-        if any(obstacle["pressure"]["mean"] is not None for obstacle in summary["obstacles"]):
+        if not summary.get("weight"):
+            lines += [
+                _WHOLE_BOX,
+                "Z counts collisions of pairs alone; the pressure on a wall is the momentum that it takes "
+                "up.",
+            ]
+        if any(obstacle["pressure"]["error"] is not None for obstacle in summary["obstacles"]):
             lines.append(
                 "A pressure is the force over the area of the surface itself: the face of the box, or the "
                 "sphere or cylinder that an obstacle is. Centres turn around half a diameter before it."

@@ -16,6 +16,7 @@ from carom.engine.images import in_box
 from carom.models.interface import (
     NEVER,
     anchor,
+    carry,
     growth,
     mass,
     meeting,
@@ -30,6 +31,7 @@ from carom.models.interface import (
     velocity,
     wall_meeting,
     wall_normal,
+    yields,
 )
 
 
@@ -133,11 +135,11 @@ def face_images(model, state, i, now):
     """Put the position of component i at the time now, in the box, and its velocity into the rooms."""
     obstacles = model.obstacles
     row = state.rows[i]
-    t = now - row.t
+    x0, v0, t = carry(model.motion, row.x, row.v, now - row.t, obstacles.x, obstacles.v)
     for axis in range(len(model.boundary.edges)):
-        x = position(model.motion, axis, row.x[axis], row.v[axis], t)
+        x = position(model.motion, axis, x0[axis], v0[axis], t)
         obstacles.x[axis] = in_box(model.boundary, i, axis, x)
-        obstacles.v[axis] = velocity(model.motion, axis, row.v[axis], t)
+        obstacles.v[axis] = velocity(model.motion, axis, v0[axis], t)
 
 
 @required
@@ -164,7 +166,7 @@ def _(obstacles: Obstacles, model, state, i, now, every):
     if every:
         best, number = wall_meeting(model.motion, obstacles.walls, obstacles.x, obstacles.v, size, rate)
     t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now)
-    if t < best:
+    if t < best or yields(obstacles.walls, model.motion, obstacles.x, obstacles.v, size, rate, t):
         best = t
         number = k
     return best, number

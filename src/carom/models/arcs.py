@@ -81,11 +81,11 @@ class Arc:
         )
         # A whole circle has no ends: whatever the direction, its cosine is not below -2.
         reach = -2.0 if self.angle == 360.0 else math.cos(half)
-        low, high = self._extent()
+        low, high = self.extent()
         between = tuple((0.5 * (low + high)).tolist())
         return Bow(self.center, self.radius, (math.cos(middle), math.sin(middle)), reach, ends, between)
 
-    def _extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates on the arc [length]."""
         quarters = (0.25 * math.tau * k for k in range(4))
         first, turn = math.radians(self.start), math.radians(self.angle)
@@ -96,7 +96,7 @@ class Arc:
 
     def spread(self) -> np.ndarray:
         """Return the widths of the arc, (2,) [length]; zeros for a whole circle, whose images differ."""
-        low, high = self._extent()
+        low, high = self.extent()
         return np.zeros(2) if self.angle == 360.0 else high - low
 
     def gap(self, positions, radii, box, periodic):

@@ -56,6 +56,11 @@ class SphericalContainer:
                 f"{list(periodic).index(True)}. Set periodic to false."
             )
 
+    def confines(self, normal: Sequence[float]) -> tuple[float, float]:
+        """Return the offset of the plane with a unit ``normal`` that touches the container, twice."""
+        offset = sum(a * b for a, b in zip(self.center, normal, strict=True)) - self.radius
+        return offset, offset
+
     def model(self) -> InsideOfSphere:
         """Return the model that the engine compiles."""
         return InsideOfSphere(self.center, self.radius)
@@ -124,6 +129,15 @@ class CylindricalContainer:
                     f"Across {self.name}, a cylindrical container along axis {self.axis}, no axis may be "
                     f"periodic, found axis {axis}. Set periodic to false for that axis."
                 )
+
+    def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
+        """Return the offset of the plane with a unit ``normal`` that touches the cylinder, twice; None if the
+        normal is not across it.
+        """
+        if normal[self.axis] != 0.0:
+            return None
+        offset = sum(a * b for a, b in zip(self.center, normal, strict=True)) - self.radius
+        return offset, offset
 
     def model(self) -> InsideOfCylinder:
         """Return the model that the engine compiles."""

@@ -502,6 +502,9 @@ class Obstacle(Protocol):
     - ``glides(axis)``, whether it takes up no momentum along an axis;
     - ``area(box)``, its surface area [length^(d-1)];
     - ``inside(box)``, the inner width of a container [length];
+    - ``confines(normal)``, the least and the greatest offset, at rest or while it moves, of the plane with
+      this unit normal behind which it lets no surface of a component; None if there is none. Where that is
+      the plane of a wall of the box, the obstacle stands for the wall;
     - ``outline(box, periodic)`` and ``surface(box, periodic)``, shapes to draw in two and in three dimensions
       (``carom.models.outlines``);
     - ``live(particles)``, which replaces ``model()`` in the engine, for an obstacle that moves, loses energy
@@ -605,6 +608,15 @@ def wall_normal(walls, number, axis):
 
     It is 0 if the number is not that of a wall.
     """
+
+
+@optional
+def yields(walls, motion, x, v, radius, growth, t):
+    """Return whether a contact with an obstacle after a time ``t`` comes before one with the walls.
+
+    It is asked where a wall is met no later. By default that wall is met: nothing lies in its plane.
+    """
+    return False
 
 
 # Of a motion or an obstacle, where flights bend or obstacles move.

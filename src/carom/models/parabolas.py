@@ -18,7 +18,7 @@ from carom.models.interface import NEVER, encounter, fall
 from carom.models.paths import Still, pace, place
 from carom.models.planes import HalfSpace
 from carom.models.roots import curvature, next_fall, slope, value
-from carom.models.walls import Cushions
+from carom.models.walls import Cushions, Faces, Yielding
 
 SURE = 1.0 + 2.0**-30
 """A contact that comes for certain within a time is looked for so much longer, to allow for rounding."""
@@ -361,3 +361,26 @@ def _(walls: Cushions, g, x, v, radius, growth):
                 best = min(low, high)
                 number = np.int64(2 * axis + (high < low))
     return best, number
+
+
+@landing_on_wall.register
+def _(walls: Faces, g, x, v, radius, growth):
+    best = NEVER
+    number = np.int64(-1)
+    for axis in range(len(walls.lows)):
+        if walls.lower[axis] != 0:
+            t = first_landing(x[axis] - walls.lows[axis] - radius, v[axis] - growth, g[axis])
+            if t < best:
+                best = t
+                number = np.int64(2 * axis)
+        if walls.upper[axis] != 0:
+            t = first_landing(walls.highs[axis] - x[axis] - radius, -v[axis] - growth, -g[axis])
+            if t < best:
+                best = t
+                number = np.int64(2 * axis + 1)
+    return best, number
+
+
+@landing_on_wall.register
+def _(walls: Yielding, g, x, v, radius, growth):
+    return landing_on_wall(walls.walls, g, x, v, radius, growth)

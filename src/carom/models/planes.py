@@ -15,6 +15,9 @@ from carom.models import fields
 from carom.models.interface import NEVER, encounter, outward
 from carom.models.outlines import HalfPlane, SolidBehind
 
+UNIT = 2.0**-50
+"""How much a coordinate of a unit vector may be off by rounding."""
+
 
 @dataclass(frozen=True)
 class Plane:
@@ -67,6 +70,12 @@ class Plane:
                     "plane would end at the box. Set periodic to false for that axis."
                 )
 
+    def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
+        """Return the offset of the plane with a unit ``normal``, twice; None if its own is another."""
+        unit, distance = self._unit()
+        same = max(abs(a - b) for a, b in zip(unit, normal, strict=True)) <= UNIT
+        return (distance, distance) if same else None
+
     def model(self) -> HalfSpace:
         """Return the model that the engine compiles."""
         return HalfSpace(*self._unit())
@@ -91,13 +100,16 @@ class Plane:
 def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
     """Return the hard walls of the axes that are not periodic: at 0, then at the edge, axis after axis."""
     result = []
-    for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
-        if not repeats:
-            inwards = tuple(float(k == axis) for k in range(len(box)))
-            outwards = tuple(-x for x in inwards)
-            result.append(Plane(inwards, 0.0, f"lower wall of axis {axis}"))
-            result.append(Plane(outwards, -edge, f"upper wall of axis {axis}"))
+    for axis, side in sides(periodic):
+        normal = tuple((-1.0) ** side * (k == axis) for k in range(len(box)))
+        word = ("lower", "upper")[side]
+        result.append(Plane(normal, -box[axis] if side else 0.0, f"{word} wall of axis {axis}"))
     return tuple(result)
+
+
+def sides(periodic: Sequence[bool]) -> list[tuple[int, int]]:
+    """Return the walls of the box in their order: the axis of each, and 0 for a lower, 1 for an upper one."""
+    return [(axis, side) for axis, wraps in enumerate(periodic) if not wraps for side in (0, 1)]
 
 
 class HalfSpace(NamedTuple):

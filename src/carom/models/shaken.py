@@ -59,6 +59,10 @@ class Shaken:
         If the direction is zero, the path is not a path or has bounds that are not finite, or the obstacle
         moves already or has a surface.
 
+    Notes
+    -----
+    A plane that gets to a wall of the box stands for that wall, and may dip behind it by the smallest radius.
+
     Examples
     --------
     >>> from carom.models.paths import Sine
@@ -151,6 +155,18 @@ class Shaken:
             "direction": list(self.direction),
             "path": path,
         }
+
+    def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
+        """Return the least and the greatest offset of the plane with a unit ``normal`` that confines
+        components; None if there is none.
+        """
+        confines = getattr(self.obstacle, "confines", None)
+        offsets = None if confines is None else confines(normal)
+        if offsets is None:
+            return None
+        slant = sum(a * b for a, b in zip(self.direction, normal, strict=True))
+        ends = slant * float(self.path.lowest), slant * float(self.path.highest)
+        return offsets[0] + min(ends), offsets[1] + max(ends)
 
     def model(self) -> Any:
         """Return the model of the obstacle without displacement."""

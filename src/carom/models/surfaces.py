@@ -60,6 +60,11 @@ class _Covered:
         """Raise InputError if the obstacle cannot stand in this box."""
         self.obstacle.check(box, periodic)
 
+    def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
+        """Return what the obstacle answers; None if it has no such answer."""
+        confines = getattr(self.obstacle, "confines", None)
+        return None if confines is None else confines(normal)
+
     def model(self) -> Any:
         """Return the obstacle where it rests, as it is compiled."""
         return self.obstacle.model()

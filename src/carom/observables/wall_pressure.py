@@ -12,7 +12,8 @@ import numpy as np
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
-from carom.models.planes import walls
+from carom.models.faces import bare, stand_ins
+from carom.models.planes import Plane, sides, walls
 from carom.notebook import table
 from carom.observables.statistics import Estimate, ratio
 from carom.observables.surface_changes import freed, place_of
@@ -33,7 +34,8 @@ class WallPressure:
     area : float, optional
         Area by which the force is divided [length^(d-1)]. By default it is that of the wall, or of the
         surface of the ball or container (not of the surface on which centres turn back); 1 in one dimension.
-        It is required for planes, for segments without a radius, and for your own obstacles.
+        Of a plane that stands for a wall it is that of the wall. It is required for other planes, for
+        segments without a radius, and for your own obstacles.
     blocks : int
         Number of blocks of equal time into which the run is cut; their scatter gives the error bar.
 
@@ -41,6 +43,10 @@ class WallPressure:
     ------
     InputError
         If the area is not positive, or there are fewer than 2 blocks.
+
+    Notes
+    -----
+    A wall for which an obstacle stands is listed, and nothing meets it: ask for the obstacle.
     """
 
     obstacle: int | str = 0
@@ -54,7 +60,7 @@ class WallPressure:
 
     def prepare(self, scene: Scene) -> None:
         """Raise InputError if a ``scene`` has no such obstacle, or its area is not known."""
-        k = self._number(obstacle_names(scene))
+        k = self._number(scene)
         if self.area is None:
             _area(scene, k)
 
@@ -88,8 +94,7 @@ class WallPressure:
         planes and your own obstacles, a regression on their distances removes most of the sound
         (``carom.observables.surface_changes``). If blocks hold neither, the momentum received is used.
         """
-        names = obstacle_names(scene)
-        k = self._number(names)
+        names, k = obstacle_names(scene), self._number(scene)
         area = _area(scene, k) if self.area is None else self.area
         kept = [block for block in blocks if block.duration > 0.0]
         if not kept:
@@ -111,8 +116,18 @@ class WallPressure:
         values = tuple((flux / durations / area).tolist())
         return WallPressureEstimate(force.scaled(1.0 / area), force, names[k], area, values)
 
-    def _number(self, names: tuple[str, ...]) -> int:
+    def _number(self, scene: Scene) -> int:
         """Return the number of the obstacle among all walls and obstacles."""
+        names, walls = obstacle_names(scene), sides(scene.periodic)
+        k = self._among(names)
+        standing = stand_ins(scene.obstacles, scene.box, scene.periodic)
+        if k < len(walls) and walls[k] in standing:
+            name = scene.obstacles[standing[walls[k]]].name
+            raise InputError(f"{name} stands for the {names[k]}, which nothing meets; measure {name!r}.")
+        return k
+
+    def _among(self, names: tuple[str, ...]) -> int:
+        """Return the number of the obstacle among these names."""
         if not names:
             raise InputError("This scene has neither walls nor obstacles, so nothing takes up momentum.")
         if isinstance(self.obstacle, str):
@@ -150,12 +165,21 @@ class WallPressureEstimate:
     block_values: tuple[float, ...] = field(default=(), repr=False)
 
     def _repr_html_(self) -> str:
+        if self.never_hit:
+            return table(self.name, [("hits", "none")])
         rows = [("P [energy / length^d]", self.pressure), ("force [energy / length]", self.force)]
         shown = [(name, e.value_text.replace("+-", "±")) for name, e in rows]
         return table(self.name, [*shown, ("area [length^(d-1)]", f"{self.area:.6g}")])
 
     def __str__(self) -> str:
+        if self.never_hit:
+            return f"P on {self.name}: nothing hit it"
         return f"P on {self.name} = {self.pressure.value_text} energy / length^d"
+
+    @property
+    def never_hit(self) -> bool:
+        """Whether nothing hit it: the mean is zero, and its error is not known."""
+        return self.force.mean == 0.0 and math.isinf(self.force.error)
 
     @property
     def quantity(self) -> str:
@@ -178,8 +202,14 @@ def _area(scene: Scene, k: int) -> float:
     axes = [axis for axis, wraps in enumerate(scene.periodic) if not wraps]
     if k < 2 * len(axes):
         return scene.volume / scene.box[axes[k // 2]]
-    obstacle = scene.obstacles[k - 2 * len(axes)]
-    area = float(obstacle.area(scene.box)) if hasattr(obstacle, "area") else 0.0
+    number = k - 2 * len(axes)
+    obstacle = scene.obstacles[number]
+    body = bare(obstacle)
+    area = float(body.area(scene.box)) if hasattr(body, "area") else 0.0
     if area > 0.0:  # that of a segment without a radius is zero
         return area
+    if isinstance(body, Plane):
+        for (axis, _), stands in stand_ins(scene.obstacles, scene.box, scene.periodic).items():
+            if stands == number:
+                return scene.volume / scene.box[axis]
     raise InputError(f"The area of {obstacle.name} is not known; give WallPressure(area=...).")

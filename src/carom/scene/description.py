@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from carom.models.faces import name_of, stand_ins
+from carom.models.planes import sides
 from carom.scene.fields import Fields
 from carom.texts import html, visible
 
@@ -32,11 +34,12 @@ def facts(scene: Fields) -> dict[str, str]:
         )
     if scene.contact is not None:
         facts["contact"] = "by species"
-    if scene.walls:
-        axes = [str(axis) for axis, repeats in enumerate(scene.periodic) if not repeats]
+    standing = stand_ins(scene.obstacles, scene.box, scene.periodic)
+    axes = dict.fromkeys(str(wall[0]) for wall in sides(scene.periodic) if wall not in standing)
+    if axes:
         facts["walls"] = f"axis {', '.join(axes)}"
     if scene.obstacles:
-        facts["obstacles"] = ", ".join(visible(obstacle.name) for obstacle in scene.obstacles)
+        facts["obstacles"] = ", ".join(visible(name) for name in _named(scene, standing))
     if scene.pinned is not None:
         facts["pinned"] = str(int(scene.pinned.sum()))
     if scene.restitution < 1:
@@ -44,6 +47,15 @@ def facts(scene: Fields) -> dict[str, str]:
     if scene.velocities is not None:
         facts["velocities"] = "given"
     return facts
+
+
+def _named(scene: Fields, standing: dict[tuple[int, int], int]) -> list[str]:
+    """Return the names of the obstacles, and for which walls they stand."""
+    names = []
+    for k, obstacle in enumerate(scene.obstacles):
+        walls = ", ".join(name_of(wall) for wall, number in standing.items() if number == k)
+        names.append(f"{obstacle.name} (for the {walls})" if walls else obstacle.name)
+    return names
 
 
 def table(scene: Fields) -> str:

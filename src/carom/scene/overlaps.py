@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.cells import wrapped
-from carom.models.obstacles import Obstacle, walls
+from carom.models.faces import standing_walls
+from carom.models.obstacles import Obstacle
 from carom.scene.nearby import near_pairs
 from carom.scene.species import Contacts
 
@@ -183,8 +184,9 @@ class Room:
         return np.concatenate(points), np.concatenate(names)
 
     def everything(self) -> tuple[Obstacle, ...]:
-        """Return the walls, then the obstacles: the order in which the engine numbers them."""
-        return (*walls(self.box.tolist(), self.periodic.tolist()), *self.obstacles)
+        """Return the walls for which no obstacle stands, then the obstacles."""
+        walls = standing_walls(self.obstacles, self.box.tolist(), self.periodic.tolist())
+        return (*walls, *self.obstacles)
 
     def gaps(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[Obstacle, np.ndarray]]:
         """Yield each wall and obstacle with each component's distance (n,) from it, negative inside."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import choice, parameters, tables, to_tables
+from carom.models import choice, faces, parameters, tables, to_tables
 from carom.models import obstacles as _obstacles
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
@@ -57,7 +57,8 @@ class Scene(Fields):
         False gives an axis two hard walls, at 0 and at the edge, that the *surfaces* cannot pass: centres
         stay in [radius, edge - radius].
     obstacles : sequence of obstacles
-        Planes, balls, containers (:mod:`carom.models.obstacles`), or your own.
+        Planes, balls, containers (:mod:`carom.models.obstacles`), or your own. A plane or a container that
+        gets to a wall of the box, at rest or while it moves, stands for that wall.
     restitution : float
         Fraction of the normal relative velocity that remains after a collision, in (0, 1]; 1 is elastic.
     elastic_below : float, optional
@@ -166,6 +167,7 @@ class Scene(Fields):
         room = Room(np.asarray(edges), np.asarray(repeats), standing)
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)
+        faces.refuse_hidden(standing, edges, repeats, 0.5 * float(diameters.min()))
         checking.refuse_overlap(places, room, Contacts(diameters, kinds, matrix), interaction, fixed)
         places.setflags(write=False)
         one_diameter, one_mass = np.ptp(diameters) == 0, np.ptp(masses) == 0

@@ -10,11 +10,11 @@ import numpy as np
 from carom import checks
 from carom.densities import CLOSEST_PACKING
 from carom.errors import InputError
-from carom.models import choice, interface
+from carom.models import choice, faces, interface
 from carom.models.growing_cores import Growing
 from carom.models.parabolas import chase
 from carom.models.restitution import Restitution
-from carom.models.walls import cushions
+from carom.models.walls import Cushions, cushions
 from carom.scene.temperature import Thermal, thermal_of
 from carom.simulation import probes
 from carom.simulation.own_models import refuse_forgetful, refuse_unsound
@@ -203,7 +203,9 @@ def check_meetings(contents: Contents, scene: Scene) -> None:
     model = contents.motion.model(contents.particles)
     bends = not contents.straight
     fixed = contents.walls is not None or contents.obstacles
-    if bends and fixed and not choice.answers(interface.meeting, model):
+    meets = choice.answers(interface.meeting, model)
+    meets &= contents.walls is None or choice.answers(interface.wall_meeting, model)
+    if bends and fixed and not meets:
         raise InputError(
             f"Walls and obstacles are met in straight flight only, and {type(scene.motion).__name__} bends: "
             "make all axes periodic and leave out obstacles, or answer meeting and wall_meeting."
@@ -221,6 +223,29 @@ def check_meetings(contents: Contents, scene: Scene) -> None:
                 f"{value.name} is met in straight flight only: register an answer of "
                 f"{type(each).__name__} to fall (docs/gravity.md)."
             )
+
+
+def walls_of(scene: Scene) -> Any:
+    """Return what the engine compiles for the walls of the box, or None where there are none."""
+    fixed = scene.obstacles, scene.box, scene.periodic
+    replaced = faces.stand_ins(*fixed)
+    return cushions(scene.box, scene.periodic, replaced, faces.yielding(*fixed) - {*replaced})
+
+
+def refuse_own_walls(contents: Contents, scene: Scene) -> None:
+    """Raise InputError where a motion of the user's own meets all walls of the box, and an obstacle stands
+    for one or lies in the plane of one.
+    """
+    if isinstance(contents.walls, Cushions) or not choice.is_own(scene.motion):
+        return
+    model = contents.motion.model(contents.particles)
+    fixed = scene.obstacles, scene.box, scene.periodic
+    found = [*faces.stand_ins(*fixed), *faces.yielding(*fixed)]
+    if found and choice.answers(interface.wall_meeting, model):
+        raise InputError(
+            f"An obstacle is at the {faces.name_of(found[0])}, and {type(scene.motion).__name__} answers "
+            "wall_meeting for all walls of the box: move the obstacle away from the wall."
+        )
 
 
 def _falls(model: Any) -> bool:
@@ -295,7 +320,7 @@ def contents_of(
         interaction=interaction,
         motion=scene.motion,
         impact=impact,
-        walls=cushions(scene.box, scene.periodic),
+        walls=walls_of(scene),
         unit=unit,
         radii=None if equal else 0.5 * scene.diameters,
         masses=None if equal else scene.masses,
@@ -316,6 +341,7 @@ def contents_of(
         )
     if not contents.straight or any(hasattr(each, "live") for each in scene.obstacles):
         check_meetings(contents, scene)
+    refuse_own_walls(contents, scene)
     for kind in choice.USUAL:
         if not scene.usual(kind):
             value = getattr(contents, kind)

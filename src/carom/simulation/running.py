@@ -184,6 +184,7 @@ class Running:
         """Hits and momentum of each wall and obstacle since the start, in the order of their numbers.
 
         The walls of each axis without periodicity come first, lower before upper, then the scene's obstacles.
+        Nothing hits a wall for which an obstacle stands.
         """
         return mechanics.impacts(self.machine)
 

@@ -185,10 +185,12 @@ def _expected_rate(contents: Contents, speed: float) -> float:
 
 def _pairs(contents: Contents, speed: float) -> Scheme:
     """Return the scheme that looks at all pairs, one by one; ``speed`` as of :func:`choose`."""
-    epoch = power_of_two(4.0 * contents.narrowest / speed) if speed > 0.0 else 1.0
+    # Between walls along all axes nothing is met in an image, and no path is longer than about the box.
+    edge = min(contents.box) if math.isinf(contents.narrowest) else contents.narrowest
+    epoch = power_of_two(4.0 * edge / speed) if speed > 0.0 else 1.0
     horizon = math.inf
     if contents.rates is not None:  # nobody can outgrow this scheme
-        horizon = 0.5 * contents.narrowest / float(contents.rates.max())
+        horizon = 0.5 * edge / float(contents.rates.max())
     return Scheme(
         kind="pairs",
         shape=(1,) * contents.dimension,

@@ -19,14 +19,19 @@ from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.io.paths import replacing, writing
 from carom.models import choice
+from carom.models.faces import stand_ins
+from carom.models.planes import sides
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
 from carom.observables.equilibrium import doubts_about, slow_structure
+from carom.observables.layers import Layers
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
 from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.rdf import rdf
+from carom.observables.statistics import ratio
 from carom.observables.wall_pressure import obstacle_names
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.scene.temperature import kept_by_motion
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
@@ -60,6 +65,8 @@ class Facts:
         Reading of the performance counter when the run began, corrected for earlier sessions.
     thermometer : Thermometer
         The temperatures of species during the measured stretch.
+    layers : Layers
+        Sums over layers along a field, likewise.
     without : str, optional
         Why there are no trajectories, if the plan left that open.
     """
@@ -73,6 +80,7 @@ class Facts:
     rate: float
     began: float
     thermometer: Thermometer
+    layers: Layers
     without: str | None = None
 
 
@@ -278,7 +286,9 @@ def _summary(
         "box": list(scene.box),
         "diameter": scene.diameter,
         "mass": scene.mass,
-        "kT": sim.kT if pressure is None else pressure.kT,
+        "kT": _temperature(facts, pressure),
+        "thermal": _thermal(facts, pressure),
+        "weight": facts.layers.weight,
         "equilibration": {"collisions": facts.equilibration[0], "time": facts.equilibration[1]},
         "collisions": sum(block.collisions for block in facts.blocks),
         "time": math.fsum(block.duration for block in facts.blocks),
@@ -298,6 +308,7 @@ def _summary(
         "remarks": [*doubts, *parts.remarks],
         "note": (missing or "") if pressure is None else pressure.note,
         "obstacles": borne,
+        "layers": parts.of("layers", lambda: _layers(facts), none),
         "collisions_by_species": _by_species(sim),
         "units": _units(sim),
         "spared_contacts": sim.spared_contacts,
@@ -329,13 +340,62 @@ def _doubts(facts: Facts, pressure: PressureEstimate | None) -> list[str]:
     return said + facts.thermometer.doubts(error)
 
 
+def _temperature(facts: Facts, pressure: PressureEstimate | None) -> float:
+    """Return kT, where it changes as an average over the measured stretch."""
+    if pressure is not None:
+        return pressure.kT
+    if facts.layers.kT is not None:
+        return facts.layers.kT
+    times = [block.kT_time for block in facts.blocks if block.kT_time is not None]
+    duration = math.fsum(block.duration for block in facts.blocks)
+    return math.fsum(times) / duration if times else facts.sim.kT
+
+
+def _thermal(facts: Facts, pressure: PressureEstimate | None) -> bool:
+    """Return whether pressures may be given in units of kT: where it is constant, or averaged."""
+    scene = facts.sim.scene
+    if facts.layers.weight is not None or _decides(scene):
+        return False
+    straight = getattr(scene.motion, "straight", True) and all(kept_by_motion(scene))
+    return pressure is not None or straight
+
+
+def _layers(facts: Facts) -> list[dict[str, Any]]:
+    """Return the layers along a field, from the lowest on; none without a field."""
+    return [
+        {"low": layer.low, "high": layer.high, "members": layer.members, "kT": _number(layer.kT)}
+        for layer in facts.layers.found()
+    ]
+
+
 def _obstacles(facts: Facts) -> list[dict[str, Any]]:
-    """Return force and pressure on every wall and obstacle, from the measured stretch."""
+    """Return what every wall and obstacle bore and gave in the measured stretch, but for walls for which an
+    obstacle stands.
+    """
+    scene = facts.sim.scene
+    gone = stand_ins(scene.obstacles, scene.box, scene.periodic)
+    walls = sides(scene.periodic)
     # The area of a plane inside the box is not known, so it has only a force.
     return [
-        {"name": name, "force": _borne(facts, k, 1.0), "pressure": _borne(facts, k, None)}
-        for k, name in enumerate(obstacle_names(facts.sim.scene))
+        {
+            "name": name,
+            "force": _borne(facts, k, 1.0),
+            "pressure": _borne(facts, k, None),
+            "power": _number(_power(facts, k)),
+        }
+        for k, name in enumerate(obstacle_names(scene))
+        if k >= len(walls) or walls[k] not in gone
     ]
+
+
+def _power(facts: Facts, k: int) -> Estimate | None:
+    """Return the energy that wall or obstacle k gave a time; None where it gave and took none."""
+    given = [block.works[k] for block in facts.blocks]
+    if not any(given):
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)
+        return ratio(given, [block.duration for block in facts.blocks])
 
 
 def _borne(facts: Facts, k: int, area: float | None) -> dict[str, float | None]:

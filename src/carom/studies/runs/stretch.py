@@ -48,9 +48,12 @@ class Stretch:
         Finished parts of the present segment.
     marks : list of (int, float, ...)
         Collisions, virial and integral of kT so far (None where kT is constant), at the beginning of every
-        segment. With walls or obstacles also the impulse on each so far, and the weighted momentum of each.
+        segment. With walls or obstacles also the impulse on each so far, the weighted momentum of each, and
+        the energy that each gave.
     temperatures : list of tuple of float
         Temperatures of species at the end of every segment, if their masses differ.
+    layers : list
+        Sums over layers along a field (``carom.observables.layers``), at the same times.
     equilibrated : tuple of int and float, or None
         Collisions and time of the equilibration, once it is over.
     seconds, engine_seconds : float
@@ -65,6 +68,7 @@ class Stretch:
     part: int = 0
     marks: list[Any] = field(default_factory=list)
     temperatures: list[Any] = field(default_factory=list)
+    layers: list[Any] = field(default_factory=list)
     equilibrated: tuple[int, float] | None = None
     seconds: float = 0.0
     engine_seconds: float = 0.0
@@ -83,6 +87,7 @@ class Stretch:
         for _ in sim.sample(times=[first * self.step]):
             self.marks = [_sums(sim)]
             self.temperatures.clear()
+            self.layers.clear()
 
     def mark(self, sim: Simulation) -> None:
         """End a segment."""
@@ -104,15 +109,16 @@ class Stretch:
         blocks = []
         for before, after in zip(self.marks, self.marks[1:], strict=False):
             walls = [b - a for a, b in zip(before[3:], after[3:], strict=True)]
-            half = len(walls) // 2
+            third = len(walls) // 3
             blocks.append(
                 Block(
                     self.step,
                     int(after[0] - before[0]),
                     after[1] - before[1],
-                    tuple(walls[:half]),
-                    tuple(walls[half:]),
+                    tuple(walls[:third]),
+                    tuple(walls[third : 2 * third]),
                     None if after[2] is None else after[2] - before[2],
+                    works=tuple(walls[2 * third :]),
                 )
             )
         return blocks
@@ -124,8 +130,9 @@ def _sums(sim: Simulation) -> tuple[Any, ...]:
     sums = int(tally.collisions), float(tally.virial), tally.kT_time
     if not (scene.walls or scene.obstacles):
         return sums
-    taken_up = (impacts.impulse for impacts in sim.obstacles)
-    return *sums, *taken_up, *weighted_momenta(sim.frame(), scene)
+    found = sim.obstacles
+    taken_up, given = (each.impulse for each in found), (each.work for each in found)
+    return *sums, *taken_up, *weighted_momenta(sim.frame(), scene), *given
 
 
 def _rounded(duration: float) -> float:

@@ -14,6 +14,7 @@ from carom import io
 from carom.errors import CaromWarning, InputError
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
+from carom.observables.layers import Layers
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
@@ -167,6 +168,7 @@ class Run:
             self.stop.deferred = True
             self.thermometer = Thermometer(self.sim.machine)
             self.thermometer.series = self.stretch.temperatures
+            self.layers = Layers(self.sim.scene, self.stretch.layers)
             self.writers = [files.enter_context(opened(form)) for form in self.formats]
             self._save()
             if self.stretch.equilibrated is None:
@@ -284,6 +286,7 @@ class Run:
             if stretch.part == PARTS:
                 stretch.mark(self.sim)
                 self.thermometer.look()
+                self.layers.look(self.sim.frame(), self.sim.kT)
                 if not stretch.pilot and stretch.measured % stretch.per_frame == 0:
                     self._write()
         self._look()
@@ -309,6 +312,7 @@ class Run:
             rate=sum(block.collisions for block in blocks) / stretch.engine_seconds,
             began=self._began - self._before,
             thermometer=self.thermometer,
+            layers=self.layers,
             without=without_trajectory(
                 self.plan, self.sim.scene, self.formats, size_of_file(self.sim.machine)
             ),

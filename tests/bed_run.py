@@ -1,0 +1,66 @@
+"""A run of a bed on a shaken floor in a wall, whole and interrupted, as plain Python (``plain.py``)."""
+
+import json
+import os
+import signal
+import sys
+
+from carom import studies
+from carom.cli import screen
+from carom.plan.plan import Plan
+
+SCENE = """
+[scene]
+initial = "random"
+n = 3
+box = [3.0, 6.0]
+periodic = [true, false]
+diameter = 0.8
+mass = 2.0
+
+[scene.motion]
+type = "gravity"
+g = [0.0, -1.5]
+
+[scene.impact]
+type = "loss"
+restitution = 0.8
+contact_time = 1e-2
+
+[[scene.obstacles]]
+kind = "surface"
+loss = { restitution = 0.8, contact_time = 1e-2 }
+
+[scene.obstacles.obstacle]
+kind = "shaken"
+direction = [0.0, 1.0]
+path = { type = "sine", amplitude = 0.2, period = 2.0 }
+obstacle = { kind = "plane", normal = [0.0, 1.0], offset = 0.0, name = "floor" }
+
+[run]
+equilibration = 2
+collisions_per_particle = 4
+frames = 1
+
+[output]
+trajectory = []
+pictures = false
+"""
+
+if __name__ == "__main__":
+    plan = Plan.from_toml(SCENE)
+    whole = studies.run(plan, f"{sys.argv[1]}/whole")
+    asked = []
+
+    def stop(stage, fraction):
+        if stage == "Measuring" and fraction > 0.4 and not asked:
+            asked.append(fraction)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    try:
+        studies.run(plan, f"{sys.argv[1]}/cut", progress=stop)
+    except KeyboardInterrupt:
+        cut = studies.resume(f"{sys.argv[1]}/cut")
+    keys = ("layers", "obstacles", "kT", "thermal", "weight", "time")
+    print(json.dumps([{key: result.summary[key] for key in keys} for result in (whole, cut)]))
+    screen.results(whole, as_json=False)

@@ -1,0 +1,191 @@
+"""Charges in a magnetic field, a curved motion of one's own: between walls, around balls, and growing.
+
+A script, too, for plain Python (``plain.py``): how deep charges that grow sank into the walls.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+import carom
+from carom.models.interface import NEVER, carry, meeting, meeting_time, position, velocity, wall_meeting
+from carom.models.roots import curvature, next_fall, slope, value
+
+
+class Turning(NamedTuple):
+    """Frequency, the edges of the box, and along which axes it is periodic."""
+
+    w: float
+    box: tuple
+    wraps: tuple
+
+
+class Circling(NamedTuple):
+    """A charge relative to another, or to a ball: the square of their distance, less that of contact."""
+
+    x: float
+    y: float
+    u: float
+    v: float
+    w: float
+    contact: float
+    rate: float
+
+
+class Height(NamedTuple):
+    """The gap between a charge and a wall: ``u`` is the velocity towards it, ``v`` that which turns to it."""
+
+    gap: float
+    u: float
+    v: float
+    w: float
+    rate: float
+
+
+@value.register
+def _(q: Circling, t):
+    s, c = math.sin(q.w * t) / q.w, 2.0 * math.sin(0.5 * q.w * t) ** 2 / q.w
+    x, y = q.x + q.u * s + q.v * c, q.y + q.v * s - q.u * c
+    return x * x + y * y - (q.contact + q.rate * t) ** 2
+
+
+@slope.register
+def _(q: Circling, t):
+    s, c = math.sin(q.w * t) / q.w, 2.0 * math.sin(0.5 * q.w * t) ** 2 / q.w
+    x, y = q.x + q.u * s + q.v * c, q.y + q.v * s - q.u * c
+    u, v = q.u - q.w * (q.u * c - q.v * s), q.v - q.w * (q.v * c + q.u * s)
+    return 2.0 * (x * u + y * v) - 2.0 * (q.contact + q.rate * t) * q.rate
+
+
+@curvature.register
+def _(q: Circling, start, end):
+    speed = math.sqrt(q.u * q.u + q.v * q.v)
+    far = math.sqrt(q.x * q.x + q.y * q.y) + speed * min(2.0 / q.w, end)
+    return 2.0 * speed * (speed + far * q.w) + 2.0 * q.rate * q.rate
+
+
+@value.register
+def _(q: Height, t):
+    return q.gap - q.rate * t - (q.u * math.sin(q.w * t) + q.v * 2.0 * math.sin(0.5 * q.w * t) ** 2) / q.w
+
+
+@slope.register
+def _(q: Height, t):
+    return -q.rate - q.u * math.cos(q.w * t) - q.v * math.sin(q.w * t)
+
+
+@curvature.register
+def _(q: Height, start, end):
+    return q.w * math.sqrt(q.u * q.u + q.v * q.v)
+
+
+@position.register
+def _(motion: Turning, axis, x, v, t):
+    return x + v * t
+
+
+@velocity.register
+def _(motion: Turning, axis, v, t):
+    return v
+
+
+@carry.register
+def _(motion: Turning, x, v, t, there, then):
+    w, vx, vy = motion.w, v[0], v[1]
+    s, c = math.sin(w * t), 2.0 * math.sin(0.5 * w * t) ** 2
+    there[0] = x[0] + (vx * s + vy * c) / w
+    there[1] = x[1] + (vy * s - vx * c) / w
+    then[0] = vx + vy * s - vx * c
+    then[1] = vy - vx * s - vy * c
+    return there, then, 0.0
+
+
+@meeting_time.register
+def _(motion: Turning, me, other, now, contact, rate, limit, span):
+    a, b = np.empty(2), np.empty(2)
+    u, v = np.empty(2), np.empty(2)
+    carry(motion, me.x, me.v, now - me.t, a, u)
+    carry(motion, other.x, other.v, now - other.t, b, v)
+    best, clamped = NEVER, False
+    for kx in range(-motion.wraps[0], motion.wraps[0] + 1):
+        for ky in range(-motion.wraps[1], motion.wraps[1] + 1):
+            x, y = b[0] - a[0] + kx * motion.box[0], b[1] - a[1] + ky * motion.box[1]
+            curve = Circling(x, y, v[0] - u[0], v[1] - u[1], motion.w, contact, rate)
+            t = next_fall(curve, min(span, 2.0 * math.pi / motion.w) if rate == 0.0 else span)
+            if t < best:
+                best, clamped = t, t == 0.0 and value(curve, 0.0) < 0.0
+    return best, clamped
+
+
+@meeting.register
+def _(motion: Turning, obstacle, x, v, radius, growth, now):
+    center, contact = obstacle.center, obstacle.radius + radius
+    curve = Circling(x[0] - center[0], x[1] - center[1], v[0], v[1], motion.w, contact, growth)
+    return next_fall(curve, LONG / motion.w)
+
+
+@wall_meeting.register
+def _(motion: Turning, walls, x, v, radius, growth):
+    best, number = NEVER, np.int64(-1)
+    for axis in range(2):
+        if motion.wraps[axis] == 0:
+            turned = v[1] if axis == 0 else -v[0]
+            for side in range(2):
+                sense = 1.0 if side == 1 else -1.0
+                gap = (motion.box[axis] - x[axis] if side == 1 else x[axis]) - radius
+                curve = Height(gap, sense * v[axis], sense * turned, motion.w, growth)
+                t = next_fall(curve, LONG / motion.w)
+                if t < best:
+                    best, number = t, np.int64(2 * axis + side)
+    return best, number
+
+
+LONG = 8.0 * math.pi
+"""Phases to look ahead: some turns, for what grows."""
+
+
+@dataclass(frozen=True)
+class Magnetic:
+    """Equal charges of equal mass in a magnetic field: they turn with one frequency."""
+
+    frequency: float
+    wraps: tuple = (0, 0)
+    straight = False
+    curved = True
+
+    def conserves(self, axis):
+        return False
+
+    def model(self, particles):
+        w = float(particles.unit.to_kernel(self.frequency, -1))
+        return Turning(w, tuple(map(float, particles.box)), self.wraps)
+
+
+def charges(n, box, wraps, obstacles=(), seed=1):
+    """Return charges in a box with walls along the axes along which it does not wrap."""
+    start = carom.Scene.random(n, box=box, seed=seed, periodic=[bool(k) for k in wraps], obstacles=obstacles)
+    return start.with_(motion=Magnetic(1.5, wraps))
+
+
+def least_gap(frame, scene):
+    """Return the least gap between a charge and what is fixed [length]."""
+    gaps = [
+        gap
+        for axis in range(2)
+        if not scene.periodic[axis]
+        for gap in (frame.positions[:, axis], scene.box[axis] - frame.positions[:, axis])
+    ]
+    least = min(float((gap - 0.5 * frame.diameters).min()) for gap in gaps)
+    fixed = [
+        each.gap(frame.positions, 0.5 * frame.diameters, scene.box, scene.periodic)
+        for each in scene.obstacles
+    ]
+    return min([least, *(float(gap.min()) for gap in fixed)])
+
+
+if __name__ == "__main__":
+    growing = charges(4, (5.0, 5.5), (0, 0))
+    sim = carom.Simulation(growing, growth=0.05, seed=3)
+    print(min(least_gap(frame, growing) for frame in sim.sample(every=0.25, count=16)), sim.collisions)
