@@ -1,4 +1,4 @@
-"""Who is told when something is compiled, in this process or in a worker that sends word; and how long it takes."""
+"""Who is told when something is compiled, here or in a worker that sends word; and how long it takes."""
 
 from __future__ import annotations
 
