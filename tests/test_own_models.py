@@ -627,16 +627,16 @@ def test_a_model_that_is_no_tuple_is_refused():
         carom.Simulation(SCENE.with_(motion=Value(None)))
 
 
-class Puzzling(NamedTuple):
-    """A model with an answer that Python understands, and Numba does not."""
+class Misspelt(NamedTuple):
+    """A model one of whose answers reads what it has not."""
 
-    x: float
+    height: float
 
 
 @encounter.register
-def _(obstacle: Puzzling, x, v, radius, growth):
-    unsorted = {0: obstacle.x}
-    return next(iter(sorted(unsorted.items(), key=lambda pair: pair[1])))[1]
+def _(obstacle: Misspelt, x, v, radius, growth):
+    above = x - obstacle.heigth
+    return above / -v
 
 
 def _meet(digest):
@@ -649,8 +649,10 @@ def _meet(digest):
 
 def test_what_cannot_be_compiled_is_one_sentence_with_the_name_of_the_model():
     with pytest.raises(InputError) as refused:
-        entry(_meet)(Puzzling(1.0))
+        entry(_meet)(Misspelt(1.0))
     text = str(refused.value)
-    assert re.match(r"encounter of Puzzling cannot be compiled: line \d+ of test_own_models.py, `.*`: ", text)
+    words = r"encounter of Misspelt cannot be compiled: line \d+ of test_own_models.py, `above = x"
+    assert re.match(words, text)
+    assert "heigth" in text.partition("`: ")[2]
     assert len(text) < 400
     assert "\n" not in text

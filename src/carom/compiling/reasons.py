@@ -74,7 +74,8 @@ def unknown_part(value: Any, name: str) -> tuple[str, Any] | None:
         return next((part for part in parts if part is not None), None)
     if value is None or isinstance(value, bool | float | complex):
         return None
-    if isinstance(value, list | dict | set):  # Numba takes them apart for each call, and not within a tuple
+    # Numba takes lists apart for each call, and not within a tuple; of objects it knows that they are some.
+    if isinstance(value, list | dict | set) or (isinstance(value, np.ndarray) and value.dtype.hasobject):
         return name, value
     from numba import typeof
 
