@@ -3,13 +3,19 @@
 import copy
 import os
 import pickle
+import signal
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import carom
+from carom.compiling import dispatch, news
+from carom.engine import cycle
 from carom.errors import BusyError
+from carom.simulation.replay import Replay
+from carom.simulation.workers.crew import Crew
 
 
 def small(**more):
@@ -163,6 +169,98 @@ def test_a_forked_process_goes_on_with_a_simulation_of_its_own():
             os._exit(code)
     assert os.waitpid(child, 0)[1] == 0
     assert sim.run(collisions=500).collisions == 500
+
+
+def forked(body):
+    """Return the code with which a fork ends that runs a function: that which it returns, or of a signal."""
+    child = os.fork()
+    if child == 0:
+        signal.alarm(60)  # rather than wait for ever
+        code = 1
+        try:
+            code = body()
+        finally:
+            os._exit(code)
+    return os.waitpid(child, 0)[1]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_process_has_threads_of_its_own():
+    # Those of the parent are not there, and were waited for.
+    crew = Crew(2)
+
+    def both():
+        return int(crew.each(lambda k: k, halt=lambda: None) != [0, 1])
+
+    def both_and_close():
+        code = both()
+        crew.close()
+        return code
+
+    def close():
+        crew.close()
+        return 0
+
+    assert both() == 0
+    assert forked(both_and_close) == 0
+    assert forked(close) == 0
+    assert both() == 0
+    crew.close()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_process_leaves_the_event_log_to_its_parent(tmp_path):
+    with small(event_log=tmp_path / "log.h5") as sim:
+        sim.run(collisions=100)
+
+        def busy():
+            for use in (lambda: sim.run(collisions=1), lambda: sim.save(tmp_path / "state.h5")):
+                with pytest.raises(BusyError, match="written by the process of which this one is a fork"):
+                    use()
+            sim.close()
+            return int(sim.run(collisions=10).collisions != 10)
+
+        assert forked(busy) == 0
+        sim.run(collisions=50)
+    assert not (tmp_path / "state.h5").exists()
+    run = Replay(tmp_path / "log.h5")
+    while run.step():
+        pass
+    assert run.collisions == 150
+
+
+def test_a_limit_of_wall_time_leaves_out_compiling(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(news, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    sim, run, passing = small(), cycle.run, 0.001
+
+    def slowly(*arguments):
+        if now[0] == 0.0:
+            with news.compiling():
+                now[0] += 100.0
+        now[0] += passing
+        return run(*arguments)
+
+    monkeypatch.setattr(cycle, "run", slowly)
+    assert sim.run(collisions=300, walltime=1.0).collisions == 300
+    assert now[0] > 100.0
+    assert sim.seconds < 1.0
+    passing = 2.0
+    assert sim.run(collisions=30000, walltime=1.0).collisions < 30000
+
+
+def test_a_compiled_function_takes_no_wall_time_to_compile(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(news, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    began = news.running()
+
+    def compile_slowly(signature):
+        now[0] += 100.0
+
+    dispatch.watched(SimpleNamespace(compile=compile_slowly)).compile(())
+    now[0] += 1.0
+    # A hundred seconds and a difference of such: a rounding of 2^-46.
+    assert abs(news.running() - began - 1.0) < 1e-12
 
 
 def test_a_negative_seed_is_one_sentence():

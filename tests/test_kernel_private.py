@@ -16,7 +16,7 @@ from carom.compiling import private
 GONE = {
     "inlining without machine code": "import numba.core.codegen as c; del c.JITCodeLibrary",
     "code shared by all callers": "import carom.compiling.inlining as m; m._share = None",
-    "compiled code kept on disk": "import numba.core.caching as c; del c.IndexDataCacheFile._load_data",
+    "compiled code kept on disk": "import numba.core.caching as c; del c.IndexDataCacheFile._open_for_write",
     "arrays without reference counts": "import carom.compiling.borrowed as m; m.cgutils = object()",
     "memory asked for ahead": "import carom.compiling.prefetch as m; m.cgutils = object()",
     "eight values at a time": "import carom.compiling.registers as m; m.cgutils = object()",

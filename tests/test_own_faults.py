@@ -79,6 +79,35 @@ def _(pair: Answering, i, j, now):
     return pair.core
 
 
+@lanes("radii")
+class Beside(NamedTuple):
+    """Hard cores that name a lane."""
+
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+@interaction_time.register
+def _(pair: Beside, i, j, rr, rv, vv, now):
+    return first_contact(rr - 1.0, rv, vv)
+
+
+@jump.register
+def _(pair: Beside, i, j, rr, rv, now):
+    return exchange(pair, i, j, rr, rv)
+
+
+class BesideCores:
+    def __init__(self, radii):
+        self.radii = radii
+
+    def reach(self, scene):
+        return 1.0
+
+    def model(self, particles):
+        return Beside(self.radii, particles.with_ghost(particles.masses))
+
+
 @dataclass(frozen=True)
 class Parity:
     """Components with even and odd numbers."""
@@ -162,8 +191,19 @@ def test_check_finds_an_array_without_ghost():
 
 
 def test_a_list_for_masses_is_refused():
-    with pytest.raises(InputError, match="The field masses of Two is a list; expected an array of 31 items"):
+    with pytest.raises(InputError, match=r"The field masses of Two, .* is a list of 31, .* an array"):
         carom.Simulation(SCENE.with_(interaction=Parity(change=(("masses", [1.0] * 31),))))
+
+
+@pytest.mark.parametrize(
+    "values",
+    [np.zeros((31, 2)), np.zeros((31, 2))[:, 0], np.zeros(62)[::2], np.asfortranarray(np.zeros((31, 31)))],
+)
+def test_a_lane_must_be_one_value_a_component_side_by_side(values):
+    with pytest.raises(
+        InputError, match=r"The field radii of Beside is named by lanes, and is .* contiguous"
+    ):
+        carom.Simulation(SCENE.with_(interaction=BesideCores(values)))
 
 
 def test_a_lane_must_be_a_field():

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import base64
+import importlib.util
 import json
+import os
 import re
 import shutil
 import subprocess
+import sys
 from importlib import resources
 from pathlib import Path
 
@@ -175,8 +178,14 @@ def test_a_folder_with_a_log_of_curved_flights_shows_its_trajectory(log, tmp_pat
     assert carom.view(tmp_path).data["replay"] is not None
     monkeypatch.setattr(FreeFlight, "straight", False, raising=False)
     assert carom.view(tmp_path).data["replay"] is None
-    with pytest.raises(InputError, match="straight flights"):
-        carom.view(tmp_path / "events.h5")
+    page = carom.view(tmp_path / "events.h5", collisions=10).data
+    assert page["replay"] is None
+    assert len(page["times"]) == 11  # the beginning, and after each collision
+    run = Replay(log)
+    for _ in range(10):
+        run.step()
+    last = unpacked(page["positions"], "<f4").reshape(11, -1, 3)[-1]
+    np.testing.assert_array_equal(last, run.frame().positions.astype("f4"))
 
 
 def test_frames_and_trajectories_show_themselves_in_notebooks(tmp_path):
@@ -502,6 +511,154 @@ def test_the_first_collisions_of_a_log_make_a_shorter_page(log, tmp_path):
     page = carom.view(log, tmp_path / "page.html", collisions=10)
     assert len(unpacked(page.data["replay"]["contacts"], "<f8")) == 10
     assert (tmp_path / "page.html").read_text() == page.html
+
+
+OWN_LOGS = """
+import sys
+import numpy as np
+import carom
+from own_values import Law, Drift, Bend, Floor, Core
+
+places = [[1.0, 5.0], [3.0, 5.2], [5.0, 4.8]]
+velocities = [[1.0, 0.1], [-1.0, 0.2], [-1.0, -0.9]]
+values = {"impact": Law(), "motion": Drift(), "interaction": Core(), "obstacles": [Floor()], "bent": Bend()}
+for name, value in values.items():
+    walled = {"periodic": [True, name != "obstacles"], "motion" if name == "bent" else name: value}
+    here = carom.Scene(places, 6.0, velocities=velocities, **walled)
+    with carom.Simulation(here, event_log=f"{name}.h5", neighbors="sectors") as sim:
+        sim.run(collisions=5)
+"""
+OWN_VALUES = """
+from typing import NamedTuple
+import numpy as np
+from carom.models.contact import exchange, first_contact
+from carom.models.interface import (
+    NEVER, encounter, exit_time, interaction_time, jump, outward, position, transfer, velocity
+)
+
+class Lossy(NamedTuple):
+    part: float
+
+@transfer.register
+def _(impact: Lossy, rr, rv):
+    return impact.part
+
+class Law:
+    def model(self, particles):
+        return Lossy(0.95)
+
+class Flight(NamedTuple):
+    g: float
+
+@position.register
+def _(motion: Flight, axis, x, v, t):
+    return x + (v + 0.5 * motion.g * t) * t
+
+@velocity.register
+def _(motion: Flight, axis, v, t):
+    return v + motion.g * t
+
+@exit_time.register
+def _(motion: Flight, axis, x, v, low, high):
+    root = v * v + 2.0 * motion.g * (high - x)
+    if motion.g == 0.0:
+        return (max(((high if v > 0.0 else low) - x) / v, 0.0) if v != 0.0 else NEVER), np.int64(v > 0.0)
+    down = v * v + 2.0 * motion.g * (low - x)
+    if v < 0.0 and down >= 0.0:
+        return max((-v - np.sqrt(down)) / motion.g, 0.0), np.int64(0)
+    return max((-v + np.sqrt(root)) / motion.g, 0.0), np.int64(1)
+
+class Drift:
+    def model(self, particles):
+        return Flight(0.0)
+
+class Bend:
+    straight = False
+
+    def model(self, particles):
+        return Flight(float(particles.unit.to_kernel(0.25, -2)))
+
+class Cores(NamedTuple):
+    radii: np.ndarray
+    masses: np.ndarray
+
+@interaction_time.register
+def _(pair: Cores, i, j, rr, rv, vv, now):
+    return first_contact(rr - 1.0, rv, vv)
+
+@jump.register
+def _(pair: Cores, i, j, rr, rv, now):
+    return exchange(pair, i, j, rr, rv)
+
+class Core:
+    def reach(self, scene):
+        return 1.0
+
+    def model(self, particles):
+        return Cores(particles.with_ghost(particles.radii), particles.with_ghost(particles.masses))
+
+class Level(NamedTuple):
+    height: float
+
+@encounter.register
+def _(obstacle: Level, x, v, radius, growth):
+    return max((x[1] - obstacle.height - radius) / -v[1], 0.0) if v[1] < 0.0 else NEVER
+
+@outward.register
+def _(obstacle: Level, x, axis):
+    return 1.0 if axis == 1 else 0.0
+
+class Floor:
+    name = "floor"
+
+    def check(self, box, periodic):
+        pass
+
+    def gap(self, positions, radii, box, periodic):
+        return positions[:, 1] - 1.0 - radii
+
+    def model(self):
+        return Level(1.0)
+"""
+
+
+@pytest.fixture(scope="module")
+def own_values(tmp_path_factory):
+    """Return a folder with logs of scenes with models of one's own, and the module with their values."""
+    folder = tmp_path_factory.mktemp("own")
+    (folder / "own_values.py").write_text(OWN_VALUES)
+    # Nothing is compiled for a few collisions.
+    subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", OWN_LOGS],
+        cwd=folder,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        check=True,
+    )
+    spec = importlib.util.spec_from_file_location("own_values", folder / "own_values.py")
+    values = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(values)
+    return folder, values
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("impact", "Law"),
+        ("motion", "Drift"),
+        ("interaction", "Core"),
+        ("obstacles", "Floor"),
+        ("bent", "Bend"),
+    ],
+)
+def test_a_log_is_shown_with_values_of_ones_own(own_values, name, value):
+    folder, values = own_values
+    own = getattr(values, value)()
+    keyword = "motion" if name == "bent" else name
+    with pytest.raises(FileError, match=f"{keyword}=.* where the file is loaded"):
+        carom.view(folder / f"{name}.h5")
+    page = carom.view(folder / f"{name}.h5", **{keyword: [own] if name == "obstacles" else own})
+    assert (page.data["replay"] is None) == (name == "bent")
+    assert page.data["n"] == 3
 
 
 @pytest.mark.slow

@@ -13,10 +13,20 @@ def compiled(function: Callable[..., Any], signature: Any) -> Any:
     folder for the cache can be written, nothing is stored. Division by zero gives infinity, as in NumPy.
     Other threads can run meanwhile.
     """
+    from carom.compiling.news import compiling
+
+    with compiling():
+        made = compiled_on_call(function, error_model="numpy", nogil=True)
+        if hasattr(made, "compile"):  # not without a compiler
+            made.compile(signature)
+            made.disable_compile()
+    return made
+
+
+def compiled_on_call(function: Callable[..., Any], **options: Any) -> Any:
+    """Return a function compiled for whatever it is called with, by Numba's ``options``; stored as well."""
     from numba import njit
 
-    options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
-    try:
-        return njit(signature, cache=True, **options)(function)
-    except (RuntimeError, OSError):
-        return njit(signature, **options)(function)
+    from carom.compiling.cache import kept
+
+    return kept(function, options, stamped=True) or njit(**options)(function)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import pickle
+from contextlib import suppress
 from pathlib import Path
 
 import numba
@@ -18,8 +20,26 @@ BOUNDS_CHECKED = getattr(config, "BOUNDSCHECK", None)
 """What NUMBA_BOUNDSCHECK says."""
 
 
-def keep(compiled):
+CHECKED = hashlib.sha256().digest_size
+"""Bytes at the beginning of a file: the SHA-256 of the others."""
+
+
+def kept(function, options, stamped=False):
+    """Return a compiled function whose code is kept on disk, or None where that cannot be."""
+    try:
+        return keep(numba.njit(**options, cache=True)(function), stamped)
+    except (RuntimeError, OSError):  # Numba found no folder that can be written: compile in every process
+        return None
+    except AttributeError as error:
+        private.leave_out(KEEPING, error)
+        return None
+
+
+def keep(compiled, stamped: bool = False):
     """Let a compiled function keep its code in files that are named after all that it depends on.
+
+    Every file begins with its checksum. A damaged one is compiled again, and would end the process if it were
+    loaded.
 
     Numba's own cache looks at the source of the compiled function alone, so that code outlives an edit to
     what that function calls. It lists the types of all arguments seen in one index: with that, every program
@@ -27,25 +47,52 @@ def keep(compiled):
     two processes that compile for different scenes could take the same number. Here there is no index: a file
     is found by its name, and what cannot be read is compiled again.
 
+    Parameters
+    ----------
+    compiled : dispatcher
+        The function, for which nothing has been compiled yet.
+    stamped : bool
+        Whether the code depends on the file of the function as well, as Numba's cache has it: for functions
+        of Carom that do not close over its digest.
+
     Raises
     ------
     AttributeError
         If this Numba keeps its files in another way.
     """
     file = compiled._cache._cache_file
-    pattern, read, write = file._data_name_pattern, file._load_data, file._save_data
+    pattern, pickled, opened = file._data_name_pattern, file._dump, file._open_for_write
     folder = Path(file._cache_path)
+    stamp = file._source_stamp if stamped else None
     if not callable(file.load) or not callable(file.save):
         raise AttributeError("load or save")
+    save_all = compiled._cache.save_overload
+
+    def read(name):
+        content = (folder / name).read_bytes()
+        if hashlib.sha256(content[CHECKED:]).digest() != content[:CHECKED]:
+            raise ValueError("damaged")
+        return pickle.loads(content[CHECKED:])
+
+    def write(name, data):
+        content = pickled(data)
+        with opened(str(folder / name)) as target:
+            target.write(hashlib.sha256(content).digest() + content)
+
+    def save_overload(signature, data):
+        with suppress(OSError):  # a full disk, or a folder that is gone, is no reason to stop
+            save_all(signature, data)
 
     def name_of(key):
         """Return what the name of the file begins with, and all of it; None if nobody can know it."""
-        origins = digest_of(compiled.py_func, key[0])
+        kinds = getattr(key[0], "args", key[0])
+        origins = digest_of(compiled.py_func, kinds)
         if origins is None:
             return None
-        models = [(cls.__module__, cls.__qualname__) for cls in classes_in(key[0])]
+        models = [(cls.__module__, cls.__qualname__) for cls in classes_in(kinds)]
         kind = _short(numba.__version__, BOUNDS_CHECKED, key[:2], models)
-        return tuple(pattern.replace("{number:d}", name) for name in (kind, f"{kind}.{_short(key, origins)}"))
+        names = kind, f"{kind}.{_short(key, origins, stamp)}"
+        return tuple(pattern.replace("{number:d}", name) for name in names)
 
     def load(key):
         names = name_of(key)
@@ -67,12 +114,12 @@ def keep(compiled):
             write(names[1], data)
             for old in stale:
                 old.unlink(missing_ok=True)
-        except OSError:  # a full disk is no reason to stop
-            pass
+        except OSError:
+            raise
         except Exception as error:
             private.leave_out(KEEPING, error)
 
-    file.load, file.save = load, save
+    file.load, file.save, compiled._cache.save_overload = load, save, save_overload
     return compiled
 
 

@@ -136,11 +136,12 @@ def store_lane(context, builder, values, words, begin, bits, target, offset):
 
     source, names, places = data(*values), data(*words), data(*target)
     word = ir.IntType(64)
+    size = context.get_abi_sizeof(context.get_data_type(target[0].dtype))
     for k in range(LANES):
         name = builder.load(builder.gep(names, [builder.add(begin, ir.Constant(word, k))]))
         row = builder.lshr(builder.zext(name, word), bits)
         value = builder.load(builder.gep(source, [row]))
-        builder.store(value, builder.gep(places, [builder.add(offset, ir.Constant(word, k))]), align=8)
+        builder.store(value, builder.gep(places, [builder.add(offset, ir.Constant(word, k))]), align=size)
 
 
 @intrinsic

@@ -8,7 +8,7 @@ from __future__ import annotations
 import gc
 import hashlib
 from contextlib import suppress
-from functools import lru_cache, partial
+from functools import lru_cache, partial, wraps
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,13 @@ from numba import njit
 from numba.core import config
 
 from carom.compiling import private, registry
-from carom.compiling.cache import KEEPING, keep
+from carom.compiling.cache import KEEPING, kept
 from carom.compiling.held import signals_held
 from carom.compiling.inlining import INLINING, SHARING, InlinedCompiler, compile_once
-from carom.compiling.origins import FACES, INLINED, Unknown, class_of, classes_in
+from carom.compiling.news import compiling
+from carom.compiling.origins import FACES, INLINED, Unknown, class_of, classes_in, is_trusted
+from carom.compiling.reasons import of_models
+from carom.errors import InputError
 
 # Division must not test for zero, or no loop that divides can be vectorised.
 STRICT: Any = {"error_model": "numpy", "nogil": True}
@@ -128,6 +131,10 @@ def source_digest() -> str:
 def entry(function):
     """Compile an entry point of the engine, cached on disk where a cache folder can be written.
 
+    Numba takes two classes of tuples for one where they have the same name and the same fields, also where
+    they are those of a notebook cell that was run twice. So each set of classes among the arguments has
+    compiled code of its own.
+
     Parameters
     ----------
     function : callable
@@ -136,23 +143,33 @@ def entry(function):
     body = function(source_digest())
     if getattr(config, "DISABLE_JIT", 0):
         return body
-    return watched(_kept(body) or njit(**ENTRY)(body))
+    compiled: dict[tuple[type, ...], Any] = {}
+
+    @wraps(body)
+    def chosen(*args):
+        classes = tuple(_classes_of(args))
+        if classes not in compiled:
+            compiled[classes] = watched(kept(body, ENTRY) or njit(**ENTRY)(body))
+        return compiled[classes](*args)
+
+    return chosen
 
 
-def _kept(body):
-    """Return a compiled function whose code is kept on disk, or None where that cannot be."""
-    try:
-        return keep(njit(**ENTRY, cache=True)(body))
-    except RuntimeError:  # Numba found no folder that can be written: compile in every process
-        return None
-    except AttributeError as error:
-        private.leave_out(KEEPING, error)
-        return None
+def _classes_of(values) -> list[type]:
+    """Return the classes of all tuples among values, and of those within."""
+    found = []
+    for value in values:
+        if isinstance(value, tuple):
+            found.append(type(value))
+            found += _classes_of(value)
+    return found
 
 
 def watched(compiled):
     """Return a compiled function that notes for which models it is compiled, and that is compiled without
     garbage collection: millions of objects are made then, nearly all of them to stay.
+
+    Compiling it raises InputError where a model of the user's is the reason that it cannot be.
     """
     compile_for = compiled.compile
 
@@ -164,8 +181,13 @@ def watched(compiled):
         collecting = gc.isenabled()
         gc.disable()
         try:
-            with signals_held():
+            with signals_held(), compiling():
                 return compile_for(signature)
+        except Exception as error:
+            answers = _own_answers(signature)
+            if not answers:
+                raise
+            raise InputError(of_models(error, answers)) from error
         finally:
             if collecting:
                 gc.enable()
@@ -175,6 +197,20 @@ def watched(compiled):
 
     compiled.compile = compile_watched
     return compiled
+
+
+def _own_answers(signature) -> list[tuple[str, type, Any]]:
+    """Return all that is registered from outside of the package for classes in a signature: the names of the
+    questions, the classes, and the functions.
+    """
+    found = []
+    with suppress(Unknown, TypeError):
+        for cls in dict.fromkeys(classes_in(signature)):
+            for face in FACES:
+                function = face.registry.get(cls)
+                if function is not None and not is_trusted(function.__globals__.get("__name__")):
+                    found.append((face.__name__, cls, function))
+    return found
 
 
 registry.attach(_compile)

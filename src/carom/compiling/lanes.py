@@ -1,9 +1,9 @@
 """Values of candidates side by side, seen as if they were still in their arrays.
 
 A pair model reads ``pair.radii[j]`` of a candidate j. The search looks at eight candidates in one register,
-and has put their radii side by side into a *lane*. :func:`lined` returns a view of the model, and
-:func:`candidate` an index that knows its place in the lanes. In the view ``pair.radii[j]`` reads the lane and
-``pair.radii[i]`` the array. Neither the view nor the index leaves a trace in the machine code.
+and has put their radii side by side into a *lane*. :func:`asked_of` gives the model a view of itself, and a j
+of a type of its own. In the view ``pair.radii[j]`` reads the lane and ``pair.radii[i]`` the array. Neither
+leaves a trace in the machine code, and j is a whole number like any other.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba.core import cgutils, types
+from numba.core.registry import cpu_target
+from numba.core.typeconv import Conversion
 from numba.extending import intrinsic, models, overload, register_model
 
 from carom.compiling import private
@@ -99,26 +101,25 @@ def _line_up_fields_compiled(pair, lanes, words, begin, bits, place):
     return body
 
 
-class Candidate(types.Type):
-    """A component as the search sees it: its index, and its place in the lanes."""
+class Candidate(types.Integer):
+    """The index of the component that a search looks at: an int64, which is never negative."""
 
     def __init__(self):
-        super().__init__("candidate")
+        # NumPy's functions know it by this name. Numba looks at the sign of a signed index.
+        super().__init__("int64", signed=False)
+
+    def can_convert_to(self, typingctx, other):
+        """Return how well it stands for a number of another type: as an int64 does."""
+        whole = types.int64
+        return Conversion.promote if other == whole else typingctx.can_convert(whole, other)
 
 
 CANDIDATE = Candidate()
-
-
-@register_model(Candidate)
-class _CandidateModel(models.StructModel):
-    """The layout of a candidate."""
-
-    def __init__(self, manager, kind):
-        super().__init__(manager, kind, [("index", types.int64), ("place", types.uint64)])
+register_model(Candidate)(models.IntegerModel)
 
 
 class LinedArray(types.Type):
-    """An array of one value a component, and its lane."""
+    """An array of one value a component, its lane, and the place of the candidate there."""
 
     def __init__(self, array, lane):
         self.array, self.lane = array, lane
@@ -127,72 +128,92 @@ class LinedArray(types.Type):
 
 @register_model(LinedArray)
 class _LinedModel(models.StructModel):
-    """The layout of both."""
+    """The layout of the three."""
 
     def __init__(self, manager, kind):
-        super().__init__(manager, kind, [("array", kind.array), ("lane", kind.lane)])
+        members = [("array", kind.array), ("lane", kind.lane), ("place", types.uint64)]
+        super().__init__(manager, kind, members)
 
 
 @intrinsic
-def _candidate(typingctx, index, place):
-    def codegen(context, builder, signature, args):
-        value = cgutils.create_struct_proxy(CANDIDATE)(context, builder)
-        value.index, value.place = args
-        return value._getvalue()
-
-    return CANDIDATE(types.int64, types.uint64), codegen
+def _candidate(typingctx, index):
+    return CANDIDATE(types.int64), lambda context, builder, signature, args: args[0]
 
 
-def candidate(index, place):
-    """Return a candidate of a search, for its pair model: from Python, its index."""
-    return index
-
-
-@overload(candidate, jit_options=INLINE)
-def _candidate_compiled(index, place):
-    return lambda index, place: _candidate(np.int64(index), np.uint64(place))  # type: ignore[call-arg]
-
-
-@intrinsic
-def _lined(typingctx, pair, lanes):
-    names, kinds, lane = lanes_of(pair.instance_class), list(pair.types), lanes
-    for name in names:
+def _view(pair, lanes):
+    """Return the type of the view of a model, and those of its fields."""
+    kinds, lane = list(pair.types), lanes
+    for name in lanes_of(pair.instance_class):
         room, rest = lane.types
         at = pair.fields.index(name)
         kinds[at], lane = LinedArray(kinds[at], room), rest
-    alike = len(set(kinds)) == 1
-    target: Any = (
+    view: Any = (
         BorrowedUniTuple(kinds[0], len(kinds), pair.instance_class)
-        if alike
+        if len(set(kinds)) == 1
         else BorrowedTuple(kinds, pair.instance_class)
     )
+    return view, kinds
+
+
+@intrinsic
+def _lined(typingctx, pair, lanes, place):
+    view, kinds = _view(pair, lanes)
 
     def codegen(context, builder, signature, args):
         parts = cgutils.unpack_tuple(builder, args[0], len(pair))
-        for name, (_, room) in zip(names, _rooms(builder, lanes, args[1]), strict=True):
+        rooms = _rooms(builder, lanes, args[1])
+        for name, (_, room) in zip(lanes_of(pair.instance_class), rooms, strict=True):
             at = pair.fields.index(name)
-            both = cgutils.create_struct_proxy(kinds[at])(context, builder)
-            both.array, both.lane = parts[at], room
-            parts[at] = both._getvalue()
-        return context.make_tuple(builder, target, parts)
+            all_three = cgutils.create_struct_proxy(kinds[at])(context, builder)
+            all_three.array, all_three.lane, all_three.place = parts[at], room, args[2]
+            parts[at] = all_three._getvalue()
+        return context.make_tuple(builder, view, parts)
 
-    return target(pair, lanes), codegen
-
-
-def lined(pair, lanes):
-    """Return a pair model whose fields read the lanes where they are asked for a candidate."""
-    return pair
+    return view(pair, lanes, types.uint64), codegen
 
 
-@overload(lined, jit_options=INLINE)
-def _lined_compiled(pair, lanes):
+def asked_of(question, pair, lanes, place, i, j, others):
+    """Return the answer of a pair model to a question about i, the candidate j, and others.
+
+    Parameters
+    ----------
+    question : function
+        Which is asked as ``question(pair, i, j, *others)``.
+    pair, lanes : models
+        The pair interaction, and its lanes or None.
+    place : int
+        Where in the lanes the candidate is.
+    i, j : int
+        The two.
+    others : tuple
+        What else the question takes.
+    """
+    return question(pair, int(i), int(j), *others)
+
+
+@overload(asked_of, jit_options=INLINE)
+def _asked_of_compiled(question, pair, lanes, place, i, j, others):
+    def plain(question, pair, lanes, place, i, j, others):
+        return question(pair, np.int64(i), np.int64(j), *others)
+
+    def in_lanes(question, pair, lanes, place, i, j, others):
+        # Numba supplies the context
+        view: Any = _lined(pair, lanes, np.uint64(place))  # type: ignore[call-arg]
+        return question(view, np.int64(i), _candidate(np.int64(j)), *others)
+
     if isinstance(lanes, types.NoneType):
-        return lambda pair, lanes: pair
-    return lambda pair, lanes: _lined(pair, lanes)  # type: ignore[call-arg]
+        return plain
+    try:
+        question.get_call_type(
+            cpu_target.typing_context, (_view(pair, lanes)[0], types.int64, CANDIDATE, *others), {}
+        )
+    except Exception:  # the model does with j what only a plain int64 can: slower, with the same bits
+        return plain
+    return in_lanes
 
 
-def _member(kind, name, result):
-    """Return an intrinsic that takes a member out of a struct."""
+def _member(name, result):
+    """Return an intrinsic that takes a member out of a lined array."""
 
     @intrinsic
     def take(typingctx, value):
@@ -204,32 +225,15 @@ def _member(kind, name, result):
     return take
 
 
-_index = _member(Candidate, "index", lambda kind: types.int64)
-_place = _member(Candidate, "place", lambda kind: types.uint64)
-_array = _member(LinedArray, "array", lambda kind: kind.array)
-_lane = _member(LinedArray, "lane", lambda kind: kind.lane)
+_array = _member("array", lambda kind: kind.array)
+_lane = _member("lane", lambda kind: kind.lane)
+_place = _member("place", lambda kind: types.uint64)
 
 
 @overload(operator.getitem, jit_options=INLINE)
 def _getitem(array, j):
-    if isinstance(array, LinedArray):
-        if isinstance(j, Candidate):
-            return lambda array, j: _lane(array)[_place(j)]
-        return lambda array, j: _array(array)[j]
-    if isinstance(array, types.Array) and isinstance(j, Candidate):
-        return lambda array, j: array[np.uint64(_index(j))]
-    return None
-
-
-@overload(operator.ne, jit_options=INLINE)
-def _differs(i, j):
-    if isinstance(i, types.Integer) and isinstance(j, Candidate):
-        return lambda i, j: np.int64(i) != _index(j)
-    return None
-
-
-@overload(operator.eq, jit_options=INLINE)
-def _is_the_same(i, j):
-    if isinstance(i, types.Integer) and isinstance(j, Candidate):
-        return lambda i, j: np.int64(i) == _index(j)
-    return None
+    if not isinstance(array, LinedArray):
+        return None
+    if isinstance(j, Candidate):
+        return lambda array, j: _lane(array)[_place(array)]
+    return lambda array, j: _array(array)[j]

@@ -1,11 +1,29 @@
-"""Who is told when something is compiled: in this process, or in a worker that sends word."""
+"""Who is told when something is compiled, here or in a worker that sends word; and how long it takes."""
 
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Callable, Iterator
 
 _LISTENERS: list[Callable[[], object]] = []
+_taken = 0.0
+
+
+@contextlib.contextmanager
+def compiling() -> Iterator[None]:
+    """Leave the time that the body takes out of :func:`running`."""
+    global _taken
+    began = time.perf_counter()
+    try:
+        yield
+    finally:
+        _taken += time.perf_counter() - began
+
+
+def running() -> float:
+    """Return wall time [s] that does not pass while this process compiles, or loads what it has compiled."""
+    return time.perf_counter() - _taken
 
 
 def tell() -> None:

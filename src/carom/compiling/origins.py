@@ -79,7 +79,8 @@ def digest_of(function, kinds) -> str | None:
     return walk.digest.hexdigest()
 
 
-def _trusted(module: str | None) -> bool:
+def is_trusted(module: str | None) -> bool:
+    """Tell whether the code of a module is known by its version."""
     return (module or "").partition(".")[0] in TRUSTED
 
 
@@ -113,7 +114,7 @@ class _Walk:
         elif any(value is face for face in FACES):
             self.visit_generic(value)
         elif isinstance(value, python.FunctionType):
-            if value not in INLINED and not _trusted(value.__globals__.get("__name__")):
+            if value not in INLINED and not is_trusted(value.__globals__.get("__name__")):
                 raise Unknown(value)  # compiled by somebody's rule, which is not in its code
             self.add(sorted(INLINED.get(value, {}).get("fastmath", ())))
             self.visit_function(value)
@@ -132,7 +133,7 @@ class _Walk:
         elif isinstance(value, enum.Enum):
             self.add(value.name)
             self.visit_class(type(value))
-        elif isinstance(value, types.Type) and _trusted(type(value).__module__):
+        elif isinstance(value, types.Type) and is_trusted(type(value).__module__):
             self.add(value.name)
         elif isinstance(value, (python.BuiltinFunctionType, np.ufunc)):
             self.add(value.__name__)
@@ -142,7 +143,7 @@ class _Walk:
     def visit_class(self, cls):
         """Follow a class, and the functions registered for it."""
         self.add("class", cls.__module__, cls.__qualname__)
-        if not _trusted(cls.__module__):
+        if not (is_trusted(cls.__module__) and _importable(cls)):
             if issubclass(cls, tuple) and hasattr(cls, "_fields"):
                 if not _importable(cls):
                     raise Unknown(cls)
@@ -156,14 +157,14 @@ class _Walk:
         # matter. A resumed run imports others than a new one, and both run the same code.
         for face in sorted(FACES, key=lambda face: (face.__module__, face.__qualname__)):
             function = face.registry.get(cls)
-            if function is not None and not _trusted(function.__globals__.get("__name__")):
+            if function is not None and not is_trusted(function.__globals__.get("__name__")):
                 self.add(face.__module__, face.__qualname__)
                 self.visit_function(function)
 
     def visit_generic(self, face):
         """Follow all that is registered for a function of somebody else's that is generic."""
         self.add("generic", face.__module__, face.__qualname__)
-        if not _trusted(face.__module__) and face not in self.seen:
+        if not is_trusted(face.__module__) and face not in self.seen:
             self.seen.add(face)
             for cls, function in face.registry.items():
                 self.visit(cls)
@@ -173,7 +174,7 @@ class _Walk:
         """Follow a function: its code, and what that reads."""
         module = function.__globals__.get("__name__")
         self.add("function", module, function.__qualname__)
-        if _trusted(module) or function in self.seen:
+        if is_trusted(module) or function in self.seen:
             return
         self.seen.add(function)
         self.visit_code(function.__code__, function.__globals__)
@@ -206,7 +207,7 @@ class _Walk:
     def visit_module(self, module, code):
         """Follow what code may read of a module: all that has one of the names in it."""
         self.add("module", module.__name__)
-        if _trusted(module.__name__) or (module, code) in self.seen:
+        if is_trusted(module.__name__) or (module, code) in self.seen:
             return
         self.seen.add((module, code))
         for name in (*code.co_names, *(text for text in code.co_consts if isinstance(text, str))):

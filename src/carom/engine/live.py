@@ -194,7 +194,7 @@ def _(live: Live, model, state, i, number, now):
         along += obstacles.image[axis] * change
         energy += 0.5 * change * (obstacles.v[axis] + row.v[axis])
         row.v[axis] = obstacles.v[axis]
-    weight = mass(model.pair, i)
+    weight = mass(model.pair, np.int64(i))
     live.energy[0] = weight * energy
     live.work[number] += weight * energy
     return weight * along

@@ -159,8 +159,8 @@ def _(obstacles: None, model, state, i, now, every):
 @soonest.register
 def _(obstacles: Obstacles, model, state, i, now, every):
     face_images(model, state, i, now)
-    size = radius(model.pair, i, now)
-    rate = growth(model.pair, i)
+    size = radius(model.pair, np.int64(i), now)
+    rate = growth(model.pair, np.int64(i))
     best = NEVER
     number = np.int64(-1)
     if every:
@@ -252,9 +252,9 @@ def _(live: None, model, state, i, number, now):
     speed = 0.0
     for axis in range(len(model.boundary.edges)):
         speed += obstacles.image[axis] * row.v[axis]
-    change = thrown(model.motion, growth(model.pair, i) - speed)
+    change = thrown(model.motion, growth(model.pair, np.int64(i)) - speed)
     push(model.motion, change, row.v, obstacles.image)
-    return mass(model.pair, i) * change
+    return mass(model.pair, np.int64(i)) * change
 
 
 @required

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.columns import LANES, WIDTH, spread
-from carom.compiling.lanes import candidate, line_up_fields, lined
+from carom.compiling.lanes import asked_of, line_up_fields
 from carom.compiling.registry import fast, inner, required
 from carom.engine.images import NearestImage, SectorImage, index, index_bits, separation
 from carom.engine.neighbors.interface import candidates, first_met, first_newcomer
@@ -33,18 +33,19 @@ NOBODY_MET = np.int64(-1)
 
 
 @required
-def time_until(boundary, pair, i, j, word, rr, rv, vv, now):
-    """Return the time until i meets the candidate j that a word names."""
+def time_until(boundary, pair, lanes, place, i, word, rr, rv, vv, now):
+    """Return the time until i meets the candidate that a word names, and that is at a place of the lanes."""
 
 
 @time_until.register
-def _(boundary: NearestImage | SectorImage, pair, i, j, word, rr, rv, vv, now):
-    return interaction_time(pair, i, j, rr, rv, vv, now)
+def _(boundary: NearestImage | SectorImage, pair, lanes, place, i, word, rr, rv, vv, now):
+    return asked_of(interaction_time, pair, lanes, place, i, index(boundary, word), (rr, rv, vv, now))
 
 
 @time_until.register
-def _(boundary: SteppedImage, pair, i, j, word, rr, rv, vv, now):
-    return step_time(pair, i, j, np.uint64(step_of(boundary, word)), rr, rv, vv, now)
+def _(boundary: SteppedImage, pair, lanes, place, i, word, rr, rv, vv, now):
+    j, step = index(boundary, word), step_of(boundary, word)
+    return asked_of(step_time, pair, lanes, place, i, j, (step, rr, rv, vv, now))
 
 
 @fast
@@ -88,8 +89,8 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
                 rr += r * r
                 rv += r * v
                 vv += v * v
-            j = candidate(index(model.boundary, word), room * np.uint64(WIDTH) + k)
-            t = time_until(model.boundary, lined(model.pair, model.lanes), i, j, word, rr, rv, vv, now)
+            place = room * np.uint64(WIDTH) + k
+            t = time_until(model.boundary, model.pair, model.lanes, place, i, word, rr, rv, vv, now)
             free = (block[room, 2 * dimension + 1, k] >= now + t) & (np.int64(word) != avoided)
             free &= np.int64(k) < size  # what follows the last candidate is somebody's word, but not i's
             t = t if free else NEVER
@@ -192,7 +193,7 @@ def _(boundary: NearestImage | SectorImage, pair, i, word, rr, rv, vv, now):
 
 @surely.register
 def _(boundary: SteppedImage, pair, i, word, rr, rv, vv, now):
-    j, step = np.int64(index(boundary, word)), np.uint64(step_of(boundary, word))
+    j, step = np.int64(index(boundary, word)), step_of(boundary, word)
     t = step_time(pair, i, j, step, rr, rv, vv, now)
     return t if t < NEVER else max(-rv / vv, 0.0), False
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 import difflib
 from typing import Any
 
+import numpy as np
+
 from carom import checks
 from carom.compiling import registry
+from carom.compiling.reasons import unknown_part
 from carom.errors import InputError
 from carom.models import interface, parameters, tables
 from carom.models.free_flight import FreeFlight
@@ -84,14 +87,39 @@ def made(value: Any, particles: interface.Particles) -> Any:
     return model
 
 
-def answered(kind: str, model: Any) -> Any:
-    """Return a model, all of whose required questions are answered.
+def compilable(kind: str, model: Any) -> Any:
+    """Return a model that is a NamedTuple of what the compiler knows.
 
     Raises
     ------
     InputError
-        If one is not.
+        If it is not.
     """
+    wanted = "expected a number, an array of numbers, None, or a tuple of these"
+    if not hasattr(model, "_fields"):
+        raise InputError(f"The model of the {kind} is {checks.describe(model)}; expected a NamedTuple.")
+    for field in model._fields:
+        found = unknown_part(getattr(model, field), field)
+        if found is not None:
+            name, part = found
+            what = f"an array of {part.dtype}" if isinstance(part, np.ndarray) else checks.describe(part)
+            raise InputError(
+                f"The field {name} of {type(model).__name__}, the model of the {kind}, is {what}, which the "
+                f"compiler does not know; {wanted}."
+            )
+    return model
+
+
+def answered(kind: str, model: Any) -> Any:
+    """Return a model that can be compiled, all of whose required questions are answered.
+
+    Raises
+    ------
+    InputError
+        If one is not, or the model holds what the compiler does not know.
+    """
+    if model is not None:
+        compilable(kind, model)
     steps = kind == "interaction" and registry.answers(interface.step_time, type(model))
     for question in STEPPED if steps else REQUIRED[kind]:
         if not registry.answers(question, type(model)):

@@ -16,12 +16,9 @@ SWIFT: dict[str, Any] = {
 
 def compile_kept(function: Any) -> Any:
     """Compile a function of this package, or load it from the cache of an earlier process."""
-    from numba import njit
+    from carom.jit import compiled_on_call
 
-    try:
-        return njit(cache=True, **SWIFT)(function)
-    except (RuntimeError, OSError):  # no folder for the cache is writable
-        return njit(**SWIFT)(function)
+    return compiled_on_call(function, **SWIFT)
 
 
 class PairList:

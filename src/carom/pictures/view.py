@@ -20,7 +20,7 @@ from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
-from carom.models.interface import Interaction, Obstacle
+from carom.models.interface import Impact, Interaction, Motion, Obstacle
 
 ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
 """Files of a folder that can be shown; the first that exists is taken."""
@@ -84,6 +84,8 @@ def view(
     collisions: int | None = None,
     title: str | None = None,
     interaction: Interaction | None = None,
+    motion: Motion | None = None,
+    impact: Impact | None = None,
 ) -> View:
     """Show spheres in a browser, in 3D with light, as a movie or collision by collision.
 
@@ -96,13 +98,14 @@ def view(
         Where to write the page.
     obstacles : sequence of obstacles, optional
         Obstacles to draw; by default those of the scene, if the source contains it, or of the run in whose
-        folder the trajectory lies.
+        folder the trajectory lies. Of an event log all obstacles, in order, if one is of your own class.
     collisions : int, optional
         Number of collisions to show of an event log; by default 20 000.
     title : str, optional
         Title of the page.
-    interaction : value, optional
-        Interaction of an event log, needed if no file holds it: range rules, which are called again.
+    interaction, motion, impact : values, optional
+        Of the scene of an event log, needed if no file holds them: those of your own class, and range rules,
+        which are called again.
 
     Returns
     -------
@@ -114,7 +117,7 @@ def view(
     InputError
         If the source cannot be shown: no frames, more than three dimensions; or ``collisions`` is below 1.
     FileError
-        If a file cannot be read or written.
+        If a file cannot be read or written, or a value of your own class is needed and not given.
 
     Examples
     --------
@@ -124,7 +127,8 @@ def view(
     """
     if collisions is not None:
         collisions = checks.integer(collisions, "collisions", low=1)
-    data, name = _data(source, obstacles, collisions, interaction)
+    own = {"interaction": interaction, "motion": motion, "impact": impact}
+    data, name = _data(source, obstacles, collisions, own)
     shown = View(data, title or name)
     if path is not None:
         shown.save(path)
@@ -135,7 +139,7 @@ def _data(
     source: Any,
     obstacles: Sequence[Obstacle] | None,
     collisions: int | None,
-    interaction: Interaction | None,
+    own: dict[str, Any],
 ) -> tuple[dict[str, Any], str]:
     """Return the data of a page and its title."""
     from carom.observables.packing import PackingNetwork
@@ -144,7 +148,7 @@ def _data(
     from carom.scene.scene import Scene
 
     if isinstance(source, str | os.PathLike):
-        return _of_path(Path(source), obstacles, collisions, interaction)
+        return _of_path(Path(source), obstacles, collisions, own)
     network = source if isinstance(source, PackingNetwork) else getattr(source, "network", None)
     if isinstance(network, PackingNetwork):
         return viewdata.of_network(network), f"Packing at {network.packing_fraction:.5g}"
@@ -178,7 +182,7 @@ def _of_path(
     path: Path,
     obstacles: Sequence[Obstacle] | None,
     collisions: int | None,
-    interaction: Interaction | None,
+    own: dict[str, Any],
 ) -> tuple[dict[str, Any], str]:
     """Return the data and the title of a file, or of a file in a folder."""
     from carom.pictures import viewdata
@@ -192,11 +196,14 @@ def _of_path(
     if is_log(path):
         from carom.simulation.replay import Replay
 
-        run = Replay(path, interaction=interaction)
-        # A replay draws straight flights; of other motions the frames are shown, where there are any.
-        if getattr(run.scene.motion, "straight", True) or not others:
-            limit = viewdata.MOST_COLLISIONS if collisions is None else collisions
+        run = Replay(path, obstacles=obstacles, **own)
+        # A replay draws straight flights; of other motions the frames are shown, if there are none those of
+        # the collisions.
+        limit = viewdata.MOST_COLLISIONS if collisions is None else collisions
+        if getattr(run.scene.motion, "straight", True):
             return viewdata.of_replay(run, limit), _title(path)
+        if not others:
+            return viewdata.of_frames(viewdata.at_collisions(run, limit), run.scene.obstacles), _title(path)
         path = others[0]
     if path.name == "packing.h5md":
         from carom.observables.packing import network_of

@@ -26,6 +26,8 @@ MOST_PLACES = 3_000_000
 MOST_COLLISIONS = 20_000
 """Default number of collisions of a replay, from the first one on."""
 
+EMPTY = "This log holds no collision, so there is nothing to replay."
+
 GONE = 255
 """Kind of a unit that was removed."""
 
@@ -142,18 +144,31 @@ def of_network(network: PackingNetwork) -> dict[str, Any]:
     return data
 
 
+def at_collisions(run: Replay, collisions: int) -> list[Frame]:
+    """Return the frames of a logged run at its beginning and after each event, as many as a page holds.
+
+    Raises
+    ------
+    InputError
+        If nothing happens.
+    """
+    frames = [run.frame()]
+    most = min(collisions + 1, max(MOST_PLACES // frames[0].n, 2))
+    while len(frames) < most and run.step():
+        frames.append(run.frame())
+    if len(frames) == 1:
+        raise InputError(EMPTY)
+    return frames
+
+
 def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
     """Return the data of a logged run: position and velocity of each component after each of its events.
 
     Raises
     ------
     InputError
-        If components do not fly straight between events, or nothing happens.
+        If nothing happens.
     """
-    if not getattr(run.scene.motion, "straight", True):
-        raise InputError(
-            "The replay draws straight flights, and this motion is another; show frames instead."
-        )
     frame = run.frame()
     data = _common(frame, run.scene.obstacles)
     n, velocities = frame.n, frame.velocities
@@ -175,7 +190,7 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
         speeds.append(velocities[met])
         contacts.append(frame.time)
     if not contacts:
-        raise InputError("This log holds no collision, so there is nothing to replay.")
+        raise InputError(EMPTY)
     owner, time = np.concatenate(owners), np.concatenate(times)
     order = np.lexsort((time, owner))
     flight = contacts[-1] / max(len(contacts), 1) * n / 2.0

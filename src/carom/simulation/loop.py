@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 import warnings
 from collections.abc import Callable
 from fractions import Fraction
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.block import Block
+from carom.compiling import news
 from carom.errors import CaromWarning, InputError
 from carom.models.interface import complaint
 from carom.scene.temperature import peculiar
@@ -47,9 +47,10 @@ def advance(
     InputError
         If a time that is the only limit is out of reach, because components have no room.
     BusyError
-        If the machine is running already.
+        If the machine is running already, or this process is a fork of the one that writes its event log.
     """
     with machine.alone.changing():
+        machine.refuse_inherited()
         if not machine.scheduled:
             machine.schedule()
         return _advance(machine, collisions, end, walltime, progress)
@@ -71,7 +72,7 @@ def _advance(
     target = np.int64(
         UNLIMITED if collisions is None else min(int(before.collisions) + collisions, UNLIMITED)
     )
-    deadline = math.inf if walltime is None else time.perf_counter() + walltime
+    deadline = math.inf if walltime is None else news.running() + walltime
     last_seen, last_instant = int(before.collisions), start
     only_end = end if walltime is None and collisions is None else None
     reach = None
@@ -81,7 +82,7 @@ def _advance(
         stop, final = _stop(machine, end)
         log = None if machine.log is None else machine.log.buffer
         cycles = min(machine.pace.count, left)
-        began = time.perf_counter()
+        began = news.running()
         if machine.team is not None and machine.team.window(stop, int(target)):
             code = constants.SPENT
         else:
@@ -91,7 +92,7 @@ def _advance(
             except Exception as error:
                 refuse_rule(machine, error)
                 raise
-        now = time.perf_counter()
+        now = news.running()
         machine.seconds += now - began
         wrong = complaint(machine.engine.model.pair)
         if wrong is not None:

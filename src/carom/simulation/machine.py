@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from carom import checks
-from carom.errors import InputError
+from carom.errors import BusyError, InputError
 from carom.frame import Frame
 from carom.models.interface import begin
 from carom.scene.temperature import peculiar
@@ -58,6 +58,10 @@ class Log(Protocol):
     @property
     def path(self) -> Any:
         """The file."""
+
+    @property
+    def inherited(self) -> bool:
+        """Whether another process, of which this one is a fork, writes the file."""
 
     def mark(self) -> dict[str, Any]:
         """Return how much the file holds."""
@@ -306,17 +310,26 @@ class Machine:
         self.scheme = self.scheme.with_larger_heap()
         self.engine = enlarge_heap(self.engine, self.scheme.heap)
 
+    def refuse_inherited(self) -> None:
+        """Raise BusyError in a fork of the process that writes the event log, if there is one."""
+        if self.log is not None and self.log.inherited:
+            raise BusyError(
+                f"{self.log.path} is written by the process of which this one is a fork: run this simulation "
+                "there, or close() it here and go on without its log."
+            )
+
     def flush_log(self) -> None:
         """Write what the event log has in memory, if there is one."""
+        self.refuse_inherited()
         if self.log is not None:
             self.log.flush(self)
 
     def close_log(self) -> None:
-        """Flush and close the event log, if there is one."""
-        if self.log is not None:
+        """Flush and close the event log, if there is one; in a fork, forget it."""
+        if self.log is not None and not self.log.inherited:
             self.log.flush(self)
             self.log.close()
-            self.log = None
+        self.log = None
 
     def rest_until(self, end: tuple[np.int64, float]) -> None:
         """Let time pass where nothing moves."""

@@ -84,6 +84,12 @@ def refuse_short(pair: Any, n: int) -> None:
             )
         if name in named and len(values) < n + 1:
             raise InputError(_short(pair, name, n))
+        if name in getattr(pair, "lanes", ()) and not (values.ndim == 1 and values.flags.c_contiguous):
+            raise InputError(
+                f"The field {name} of {type(pair).__name__} is named by lanes, and is an array of shape "
+                f"{values.shape}, strides {values.strides}; expected one of one value a component, and "
+                "contiguous: make it with particles.with_ghost."
+            )
     if choice.answers(step_time, pair):
         return
     one = np.float64(1.0)

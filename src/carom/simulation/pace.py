@@ -6,7 +6,7 @@ three dimensions, and a second among the images of a box in twelve.
 
 from __future__ import annotations
 
-import time
+from carom.compiling import news
 
 CYCLES = 20_000
 """Cycles between two looks at whether a run comes nearer to its end, and in one call at most: some 10 ms in
@@ -39,10 +39,10 @@ class Pace:
         self._began = 0.0
 
     def __enter__(self) -> None:
-        self._began = time.perf_counter()
+        self._began = news.running()
 
     def __exit__(self, *error: object) -> None:
-        taken = time.perf_counter() - self._began
+        taken = news.running() - self._began
         if taken < SHORT:
             self.count = min(2 * self.count, self._most)
         elif taken > LONG:

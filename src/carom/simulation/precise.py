@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import time as clock
 import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from carom.block import Block, Sizes
+from carom.compiling import news
 from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions, lengthen
@@ -77,7 +77,7 @@ class _Stretch:
         predicted: Callable[[Prediction], object] | None,
     ):
         self._sim, self._observable, self._goal = sim, observable, goal
-        self._seconds, self._deadline = max_walltime, clock.perf_counter() + max_walltime
+        self._seconds, self._deadline = max_walltime, news.running() + max_walltime
         self._progress, self._predicted = progress, predicted
         self._source = Blocks(sim, block_collisions(sim.scene.n))
         self._capacity = 2 * max(int(observable.blocks), 2 * FLOOR)
@@ -95,7 +95,7 @@ class _Stretch:
     def extend(self, length: int) -> int | None:
         """Run on to a length, and return the length then; None if the time is over before."""
         while self._length < length:
-            if len(self.blocks) >= 2 and clock.perf_counter() >= self._deadline:
+            if len(self.blocks) >= 2 and news.running() >= self._deadline:
                 return None
             self.blocks.append(self._source.next(self._size))
             self._rate.tick()
@@ -105,7 +105,7 @@ class _Stretch:
                 self.blocks = [merged(*pair) for pair in pairs]
                 self._size *= 2
             if self._progress is not None:
-                left = self._deadline - clock.perf_counter()
+                left = self._deadline - news.running()
                 late = 1.0 - left / self._seconds if self._seconds < math.inf else 0.0
                 self._progress(min(max(self._length / self._expected, late), 1.0))
         return self._length
@@ -136,7 +136,7 @@ class _Rate:
 
     def tick(self) -> None:
         """Count what came since the last tick."""
-        now = self._sim.collisions, clock.perf_counter()
+        now = self._sim.collisions, news.running()
         if self._last is not None:
             self._collisions += now[0] - self._last[0]
             self._seconds += now[1] - self._last[1]
@@ -145,7 +145,7 @@ class _Rate:
     def pause(self) -> None:
         """Leave out the time from the last tick until now."""
         if self._last is not None:
-            self._last = self._last[0], clock.perf_counter()
+            self._last = self._last[0], news.running()
 
     @property
     def collisions_per_second(self) -> float:

@@ -348,6 +348,9 @@ def contents_of(
             own = choice.is_own(value) and kind != "impact"  # that of an elastic impact is None
             model = choice.made(value, contents.particles) if own else value.model(contents.particles)
             choice.answered(kind, model)
+    for value, model in zip(scene.obstacles, contents.obstacle_models, strict=True):
+        if choice.is_own(model):
+            choice.compilable(f"obstacle {value.name}", model)
     refuse_unsound(scene, contents)
     if rates is not None:
         refuse_forgetful(contents)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +44,7 @@ class Recorder:
         from carom.engine.tallies import make_log
         from carom.io.events import EventLog
 
+        self._process = os.getpid()
         if mark is None:
             self._file = EventLog(path, _header(machine), kinds=machine.contents.stepped)
         else:
@@ -53,6 +55,11 @@ class Recorder:
     def path(self) -> Any:
         """The file."""
         return self._file.path
+
+    @property
+    def inherited(self) -> bool:
+        """Whether another process, of which this one is a fork, writes the file."""
+        return self._process != os.getpid()
 
     def mark(self) -> dict[str, Any]:
         """Return how many events the file holds, of pairs and with what is fixed, and their checksums."""

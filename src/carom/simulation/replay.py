@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from carom.engine.live import is_live
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import read_events, read_initial
@@ -125,13 +126,13 @@ class Replay:
         self._decide = isinstance(self._pair, Units)
         if self._decide and self._steps is not None:
             begin(self._pair, *first_steps(scene))
-        self._live = any(hasattr(value, "live") for value in self._scene.obstacles)
         # Along axes with walls nothing is wrapped.
         self._inverse = np.where(self._scene.periodic, 1.0 / self._box, 0.0)
         self._fixed = (*walls(self._scene.box, self._scene.periodic), *self._scene.obstacles)
         self._models = [
             value.live(particles) if hasattr(value, "live") else value.model() for value in self._fixed
         ]
+        self._live = any(map(is_live, self._models))
         n, dimension = self._x.shape
         self._t = np.zeros(n)
         self._images = np.zeros((n, dimension), np.int32)

@@ -25,6 +25,7 @@ class Crew:
     def __init__(self, workers: int):
         self.workers = workers
         self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
+        self._process = os.getpid()
         self._seen = {"<lambda>"}
 
     def each(
@@ -39,6 +40,8 @@ class Crew:
         if self._pool is None or (halt is None and step.__name__ not in self._seen):
             self._seen.add(step.__name__)
             return [step(k, *arguments) for k in range(self.workers)]
+        if self._process != os.getpid():  # a fork has no threads but the one that forked
+            self._pool, self._process = ThreadPoolExecutor(self.workers), os.getpid()
         futures: list[Future[Any]] = [self._pool.submit(step, k, *arguments) for k in range(self.workers)]
         try:
             return [future.result() for future in futures]
@@ -50,6 +53,6 @@ class Crew:
 
     def close(self) -> None:
         """End the threads."""
-        if self._pool is not None:
+        if self._pool is not None and self._process == os.getpid():
             self._pool.shutdown()
-            self._pool = None
+        self._pool = None

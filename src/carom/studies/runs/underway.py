@@ -11,6 +11,7 @@ from dataclasses import fields
 from typing import Any
 
 from carom import io
+from carom.compiling import news
 from carom.errors import CaromWarning, InputError
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
@@ -78,7 +79,7 @@ class Run:
         self.stretch: Stretch
         self.writers: list[Writer] = []
         self._before = 0.0  # seconds spent in earlier sessions
-        self._began = self._due = clock.perf_counter()
+        self._began, self._due = news.running(), clock.perf_counter()
 
     # Beginning.
 
@@ -263,8 +264,8 @@ class Run:
         return limit is not None and self._spent() >= limit and self.stretch.written > 0
 
     def _spent(self) -> float:
-        """Return the seconds spent, in all sessions."""
-        return self._before + clock.perf_counter() - self._began
+        """Return the seconds spent, in all sessions, without those of compiling."""
+        return self._before + news.running() - self._began
 
     def _measure(self) -> None:
         """Run the remaining segments of the stretch, part by part, and write frames."""
