@@ -52,7 +52,9 @@ def advance(
     with machine.alone.changing():
         if not machine.scheduled:
             machine.schedule()
-        return _advance(machine, collisions, end, walltime, progress)
+        block = _advance(machine, collisions, end, walltime, progress)
+        machine.depths.keep(machine)
+        return block
 
 
 def _advance(
