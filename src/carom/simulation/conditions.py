@@ -178,6 +178,7 @@ def _check_interaction(
     own = choice.is_own(value)
     # Diameters grow in scenes of Carom's cores only.
     particles = Particles(**{**vars(some), "rates": None}) if own else some
+    choice.checked("interaction", value)
     model = choice.made(value, particles) if own else value.model(particles)
     choice.answered("interaction", model)
     if own:

@@ -71,8 +71,7 @@ HINTS = {
     "relative": "An interaction may compute its times along this motion, or the motion be curved.",
     "images": "meeting_time gets positions in the box and must look at their images itself, or the motion "
     "must keep components away from the faces.",
-    "energy": "What contacts lose or add belongs into a contact law, impact=; of steps that are not to keep "
-    "it, conserves(diameter) returns False.",
+    "energy": "An interaction that is not to keep it has conserves(diameter), which returns False.",
 }
 """What to do about a condition."""
 
@@ -252,15 +251,14 @@ def refuse_without_steps(value: Any, pair: Any) -> None:
     Raises
     ------
     InputError
-        If ``steps``, ``steps_of`` or an array of the model is missing, or is too short for so many steps.
+        If only one of the two has steps, or an array of the model is missing.
     """
     name, model = type(value).__name__, type(pair).__name__
     stepped = choice.answers(step_time, pair)
-    for method in ("steps", "steps_of"):
-        if stepped and not callable(getattr(value, method, None)):
-            raise InputError(f"{model} answers step_time, and {name} {choice.lacks(value, method)}.")
-        if not stepped and hasattr(value, method):
-            raise InputError(f"{name} has {method}, and {model} does not answer step_time.")
+    if stepped and not hasattr(value, "steps"):
+        raise InputError(f"{model} answers step_time, and {name} {choice.lacks(value, 'steps')}.")
+    if not stepped and hasattr(value, "steps"):
+        raise InputError(f"{name} has steps, and {model} does not answer step_time.")
     if not stepped:
         return
     for field, shape in (("energy", "(steps,)"), ("events", "(steps, 4)")):

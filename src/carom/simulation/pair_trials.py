@@ -333,7 +333,7 @@ class PairTrial:
         work: float,
         facts: dict[str, Any],
     ) -> None:
-        """Try that the energy changes by the work of surfaces that grow, and by nothing else."""
+        """Try that no energy is made but by surfaces that grow, and that on steps none is lost either."""
         if not self._keeps_energy or (self._setting.curved and work != 0.0):
             return
         if self._setting.curved:
@@ -344,4 +344,6 @@ class PairTrial:
         before, after = (0.0 if k is None else float(self._pair.energy[k]) for k in (step, reached))
         made = kinetic[1] - kinetic[0] + after - before - work
         scale = sum(kinetic) + abs(before) + abs(after) + abs(work)
-        self._note("energy", abs(made) <= TOLERANCE * scale, **facts, made=made, kinetic_before=kinetic[0])
+        # What is lost without steps is a contact that is not elastic.
+        held = made <= TOLERANCE * scale and (step is None or made >= -TOLERANCE * scale)
+        self._note("energy", held, **facts, made=made, kinetic_before=kinetic[0])

@@ -42,7 +42,7 @@ SENTENCES = {
     "V": "after a jump the two do not interact at once",
     "momentum": "jump keeps the total momentum",
     "virial": "jump returns the virial r.dp of the contact, which is positive where two repel each other",
-    "energy": "jump keeps the energy, kinetic and on steps that of the step",
+    "energy": "jump adds no energy, and step_jump keeps that of the motion and of the step",
     "step": "step_jump changes the step for IN and OUT, and only for these, to one of the model's",
     "core": "no two come nearer than their core_square before they interact",
     "reach": "no two act on each other beyond reach(scene)",
