@@ -383,7 +383,9 @@ class Curved:
 
 
 def test_a_curved_motion_must_look_at_images():
-    with pytest.raises(InputError, match="meet inside the box, and not across its face along axis 0"):
+    with pytest.raises(
+        InputError, match=r"images: not so that components meet across the faces of the box .*, axis = 0"
+    ):
         carom.Simulation(SCENE.with_(motion=Curved(images=False)))
     carom.explain(SCENE.with_(motion=Curved(images=True)))
 

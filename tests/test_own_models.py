@@ -71,8 +71,8 @@ def test_the_page_runs_as_it_stands(tmp_path):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == "True"
-    assert sum(line.startswith("holds") for line in lines) == 6
-    assert lines[-4:] == ["False ['V', 'momentum']", "True", "True", "UnlikeCores"]
+    assert sum(line.startswith("holds") for line in lines) == 8
+    assert lines[-4:] == ["False ['V', 'momentum', 'virial']", "True", "True", "UnlikeCores"]
 
 
 def test_a_definition_on_the_page_is_short():
@@ -202,7 +202,7 @@ class Gaining:
 
 
 def test_a_contact_that_makes_energy_is_named():
-    assert {failure.condition for failure in carom.check(Gaining()).failures} == {"part"}
+    assert {failure.condition for failure in carom.check(Gaining()).failures} == {"gain"}
 
 
 class Silent(NamedTuple):

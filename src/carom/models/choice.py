@@ -55,6 +55,9 @@ def checked(kind: str, value: Any) -> Any:
             raise InputError(f"{wanted}; found {checks.describe(value)}, which {lacks(value, name)}.")
     if kind != "interaction" and callable(getattr(value, "reach", None)):
         raise InputError(f"{wanted}; found {type(value).__name__}, an interaction: it has reach.")
+    for name, other in (("steps", "steps_of"), ("steps_of", "steps")):
+        if kind == "interaction" and hasattr(value, name) and not callable(getattr(value, other, None)):
+            raise InputError(f"{type(value).__name__} has {name}, and no {other}: give it both.")
     return value
 
 

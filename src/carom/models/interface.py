@@ -104,7 +104,10 @@ class Interaction(Protocol):
     - ``penetrable = True``, if components may be nearer than the mean of their diameters, which a scene
       refuses otherwise;
     - ``by_radii = True``, if no two components act on each other beyond the sum of their radii, or
-      ``contact``. Neighbours are then found by their sizes.
+      ``contact``. Neighbours are then found by their sizes;
+    - ``conserves(diameter)``, whether its jumps keep the energy (true if left out), with which
+      :func:`carom.check` compares them;
+    - ``keeps_momentum = False``, if its jumps do not keep the total momentum, nor the energy.
 
     An interaction whose pairs have steps (:func:`step_time`) also has:
 
@@ -141,8 +144,8 @@ class Motion(Protocol):
 class Impact(Protocol):
     """What a contact of two components loses, as users write it.
 
-    It may also have ``check(scene)``, as an :class:`Interaction`, and ``elastic = True``, if no contact loses
-    energy.
+    It may also have ``check(scene)``, as an :class:`Interaction`, ``elastic = True``, if no contact loses
+    energy, and ``adds_energy = True``, if contacts may add some, of which a simulation warns otherwise.
     """
 
     def model(self, particles: Particles) -> Any:
@@ -508,7 +511,9 @@ class Obstacle(Protocol):
     - ``outline(box, periodic)`` and ``surface(box, periodic)``, shapes to draw in two and in three dimensions
       (``carom.models.outlines``);
     - ``live(particles)``, which replaces ``model()`` in the engine, for an obstacle that moves, loses energy
-      or has a memory.
+      or has a memory;
+    - ``adds_energy = True``, if contacts add a part of the energy that a component has, of which a simulation
+      warns otherwise.
     """
 
     @property

@@ -230,6 +230,16 @@ class StepInteraction(ABC):
             found[rows] = begin + (last - int(outside)) - region
         return found
 
+    def cores_of(self, pairs: np.ndarray, species: np.ndarray | None, diameter: float) -> np.ndarray:
+        """Return the hard core of each of ``pairs`` (m, 2), 0 where there is none, (m,) [length]."""
+        table, (bonds, bond) = self.steps_by_species(diameter), self.bonded()
+        cores = np.array([[0.0 if steps is None else steps.core for steps in row] for row in table])
+        found = cores[tuple(species[pairs].T)] if len(cores) > 1 and species is not None else cores[0, 0]
+        found = np.broadcast_to(found, len(pairs)).copy()
+        if bond is not None:
+            found[_among(pairs, bonds)] = bond.core
+        return found
+
     def model(self, particles: Particles) -> StepPairs:
         """Return the model that the engine compiles."""
         kinds, _, _, _ = self._layout(2.0 * float(particles.radii[0]))

@@ -1,7 +1,8 @@
-"""The paper's conditions I to V for models of your own, tested on random pairs in any dimension."""
+"""The paper's conditions I to V, and what else the engine relies on, for models of your own."""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,10 +11,38 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models import choice
-from carom.models.interface import Particles, position, step_time
-from carom.simulation.own_models import refuse_short
-from carom.simulation.trials import SENTENCES, Failure, Trial
+from carom.models.free_flight import FreeFlight
+from carom.models.growing_cores import Growing
+from carom.models.interface import Obstacle, Particles, meeting_time
+from carom.scene.scene import Scene
+from carom.simulation import probes
+from carom.simulation.motion_trials import has_axis, try_flight
+from carom.simulation.obstacle_trials import ObstacleTrial
+from carom.simulation.own_models import refuse_short, refuse_without_steps
+from carom.simulation.pair_trials import PairTrial
+from carom.simulation.trials import (
+    SENTENCES,
+    TOLERANCE,
+    Failure,
+    Record,
+    Setting,
+    copied,
+    in_plain_python,
+    try_impact,
+)
 from carom.units import TimeUnit
+
+COMPONENTS = 8
+"""Components that models are tried on."""
+
+GROWTH = 0.05
+"""Rate at which the diameters of half of the pairs on curves grow at most."""
+
+EDGE = 20.0
+"""Edge of the box in which pairs are tried [length]."""
+
+SCALES = 4.0 ** np.arange(16)
+"""Edges of boxes in which the surface of an obstacle is looked for [length]."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +52,7 @@ class Conditions:
     Attributes
     ----------
     tried : dict of str to int
-        Number of pairs on which each condition was tested.
+        How often each condition was tested.
     failures : tuple of Failure
         The first failure of each condition and dimension.
     """
@@ -39,28 +68,38 @@ class Conditions:
     def __str__(self) -> str:
         failed = {failure.condition for failure in self.failures}
         lines = [
-            f"{'FAILS' if name in failed else 'holds':<6}{name:<9}{SENTENCES[name]} ({count} pairs)"
+            f"{'FAILS' if name in failed else 'holds':<6}{name:<10}{SENTENCES[name]} ({count} tried)"
             for name, count in self.tried.items()
         ]
         return "\n".join([*lines, *map(str, self.failures)])
 
 
 def check(
-    value: Any, *, dimensions: tuple[int, ...] = (1, 2, 3, 4), pairs: int = 200, seed: int = 0
+    value: Any,
+    *,
+    motion: Any = None,
+    dimensions: tuple[int, ...] = (1, 2, 3, 4),
+    pairs: int = 200,
+    seed: int = 0,
 ) -> Conditions:
     """Test the paper's conditions I to V (Lubachevsky 1991, sec. 7) on a model, and further requirements.
 
-    Nothing is compiled: the functions run as plain Python.
+    Nothing is compiled: the functions run as plain Python. A :class:`carom.Simulation` tests models that are
+    not Carom's in the same way, on a few pairs of its own components.
 
     Parameters
     ----------
-    value : interaction, motion or impact
+    value : interaction, motion, impact or obstacle
         As :class:`carom.Scene` takes it. It is tested with eight components of two species, with diameters
-        from 0.6 to 1.4 and masses from 0.3 to 3.
+        from 0.6 to 1.4 and masses from 0.3 to 3; an obstacle with small components near to it.
+    motion : motion, optional
+        How components move: an interaction or an obstacle may be right in one motion only. By default they
+        fly freely.
     dimensions : tuple of int
-        Dimensions to test. A motion with a value for each axis is tested up to its number of axes.
+        Dimensions to test. A motion with a value for each axis is tested up to its number of axes, and an
+        obstacle where it fits.
     pairs : int
-        Number of pairs in each dimension.
+        Number of pairs, or of flights towards an obstacle, in each dimension.
     seed : int
         Seed of the random pairs.
 
@@ -72,8 +111,9 @@ def check(
     Raises
     ------
     InputError
-        If the value is neither an interaction, a motion nor an impact, a required question is not answered,
-        or an array of the model is too short.
+        If the value is neither an interaction, a motion, an impact nor an obstacle. If a required question is
+        not answered, an array of the model is too short, or a function fails in plain Python. If ``motion``
+        is given for a motion or an impact.
 
     Examples
     --------
@@ -87,37 +127,211 @@ def check(
         checks.integer(each, "dimensions", low=1)
     pairs = checks.integer(pairs, "pairs", low=1)
     kind = _kind(value)
-    tried: dict[str, int] = {}
-    failures: dict[tuple[str, int], Failure] = {}
+    if motion is not None and kind not in ("interaction", "obstacle"):
+        raise InputError(
+            f"motion= goes with an interaction or an obstacle, and {type(value).__name__} is neither."
+        )
+    flight = FreeFlight() if motion is None else choice.checked("motion", motion)
+    record = Record()
+    with in_plain_python(value):
+        if kind == "obstacle":
+            _check_obstacle(value, flight, dimensions, pairs, seed, record)
+        else:
+            for d in dimensions:
+                rng = np.random.default_rng([seed, d])
+                some = _some(rng, d)
+                moving = _setting(value if kind == "motion" else flight, some)
+                if moving is not None:
+                    _TRIED[kind](value, some, moving, pairs, rng, record)
+    if motion is not None and choice.is_own(motion):
+        with in_plain_python(motion):
+            for d in dimensions:
+                rng = np.random.default_rng([seed, d])
+                moving = _setting(motion, _some(rng, d))
+                if moving is not None:
+                    for _ in range(pairs):
+                        try_flight(moving, record, rng, relative=kind != "interaction")
+    return Conditions(record.tried, tuple(record.failures.values()))
+
+
+def _setting(flight: Any, some: Particles) -> Setting | None:
+    """Return how components move in a motion, or None where it has not so many axes."""
+    d = len(some.box)
+    model = choice.made(flight, some) if choice.is_own(flight) else flight.model(some)
+    choice.answered("motion", model)
+    if not has_axis(model, d - 1) or (choice.answers(meeting_time, model) and d < 2):
+        return None
+    return Setting(
+        some,
+        (True,) * d,
+        model,
+        straight=getattr(flight, "straight", True),
+        curved=choice.answers(meeting_time, model),
+        growth=GROWTH,
+        masses_known=False,
+    )
+
+
+def _check_interaction(
+    value: Any, some: Particles, moving: Setting, pairs: int, rng: np.random.Generator, record: Record
+) -> None:
+    own = choice.is_own(value)
+    # Diameters grow in scenes of Carom's cores only.
+    particles = Particles(**{**vars(some), "rates": None}) if own else some
+    choice.checked("interaction", value)
+    model = choice.made(value, particles) if own else value.model(particles)
+    choice.answered("interaction", model)
+    if own:
+        refuse_without_steps(value, model)
+        refuse_short(model, COMPONENTS, probes.outermost(value, particles, 0, COMPONENTS - 1))
+    # A contact matrix of Carom's cores is checked by the scene.
+    far = 2.0 * float(some.radii.max())
+    reach = probes.reach_of(value, _scene(some)) if own or hasattr(value, "steps") else far
+    trial = PairTrial(value, copied(model), moving, record, reach)
+    for _ in range(pairs):
+        i, j = (int(k) for k in rng.choice(COMPONENTS, 2, replace=False))
+        trial.of(rng, i, j)
+    if own and moving.free:
+        _check_reach(value, model, some, reach, record)
+
+
+def _check_reach(value: Any, model: Any, some: Particles, reach: float, record: Record) -> None:
+    """Try that no two of the components act on each other beyond the reach of ``value``."""
+    radii = some.radii if getattr(value, "by_radii", False) else np.full(COMPONENTS, 0.5 * reach)
+    for i, j in itertools.combinations(range(COMPONENTS), 2):
+        both = float(radii[i] + radii[j])
+        step = probes.outermost(value, some, i, j)
+        found = probes.contact_distance(model, i, j, reach, step=step)
+        record.note(
+            "reach", len(some.box), found <= both * (1.0 + TOLERANCE), i=i, j=j, distance=found, reach=both
+        )
+
+
+def _check_motion(
+    value: Any, some: Particles, moving: Setting, pairs: int, rng: np.random.Generator, record: Record
+) -> None:
+    # On curves two cores show whether meeting_time is right: half of them grow.
+    size, rest = np.full(COMPONENTS, 0.15 * moving.size), np.zeros(COMPONENTS)
+    growing = rng.uniform(0.0, 0.5, COMPONENTS) * moving.growth * moving.speed
+    trials = [
+        PairTrial(
+            Growing(),
+            Growing().model(Particles(**{**vars(some), "radii": size, "rates": rates})),
+            moving,
+            record,
+            0.3 * moving.size,
+        )
+        for rates in (rest, growing)
+    ]
+    for k in range(pairs):
+        try_flight(moving, record, rng)
+        if moving.curved:
+            i, j = (int(each) for each in rng.choice(COMPONENTS, 2, replace=False))
+            trials[k % 2].of(rng, i, j)
+
+
+def _check_impact(
+    value: Any, some: Particles, moving: Setting, pairs: int, rng: np.random.Generator, record: Record
+) -> None:
+    model = choice.made(value, some) if choice.is_own(value) else value.model(some)
+    if model is None:
+        return
+    choice.answered("impact", model)
+    model = copied(model)
+    for _ in range(pairs):
+        i, j = (int(k) for k in rng.choice(COMPONENTS, 2, replace=False))
+        try_impact(model, value, moving, record, rng, i, j)
+
+
+_TRIED = {"interaction": _check_interaction, "motion": _check_motion, "impact": _check_impact}
+
+
+def _check_obstacle(
+    value: Any, flight: Any, dimensions: tuple[int, ...], pairs: int, seed: int, record: Record
+) -> None:
+    """Try an obstacle in those dimensions in which it fits a box.
+
+    Raises
+    ------
+    InputError
+        If it fits none, or no component that does not overlap it is found near to it.
+    """
+    why: Exception | None = None
     for d in dimensions:
         rng = np.random.default_rng([seed, d])
-        some = _some(rng, d)
-        model = choice.made(value, some) if choice.is_own(value) else value.model(some)
-        if model is None or (kind == "motion" and not _has_axis(model, d - 1)):
+        try:
+            found = _near(value, d, rng)
+        except (InputError, ArithmeticError, IndexError, TypeError, ValueError) as error:
+            why = error
             continue
-        choice.answered(kind, model)
-        if kind == "interaction" and choice.is_own(value):
-            refuse_short(model, len(some.radii))
-        straight = kind == "motion" and getattr(value, "straight", True)
-        trial = Trial(model, d, tried, failures, straight=straight)
-        for _ in range(pairs):
-            with np.errstate(all="ignore"):
-                getattr(trial, kind)(rng)
-        if kind == "interaction" and choice.is_own(value) and not choice.answers(step_time, model):
-            trial.reach(value, some)
-    return Conditions(tried, tuple(failures.values()))
+        if found is None:
+            continue
+        some, periodic, places = found
+        moving = _setting(flight, some)
+        if moving is None:
+            continue
+        setting = Setting(some, periodic, moving.motion, moving.straight, moving.curved, float(some.radii[0]))
+        trial = ObstacleTrial(value, setting, record)
+        for start in itertools.islice(trial.starts(rng, places, np.resize(some.radii, len(places))), pairs):
+            trial.of(*start)
+    if not record.tried and why is not None:
+        raise InputError(f"{value.name} fits no box of {_listed(dimensions)} dimensions: {why}") from why
+    if not record.tried:
+        raise InputError(
+            f"No component near {value.name} and outside of it was found: let gap return the distance of "
+            "each component's surface from the obstacle."
+        )
+
+
+def _near(
+    value: Any, d: int, rng: np.random.Generator
+) -> tuple[Particles, tuple[bool, ...], np.ndarray] | None:
+    """Return small components, which axes of their box are periodic, and places near an obstacle."""
+    reason: InputError | None = None
+    for scale in SCALES.tolist():
+        box = (4.0 * scale,) * d
+        for periodic in itertools.product((False, True), repeat=d):
+            try:
+                value.check(box, periodic)
+                break
+            except InputError as error:
+                reason = error
+        else:
+            continue
+        places = rng.uniform(0.0, 2.0 * scale, (4096, d))
+        radii = rng.uniform(0.01, 0.05, COMPONENTS) * scale
+        gaps = np.asarray(value.gap(places, np.resize(radii, len(places)), box, periodic), np.float64)
+        near = places[(gaps > 0.0) & (gaps < scale)]
+        if len(near) > 0.01 * len(places):
+            some = _some(rng, d)
+            return Particles(**{**vars(some), "box": box, "radii": radii, "rates": None}), periodic, near
+    if reason is not None:
+        raise reason
+    return None
+
+
+def _listed(dimensions: tuple[int, ...]) -> str:
+    return " or ".join(map(str, dimensions))
 
 
 def _kind(value: Any) -> str:
-    """Return which of the three a value is, by the questions that its model answers."""
+    """Return which of the four a value is, by its methods and the questions that its model answers."""
     if isinstance(value, type) or not callable(getattr(value, "model", None)):
         raise InputError(
-            "check() needs the value of an interaction, a motion or an impact, found "
+            "check() needs the value of an interaction, a motion, an impact or an obstacle, found "
             + (f"the class {value.__name__}." if isinstance(value, type) else _without_model(value))
+        )
+    if isinstance(value, Obstacle):
+        return "obstacle"
+    if callable(getattr(value, "gap", None)):
+        missing = next(name for name in ("name", "check") if not hasattr(value, name))
+        raise InputError(
+            f"{type(value).__name__} is an obstacle, as it has gap, and {choice.lacks(value, missing)}."
         )
     if callable(getattr(value, "reach", None)):
         return "interaction"
-    model = value.model(_some(np.random.default_rng(0), 2))
+    with in_plain_python(value):
+        model = value.model(_some(np.random.default_rng(0), 2))
     for question in (*choice.REQUIRED["interaction"], *choice.STEPPED):
         if choice.answers(question, model):
             raise InputError(
@@ -131,24 +345,21 @@ def _without_model(value: Any) -> str:
     return f"{checks.describe(value)}, which {choice.lacks(value, 'model')}."
 
 
-def _has_axis(motion: Any, axis: int) -> bool:
-    """Tell whether a motion has a value for so many axes, where it has one for each."""
-    try:
-        position(motion, axis, 0.0, 0.0, 0.0)
-    except IndexError:
-        return False
-    return True
-
-
 def _some(rng: np.random.Generator, d: int) -> Particles:
     """Return eight different components of two species."""
-    n = 8
     return Particles(
-        box=(20.0,) * d,
-        radii=rng.uniform(0.3, 0.7, n),
-        masses=rng.uniform(0.3, 3.0, n),
-        species=np.arange(n) % 2,
-        rates=rng.uniform(0.0, 0.05, n),
+        box=(EDGE,) * d,
+        radii=rng.uniform(0.3, 0.7, COMPONENTS),
+        masses=rng.uniform(0.3, 3.0, COMPONENTS),
+        species=np.arange(COMPONENTS) % 2,
+        rates=rng.uniform(0.0, 0.05, COMPONENTS),
         equal=False,
         unit=TimeUnit(),
     )
+
+
+def _scene(some: Particles) -> Scene:
+    """Return a scene of components in a row."""
+    places = np.zeros((COMPONENTS, len(some.box)))
+    places[:, 0] = 2.5 * np.arange(COMPONENTS)
+    return Scene(places, some.box, diameter=2.0 * some.radii, mass=some.masses, species=some.species)

@@ -53,7 +53,9 @@ def advance(
         machine.refuse_inherited()
         if not machine.scheduled:
             machine.schedule()
-        return _advance(machine, collisions, end, walltime, progress)
+        block = _advance(machine, collisions, end, walltime, progress)
+        machine.depths.keep(machine)
+        return block
 
 
 def _advance(

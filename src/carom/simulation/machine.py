@@ -15,6 +15,7 @@ from carom.models.interface import begin
 from carom.scene.temperature import peculiar
 from carom.simulation.alone import Alone
 from carom.simulation.clock import Clock
+from carom.simulation.depths import Depths
 from carom.simulation.invariants import Mechanics
 from carom.simulation.own_models import refuse_forgetful
 from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
@@ -128,6 +129,8 @@ class Machine:
         Whether every component has its event: not, where Ctrl-C came while they were being given them.
     team : Workers or None
         Workers, where there are several.
+    depths : Depths
+        States in which overlaps are looked for when somebody asks.
     """
 
     def __init__(
@@ -161,6 +164,7 @@ class Machine:
         self.steps: Steps | None = None
         self.scheduled = True
         self.team: Workers | None = None
+        self.depths = Depths()
 
     def _choose(self, velocities: np.ndarray, wish: Wish, rate: float | None = None) -> Scheme:
         """Return the scheme for velocities [length / time]; ``rate`` is in the engine's unit."""

@@ -14,6 +14,7 @@ from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.notebook import table
 from carom.scene.temperature import kept_by_motion
+from carom.simulation.depths import folded
 from carom.simulation.invariants import Mechanics
 from carom.simulation.pair_steps import potential_at_start, potential_energy
 
@@ -42,7 +43,9 @@ class Statistics:
     collisions_per_second : float
         Pair collisions per second of wall time spent in the engine.
     worst_overlap : float
-        Deepest overlap of two cores seen at a collision, in diameters.
+        Deepest overlap, in diameters: of two cores at a collision, and, if it exceeds rounding, of any two or
+        with a wall or an obstacle, in the present state and in (up to 64) states at the end of runs and of
+        samples. A collision that was lost shows here only.
     energy_drift : float
         Change of the energy, kinetic and potential, since the start, relative to the kinetic one. What
         inelastic contacts lost, and growth and ``rescale()`` added, is included.
@@ -115,6 +118,7 @@ class Impacts(NamedTuple):
 def statistics(machine: Machine) -> Statistics:
     """Return what the run did so far, and how well."""
     tally = machine.engine.tallies[0]
+    tally.depth = max(tally.depth, folded(machine.depths.look(machine)))
     start, present = machine.start, Mechanics.of(machine.scene.masses, machine.speeds, machine.unit)
     events = 2 * tally.collisions + tally.advancements + tally.transits
     taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None

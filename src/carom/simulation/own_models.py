@@ -1,34 +1,52 @@
 """What is tried of models of one's own when a simulation is made: a few pairs, in plain Python, in
 milliseconds. Carom's own models are not tried: the tests do that.
+
+What :func:`carom.check` tries of components that it makes up is tried here on those of the scene.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.errors import InputError, OverlapError
+from carom.errors import CaromWarning, InputError, OverlapError
 from carom.models import choice
 from carom.models.interface import (
     age,
+    carry,
     core_square,
     exchanged_part,
     jump,
     mass,
+    meeting_time,
     radius,
+    step_bits,
+    step_jump,
     step_time,
     take_over,
     taken_up,
+    wall_meeting,
 )
 from carom.scene import overlaps
 from carom.scene.overlaps import Room
-from carom.simulation import probes
-from carom.simulation.own_motions import refuse_motion
-from carom.simulation.trials import TOLERANCE
+from carom.simulation import obstacle_trials, probes
+from carom.simulation.motion_trials import try_flight, try_images
+from carom.simulation.obstacle_trials import ObstacleTrial
+from carom.simulation.pair_trials import PairTrial
+from carom.simulation.trials import (
+    TOLERANCE,
+    Record,
+    Setting,
+    copied,
+    in_plain_python,
+    number_of,
+    try_impact,
+)
 
 if TYPE_CHECKING:
     from carom.engine.requirements import Contents
@@ -36,6 +54,26 @@ if TYPE_CHECKING:
 
 KINDS = 12
 """Components whose distances of contact are looked at: unlike ones, if there are so many."""
+
+TRIED = 6
+"""Events of a motion, of two components or with an obstacle that are tried at least."""
+
+ATTEMPTS = 200
+"""Random ways among which ways to events are looked for."""
+
+IMPACTS = 64
+"""Contacts on which a contact law is tried."""
+
+SEVERAL = 16
+"""Obstacles that are tried, if there are so many."""
+
+HINTS = {
+    "relative": "An interaction may compute its times along this motion, or the motion be curved.",
+    "images": "meeting_time gets positions in the box and must look at their images itself, or the motion "
+    "must keep components away from the faces.",
+    "energy": "An interaction that is not to keep it has conserves(diameter), which returns False.",
+}
+"""What to do about a condition."""
 
 
 def refuse_unsound(scene: Scene, contents: Contents) -> None:
@@ -45,31 +83,206 @@ def refuse_unsound(scene: Scene, contents: Contents) -> None:
     ------
     InputError
         If the array of a model is too short, two components act on each other beyond the reach of their
-        interaction, or a condition of the paper fails for a motion (:func:`carom.check`).
+        interaction, or a condition of :func:`carom.check` fails.
     OverlapError
         If two components are inside the distance at which the interaction throws them back.
+
+    Warns
+    -----
+    CaromWarning
+        If a contact law or an obstacle adds energy and does not say so.
     """
     if choice.is_own(contents.impact):
-        refuse_short_impact(contents)
+        with in_plain_python(contents.impact):
+            refuse_impact(scene, contents)
     own_pair, own_motion = choice.is_own(contents.interaction), choice.is_own(contents.motion)
-    if not (own_pair or own_motion):
-        return
-    pair = contents.interaction.model(contents.particles)
+    if own_pair or own_motion:
+        with in_plain_python(contents.interaction if own_pair else contents.motion):
+            refuse_pair_and_motion(scene, contents)
+    own = [k for k, each in enumerate(scene.obstacles) if obstacle_trials.is_own(each)]
+    for k in own[:: max(1, len(own) // SEVERAL)]:
+        with in_plain_python(scene.obstacles[k]):
+            refuse_obstacle(scene.obstacles[k], scene, contents)
+
+
+def refuse_pair_and_motion(scene: Scene, contents: Contents) -> None:
+    """Raise InputError where an interaction, a motion or both together do not keep a condition."""
+    pair, record, flights = contents.interaction.model(contents.particles), Record(), Record()
+    own_pair, own_motion = choice.is_own(contents.interaction), choice.is_own(contents.motion)
+    pairs: list[tuple[int, int]] = []
     if own_pair:
-        refuse_short(pair, contents.n)
-        if not choice.answers(step_time, pair):
-            kinds = kinds_of(pair, contents)
-            refuse_far(pair, kinds, contents)
-            refuse_core(pair, kinds, scene, contents)
+        refuse_without_steps(contents.interaction, pair)
+        if contents.stepped:
+            _refuse_few_steps(contents.interaction, pair, contents)
+        step = probes.outermost(contents.interaction, contents.particles, 0, contents.n - 1)
+        refuse_short(pair, contents.n, step)
+        if contents.curved and not choice.answers(core_square, pair):
+            raise InputError(
+                f"On curved paths two components touch at the distance that core_square answers, which "
+                f"{type(pair).__name__} does not: register a function with @core_square.register."
+            )
     if own_motion:
-        refuse_motion(pair, scene, contents)
+        refuse_motion_that_is_none(contents)
+    if contents.n > 1:
+        kinds = kinds_of(pair, contents)
+        pairs = list(_unlike_pairs(kinds, contents.particles.radii))
+        if own_pair and not contents.curved:
+            refuse_far(pair, pairs, contents)
+        if own_pair and not contents.stepped:
+            refuse_core(pair, kinds, scene, contents)
+    setting = setting_of(scene, contents)
+    rng, met = np.random.default_rng(0), 0
+    if own_motion:
+        for _ in range(TRIED):
+            try_flight(setting, flights, rng)
+        if not own_pair or any(name != "relative" for name, _ in flights.failures):
+            refuse(type(contents.motion).__name__, flights)
+    if pairs:
+        trial = PairTrial(contents.interaction, copied(pair), setting, record, contents.diameter)
+        for k, (i, j) in zip(range(ATTEMPTS), itertools.cycle(pairs), strict=False):
+            met += trial.of(rng, i, j) > 0
+            if record.failures or (k + 1 >= len(pairs) and met >= TRIED):
+                break
+    if met == 0 or record.failures:  # else the interaction computes its times along the motion
+        refuse(type(contents.motion).__name__, flights)
+    if own_motion:
+        if contents.curved and not record.failures:
+            try_images(setting, record, rng)
+        if contents.walls is not None and choice.answers(wall_meeting, setting.motion):
+            for _ in range(TRIED):
+                obstacle_trials.try_walls(setting, record, rng)
+    both = own_pair and own_motion
+    name = " with ".join(
+        type(each).__name__
+        for each, own in ((contents.interaction, own_pair), (contents.motion, own_motion))
+        if own
+    )
+    refuse(name, record, plural=both)
 
 
-def refuse_short(pair: Any, n: int) -> None:
+def refuse(name: str, record: Record, plural: bool = False) -> None:
+    """Raise InputError with the first condition that does not hold; only warn where energy is added."""
+    failures = list(record.failures.values())
+    for failure in failures:
+        if failure.condition != "gain":
+            hint = HINTS.get(failure.condition, "")
+            do = "do" if plural else "does"
+            raise InputError(
+                f"{name} {do} not keep a condition of carom.check, on which the engine relies. {failure}."
+                + (f" {hint}" if hint else "")
+            )
+    for failure in failures:
+        warnings.warn(f"{name} makes energy. {failure}.", CaromWarning, stacklevel=2)
+
+
+def setting_of(scene: Scene, contents: Contents) -> Setting:
+    """Return the components of a scene, and how they move."""
+    return Setting(
+        contents.particles,
+        tuple(map(bool, contents.periodic)),
+        contents.motion.model(contents.particles),
+        contents.straight,
+        contents.curved,
+        float(np.min(contents.particles.radii)) * 2.0,
+        _pace(scene, contents),
+    )
+
+
+def _pace(scene: Scene, contents: Contents) -> float:
+    """Return a usual speed of components [length / engine's time]."""
+    if scene.velocities is not None and scene.velocities.any():
+        speed = float(np.sqrt(np.mean(scene.velocities**2)))
+    else:
+        speed = 1.0 / math.sqrt(scene.mass)
+    return float(contents.unit.to_kernel(speed, -1))
+
+
+def refuse_motion_that_is_none(contents: Contents) -> None:
+    """Raise InputError where a motion is curved and cannot say when two meet, or does not say that it is."""
+    model, name = contents.motion.model(contents.particles), type(contents.motion).__name__
+    if contents.curved:
+        for question in (carry, meeting_time):
+            if not choice.answers(question, model):
+                raise InputError(
+                    f"{name} has curved = True, and {type(model).__name__} does not answer "
+                    f"{question.__name__}: register a function with @{question.__name__}.register."
+                )
+    elif choice.answers(meeting_time, model):
+        raise InputError(f"{type(model).__name__} answers meeting_time: give {name} curved = True.")
+
+
+def refuse_impact(scene: Scene, contents: Contents) -> None:
+    """Raise InputError where the part that a contact law exchanges is none; warn where it adds energy."""
+    law, n, record = contents.impact.model(contents.particles), contents.n, Record()
+    if law is None or n < 2:
+        return
+    law = copied(law)
+    try:
+        number_of(exchanged_part, law, n - 2, n - 1, np.float64(1.0), np.float64(-1.0), 0.0)
+    except IndexError:
+        raise InputError(_short(law, _shortest(law, n), n)) from None
+    setting, rng = setting_of(scene, contents), np.random.default_rng(2)
+    pairs = list(_unlike_pairs(kinds_of(law, contents), contents.particles.radii))
+    for _, (i, j) in zip(range(max(IMPACTS, len(pairs))), itertools.cycle(pairs), strict=False):
+        try_impact(law, contents.impact, setting, record, rng, i, j)
+    refuse(type(contents.impact).__name__, record)
+
+
+def refuse_obstacle(value: Any, scene: Scene, contents: Contents) -> None:
+    """Raise InputError where components do not meet an obstacle when they touch it, or it is no obstacle."""
+    setting, record, rng = setting_of(scene, contents), Record(), np.random.default_rng(3)
+    particles = contents.particles
+    growth = 0.0 if particles.rates is None else float(particles.rates.max())
+    trial = ObstacleTrial(value, setting, record, growth)
+    some = rng.integers(0, contents.n, ATTEMPTS)
+    anywhere = rng.uniform(0.0, 1.0, (ATTEMPTS // 2, contents.dimension)) * setting.box
+    places = np.concatenate([scene.positions[some[: ATTEMPTS // 2]], anywhere])
+    met = 0
+    for k, start in enumerate(trial.starts(rng, places[::3], particles.radii[some[::3]])):
+        met += trial.of(*start)
+        if record.failures or (met >= TRIED and k >= 2 * TRIED):
+            break
+    refuse(str(value.name), record)
+
+
+def refuse_without_steps(value: Any, pair: Any) -> None:
+    """Raise InputError where an interaction has steps by its value and not by its model, or lacks a part.
+
+    Raises
+    ------
+    InputError
+        If only one of the two has steps, or an array of the model is missing.
+    """
+    name, model = type(value).__name__, type(pair).__name__
+    stepped = choice.answers(step_time, pair)
+    if stepped and not hasattr(value, "steps"):
+        raise InputError(f"{model} answers step_time, and {name} {choice.lacks(value, 'steps')}.")
+    if not stepped and hasattr(value, "steps"):
+        raise InputError(f"{name} has steps, and {model} does not answer step_time.")
+    if not stepped:
+        return
+    for field, shape in (("energy", "(steps,)"), ("events", "(steps, 4)")):
+        if not isinstance(getattr(pair, field, None), np.ndarray):
+            raise InputError(f"{model} has steps, and no array {field}, {shape}: give it that field.")
+
+
+def _refuse_few_steps(value: Any, pair: Any, contents: Contents) -> None:
+    count, model = int(value.steps(contents.particles)[0]), type(pair).__name__
+    rows = 1 << step_bits(count)
+    for field, shape in (("energy", (rows,)), ("events", (rows, 4))):
+        found = getattr(pair, field).shape
+        if found != shape:
+            raise InputError(
+                f"The field {field} of {model} has the shape {found}; expected {shape}, for {count} steps "
+                f"2**step_bits({count}) rows."
+            )
+
+
+def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
     """Raise InputError where a field of one value a component has fewer than ``n + 1`` items, or is no array.
 
     What a lane names is such a field, and ``radii`` and ``masses`` if :func:`radius` and :func:`mass` are not
-    answered. Others are found by asking the model for the last component and the ghost.
+    answered. Others are found by asking the model for the last component and the ghost, on a ``step``.
     """
     named = {*getattr(pair, "lanes", ())}
     for question, name in ((radius, "radii"), (mass, "masses")):
@@ -90,28 +303,17 @@ def refuse_short(pair: Any, n: int) -> None:
                 f"{values.shape}, strides {values.strides}; expected one of one value a component, and "
                 "contiguous: make it with particles.with_ghost."
             )
-    if choice.answers(step_time, pair):
-        return
     one = np.float64(1.0)
     for j in (n - 1, n):
         for i in {0, n - 1} - {j}:
             try:
-                probes.time(pair, i, j, one, one)
-                if j < n and choice.answers(jump, pair):
-                    jump(pair, i, j, one, -one, 0.0)
+                probes.time(pair, i, j, one, one, step)
+                if j < n and step is None and choice.answers(jump, pair):
+                    number_of(lambda i=i, j=j: jump(pair, i, j, one, -one, 0.0)[0])
+                elif j < n and step is not None:
+                    number_of(lambda i=i, j=j: step_jump(pair, i, j, step, one, -one, 0.0)[0])
             except IndexError:
                 raise InputError(_short(pair, _shortest(pair, n), n)) from None
-
-
-def refuse_short_impact(contents: Contents) -> None:
-    """Raise InputError where a contact law of two components has a field too short for the last of them."""
-    law, n = contents.impact.model(contents.particles), contents.n
-    if law is None or n < 2:
-        return
-    try:
-        exchanged_part(law, n - 2, n - 1, np.float64(1.0), np.float64(-1.0), 0.0)
-    except IndexError:
-        raise InputError(_short(law, _shortest(law, n), n)) from None
 
 
 def refuse_forgetful(contents: Contents) -> None:
@@ -146,12 +348,13 @@ def _short(model: Any, name: str, n: int) -> str:
     )
 
 
-def refuse_far(pair: Any, kinds: np.ndarray, contents: Contents) -> None:
+def refuse_far(pair: Any, pairs: list[tuple[int, int]], contents: Contents) -> None:
     """Raise InputError where two components act on each other beyond the reach of their interaction."""
     speed, radii = float(contents.unit.to_kernel(1.0, -1)), contents.reaches
-    for i, j in _unlike_pairs(kinds, contents.particles.radii):
+    for i, j in pairs:
         reach = contents.diameter if radii is None else float(radii[i] + radii[j])
-        found = probes.contact_distance(pair, i, j, contents.diameter, speed)
+        step = probes.outermost(contents.interaction, contents.particles, i, j)
+        found = probes.contact_distance(pair, i, j, contents.diameter, speed, step)
         if found > reach * (1.0 + TOLERANCE):
             kind = "reach(scene)" if radii is None else "the sum of their radii (by_radii)"
             raise InputError(
@@ -161,14 +364,22 @@ def refuse_far(pair: Any, kinds: np.ndarray, contents: Contents) -> None:
             )
 
 
-def kinds_of(pair: Any, contents: Contents) -> np.ndarray:
+def kinds_of(model: Any, contents: Contents) -> np.ndarray:
     """Return a number for each component, (n,): equal where no field of the model and no radius differs."""
     n = contents.n
-    columns = [contents.particles.radii[:, None], contents.particles.masses[:, None]]
-    for values in pair:
+    columns = [contents.particles.radii, contents.particles.masses]
+    for values in model:
         if isinstance(values, np.ndarray) and values.ndim > 0 and len(values) >= n:
             columns.append(values[:n].reshape(n, -1).astype(float))
-    return np.unique(np.hstack(columns), axis=0, return_inverse=True)[1].ravel()
+    kinds = np.zeros(n, np.int64)
+    for column in columns:  # one after the other: sorting numbers is much faster than sorting rows
+        if (column == column[0]).all():
+            continue
+        several = np.ascontiguousarray(column).reshape(n, -1)
+        values = several[:, 0] if several.shape[1] == 1 else several
+        which = np.unique(values, axis=0, return_inverse=True)[1].ravel()
+        kinds = np.unique(kinds * (which.max() + 1) + which, return_inverse=True)[1].ravel()
+    return kinds
 
 
 def _unlike_pairs(kinds: np.ndarray, radii: np.ndarray) -> Iterator[tuple[int, int]]:
@@ -183,6 +394,16 @@ def _unlike_pairs(kinds: np.ndarray, radii: np.ndarray) -> Iterator[tuple[int, i
             yield i, int(others[others != i][0])
 
 
+def by_kind(kinds: np.ndarray, pairs: np.ndarray, question: Callable[[int, int], float]) -> np.ndarray:
+    """Return what a ``question`` of two answers for ``pairs`` (m, 2), asked once for any two ``kinds``."""
+    if not len(pairs):
+        return np.zeros(0)
+    sorted_kinds = np.sort(kinds[pairs], axis=1)
+    names = sorted_kinds[:, 0] * (int(kinds.max()) + 1) + sorted_kinds[:, 1]
+    _, first, which = np.unique(names, return_index=True, return_inverse=True)
+    return np.array([float(question(i, j)) for i, j in pairs[first].tolist()])[which.ravel()]
+
+
 def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, contents: Contents) -> None:
     """Raise OverlapError where two components start inside the distance that they keep.
 
@@ -193,12 +414,8 @@ def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, contents: Contents) 
     speed = float(contents.unit.to_kernel(1.0, -1))
     pairs = room.near(room.wrapped(scene.positions), contents.diameter)
     distances = room.distances(scene.positions, pairs)
-    _, first, which = np.unique(kinds[pairs], axis=0, return_index=True, return_inverse=True)
-    cores, throws = np.zeros(len(first)), np.zeros(len(first))
-    for k, (i, j) in enumerate(pairs[first].tolist()):
-        cores[k] = math.sqrt(max(float(core_square(pair, i, j, 0.0)), 0.0))
-        throws[k] = probes.contact_distance(pair, i, j, contents.diameter, speed)
-    core, throw = cores[which.ravel()], throws[which.ravel()]
+    core = np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, 0.0)), 0.0)))
+    throw = by_kind(kinds, pairs, lambda i, j: probes.contact_distance(pair, i, j, contents.diameter, speed))
     for k in np.flatnonzero(distances < np.maximum(core, throw)).tolist():
         (i, j), distance, contact = pairs[k].tolist(), float(distances[k]), float(core[k])
         if probes.time(pair, i, j, distance, speed) == 0.0:

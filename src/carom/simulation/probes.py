@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from carom import checks
-from carom.models.interface import NEVER, interaction_time
+from carom.models.interface import Particles, interaction_time, step_time
+from carom.simulation.trials import time_of
 
 SPEEDS = (1.0, 1024.0)
 """Speeds of head-on approaches, in units of the thermal speed: an interaction may depend on the speed."""
@@ -28,7 +29,19 @@ def reach_of(interaction: Any, scene: Any) -> float:
     return checks.number(interaction.reach(scene), name, low=0.0, open_low=True)
 
 
-def contact_distance(pair: Any, i: int, j: int, reach: float, speed: float = 1.0) -> float:
+def outermost(interaction: Any, particles: Particles, i: int, j: int) -> int | None:
+    """Return the step of two that are beyond the reach of an interaction, or None without steps."""
+    if not hasattr(interaction, "steps"):
+        return None
+    table = np.asarray(interaction.steps(particles)[1])
+    if len(table) == 1 or particles.species is None:
+        return int(table[0, 0])
+    return int(table[particles.species[i], particles.species[j]])
+
+
+def contact_distance(
+    pair: Any, i: int, j: int, reach: float, speed: float = 1.0, step: int | None = None
+) -> float:
     """Return the largest distance [length] at which two act on each other in a head-on approach, or 0.
 
     Parameters
@@ -41,31 +54,25 @@ def contact_distance(pair: Any, i: int, j: int, reach: float, speed: float = 1.0
         The approach begins at four times this distance, or further away if they act on each other there.
     speed : float
         The usual speed.
+    step : int, optional
+        On which the two are from there, where they have steps.
     """
-    return max(_distance(pair, i, j, 4.0 * reach, float(v)) for v in np.multiply(SPEEDS, speed))
+    return max(_distance(pair, i, j, 4.0 * reach, float(v), step) for v in np.multiply(SPEEDS, speed))
 
 
-def _distance(pair: Any, i: int, j: int, far: float, speed: float) -> float:
+def _distance(pair: Any, i: int, j: int, far: float, speed: float, step: int | None) -> float:
     """Return where two act on each other that approach from a distance ``far`` or more, or 0."""
     for _ in range(DOUBLINGS):
-        t = time(pair, i, j, far, speed)
+        t = time(pair, i, j, far, speed, step)
         if t > 0.0:
             return max(0.0, far - speed * t)
         far *= 2.0
     return far
 
 
-def time(pair: Any, i: int, j: int, distance: Any, speed: Any) -> float:
+def time(pair: Any, i: int, j: int, distance: Any, speed: Any, step: int | None = None) -> float:
     """Return the time until two act on each other that approach head-on from a distance [length]."""
     r, v = np.float64(distance), np.float64(speed)
-    return asked(pair, i, j, r * r, -r * v, v * v, 0.0)
-
-
-def asked(pair: Any, i: int, j: int, rr: Any, rv: Any, vv: Any, now: float) -> float:
-    """Return :func:`interaction_time`; NEVER where Python finds no number, as compiled code would go on."""
-    try:
-        with np.errstate(all="ignore"):
-            t = float(interaction_time(pair, i, j, rr, rv, vv, now))
-    except (ArithmeticError, ValueError):
-        return NEVER
-    return NEVER if np.isnan(t) else t
+    if step is None:
+        return time_of(interaction_time, pair, i, j, r * r, -r * v, v * v, 0.0)
+    return time_of(step_time, pair, i, j, step, r * r, -r * v, v * v, 0.0)

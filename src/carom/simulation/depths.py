@@ -1,0 +1,174 @@
+"""How deep components overlap, from their distances: a collision that was lost leaves no other trace.
+
+The engine looks at two cores only where they collide. Here the distances of all are looked at, of some states
+at which runs ended (samples among them), and of the present one; and only when somebody asks.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from carom.models import choice
+from carom.models.interface import age, core_square, radius, step_core_square, taken_up
+from carom.scene import overlaps
+from carom.scene.overlaps import Room
+from carom.scene.species import Contacts
+from carom.simulation.obstacle_trials import gaps_of, known_to_move
+from carom.simulation.own_models import by_kind, kinds_of
+from carom.units import TimeUnit
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+
+MOST = 64
+"""States that are kept; from then on every second, every fourth ... end of a run is kept."""
+
+BYTES = 2**25
+"""Bytes that they may take; one is kept in any case."""
+
+
+class State(NamedTuple):
+    """A state at which a run ended."""
+
+    instant: Fraction
+    """Time since the start [time]."""
+    positions: np.ndarray
+    """Centres in the box, (n, d) [length]."""
+    diameters: np.ndarray
+    """(n,) [length]."""
+    now: float
+    """The time in the epoch, as models are told it."""
+
+
+class Depths:
+    """States of a run that nobody has looked at yet."""
+
+    def __init__(self) -> None:
+        self._kept: list[State] = []
+        self._ended, self._stride = 0, 1
+        self._seen: tuple[Fraction, int] | None = None
+
+    def keep(self, machine: Machine) -> None:
+        """Keep the present state, or not if there are many: called where a run ends."""
+        self._ended += 1
+        if self._ended % self._stride:
+            return
+        size = 8 * machine.scene.n * machine.scene.dimension
+        if len(self._kept) >= max(1, min(MOST, BYTES // size)):
+            self._kept = self._kept[1::2]
+            self._stride *= 2
+        self._kept.append(_present(machine))
+
+    def look(self, machine: Machine) -> float:
+        """Return the deepest overlap in the states kept and the present one, 0 within rounding [diameters].
+
+        States that were looked at are not looked at again.
+        """
+        now = machine.clock.instant, machine.collisions
+        states, self._kept = self._kept, []
+        if _forgets(machine):
+            states = []
+        if now != self._seen and (not states or states[-1].instant != now[0]):
+            states.append(_present(machine))
+        self._seen = now
+        return max((deepest(machine, state) for state in states), default=0.0)
+
+
+def _present(machine: Machine) -> State:
+    contents, now = machine.contents, machine.in_epoch()
+    if contents.straight:  # without the compiled code that makes frames, which may not be needed else
+        rows = machine.engine.state.rows[: contents.n]
+        x, v, t = (np.asarray(rows[name], np.float64) for name in ("x", "v", "t"))
+        positions = x + v * (now - t)[:, None]
+    else:
+        positions = machine.frame().positions
+    return State(machine.clock.instant, positions, machine.diameters, now)
+
+
+def _forgets(machine: Machine) -> bool:
+    """Tell whether only the present state can be looked at: the model knows nothing of earlier ones."""
+    pair = machine.engine.model.pair
+    if not choice.is_own(machine.contents.interaction):
+        return False
+    return machine.contents.stepped or any(choice.answers(question, pair) for question in (age, taken_up))
+
+
+def deepest(machine: Machine, state: State) -> float:
+    """Return the deepest overlap of a state beyond rounding: of two cores, or with a wall or an obstacle."""
+    scene, contents = machine.scene, machine.contents
+    room = Room(np.asarray(scene.box), np.asarray(scene.periodic), scene.obstacles)
+    state = state._replace(positions=room.wrapped(state.positions))
+    rounded = float(np.finfo(np.float32).eps) if contents.single else float(np.finfo(np.float64).eps)
+    slack = overlaps.FLIGHTS * overlaps.rounding(room.box, rounded)
+    return max(_of_pairs(machine, state, room, slack), _at_obstacles(machine, state, room, slack))
+
+
+def _of_pairs(machine: Machine, state: State, room: Room, slack: float) -> float:
+    """Return the deepest overlap of two cores, in distances of contact."""
+    scene, contents, interaction = machine.scene, machine.contents, machine.contents.interaction
+    if scene.n < 2:
+        return 0.0
+    pair, cores = machine.engine.model.pair, None
+    if contents.stepped and hasattr(interaction, "cores_of"):
+        pairs = room.near(state.positions, contents.diameter)
+        cores = interaction.cores_of(pairs, scene.species, scene.diameter)
+    elif contents.stepped:
+        pairs, cores = _cores_on_steps(machine)
+    elif choice.is_own(interaction):
+        if not choice.answers(core_square, pair):
+            return 0.0
+        pairs = room.near(state.positions, contents.diameter)
+        now = machine.in_epoch() + machine.unit.to_kernel(float(state.instant - machine.clock.instant), 1)
+        kinds = kinds_of(pair, contents)
+        cores = np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, now)), 0.0)))
+    else:
+        contacts = Contacts(state.diameters, scene.species, scene.contact)
+        found = overlaps.deepest(state.positions, room, contacts, scene.pinned)
+        return 0.0 if found is None or found.depth <= slack else found.depth / found.contact
+    if not len(pairs):
+        return 0.0
+    depths = cores - room.distances(state.positions, pairs)
+    over = depths > overlaps.ENGINE_OVERLAP * cores + slack
+    return float((depths[over] / cores[over]).max()) if over.any() else 0.0
+
+
+def _cores_on_steps(machine: Machine) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs (m, 2) within reach, and the core (m,) of the step that each is on, 0 without one."""
+    from carom.engine.pair_steps import read_steps
+
+    pair = machine.engine.model.pair
+    pairs, steps = read_steps(machine.engine.neighbors) if machine.steps is None else machine.steps
+    squares = [max(float(step_core_square(pair, step)), 0.0) for step in range(len(pair.energy))]
+    return pairs, np.sqrt(squares)[steps]
+
+
+def _at_obstacles(machine: Machine, state: State, room: Room, slack: float) -> float:
+    """Return the deepest overlap with a wall or an obstacle, in diameters; at most 1, if one is behind it."""
+    scene, pair = machine.scene, machine.engine.model.pair
+    standing = room.everything()
+    if not standing:
+        return 0.0
+    radii = 0.5 * state.diameters
+    if choice.is_own(machine.contents.interaction) and choice.answers(radius, pair):
+        radii = np.array([float(radius(pair, i, state.now)) for i in range(scene.n)])
+    if scene.pinned is not None:
+        radii = np.where(scene.pinned, 0.0, radii)
+    worst = 0.0
+    models = (*(None,) * (len(standing) - len(scene.obstacles)), *machine.contents.obstacle_models)
+    for value, model in zip(standing, models, strict=True):
+        if model is not None and not known_to_move(value, model):
+            continue
+        gaps = gaps_of(value, state.positions, radii, state.instant, scene.box, scene.periodic, TimeUnit())
+        over = (radii > 0.0) & (-gaps > 2.0 * overlaps.ENGINE_OVERLAP * radii + slack)
+        if over.any():
+            worst = max(worst, float((-gaps[over] / (2.0 * radii[over])).max()))
+    return min(worst, 1.0)
+
+
+def folded(depth: float) -> float:
+    """Return the square of contact over distance of an overlap: what the engine's tally holds."""
+    return math.inf if depth >= 1.0 else 1.0 / (1.0 - depth) ** 2
