@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ import numpy as np
 from carom.cells import wrapped
 from carom.models.faces import standing_walls
 from carom.models.obstacles import Obstacle
+from carom.models.planes import Plane
 from carom.scene.nearby import near_pairs
 from carom.scene.species import Contacts
 
@@ -185,8 +187,11 @@ class Room:
 
     def everything(self) -> tuple[Obstacle, ...]:
         """Return the walls for which no obstacle stands, then the obstacles."""
-        walls = standing_walls(self.obstacles, self.box.tolist(), self.periodic.tolist())
-        return (*walls, *self.obstacles)
+        return (*self._walls, *self.obstacles)
+
+    @cached_property
+    def _walls(self) -> list[Plane]:
+        return standing_walls(self.obstacles, self.box.tolist(), self.periodic.tolist())
 
     def gaps(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[Obstacle, np.ndarray]]:
         """Yield each wall and obstacle with each component's distance (n,) from it, negative inside."""
