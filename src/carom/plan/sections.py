@@ -386,7 +386,8 @@ class RunSpec:
     relative_error : float
         Alternatively, measure until the standard error of Z is this fraction of Z.
     max_walltime : float
-        Wall time of all sessions after which the run ends even if ``relative_error`` is not reached [s].
+        Wall time of all sessions, without that of compiling, after which the run ends even if
+        ``relative_error`` is not reached [s].
     frames : int
         Number of frames to sample. When left out 100, or as many fewer, or none, as keep all files within
         200 MB.

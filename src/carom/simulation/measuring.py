@@ -56,7 +56,7 @@ def measure(
         Alternatively, run until one standard error is at most this fraction of the mean (of Z, for the
         pressure), confirmed by at least 64 independent blocks.
     max_walltime : float, optional
-        Wall time after which the run ends even if the error is not reached [s].
+        Wall time, without that of compiling, after which the run ends even if the error is not reached [s].
     progress : callable or True, optional
         Called with the fraction done (with ``relative_error``, of the expected length); True shows a bar.
     predicted : callable, optional

@@ -222,7 +222,7 @@ class Running:
         time : float, optional
             Time to add [time]; the run then ends exactly there.
         walltime : float, optional
-            Seconds.
+            Seconds of wall time, without those of compiling.
         progress : callable or True, optional
             Called from time to time with the fraction done; does not affect the trajectory. True shows a bar.
 
