@@ -80,15 +80,20 @@ def usual_heap(n: int) -> int:
     return max(BLOCK, n // 64)
 
 
+def most_lines(n: int) -> int:
+    """Return how many lines are enough: everybody fills half of them."""
+    return 2 * (n // ENTRIES) + 64
+
+
 def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two).
 
     ``heap`` is for how many entries the heap has room; where that is more than at first, there are as many
-    times more lines.
+    times more lines, up to all that are ever needed.
     """
     buckets = max(n // 8, 16)
     # For buckets that fill unevenly; should that not do, the window is laid out anew.
-    lines = (n // (4 * ENTRIES) + 64) * max(heap // usual_heap(n), 1)
+    lines = min((n // (4 * ENTRIES) + 64) * max(heap // usual_heap(n), 1), most_lines(n))
     heap = max(heap, BLOCK)
     control = aligned(1, CONTROL)
     control["width"] = width
@@ -311,6 +316,14 @@ def crowded(calendar):
     """
     control = calendar.control[0]
     return control.full != 0 or 2 * control.lines > len(calendar.lines)
+
+
+@inner
+def cluttered(calendar, state):
+    """Return whether the heap has room for everybody twice: most of what fills it is stale, and is dropped
+    when the window is laid out anew.
+    """
+    return len(calendar.due) > 2 * len(state.partner) + BLOCK
 
 
 @inner

@@ -13,7 +13,17 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.engine.calendar import ROOM, adapt, crowded, effort, first, lay_out, pop, prefetch_calendar
+from carom.engine.calendar import (
+    ROOM,
+    adapt,
+    cluttered,
+    crowded,
+    effort,
+    first,
+    lay_out,
+    pop,
+    prefetch_calendar,
+)
 from carom.engine.collisions import collide, new_epoch, rebound, woken
 from carom.engine.company import announce, collect, granted, weary
 from carom.engine.constants import (
@@ -110,14 +120,18 @@ def _run(digest):
                 lay_out(calendar, state, model.boundary, clock.now, clock.length)
                 if crowded(calendar):
                     return NEEDS_HEAP, cycles
-            if control.waiting + ROOM > len(calendar.due):
-                return NEEDS_HEAP, cycles
-            if spread_news(model.rules, model, state, calendar, clock.now):
+            tight = control.waiting + ROOM > len(calendar.due)
+            if not tight and spread_news(model.rules, model, state, calendar, clock.now):
                 cycles -= 1
                 continue
-            chosen = first(calendar, state, neighbors, model.boundary, model.motion)
+            chosen = np.int64(-2)
+            if not tight:
+                chosen = first(calendar, state, neighbors, model.boundary, model.motion)
             if chosen == -2:
-                return NEEDS_HEAP, cycles
+                if not cluttered(calendar, state):
+                    return NEEDS_HEAP, cycles
+                control.full = 1
+                continue
             last = clock.epoch == end_epoch
             if chosen == -1:
                 if last and end_time < control.end:
