@@ -38,6 +38,22 @@ def test_a_time_beyond_the_clock_is_an_error(sim):
         sim.run(time=1e300)
 
 
+@pytest.mark.parametrize("shape", [(4000,), (64, 64), (16, 16, 16)])
+def test_thousands_collide_at_the_same_instant(shape):
+    # The colours of a checkerboard move to the right and to the left: all pairs meet at once, and again.
+    cells = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, len(shape))
+    velocities = np.zeros(cells.shape)
+    velocities[:, 0] = np.where(cells.sum(axis=1) % 2, 1.0, -1.0)
+    scene = carom.Scene(cells * 1.5 + 0.5, tuple(1.5 * size for size in shape), velocities=velocities)
+    sim = carom.Simulation(scene, neighbors="sectors")
+    for k in range(3):
+        sim.run(collisions=scene.n // 2)
+        assert sim.time == 0.25 + 0.5 * k
+        velocities *= -1.0
+        np.testing.assert_array_equal(sim.frame().velocities, velocities)
+    assert sim.statistics.worst_overlap == 0.0
+
+
 def test_more_collisions_than_can_be_counted_end_with_the_wall_time(sim):
     block = sim.run(collisions=1e30, walltime=0.05)
     assert block.collisions > 0

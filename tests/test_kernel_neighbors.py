@@ -41,7 +41,7 @@ def present(sim):
 def go(sim, cycles):
     """Process so many cycles of the kernel, whatever they are; a list that is full is no news."""
     log = None if sim.machine.log is None else sim.machine.log.buffer
-    code = cycle.run(*sim.machine.engine, log, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
+    code, _ = cycle.run(*sim.machine.engine, log, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
     if code == NEEDS_NEIGHBORS:
         sim.machine.enlarge_neighbors()
         sim.machine.schedule()

@@ -7,6 +7,7 @@ import pytest
 from engine_cases import moving
 
 import carom
+from carom.engine import constants, cycle
 from carom.engine.parts import arrays
 from carom.simulation import pace
 
@@ -74,6 +75,29 @@ def test_what_is_given_up_is_given_up_at_the_same_event(monkeypatch):
             sim.run(collisions=5)
         ends.append(sim.time)
     assert ends[0] == ends[1]
+
+
+def test_epochs_in_which_nothing_happens_count_as_cycles():
+    # After a contact that leaves a millionth of the speed, thousands of epochs are empty.
+    scene = carom.Scene(
+        [[2.0, 5.0], [5.0, 5.0]],
+        10.0,
+        velocities=[[1.0, 0.0], [-1.0, 0.0]],
+        restitution=1e-6,
+        elastic_below=1e-15,
+    )
+    sim = carom.Simulation(scene)
+    sim.run(collisions=1)
+    far, begun = np.int64(2**62), int(sim.machine.engine.state.clock[0].epoch)
+    code, left = cycle.run(*sim.machine.engine, None, far, 0.0, far, np.int64(100))
+    assert code == constants.SPENT
+    assert left <= 0
+    assert int(sim.machine.engine.state.clock[0].epoch) - begun <= 100
+    sim.run(collisions=1, walltime=0.0)  # one call
+    assert sim.collisions == 1
+    sim.run(collisions=1)
+    # They part at 1e-6 each, with 8 diameters between them round the box; each epoch rounds their places.
+    assert sim.time == pytest.approx(1.0 + 4e6, rel=1e-9)
 
 
 @pytest.mark.timing

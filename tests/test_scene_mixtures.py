@@ -374,3 +374,24 @@ def test_atoms_get_walls_only_if_asked():
     with pytest.raises(InputError, match="walls=True"):
         Scene.from_ase(atoms)
     assert Scene.from_ase(atoms, diameter=1.0, walls=True).periodic == (True, True, False)
+
+
+def far_apart(**arguments):
+    """Return a scene of two species of one diameter each, far from each other."""
+    places = 10.0 * np.arange(4)[:, None] + np.full(3, 5.0)
+    return Scene(places, 50.0, **{"species": [0, 0, 1, 1], **arguments})
+
+
+def test_distances_of_contact_that_no_double_tells_apart_are_refused():
+    small = 0.99 * 2.0**-20
+    with pytest.raises(InputError, match=r"touch at 9\.4\S+, and others at 1; expected at least 9\.5e-07 of"):
+        far_apart(contact=[[1.0, small], [small, 1.0]])
+    with pytest.raises(InputError, match="touch at"):
+        far_apart(diameter=[1.0, 1.0, small, small])
+    near = 1.01 * 2.0**-20
+    assert far_apart(contact=[[1.0, near], [near, 1.0]]).contact[0, 1] == near
+    assert far_apart(diameter=[1.0, 1.0, near, near]).n == 4
+    # One alone touches none of its kind, nor does a species that is not there.
+    assert far_apart(diameter=[1.0, 1.0, 1.0, small]).n == 4
+    absent = [[1.0, 1.0, small], [1.0, 1.0, small], [small, small, small]]
+    assert far_apart(contact=absent).n == 4

@@ -460,6 +460,24 @@ def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
         carom.Scene([[1.0, 1.0], [3.0, 1.0]], 8.0, interaction=Bonds([(0, 1)], outer=1.2))
     with pytest.raises(InputError, match="have no steps"):
         _ = carom.Simulation(cubic).potential_energy
+    with pytest.raises(InputError, match=r"Steps end at 9e-07, and at 1; expected at least 9\.5e-07"):
+        cubic.with_(interaction=StepTable(Steps([9e-7, 1.0], [INF, 1.0])))
+
+
+@pytest.mark.parametrize(("depth", "kT"), [(1e14, 1.0), (-1e27, 1.0), (1.0, 1e-14), (1e20, 1e6)])
+def test_steps_beyond_the_digits_of_a_thermal_energy_are_refused(depth, kT):
+    scene = carom.Scene.fcc(3, density=0.4).with_(interaction=SquareWell(1.5, depth))
+    with pytest.raises(InputError, match=r"high, where kT is \S+; expected at most 8\.8e\+12 kT"):
+        carom.Simulation(scene, kT=kT, seed=1)
+    usual = carom.Simulation(scene, kT=abs(depth), seed=1)
+    before = usual.frame().velocities
+    with pytest.raises(InputError, match="high, where kT is"):
+        usual.rescale(kT=abs(depth) * 1e-14)
+    np.testing.assert_array_equal(usual.frame().velocities, before)
+    # Of what rests, or drifts in common, no step is too high.
+    rest = np.broadcast_to([abs(depth) ** 0.5, 0.0, 0.0], scene.positions.shape)
+    for velocities in (0.0 * rest, rest):
+        assert carom.Simulation(scene.with_(velocities=velocities)).kT == 0.0
 
 
 def test_a_scene_without_steps_has_none_of_it():

@@ -82,6 +82,19 @@ def test_lines_and_four_dimensions_have_the_same_bits(dimension):
     assert shares.windows > 0
 
 
+def test_thousands_collide_at_the_same_instant_in_all_parts():
+    # As a checkerboard whose colours move against each other.
+    shape = (32, 12, 12)
+    cells = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3)
+    velocities = np.zeros(cells.shape)
+    velocities[:, 0] = np.where(cells.sum(axis=1) % 2, 1.0, -1.0)
+    scene = carom.Scene(cells * 1.5 + 0.5, tuple(1.5 * size for size in shape), velocities=velocities)
+    alone, together, shares = alone_and_together(scene, 2, go=lambda sim: sim.run(time=1.5))
+    assert_same_bits(alone, together)
+    assert together.collisions == 3 * scene.n // 2
+    assert shares.windows > 0
+
+
 def test_workers_count_what_one_counts():
     def go(sim):
         return sim.run(time=0.5)

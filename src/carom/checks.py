@@ -16,6 +16,11 @@ from carom.errors import InputError
 #: six edges and of energies would leave the range of doubles.
 MAGNITUDE = 1e30
 
+#: Distances of contact below this part of the largest one are refused. A pair is looked at from about two of
+#: the largest away. The square of such a distance is rounded by a thousandth of the square of the smallest
+#: one, and whether a pair meets at all could not be told if it were much more.
+UNLIKE = 2.0**-20
+
 #: Speeds beyond this are refused: the sums of their squares would leave the range of doubles.
 FASTEST = 1e152
 

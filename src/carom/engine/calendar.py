@@ -75,11 +75,25 @@ class Calendar(NamedTuple):
     """Heap: entries."""
 
 
+def usual_heap(n: int) -> int:
+    """Return for how many entries the heap has room at first."""
+    return max(BLOCK, n // 64)
+
+
+def most_lines(n: int) -> int:
+    """Return how many lines are enough: everybody fills half of them."""
+    return 2 * (n // ENTRIES) + 64
+
+
 def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
-    """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two)."""
+    """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two).
+
+    ``heap`` is for how many entries the heap has room; where that is more than at first, there are as many
+    times more lines, up to all that are ever needed.
+    """
     buckets = max(n // 8, 16)
     # For buckets that fill unevenly; should that not do, the window is laid out anew.
-    lines = n // (4 * ENTRIES) + 64
+    lines = min((n // (4 * ENTRIES) + 64) * max(heap // usual_heap(n), 1), most_lines(n))
     heap = max(heap, BLOCK)
     control = aligned(1, CONTROL)
     control["width"] = width
@@ -245,6 +259,9 @@ def offer(calendar, state, bucket, i):
 def lay_out(calendar, state, boundary, start, end):
     """Begin a window at ``start`` that reaches to ``end`` at most, and enter all that is due in it.
 
+    Where lines run out, buckets become narrower, and the window shorter. That does not help where too many
+    are due at one time: ``full`` is then set, some entries are missing, and the calendar needs more room.
+
     Returns
     -------
     earliest : float
@@ -252,30 +269,67 @@ def lay_out(calendar, state, boundary, start, end):
     """
     control = calendar.control[0]
     size = buckets_in_window(calendar)
-    if control.full != 0 and control.width > NARROWEST * end:
-        control.width *= 0.5  # more came into the window before than its lines could hold
-    control.start = start
-    control.end = min(start + size * control.width, end)
-    control.inverse = 1.0 / control.width
-    control.cursor = -1
-    control.waiting = 0
-    control.lines = 1
-    control.full = 0
-    control.cycles = 0
-    for b in range(size + 1):
-        calendar.buckets[np.uint64(b), 0] = 0
-        calendar.buckets[np.uint64(b), 1] = 0
-    marks_forgotten(calendar)
-    earliest = NEVER
-    n = np.uint64(len(state.partner))
-    for begin in range(np.uint64(0), n, np.uint64(BLOCK)):
-        earliest = min(earliest, choose_due(calendar, state, begin, min(begin + np.uint64(BLOCK), n)))
-        choose_entering(calendar, state, boundary)
-        count = np.uint64(control.waiting)
+    if control.full != 0:
+        narrow(calendar, end)  # more came into the window before than its lines could hold
+    while True:
+        control.start = start
+        control.end = min(start + size * control.width, end)
+        control.inverse = 1.0 / control.width
+        control.cursor = -1
         control.waiting = 0
-        for k in range(count):
-            insert(calendar, np.uint64(calendar.who[k]), calendar.due[k])
-    return earliest
+        control.lines = 1
+        control.full = 0
+        control.cycles = 0
+        for b in range(size + 1):
+            calendar.buckets[np.uint64(b), 0] = 0
+            calendar.buckets[np.uint64(b), 1] = 0
+        marks_forgotten(calendar)
+        earliest = NEVER
+        n = np.uint64(len(state.partner))
+        for begin in range(np.uint64(0), n, np.uint64(BLOCK)):
+            earliest = min(earliest, choose_due(calendar, state, begin, min(begin + np.uint64(BLOCK), n)))
+            choose_entering(calendar, state, boundary)
+            count = np.uint64(control.waiting)
+            control.waiting = 0
+            for k in range(count):
+                insert(calendar, np.uint64(calendar.who[k]), calendar.due[k])
+        if control.full == 0 or not narrow(calendar, end):
+            return earliest
+
+
+@optional
+def narrow(calendar, longest):
+    """Make the buckets of the next window half as wide, and return whether that could be done; by default,
+    for any calendar.
+    """
+    control = calendar.control[0]
+    if control.width <= NARROWEST * longest:
+        return False
+    control.width *= 0.5
+    return True
+
+
+@inner
+def crowded(calendar):
+    """Return whether a window that was laid out has too few lines: some entries are missing, or it would have
+    to be laid out again after a few events.
+    """
+    control = calendar.control[0]
+    return control.full != 0 or 2 * control.lines > len(calendar.lines)
+
+
+@inner
+def cluttered(calendar, state):
+    """Return whether the heap has room for everybody twice: most of what fills it is stale, and is dropped
+    when the window is laid out anew.
+    """
+    return len(calendar.due) > 2 * len(state.partner) + BLOCK
+
+
+@inner
+def effort(state):
+    """Return how many cycles take about as long as laying out a window, which looks at everybody."""
+    return np.int64(1 + (len(state.partner) >> 8))
 
 
 @inner

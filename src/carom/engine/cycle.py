@@ -13,7 +13,17 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.engine.calendar import ROOM, adapt, first, lay_out, pop, prefetch_calendar
+from carom.engine.calendar import (
+    ROOM,
+    adapt,
+    cluttered,
+    crowded,
+    effort,
+    first,
+    lay_out,
+    pop,
+    prefetch_calendar,
+)
 from carom.engine.collisions import collide, new_epoch, rebound, woken
 from carom.engine.company import announce, collect, granted, weary
 from carom.engine.constants import (
@@ -84,7 +94,7 @@ def _run(digest):
     def run(
         model, state, neighbors, calendar, tallies, by_species, log, end_epoch, end_time, collisions, cycles
     ):
-        """Run the main cycle and return the reason why it ended.
+        """Run the main cycle and return the reason why it ended, and how many of its cycles are left.
 
         Parameters
         ----------
@@ -93,7 +103,8 @@ def _run(digest):
         collisions : int
             Return after the collision of this number.
         cycles : int
-            Return after so many cycles.
+            Return after so many cycles. Windows and epochs in which nothing happens count, too, so that fewer
+            than none may be left.
         """
         digest  # noqa: B018 (part of the cache's key)
         model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
@@ -105,21 +116,32 @@ def _run(digest):
         while True:
             collect(calendar, state)
             if control.full != 0:
+                cycles -= effort(state)
                 lay_out(calendar, state, model.boundary, clock.now, clock.length)
-            if control.waiting + ROOM > len(calendar.due):
-                return NEEDS_HEAP
-            if spread_news(model.rules, model, state, calendar, clock.now):
+                if crowded(calendar):
+                    return NEEDS_HEAP, cycles
+            tight = control.waiting + ROOM > len(calendar.due)
+            if not tight and spread_news(model.rules, model, state, calendar, clock.now):
+                cycles -= 1
                 continue
-            chosen = first(calendar, state, neighbors, model.boundary, model.motion)
+            chosen = np.int64(-2)
+            if not tight:
+                chosen = first(calendar, state, neighbors, model.boundary, model.motion)
             if chosen == -2:
-                return NEEDS_HEAP
+                if not cluttered(calendar, state):
+                    return NEEDS_HEAP, cycles
+                control.full = 1
+                continue
             last = clock.epoch == end_epoch
             if chosen == -1:
                 if last and end_time < control.end:
                     announce(calendar, state, control.end)
-                    return REACHED_TIME
+                    return REACHED_TIME, cycles
                 if tally.collisions >= collisions:  # the present stays that of the last collision
-                    return REACHED_COLLISIONS
+                    return REACHED_COLLISIONS, cycles
+                if cycles <= 0:
+                    return SPENT, cycles
+                cycles -= effort(state)
                 announce(calendar, state, control.end)
                 adapt(calendar, len(state.partner), clock.length)
                 start = control.end
@@ -127,24 +149,27 @@ def _run(digest):
                     new_epoch(model, state, neighbors)
                     begin_epoch(neighbors, model, state, tally)
                     start = 0.0
-                if lay_out(calendar, state, model.boundary, start, clock.length) == NEVER:
+                earliest = lay_out(calendar, state, model.boundary, start, clock.length)
+                if control.full != 0:
+                    return NEEDS_HEAP, cycles
+                if earliest == NEVER:
                     announce(calendar, state, NEVER)
-                    return IDLE
+                    return IDLE, cycles
                 continue
             i = np.uint64(chosen)
             now = calendar.due[0]
             announce(calendar, state, now)
             if (last and now > end_time) or clock.epoch > end_epoch:
-                return REACHED_TIME
+                return REACHED_TIME, cycles
             if tally.collisions >= collisions:
-                return REACHED_COLLISIONS
-            if cycles == 0:
-                return SPENT
+                return REACHED_COLLISIONS, cycles
+            if cycles <= 0:
+                return SPENT, cycles
             if log_full(log):
-                return NEEDS_LOG
+                return NEEDS_LOG, cycles
             if not granted(calendar, state, model.boundary, i, now):
                 if weary(calendar):
-                    return SPENT
+                    return SPENT, cycles
                 continue
             cycles -= 1
             control.cycles += 1
@@ -153,7 +178,7 @@ def _run(digest):
             if leaves:
                 done, words, begin, count = transit(neighbors, model.motion, model.boundary, state, i, now)
                 if not done:
-                    return NEEDS_NEIGHBORS
+                    return NEEDS_NEIGHBORS, cycles
                 pop(calendar)
                 tally.transits += 1
                 schedule_transit(

@@ -8,7 +8,7 @@ import numpy as np
 
 from carom.compiling.lanes import make_lanes
 from carom.engine.balance import make_balance
-from carom.engine.calendar import Calendar, make_calendar
+from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.currents import make_currents
 from carom.engine.flights import make_flights
 from carom.engine.held import make_held
@@ -23,7 +23,7 @@ from carom.engine.obstacles import make_obstacles
 from carom.engine.pair_steps import SteppedImage
 from carom.engine.requirements import Contents
 from carom.engine.sights import sight_of
-from carom.engine.state import State, make_state
+from carom.engine.state import State, aligned, make_state
 from carom.engine.tallies import TALLY, BySpecies
 from carom.models.pinned import PinnedCores
 from carom.models.units import Units
@@ -142,11 +142,17 @@ def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
 
 
 def enlarge_heap(engine: Engine, room: int) -> Engine:
-    """Return the engine with a heap for so many entries, those that it has kept."""
+    """Return the engine with a heap for so many entries, and as many times more lines, up to all that are
+    ever needed; what they hold is kept.
+    """
     calendar = engine.calendar
     due, who = np.zeros(room), np.zeros(room, np.int32)
     due[: len(calendar.due)], who[: len(calendar.who)] = calendar.due, calendar.who
-    return engine._replace(calendar=calendar._replace(due=due, who=who))
+    width = calendar.lines.shape[1]
+    count = min(len(calendar.lines) * room // len(calendar.due), most_lines(len(engine.state.partner)))
+    lines = aligned(width * count, np.uint32).reshape(count, width)
+    lines[: len(calendar.lines)] = calendar.lines
+    return engine._replace(calendar=calendar._replace(due=due, who=who, lines=lines))
 
 
 def arrays(engine: Engine) -> dict[str, np.ndarray]:

@@ -188,3 +188,11 @@ class Contents:
     def smallest(self) -> float:
         """The smallest diameter [length]."""
         return self.diameter if self.radii is None else 2.0 * float(self.radii.min())
+
+    @property
+    def nearest(self) -> float:
+        """The smallest distance of contact [length]: that of two of the smallest, or one of ``contact``."""
+        if self.contact is None or self.kinds is None:
+            return self.smallest
+        occur = np.unique(self.kinds)
+        return min(self.smallest, float(self.contact[np.ix_(occur, occur)].min()))

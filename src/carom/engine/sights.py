@@ -20,6 +20,11 @@ square of their distance is rounded, and the contact is off by some 32 roundings
 SLIGHT = 2.0**-10
 """Diameters below which contacts are not computed from such a moment: the box leaves no room for it."""
 
+ALIKE = 2.0**-4
+"""Part of the smallest diameter that a distance of contact may be for this to hold for it, too: it is then
+off by less than a scene tolerates. Where one is less, the flight is measured by that.
+"""
+
 
 def sight_of(
     scheme: Scheme, contents: Contents, neighbors, pair
@@ -35,8 +40,9 @@ def sight_of(
     # Half a box away, pairs would be taken for other images.
     growing = 1.0 if contents.rates is None else 2.0
     room = 0.49 * contents.narrowest - growing * contents.diameter
-    ahead = min(AHEAD * contents.smallest, room)
-    return RowSight(ahead**2) if ahead >= SLIGHT * contents.smallest else None
+    size = contents.smallest if contents.nearest >= ALIKE * contents.smallest else contents.nearest
+    ahead = min(AHEAD * size, room)
+    return RowSight(ahead**2) if ahead >= SLIGHT * size else None
 
 
 def _smallest_core(interaction: Any, pair, contents: Contents) -> float:

@@ -162,9 +162,18 @@ class StepInteraction(ABC):
             raise InputError(
                 f"Steps are given for {len(table)} species, and the scene has {count}: species=."
             )
-        pairs, _ = self.bonded()
+        pairs, bond = self.bonded()
         if len(pairs) and int(pairs.max()) >= scene.n:
             raise InputError(f"A bond names component {int(pairs.max())}, and there are {scene.n}.")
+        kinds = {steps for row in table for steps in row} | {bond}
+        ends = [end for steps in kinds if steps is not None for end in steps.distances]
+        if min(ends) < checks.UNLIKE * max(ends):
+            raise InputError(
+                f"Steps end at {min(ends):.6g}, and at {max(ends):.6g}; expected at least "
+                f"{checks.UNLIKE:.2g} of the largest distance, because doubles cannot tell whether a pair "
+                "reaches a nearer one. "
+                "Make the distances more alike, or leave out the nearest."
+            )
 
     def _layout(self, diameter: float) -> tuple[list[Steps | None], list[int], np.ndarray, int]:
         """Return the different potentials, where the steps of each begin, which of them each pair of species

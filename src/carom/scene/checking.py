@@ -85,6 +85,17 @@ def _asked(obstacle: Any, name: str) -> Any:
     return getattr(obstacle, name, None)
 
 
+def refuse_unlike(contacts: Contacts) -> None:
+    """Raise InputError if some components touch so much nearer than others that digits are lost."""
+    smallest, largest = contacts.extremes
+    if smallest < checks.UNLIKE * largest:
+        raise InputError(
+            f"Some components touch at {smallest:.6g}, and others at {largest:.6g}; expected at least "
+            f"{checks.UNLIKE:.2g} of the largest distance, because doubles cannot tell whether nearer ones "
+            "meet. Make the diameters, or the contact distances, more alike."
+        )
+
+
 def refuse_overlap(
     places: np.ndarray, room: Room, contacts: Contacts, interaction: Any, pinned: np.ndarray | None = None
 ) -> None:

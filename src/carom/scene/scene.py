@@ -168,7 +168,9 @@ class Scene(Fields):
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)
         faces.refuse_hidden(standing, edges, repeats, 0.5 * float(diameters.min()))
-        checking.refuse_overlap(places, room, Contacts(diameters, kinds, matrix), interaction, fixed)
+        contacts = Contacts(diameters, kinds, matrix)
+        checking.refuse_unlike(contacts)
+        checking.refuse_overlap(places, room, contacts, interaction, fixed)
         places.setflags(write=False)
         one_diameter, one_mass = np.ptp(diameters) == 0, np.ptp(masses) == 0
         vars(self).update(

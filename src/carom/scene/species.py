@@ -221,6 +221,17 @@ class Contacts:
             return float(self._matrix[self._species[self.classes[a][0]], self._species[self.classes[b][0]]])
         return float(0.5 * (self._largest[a] + self._largest[b]))
 
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """The smallest and the largest distance at which two components touch [length]."""
+        if self._matrix is None or self._species is None:
+            order = np.sort(self.diameters)
+            return float(order[:2].mean()), float(order[-2:].mean())
+        kinds, counts = np.unique(self._species, return_counts=True)
+        pairs = ~np.eye(len(kinds), dtype=bool) | (counts > 1)  # nobody touches itself
+        distances = self._matrix[np.ix_(kinds, kinds)][pairs]
+        return float(distances.min(initial=np.inf)), float(distances.max(initial=0.0))
+
     def size(self, a: int) -> float:
         """Return the largest diameter in class a [length]."""
         return float(self._largest[a])

@@ -83,14 +83,14 @@ def _advance(
     while True:
         stop, final = _stop(machine, end)
         log = None if machine.log is None else machine.log.buffer
-        cycles = min(machine.pace.count, left)
+        cycles, unused = min(machine.pace.count, left), 0
         began = news.running()
         if machine.team is not None and machine.team.window(stop, int(target)):
             code = constants.SPENT
         else:
             try:
                 with machine.pace:
-                    code = cycle.run(*machine.engine, log, *stop, target, np.int64(cycles))
+                    code, unused = cycle.run(*machine.engine, log, *stop, target, np.int64(cycles))
             except Exception as error:
                 refuse_rule(machine, error)
                 raise
@@ -130,8 +130,8 @@ def _advance(
             progress(_fraction(machine, int(before.collisions), start, int(target), end))
         if now >= deadline:
             break
-        if code == constants.SPENT and cycles < left:
-            left -= cycles
+        left -= cycles - int(unused)
+        if code == constants.SPENT and left > 0:
             continue
         left = CYCLES  # what follows happens at the same cycles, however long they take
         # Only now: many short runs would spend their time with looking at all velocities, or at the clock.

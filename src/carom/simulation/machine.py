@@ -19,7 +19,7 @@ from carom.simulation.depths import Depths
 from carom.simulation.invariants import Mechanics
 from carom.simulation.own_models import refuse_forgetful
 from carom.simulation.pace import CYCLES, MOST_SCHEDULED, Pace
-from carom.simulation.preparation import impact_of, pace_of, unit_of
+from carom.simulation.preparation import impact_of, pace_of, refuse_steep, unit_of
 
 if TYPE_CHECKING:
     from carom.engine.neighbors.choice import Scheme
@@ -399,6 +399,7 @@ class Machine:
         unit, thermal = unit_of(self.scene, velocities, rates)
         pace = unit.to_kernel(pace_of(self.scene), -1)
         self.contents = dataclasses.replace(self.contents, unit=unit, pace=pace)
+        refuse_steep(self.contents, thermal)
         if rescaled:
             impact = impact_of(self.scene, thermal, rates, unit)
             self.contents = dataclasses.replace(self.contents, impact=impact)

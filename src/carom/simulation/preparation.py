@@ -30,6 +30,9 @@ LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
 their digits, with some room for their products.
 """
 
+STEEPEST = 2.0**43
+"""Height of steps over kT, at most: a sum of both is then rounded by a thousandth of kT."""
+
 SINGLE = 2.0**-23
 """Spacing of single precision at 1."""
 
@@ -132,6 +135,25 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
     rates = 0.5 * rates
     return rates if rates.any() else None
+
+
+def refuse_steep(contents: Contents, thermal: Thermal) -> None:
+    """Raise InputError if steps of pairs are so high that a crossing leaves no digit of a thermal energy.
+
+    ``thermal`` is in the engine's unit of time.
+    """
+    if not contents.stepped:
+        return
+    energies = np.asarray(contents.interaction.model(contents.particles).energy)
+    finite = energies[np.isfinite(energies)]
+    height, energy = float(np.ptp(finite)), thermal.kT + contents.mass * thermal.drift**2
+    if 0.0 < STEEPEST * energy < height:
+        height, energy = (contents.unit.to_scene(each, -2) for each in (height, energy))
+        raise InputError(
+            f"Steps of pairs are {height:.3g} high, where kT is {energy:.3g}; expected at most "
+            f"{STEEPEST:.2g} kT, because a double cannot hold both energies. Use math.inf for a hard core or "
+            "a bond, lower the steps, or let the components move faster."
+        )
 
 
 def in_single(precision: str, scene: Scene, thermal: Thermal, unit: TimeUnit) -> bool:
@@ -352,6 +374,7 @@ def contents_of(
         if choice.is_own(model):
             choice.compilable(f"obstacle {value.name}", model)
     refuse_unsound(scene, contents)
+    refuse_steep(contents, thermal)
     if rates is not None:
         refuse_forgetful(contents)
     return contents

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from carom.engine.calendar import usual_heap
 from carom.engine.neighbors import thin
 from carom.engine.neighbors.epochs import horizon_of, lengths_of, power_of_two, short
 from carom.engine.neighbors.margins import margins_of, of_dimension, refuse_lists
@@ -168,7 +169,7 @@ def choose(
         cell_capacity=room_in_cells(contents, neighbors, shape, margins.reach),
         epoch=epoch,
         width=width,
-        heap=max(256, contents.n // 64),
+        heap=usual_heap(contents.n),
         horizon=horizon,
         step=0 if contents.reaches is None else 8,
         span=epoch if alone else 0.0,

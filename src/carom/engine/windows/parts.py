@@ -183,15 +183,15 @@ def has_mail(part: Part) -> bool:
 
 
 def restart(engine: Engine, epoch: int, now: float, width: float | None = None) -> None:
-    """Let the calendar of an engine be laid out anew, at a time within an epoch, perhaps with another width
-    of its buckets.
+    """Let the calendar of an engine be laid out anew, at a time within an epoch; that of a part with a
+    ``width`` of its buckets.
     """
     clock, control = engine.state.clock, engine.calendar.control
     clock.epoch[0], clock.now[0] = epoch, now
     if width is not None:
-        control.width[0] = 2.0 * width  # the cycle halves it, as where lines ran out
+        control.width[0] = width
     elif control.full[0] == 0:
-        control.width[0] *= 2.0
+        control.width[0] *= 2.0  # the cycle halves it, as where lines ran out
     control.full[0] = 1
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from carom.compiling.atomics import load, store
 from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner
-from carom.engine.calendar import ENTRIES, adapt, bucket_of, buckets_in_window, time_of
+from carom.engine.calendar import ENTRIES, adapt, bucket_of, buckets_in_window, narrow, time_of
 from carom.engine.company import announce, mark, marks_forgotten
 from carom.engine.windows.desk import FAR, LINE, NOTES, PartCalendar, mask_of, patch_at, row_of
 from carom.engine.windows.slabs import ANNOUNCED, HEEDED, OWN, PATCHES, prefetch_layer
@@ -169,3 +169,9 @@ def _(calendar: PartCalendar, state, time):
 def _(calendar: PartCalendar, n, longest):
     """All parts lay out their calendars at the same times: nobody waits for another that does."""
     return
+
+
+@narrow.register
+def _(calendar: PartCalendar, longest):
+    """For the same reason a part whose lines run out is given more of them."""
+    return False

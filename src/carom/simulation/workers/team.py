@@ -291,7 +291,8 @@ class Team:
 
         part = self._parts[k]
         until = np.int64(epoch), end
-        return int(cycle.run(*part.engine, part.gathered, *until, np.int64(2**62), np.int64(CYCLES)))
+        code, _ = cycle.run(*part.engine, part.gathered, *until, np.int64(2**62), np.int64(CYCLES))
+        return int(code)
 
     def _rest(self, k: int) -> bool:
         """Wait at the end of the window; False if part k has messages to read, True if all is over."""
@@ -419,7 +420,7 @@ class Team:
         rows, images = engine.state.rows.view(np.ndarray)[: scene.n], engine.state.images
         self._kept = np.empty_like(rows), None if images is None else np.empty_like(images)
         begin_window(self._parts, 0, 0.0, 0.0, 0.0)
-        restart(self._parts[0].engine, 0, 0.0)
+        restart(self._parts[0].engine, 0, 0.0, self._width)
         self._cycle(0, 0, -math.inf)
 
     def _bucket(self) -> float:
