@@ -263,10 +263,12 @@ def _of_state(machine: Machine) -> Iterator[str]:
     scene, engine = machine.scene, machine.engine
     rows, n, length = engine.state.rows, scene.n, float(engine.state.clock[0].length)
     far = FAR * max(scene.box)
+    # Rows in single precision round the times.
+    now, blur = float(engine.state.clock[0].now), PARTED * length
     yield from _outside("state.rows.x", rows["x"], -far, far)
-    yield from _outside("state.rows.t", rows["t"], 0.0, length)
-    yield from _outside("state.rows.due", rows["due"][:n], 0.0, math.inf)
-    yield from _outside("state.leave", engine.state.leave, 0.0, math.inf)
+    yield from _outside("state.rows.t", rows["t"], 0.0, now + blur)
+    yield from _outside("state.rows.due", rows["due"][:n], now - blur, math.inf)
+    yield from _outside("state.leave", engine.state.leave, now - blur, math.inf)
     if rows["due"][n] != -math.inf:
         yield "state.rows.due lets the ghost meet somebody"
     with np.errstate(over="ignore"):
