@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom import checks
-from carom.bridges.embedding import momenta, parted, periodic
+from carom.bridges.embedding import embed, momenta, parted, periodic
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.validation import flaw
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
-    """Return an ``ase.Atoms`` as a frame.
+    """Return an ``ase.Atoms`` as a frame, in the order of ``atoms.arrays["id"]`` if there is one.
 
     Parameters
     ----------
@@ -36,8 +36,10 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     ------
     InputError
         If there are no atoms, no diameters or one that is not positive, a cell that is not rectangular,
-        coordinates along axes that are not periodic, or values that no frame can hold, such as masses of 0.
+        coordinates along axes that are not periodic, two atoms of one id, or values that no frame can hold,
+        such as masses of 0.
     """
+    atoms = _in_order(atoms)
     dimension = _dimension(atoms)
     cell = np.asarray(atoms.cell[:], dtype=np.float64)
     if np.any(cell != np.diag(np.diag(cell))) or not np.all(np.diag(cell)[:dimension] > 0.0):
@@ -78,6 +80,19 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     if frame.species is not None:
         frame = dataclasses.replace(frame, species=frame.species.astype(np.int64))
     return frame
+
+
+def _in_order(atoms: ase.Atoms) -> ase.Atoms:
+    """Return the atoms in the order of their ids: programs may list them in any."""
+    ids = atoms.arrays.get("id")
+    if ids is None:
+        return atoms
+    if ids.ndim != 1 or ids.dtype.kind not in "iu" or len(np.unique(ids)) != len(ids):
+        raise InputError(
+            "The array 'id' of these atoms holds what is no integer, or one twice; "
+            "del atoms.arrays['id'] where it names nobody."
+        )
+    return atoms if (np.diff(ids) > 0).all() else atoms[np.argsort(ids)]
 
 
 def _dimension(atoms: ase.Atoms) -> int:
@@ -122,9 +137,14 @@ def _wrap(
 
 
 def _velocities(atoms: ase.Atoms) -> np.ndarray:
-    """Return the (n, 3) velocities: those in ``velo``, unless the momenta were changed since."""
-    velocities = np.asarray(atoms.get_velocities(), dtype=np.float64)
+    """Return the (n, 3) velocities: those in ``velo``, unless there are momenta that were changed since."""
     exact = atoms.arrays.get("velo")
-    if exact is not None and np.array_equal(momenta(exact, atoms.get_masses()), atoms.get_momenta()):
-        return np.asarray(exact, dtype=np.float64)
-    return velocities
+    if exact is not None:
+        if exact.dtype.kind not in "if" or exact.ndim > 2 or exact.size > 3 * len(atoms):
+            raise InputError("The array 'velo' of these atoms holds no vectors of up to three numbers.")
+        exact = embed(np.asarray(exact, dtype=np.float64).reshape(len(atoms), -1))
+        if not atoms.has("momenta") or np.array_equal(
+            momenta(exact, atoms.get_masses()), atoms.get_momenta()
+        ):
+            return exact
+    return np.asarray(atoms.get_velocities(), dtype=np.float64)

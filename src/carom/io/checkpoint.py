@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from carom.errors import FileError, InputError
+from carom.io.hdf5 import made
 from carom.io.inspection import opened
 from carom.io.packed import expected, pack, unpack
 from carom.io.paths import existing, reading, replacing, writing
@@ -57,12 +58,10 @@ def save(
     FileError
         If it cannot be written.
     """
-    import h5py
-
     text = _to_json(attributes)
     large = sum(np.asarray(array).nbytes for array in arrays.values()) > LARGE
     with replacing(Path(path)) as temporary, writing(Path(path)):
-        with h5py.File(temporary, "w", userblock_size=_HEADER) as file:
+        with made(temporary, userblock_size=_HEADER) as file:
             file["attributes"] = np.frombuffer(text.encode("utf-8"), dtype=np.uint8)
             group = file.create_group("arrays")
             for name, array in arrays.items():

@@ -16,6 +16,7 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io import checksums
+from carom.io.claims import Claim, patiently
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
 from carom.io.paths import existing, reading, uninterrupted, writable, writing
@@ -108,15 +109,26 @@ def _sum_of_initial(arrays: Mapping[str, np.ndarray]) -> int:
     return checksums.of_arrays(arrays[name] for name in sorted(arrays))
 
 
-def _verify(path: Path, count: int, sums: Mapping[str, int]) -> None:
-    """Raise FileError unless the first ``count`` events of a log are those with these checksums."""
-    try:
+def verify(path: Path, count: int, sums: Mapping[str, int]) -> None:
+    """Refuse a log of which the first ``count`` events are not those with these checksums; it is only read.
+
+    Raises
+    ------
+    FileError
+        If they are not, or the file is missing, foreign or destroyed.
+    """
+    existing(path)
+
+    def read() -> None:
         with reading(path, _KIND), Input(path) as file:
             if (there := _count(file)) < count:
                 raise FileError(f"{path} is damaged: it holds {there} events, and {count} were written.")
             for name, value in _sums_of(file, count):
                 if value != sums.get(name):
                     raise FileError(f"{path} is damaged: its {name} is not what was written.")
+
+    try:
+        patiently(path, read)
     except FileError as error:
         raise FileError(
             f"{str(error).rstrip('.')}; it was left as it is: restore it from a copy, or repeat the run."
@@ -249,8 +261,10 @@ class EventLog:
     def _reopen(self, keep: int | None) -> None:
         """Continue a log after a check, and drop all but the first `keep` events."""
         existing(self.path)
+        with writing(self.path):
+            Claim(self.path).close()
         if self.sums is not None:
-            _verify(self.path, keep or 0, self.sums)
+            verify(self.path, keep or 0, self.sums)
         with reading(self.path, _KIND):
             self._output = Output(self.path, "r+")
             self._file = self._output.file
@@ -353,9 +367,13 @@ def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None =
         If the file is missing, truncated, damaged, foreign or a folder.
     """
     path = existing(path)
-    with reading(path, _KIND), Input(path) as file:
-        first, last, _ = slice(start, stop).indices(_count(file))
-        return _read(file, first, max(first, last))
+
+    def read() -> Events | StepEvents:
+        with reading(path, _KIND), Input(path) as file:
+            first, last, _ = slice(start, stop).indices(_count(file))
+            return _read(file, first, max(first, last))
+
+    return patiently(path, read)
 
 
 def read_initial(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -367,6 +385,10 @@ def read_initial(path: str | os.PathLike[str]) -> dict[str, Any]:
         If the file is missing, truncated, foreign or a folder.
     """
     path = existing(path)
-    with reading(path, _KIND), Input(path) as file:
-        _count(file)
-        return dict(_initial(file))
+
+    def read() -> dict[str, Any]:
+        with reading(path, _KIND), Input(path) as file:
+            _count(file)
+            return dict(_initial(file))
+
+    return patiently(path, read)

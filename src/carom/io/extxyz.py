@@ -16,11 +16,10 @@ from __future__ import annotations
 
 import contextlib
 import io
-import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -39,6 +38,19 @@ from carom.bridges.embedding import (
 from carom.bridges.palette import colours_of
 from carom.errors import FileError
 from carom.frame import Frame
+from carom.io.announced import (
+    dimension_of,
+    in_order,
+    integers,
+    lattice_of,
+    layout_of,
+    number_of,
+    pairs,
+    periodic_axes,
+    vectors,
+    words_of,
+)
+from carom.io.claims import Claim, under_way
 from carom.io.formats import Reader, Writer
 from carom.io.paths import reading, writing
 from carom.io.validation import narrowed
@@ -48,8 +60,6 @@ _KIND = "extended XYZ"
 _COLUMNS = (("pos", "R", 3), ("momenta", "R", 3), ("masses", "R", 1), ("radius", "R", 1), ("velo", "R", 3))
 #: Bytes that are read at a time; every line is shorter.
 _BLOCK = 1 << 24
-_WIDEST = 100  # words of a column, at most
-_PAIR = re.compile(r"""([A-Za-z_][\w-]*)=(?:"([^"]*)"|(\S+))""")
 
 
 def render(frame: Frame) -> bytes:
@@ -140,11 +150,13 @@ class Index:
         First byte of each complete frame, and the byte after the last.
     torn : bool
         Whether part of a frame follows.
+    unended : bool
+        Whether this part is a frame of which only the last newline is missing, and perhaps some digits.
     """
 
     def __init__(self, path: Path, limit: int | None = None):
         self.offsets = [0]
-        self.torn = False
+        self.torn = self.unended = False
         with path.open("rb") as file:
             while limit is None or len(self.offsets) <= limit:
                 first = _line(file)
@@ -154,12 +166,18 @@ class Index:
                             raise ValueError(f"an empty line follows frame {len(self.offsets) - 1}")
                     break
                 complete = first.endswith(b"\n")
-                n = self._number(first)
-                for _ in range(n + 1):
+                n, second = self._number(first), b""
+                for k in range(n + 1):
                     # A line without a newline is the last of the file, perhaps cut off within a number.
-                    complete = complete and _line(file).endswith(b"\n")
+                    line = _line(file) if complete else b""
+                    complete = line.endswith(b"\n")
                     if not complete:
+                        self.unended = k == n and len(line.split()) == layout_of(pairs(second))[1]
                         break
+                    if k == 0:
+                        second = line
+                        if len(self) == 0:
+                            layout_of(pairs(second))  # before all rows are read
                 if not complete:
                     self.torn = True
                     break
@@ -173,28 +191,6 @@ class Index:
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
-
-
-class _Column(NamedTuple):
-    """A column of the table: its name, its kind (R, I, S or L), and which words of a line it takes."""
-
-    name: str
-    kind: str
-    words: slice
-
-
-def _columns(properties: str) -> tuple[list[_Column], int]:
-    """Return the columns that ``Properties`` announces, and how many words a line has."""
-    fields = properties.split(":")
-    if len(fields) % 3:
-        raise ValueError(f"Properties has {len(fields)} fields, which is no multiple of 3")
-    result, at = [], 0
-    for name, kind, width in zip(fields[0::3], fields[1::3], map(int, fields[2::3]), strict=True):
-        if kind not in ("R", "I", "S", "L") or not 1 <= width <= _WIDEST:
-            raise ValueError(f"Properties announces {width} columns of kind {kind}")
-        result.append(_Column(name, kind, slice(at, at + width)))
-        at += width
-    return result, at
 
 
 def parse(
@@ -213,9 +209,8 @@ def parse(
     with path.open("rb") as file:
         file.seek(start)
         n = int(_line(file))
-        second = _line(file).decode("utf-8")
-        info = {m[1]: m[2] if m[2] is not None else m[3] for m in _PAIR.finditer(second)}
-        layout, width = _columns(info.get("Properties", "species:S:1:pos:R:3"))
+        info = pairs(_line(file))
+        layout, width = layout_of(info)
         wanted = [column for column in layout if names is None or column.name in names]
         numbers = [column for column in wanted if column.kind in "RI"]
         used = [k for column in numbers for k in range(width)[column.words]]
@@ -242,7 +237,7 @@ def parse(
     for column in numbers:
         wide = column.words.stop - column.words.start
         values = table[:, at] if wide == 1 else table[:, at : at + wide]
-        columns[column.name] = _integers(values) if column.kind == "I" else values
+        columns[column.name] = integers(values) if column.kind == "I" else values
         at += wide
     return info, columns
 
@@ -274,48 +269,44 @@ def _check_words(lines: bytes, width: int) -> int:
     raise ValueError(f"a line has not the {width} columns that Properties announces")
 
 
-def _integers(values: np.ndarray) -> np.ndarray:
-    """Return doubles that are integers, and small enough to be exact, as int64."""
-    if not (np.abs(values) <= 2.0**53).all() or (values != np.rint(values)).any():
-        raise ValueError("a column of integers holds something else")
-    return values.astype(np.int64)
-
-
-#: The columns that a frame is read from. ``momenta`` and ``species`` repeat them for ASE, ``id`` for OVITO.
-_READ = frozenset(("pos", "velo", "masses", "radius", "images", "kind"))
-
-
-def periodic_axes(info: Mapping[str, str]) -> tuple[bool, ...]:
-    """Return which of the three axes are periodic, from the comment line of a frame."""
-    return tuple(word in ("T", "True", "1") for word in info.get("pbc", "T T T").split())
+#: The columns that a frame is read from. ``momenta`` and ``species`` repeat them for ASE.
+_READ = frozenset(("pos", "velo", "masses", "radius", "images", "kind", "id"))
 
 
 def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
     for name in ("pos", "velo", "masses", "radius"):
         if name not in columns:
             raise ValueError(f"it has no column '{name}'")
-    for name in ("Lattice", "time", "step"):
-        if name not in info:
-            raise ValueError(f"its second line has no '{name}'")
-    dimension = int(info.get("dimension", "3"))
-    lattice = np.array([float(word) for word in info["Lattice"].split()]).reshape(3, 3)
-    if not 1 <= dimension <= 3 or np.any(lattice != np.diag(np.diag(lattice))):
-        raise ValueError("its box is not rectangular, of one to three dimensions")
-    images, kinds = columns.get("images"), columns.get("kind")
-    flags = periodic_axes(info)
+    dimension = dimension_of(info, columns)
+    lattice = lattice_of(info)
+    if lattice is None:
+        raise ValueError("its second line has no 'Lattice'")
+    if np.any(lattice != np.diag(np.diag(lattice))):
+        raise ValueError("its box is not rectangular")
+    if any(word.strip("+-0.") for word in words_of(info.get("Origin", ""))):
+        raise ValueError(f"the origin of its box is {info['Origin']!r}; expected 0 0 0")
+    kinds = columns.get("kind")
     return Frame(
-        time=float(info["time"]),
-        step=int(info["step"]),
-        positions=np.ascontiguousarray(columns["pos"][:, :dimension], dtype=np.float64),
-        velocities=np.ascontiguousarray(columns["velo"][:, :dimension], dtype=np.float64),
+        time=number_of(info, "time"),
+        step=number_of(info, "step", int),
+        positions=np.ascontiguousarray(vectors(columns, "pos", dimension), dtype=np.float64),
+        velocities=np.ascontiguousarray(vectors(columns, "velo", dimension), dtype=np.float64),
         box=tuple(float(edge) for edge in np.diag(lattice)[:dimension]),
-        diameters=2.0 * columns["radius"],
-        masses=np.ascontiguousarray(columns["masses"], dtype=np.float64),
-        images=None if images is None else narrowed(images[:, :dimension]),
+        diameters=2.0 * vectors(columns, "radius", 1)[:, 0],
+        masses=np.ascontiguousarray(vectors(columns, "masses", 1)[:, 0], dtype=np.float64),
+        images=narrowed(vectors(columns, "images", dimension)) if "images" in columns else None,
         species=None if kinds is None else np.ascontiguousarray(kinds),
         species_names=parted(info.get("species_names", "")) if kinds is not None else (),
-        periodic=flags[:dimension],
+        periodic=periodic_axes(info, dimension),
     )
+
+
+_UNREAD = np.empty(0, np.int64)
+
+UNENDED = (
+    "its last line has no newline, so that digits may be missing; add a newline if the line is whole, or cut "
+    "the frame off with mode 'a' and keep=."
+)
 
 
 class ExtxyzReader(Reader):
@@ -323,12 +314,15 @@ class ExtxyzReader(Reader):
 
     def __init__(self, path: Path, *, torn: bool = False, limit: int | None = None):
         super().__init__(path)
+        self._first: np.ndarray | None = _UNREAD
+        growing = under_way(path)
         with reading(path, _KIND):
             self._index = Index(path, limit)
-            if self._index.torn and not torn:
+            # Of a frame that is being written the rest is to come.
+            if self._index.torn and not torn and not growing:
                 raise FileError(
                     f"{path} ends inside frame {len(self)}, after {len(self)} complete ones; "
-                    "opening it once with mode 'a' drops the rest."
+                    + (UNENDED if self._index.unended else "opening it once with mode 'a' drops the rest.")
                 )
 
     def __len__(self) -> int:
@@ -339,10 +333,32 @@ class ExtxyzReader(Reader):
         """The byte after the last complete frame."""
         return self._index.offsets[-1]
 
+    @property
+    def unended(self) -> bool:
+        """Whether a frame follows of which the last newline is missing."""
+        return self._index.unended
+
+    @property
+    def torn(self) -> bool:
+        """Whether part of a frame follows."""
+        return self._index.torn
+
     def _read(self, k: int) -> Frame:
         start, stop = self._index.offsets[k : k + 2]
         with reading(self.path, _KIND):
-            return _to_frame(*parse(self.path, start, stop, _READ))
+            info, columns = parse(self.path, start, stop, _READ)
+            if k == 0:
+                columns, self._first = in_order(columns, None)
+            else:
+                columns, _ = in_order(columns, self._ids())
+            return _to_frame(info, columns)
+
+    def _ids(self) -> np.ndarray | None:
+        """Return the ids of the first frame, in order."""
+        if self._first is _UNREAD:
+            _, columns = parse(self.path, 0, self._index.offsets[1], ("id",))
+            self._first = in_order(columns, None)[1]
+        return self._first
 
 
 class ExtxyzWriter(Writer):
@@ -351,19 +367,30 @@ class ExtxyzWriter(Writer):
     def __init__(self, path: Path, scene: Any = None, *, append: bool = False, keep: int | None = None):
         super().__init__(path, scene)
         end = 0
-        if append:
-            end = self._keep(keep)
         with writing(path):
-            # Unbuffered: a failed frame must not come back from a buffer when the file is closed.
-            self._file: io.FileIO = path.open("r+b" if append else "wb", buffering=0)
+            self._claim = Claim(path)
+        try:
             if append:
-                self._file.truncate(end)
-                self._file.seek(end)
+                end = self._keep(keep)
+            with writing(path):
+                # Unbuffered: a failed frame must not come back from a buffer when the file is closed.
+                self._file: io.FileIO = path.open("r+b" if append else "wb", buffering=0)
+                if append:
+                    self._file.truncate(end)
+                    self._file.seek(end)
+        except BaseException:
+            self._claim.close()
+            raise
         self._end = end
 
     def _keep(self, keep: int | None) -> int:
         """Return the byte after the first `keep` frames, at which writing continues."""
         with ExtxyzReader(self.path, torn=True, limit=keep) as reader:
+            if keep is None and (reader.unended or (reader.torn and not len(reader))):
+                raise FileError(
+                    f"{self.path} holds {len(reader)} complete frames and was left as it is: "
+                    + (UNENDED if reader.unended else "mode 'a' with keep=0 drops the rest.")
+                )
             self._retain(reader, keep)
             return reader.end
 
@@ -382,3 +409,4 @@ class ExtxyzWriter(Writer):
 
     def _close(self) -> None:
         self._file.close()
+        self._claim.close()

@@ -20,6 +20,7 @@ import numpy as np
 from carom.bridges.embedding import edges, embed, names_of, plain, require_at_most_three
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
+from carom.io.claims import Claim, patiently
 from carom.io.formats import Reader, Writer
 from carom.io.paths import reading, replacing, writing
 from carom.io.validation import narrowed
@@ -30,14 +31,35 @@ if TYPE_CHECKING:
 _KIND = "GSD"
 
 
-def _open(path: Path, mode: str) -> gsd.hoomd.HOOMDTrajectory:
+def _require(path: Path) -> None:
+    """Refuse a path for which the package gsd is needed and missing."""
     try:
-        import gsd.hoomd
+        import gsd.hoomd  # noqa: F401
     except ImportError:
         raise InputError(
             f"{path} needs the package gsd, which is not installed: pip install 'carom[gsd]'."
         ) from None
+
+
+def _open(path: Path, mode: str) -> gsd.hoomd.HOOMDTrajectory:
+    _require(path)
+    import gsd.hoomd
+
     return gsd.hoomd.open(str(path), mode)
+
+
+def _append(trajectory: gsd.hoomd.HOOMDTrajectory, stored: gsd.hoomd.Frame) -> None:
+    """Append a frame.
+
+    Of the first one gsd leaves out what has its default value, and OVITO draws spheres without a diameter
+    with one of its own. Later frames take what they lack from the first.
+    """
+    if len(trajectory) == 0:
+        for name in ("diameter", "mass"):
+            values = getattr(stored.particles, name)
+            if (values == 1.0).all():
+                trajectory.file.write_chunk(f"particles/{name}", values)
+    trajectory.append(stored)
 
 
 def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
@@ -109,15 +131,21 @@ class GsdReader(Reader):
     def __init__(self, path: Path, *, torn: bool = False):
         # GSD lists a frame when it is complete, so `torn` changes nothing here.
         super().__init__(path)
-        with reading(path, _KIND):
-            self._file = _open(path, "r")
+        self._file = patiently(path, self._opened)
+
+    def _opened(self) -> gsd.hoomd.HOOMDTrajectory:
+        with reading(self.path, _KIND):
+            return _open(self.path, "r")
 
     def __len__(self) -> int:
         return len(self._file)
 
     def _read(self, k: int) -> Frame:
-        with reading(self.path, _KIND):
-            return _to_frame(self._file[k])
+        def read() -> Frame:
+            with reading(self.path, _KIND):
+                return _to_frame(self._file[k])
+
+        return patiently(self.path, read)
 
     def close(self) -> None:
         """Close the file."""
@@ -129,19 +157,33 @@ class GsdWriter(Writer):
 
     def __init__(self, path: Path, scene: Any = None, *, append: bool = False, keep: int | None = None):
         super().__init__(path, scene)
-        if append:
-            self._keep(keep)
+        _require(path)
+        self._file: gsd.hoomd.HOOMDTrajectory | None = None
         with writing(path):
-            self._file = _open(path, "r+" if append else "w")
+            self._claim = Claim(path)
+        try:
+            if append and self._keep(keep):
+                self._claim.close()
+                self._claim = Claim(path)
+            with writing(path):
+                self._file = _open(path, "r+" if append else "w")
+        except BaseException:
+            self._claim.close()
+            raise
 
-    def _keep(self, keep: int | None) -> None:
-        """Drop all but the first `keep` frames."""
+    def _keep(self, keep: int | None) -> bool:
+        """Drop all but the first `keep` frames; return whether a new file took the place of the old one."""
         with GsdReader(self.path) as reader:
             keep = self._retain(reader, keep)
             # GSD cannot drop single frames: those to keep are copied unchanged into a new file.
-            if keep < len(reader):
-                with replacing(self.path) as temporary, writing(temporary), _open(temporary, "w") as kept:
-                    kept.extend(reader._file[:keep])
+            if keep == len(reader):
+                return False
+            with replacing(self.path) as temporary:
+                temporary.touch()  # gsd would make it unreadable for others
+                with writing(self.path), _open(temporary, "w") as kept:
+                    for k in range(keep):
+                        _append(kept, reader._file[k])
+            return True
 
     def _append(self, frame: Frame) -> None:
         require_at_most_three(frame.dimension, "GSD")
@@ -152,10 +194,15 @@ class GsdWriter(Writer):
                 CaromWarning,
                 stacklevel=4,
             )
-        self._file.append(_to_gsd(frame))
-        self._file.flush()
+        assert self._file is not None
+        with self._claim.changing():
+            _append(self._file, _to_gsd(frame))
+            self._file.flush()
 
     def _close(self) -> None:
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        try:
+            if self._file is not None:
+                self._file.close()
+                self._file = None
+        finally:
+            self._claim.close()

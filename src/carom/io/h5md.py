@@ -17,6 +17,7 @@ import numpy as np
 from carom.bridges.embedding import edges, embed, joined, parted, periodic
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.io.claims import Claim, patiently, under_way
 from carom.io.formats import Reader, Writer
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
@@ -229,21 +230,33 @@ class H5mdReader(Reader):
     def __init__(self, path: Path, *, torn: bool = False):
         # A frame that a kill cut off is never counted (see _Store), so `torn` changes nothing here.
         super().__init__(path)
-        with reading(path, _KIND):
-            self._input = Input(path)
+        self._input, self._store = patiently(path, self._opened)
+
+    def _opened(self) -> tuple[Input, _Store | None]:
+        with reading(self.path, _KIND):
+            source = Input(self.path)
             try:
-                self._store = _find_store(self._input.file)
+                return source, _find_store(source.file)
             except BaseException:
-                self._input.close()
+                source.close()
                 raise
 
     def __len__(self) -> int:
         return 0 if self._store is None else len(self._store)
 
     def _read(self, k: int) -> Frame:
-        assert self._store is not None
-        with reading(self.path, _KIND):
-            return self._store.read(k)
+        def read() -> Frame:
+            assert self._store is not None
+            try:
+                with reading(self.path, _KIND):
+                    return self._store.read(k)
+            except FileError:
+                if under_way(self.path):  # Where its parts lie may have changed.
+                    self._input.close()
+                    self._input, self._store = self._opened()
+                raise
+
+        return patiently(self.path, read)
 
     def close(self) -> None:
         """Close the file."""
@@ -266,6 +279,8 @@ class H5mdWriter(Writer):
 
     def _reopen(self, keep: int | None) -> None:
         """Open the file for appending, and drop all but the first `keep` frames."""
+        with writing(self.path):
+            Claim(self.path).close()
         try:
             with H5mdReader(self.path) as reader:
                 keep = self._retain(reader, keep)

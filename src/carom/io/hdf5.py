@@ -16,11 +16,13 @@ import io
 import os
 import struct
 import weakref
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from carom.io.claims import Claim
 from carom.io.inspection import FORMAT, opened
-from carom.io.paths import existing, reading
+from carom.io.paths import existing, reading, reason
 
 if TYPE_CHECKING:
     import h5py
@@ -35,13 +37,14 @@ _TRAILER = struct.Struct("<32sQ16s")  # SHA-256 and length of the entries, _JOUR
 class _Staged(io.RawIOBase):
     """A file as HDF5 sees it: the file on the disk, overlaid with all writes since the last commit."""
 
-    def __init__(self, path: Path, mode: str):
+    def __init__(self, path: Path, mode: str, claim: Claim | None = None):
         super().__init__()
+        self._claim = claim
         self._disk = io.FileIO(path, "w+" if mode == "w" else mode)
         self._size = self._disk_size = self._disk.seek(0, os.SEEK_END)
         self._at = 0
         self._pending: list[tuple[int, bytes]] = []
-        self._failed = False
+        self._failure: OSError | None = None
         if self._size > _TRAILER.size:
             try:
                 self._recover()
@@ -69,10 +72,11 @@ class _Staged(io.RawIOBase):
             at += count
             if offset + len(data) <= self._size:
                 self._pending.append((offset, data))
-        if self._disk.writable():
-            for offset, data in self._pending:
-                self._put(offset, memoryview(data))
-            self._disk.truncate(self._size)
+        if self._claim is not None:
+            with self._claim.changing():
+                for offset, data in self._pending:
+                    self._put(offset, memoryview(data))
+                self._disk.truncate(self._size)
             self._pending, self._disk_size = [], self._size
 
     def seekable(self) -> bool:
@@ -127,8 +131,13 @@ class _Staged(io.RawIOBase):
             If a write fails, and at every later call. The file is then as the last commit left it, or, if
             overwriting failed, as after this commit: the journal completes it when it is next opened.
         """
-        if self._failed:
-            raise OSError("an earlier write to it failed")
+        assert self._claim is not None
+        if self._failure is not None:
+            raise OSError(f"an earlier write to it failed ({reason(self._failure)})")
+        with self._claim.changing():
+            self._commit()
+
+    def _commit(self) -> None:
         old = self._disk_size
         inside: list[tuple[int, memoryview]] = []
         try:
@@ -143,8 +152,8 @@ class _Staged(io.RawIOBase):
                 self._disk.truncate(self._size)
             if inside:
                 self._put(max(self._size, old), memoryview(_journal(inside)))
-        except OSError:
-            self._failed = True
+        except OSError as error:
+            self._failure = error
             with contextlib.suppress(OSError):
                 self._disk.truncate(old)
             raise
@@ -152,8 +161,8 @@ class _Staged(io.RawIOBase):
             for offset, view in inside:
                 self._put(offset, view)
             self._disk.truncate(self._size)
-        except OSError:
-            self._failed = True
+        except OSError as error:
+            self._failure = error
             raise
         self._pending = []
         self._disk_size = self._size
@@ -166,17 +175,69 @@ class _Staged(io.RawIOBase):
 
     @property
     def failed(self) -> bool:
-        return self._failed
+        return self._failure is not None
 
     def close(self) -> None:
         self._disk.close()
         super().close()
 
 
+class _Patient(io.FileIO):
+    """A file of which HDF5 does not hear that a write failed: ``failure`` is the first error, or None."""
+
+    failure: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        rest = memoryview(data).cast("B")
+        size = len(rest)
+        try:
+            while rest and self.failure is None:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.failure = error
+        return size
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.failure = self.failure or error
+            return self.tell() if size is None else size
+
+
+@contextlib.contextmanager
+def made(path: Path, **settings: Any) -> Iterator[h5py.File]:
+    """Make an HDF5 file at once, which :class:`Output` would hold in memory until it is whole.
+
+    Parameters
+    ----------
+    path : Path
+        The file; if a write fails, what is there is of no use.
+    **settings
+        Of ``h5py.File``.
+
+    Raises
+    ------
+    OSError
+        If a write fails.
+    """
+    import h5py
+
+    with _Patient(path, "w+") as disk:
+        try:
+            with h5py.File(disk, "w", **settings) as file:
+                yield file
+        except (OSError, RuntimeError):  # HDF5 may read back what was not written.
+            if disk.failure is None:
+                raise
+        if disk.failure is not None:
+            raise disk.failure
+
+
 class Output:
     """An HDF5 file open for writing: ``file`` is its ``h5py.File``.
 
-    It takes no lock, so that others can read it while it grows.
+    Others can read it while it grows, and only one process at a time can write it.
 
     Parameters
     ----------
@@ -189,16 +250,21 @@ class Output:
     def __init__(self, path: Path, mode: str):
         import h5py
 
-        self._staged = _Staged(path, mode)
+        claim = Claim(path)
         try:
-            self.file = (
-                h5py.File(self._staged, "w", libver=FORMAT) if mode == "w" else opened(self._staged, mode)
-            )
+            self._staged = _Staged(path, mode, claim)
+            try:
+                self.file = (
+                    h5py.File(self._staged, "w", libver=FORMAT) if mode == "w" else opened(self._staged, mode)
+                )
+            except BaseException:
+                self._staged.close()
+                raise
         except BaseException:
-            self._staged.close()
+            claim.close()
             raise
         # HDF5 must not find the file open after the interpreter has ended.
-        self._finalizer = weakref.finalize(self, _close, self.file, self._staged)
+        self._finalizer = weakref.finalize(self, _close, self.file, self._staged, claim)
 
     def flush(self) -> None:
         """Bring everything to the disk.
@@ -278,10 +344,11 @@ def _close_input(file: Any, disk: _Staged) -> None:
         disk.close()
 
 
-def _close(file: Any, staged: _Staged) -> None:
+def _close(file: Any, staged: _Staged, claim: Claim) -> None:
     try:
         file.close()
         if not staged.failed:
             staged.commit()
     finally:
         staged.close()
+        claim.close()

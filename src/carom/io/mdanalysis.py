@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -41,7 +42,9 @@ from MDAnalysis.topology.base import TopologyReaderBase
 from carom.bridges.embedding import edges, embed, names_of, parted, require_at_most_three
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.io.extxyz import Index, parse, periodic_axes
+from carom.io.announced import dimension_of, in_order, lattice_of, number_of, periodic_axes, vectors
+from carom.io.claims import steady, under_way
+from carom.io.extxyz import UNENDED, Index, parse
 from carom.io.formats import Reader
 from carom.io.paths import existing, reading
 from carom.io.trajectory import open_reader
@@ -50,6 +53,11 @@ _NO_IMAGES = (
     "These frames hold no image counts, so that positions cannot be unwrapped; sample with "
     "Simulation(..., images=True)."
 )
+
+
+_MOVING = ("pos", "velo", "images", "id")
+_FIXED = ("pos", "species", "kind", "radius", "masses", "id")
+"""Columns of extended XYZ that are read of each frame, and of the first one."""
 
 
 class _Held:
@@ -86,12 +94,12 @@ class _SequenceReader(ReaderBase):
         """Fill the Timestep with frame ``0 <= frame < n_frames``."""
         raise NotImplementedError
 
-    def _place(self, positions: np.ndarray, images: np.ndarray | None, box: Any) -> None:
-        """Set the positions (n, d) of the Timestep, and keep them in double precision."""
+    def _place(self, positions: np.ndarray, images: np.ndarray | None, cell: np.ndarray) -> None:
+        """Set the positions (n, d) of the Timestep in a cell (d, d), and keep them in double precision."""
         if self._unwrapped:
             if images is None:
                 raise InputError(_NO_IMAGES)
-            positions = positions + images * np.asarray(box)
+            positions = positions + images @ cell
         self.ts.positions = embed(positions)
         self.ts.data["positions"] = positions
         if images is not None:
@@ -128,7 +136,7 @@ class FramesReader(_SequenceReader):
         source, ts = self._frames[frame], self.ts
         if source.n != self.n_atoms:
             raise InputError(f"Frame {frame} has {source.n} components and frame 0 has {self.n_atoms}.")
-        self._place(source.positions, source.images, source.box)
+        self._place(source.positions, source.images, np.diag(source.box))
         ts.velocities = embed(source.velocities)
         ts.dimensions = [*edges(source.box), 90.0, 90.0, 90.0]
         ts.time = source.time
@@ -145,9 +153,15 @@ class ExtxyzReader(_SequenceReader):
     def _load(self) -> None:
         self._path = existing(self.filename)
         with reading(self._path, "extended XYZ"):
+            growing = under_way(self._path)
             self._index = Index(self._path)
-            if self._index.torn or not len(self._index):
-                raise ValueError(f"it ends inside frame {len(self._index)}")
+            # Of a frame that is being written the rest is to come.
+            if (self._index.torn and not growing) or not len(self._index):
+                raise ValueError(
+                    f"it ends inside frame {len(self._index)}" + f": {UNENDED}" * self._index.unended
+                )
+            _, columns = parse(self._path, 0, self._index.offsets[1], ("id",))
+            _, self._ids = in_order(columns, None)
         self.n_frames = len(self._index)
         self.n_atoms = self.parse_n_atoms(self.filename)
 
@@ -161,24 +175,28 @@ class ExtxyzReader(_SequenceReader):
     def _fill(self, frame: int) -> None:
         ts = self.ts
         with reading(self._path, "extended XYZ"):
-            info, columns = parse(self._path, self._index.offsets[frame], self._index.offsets[frame + 1])
-            d = int(info.get("dimension", "3"))
-            lattice = np.zeros((3, 3))
-            if "Lattice" in info:
-                lattice = np.array([float(word) for word in info["Lattice"].split()]).reshape(3, 3)
-                ts.dimensions = triclinic_box(*lattice)
-            images = columns.get("images")
-            self._place(
-                columns["pos"][:, :d], None if images is None else images[:, :d], np.diag(lattice)[:d]
+            info, columns = parse(
+                self._path, self._index.offsets[frame], self._index.offsets[frame + 1], _MOVING
             )
-            ts.data["periodic"] = periodic_axes(info)[:d]
+            columns, _ = in_order(columns, self._ids)
+            d = dimension_of(info, columns)
+            if len(columns["pos"]) != self.n_atoms:
+                raise ValueError(
+                    f"frame {frame} has {len(columns['pos'])} components and frame 0 has {self.n_atoms}"
+                )
+            periodic, cell = periodic_axes(info, d), lattice_of(info)
+            ts.dimensions = None if cell is None else triclinic_box(*cell)
+            images = vectors(columns, "images", d) if "images" in columns else None
+            edges_of = np.zeros((d, d)) if cell is None else cell[:d, :d]
+            self._place(vectors(columns, "pos", d), images, edges_of)
+            ts.data["periodic"] = periodic
             if "velo" in columns:
-                ts.velocities = columns["velo"]
-                ts.data["velocities"] = columns["velo"][:, :d]
+                ts.data["velocities"] = vectors(columns, "velo", d)
+                ts.velocities = embed(ts.data["velocities"])
             if "time" in info:
-                ts.time = float(info["time"])
+                ts.time = number_of(info, "time")
             if "step" in info:
-                ts.data["step"] = int(info["step"])
+                ts.data["step"] = number_of(info, "step", int)
 
 
 class ExtxyzParser(TopologyReaderBase):
@@ -191,11 +209,18 @@ class ExtxyzParser(TopologyReaderBase):
         path = existing(self.filename)
         with reading(path, "extended XYZ"):
             index = Index(path, limit=1)
-            info, columns = parse(path, index.offsets[0], index.offsets[1])
+            if not len(index):
+                raise ValueError("it holds no whole frame")
+            info, columns = parse(path, index.offsets[0], index.offsets[1], _FIXED)
+            columns, ids = in_order(columns, None)
+            dimension_of(info, columns)
             names = columns.get("species", np.full(len(columns["pos"]), "X"))
             if "kind" in columns and "species_names" in info:
                 names = np.array(parted(info["species_names"]))[columns["kind"]]
-            return _topology(names, columns.get("radius"), columns.get("masses"))
+            radii, masses = (
+                vectors(columns, name, 1)[:, 0] if name in columns else None for name in ("radius", "masses")
+            )
+            return _topology(names, radii, masses, ids)
 
 
 class H5mdReader(H5MDReader):
@@ -212,14 +237,28 @@ class H5mdReader(H5MDReader):
         super().__init__(filename, **kwargs)
         times = self._particle_group.get("position/time")
         if isinstance(times, h5py.Dataset) and len(times.shape) == 1 and len(times) > 1:
-            self.ts.data.setdefault("dt", float(times[-1] - times[0]) / (len(times) - 1))
+            spacing = float(times[-1] - times[0]) / (len(times) - 1)
+            if self.convert_units:
+                spacing = self.convert_time_from_native(spacing)
+            self.ts.data.setdefault("dt", spacing)
+
+    def open_trajectory(self) -> None:
+        """Open the file, at a moment at which no run is changing it."""
+        with steady(Path(self.filename)) if isinstance(self.filename, str) else nullcontext():
+            super().open_trajectory()
 
     def _read_frame(self, frame: int) -> Any:
+        with steady(Path(self.filename)) if isinstance(self.filename, str) else nullcontext():
+            return self._read_whole(frame)
+
+    def _read_whole(self, frame: int) -> Any:
         ts = super()._read_frame(frame)
         if self._unwrapped:
             images = self._particle_group.get("image/value")
             if images is None:
                 raise InputError(_NO_IMAGES)
+            if ts.dimensions is None:
+                raise InputError("These frames have no box, so that positions cannot be unwrapped.")
             ts.positions = ts.positions + images[frame] * ts.dimensions[:3].astype(np.float64)
         if "parameters/carom" in self._file:
             self._keep(ts, frame)
@@ -257,12 +296,14 @@ def _topology_of(frame: Frame) -> Topology:
     return _topology(np.array(names_of(frame))[kinds], frame.diameters / 2.0, frame.masses)
 
 
-def _topology(names: np.ndarray, radii: np.ndarray | None, masses: np.ndarray | None) -> Topology:
+def _topology(
+    names: np.ndarray, radii: np.ndarray | None, masses: np.ndarray | None, ids: np.ndarray | None = None
+) -> Topology:
     n = len(names)
     attributes = [
         Atomnames(names.astype(object)),
         Atomtypes(names.astype(object)),
-        Atomids(np.arange(1, n + 1)),
+        Atomids(np.arange(1, n + 1) if ids is None else ids),
         Resids(np.array([1])),
         Resnums(np.array([1])),
         Resnames(np.array(["X"], dtype=object)),

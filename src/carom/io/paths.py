@@ -119,13 +119,18 @@ def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path` that takes its place once complete and on the disk.
 
     Until then, and for ever if the body raises, `path` is as it was.
+
+    Raises
+    ------
+    FileError
+        If the body, or what follows it, cannot write.
     """
     path = writable(path)
     # The suffix stays last, because it chooses the format.
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
     try:
-        yield temporary
         with writing(path):
+            yield temporary
             _synchronise(temporary)
             os.replace(temporary, path)
             _synchronise(path.parent)

@@ -74,7 +74,8 @@ def open(
         Scene of the frames. Each frame must have its numbers of components and dimensions.
     keep : int, optional
         With mode ``"a"``, keep the first `keep` frames and drop later ones. By default all complete frames
-        are kept, and an incomplete last frame is dropped.
+        are kept, and an incomplete last frame is dropped; a file without a complete frame is refused, and
+        one of which only the last newline is missing.
 
     Returns
     -------
@@ -84,8 +85,8 @@ def open(
     Raises
     ------
     FileError
-        If the file is missing, truncated, foreign, a folder, holds fewer than `keep` frames, or cannot be
-        written.
+        If the file is missing, truncated, foreign, a folder, holds fewer than `keep` frames, cannot be
+        written, or is being written by another process.
     InputError
         If the suffix or the mode is unknown.
     """

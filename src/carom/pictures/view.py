@@ -229,8 +229,10 @@ def is_log(path: Path) -> bool:
         return False
     import h5py
 
+    from carom.io.claims import steady
+
     try:
-        with h5py.File(path) as file:
+        with steady(path), h5py.File(path) as file:
             return file.attrs.get("format") in ("carom-events", b"carom-events")
     except OSError:
         return False

@@ -5,17 +5,19 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Sequence
-from fractions import Fraction
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom.errors import FileError, InputError
+from carom.io.paths import reason
 from carom.models.restitution import Restitution
 from carom.scene.scene import Scene
 from carom.scene.temperature import thermal_of
-from carom.simulation.machine import Machine
+from carom.simulation import soundness
+from carom.simulation.clock import LAST_EPOCH
+from carom.simulation.machine import Machine, wish_of
 from carom.simulation.preparation import contents_of
 from carom.simulation.recorder import Recorder
 from carom.units import TimeUnit
@@ -28,6 +30,13 @@ MORE_ROOM = 1.25
 
 RESERVE = 1.1
 """The same where it is packed: what is empty takes nothing, but times and images are all 0 at first."""
+
+
+LONGEST = 2200
+"""Exponents of all powers of two by which units of time of two doubles can differ."""
+
+_UNSOUND = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, MemoryError, RecursionError)
+"""What attributes of any kind and arrays of any size can lead to."""
 
 
 def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> None:
@@ -116,6 +125,8 @@ def load(
                 "are only promised within one version; go on with that version, or start from a frame."
             )
         settings = json.loads(str(attributes["scheme"]))
+        soundness.check_start(arrays)
+        soundness.check_settings(settings, arrays, arrays["initial_velocities"].shape[1])
         chosen = Scheme(**{**settings, "shape": tuple(settings["shape"])})
         scene = Scene.from_arrays(
             {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
@@ -123,7 +134,7 @@ def load(
             obstacles=obstacles,
             **own,
         )
-        unit = TimeUnit(int(attributes["time_unit"]))
+        unit = TimeUnit(soundness.whole(attributes, "time_unit", -LONGEST, LONGEST))
         rates = arrays.get("contents.rates")
         velocities = arrays["initial_velocities"]
         thermal = thermal_of(scene, unit.to_kernel(velocities, -1))
@@ -136,29 +147,33 @@ def load(
             flights=bool(attributes["flights"]),
         )
         if isinstance(scene.impact, Restitution):
-            speed = unit.to_scene(float(attributes["threshold"]), -1)
+            speed = unit.to_scene(soundness.real(attributes, "threshold", 0.0), -1)
             contents = dataclasses.replace(contents, impact=scene.impact.below(speed))
         if rates is not None:
             radii = arrays["contents.radii"]
             contents = dataclasses.replace(contents, radii=radii, diameter=2.0 * float(radii.max()))
-        neighbors, shell = json.loads(str(attributes["wish"]))
-        machine = Machine(scene, velocities, contents, (neighbors, shell), chosen)
+        wish = wish_of(*json.loads(str(attributes["wish"])))
+        machine = Machine(scene, velocities, contents, wish, chosen)
+        soundness.check_fixed(machine, arrays)
         restore(machine.engine, arrays)
-        machine.counted = int(attributes["counted"])
+        machine.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
         clock = machine.clock
-        clock.base = Fraction(str(attributes["base"]))
-        clock.epoch, clock.offset = int(attributes["epoch"]), float(attributes["offset"])
-        machine.seconds = float(attributes["seconds"])
+        clock.base = soundness.base_of(attributes)
+        clock.epoch = soundness.whole(attributes, "epoch", 0, LAST_EPOCH)
+        clock.offset = soundness.real(attributes, "offset", 0.0)
+        machine.seconds = soundness.real(attributes, "seconds", 0.0)
+        soundness.check(machine)
         notes = json.loads(str(attributes["extra"]))
-        logged = attributes["logged"]
-    except (KeyError, TypeError, ValueError) as error:
+        if not isinstance(notes, dict):
+            raise ValueError("its extra is no table")
+        logged = soundness.logged_in(attributes)
+    except _UNSOUND as error:
         if isinstance(error, FileError):
             raise
-        sentence = str(error).rstrip(".")
+        sentence = reason(error).rstrip(".")
         raise FileError(f"{path} cannot be loaded as a checkpoint: {sentence}.") from None
     if event_log is not None and logged is None:
         raise InputError(f"{path} was written without an event log, so {event_log} cannot be its log.")
     if logged is not None:
-        # Last, because it drops what the log holds beyond the checkpoint.
         machine.log = Recorder(event_log or str(attributes["event_log"]), machine, logged)
     return machine, notes

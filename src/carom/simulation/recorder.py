@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import os
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from carom.io.events import EventLog
     from carom.simulation.machine import Machine
 
 BUFFER = 1 << 16
@@ -26,35 +28,37 @@ class Recorder:
     machine : Machine
         What runs.
     mark : dict, optional
-        What :meth:`mark` returned at the present of the machine: go on with the file, and drop what it holds
-        beyond. Without, a new log begins.
+        What :meth:`mark` returned at the present of the machine: go on with the file, of which what it holds
+        beyond is dropped when the first new event is written. Without, a new log begins.
 
     Raises
     ------
     FileError
-        As :class:`carom.io.events.EventLog` does; the file is then unchanged.
+        As :class:`carom.io.events.EventLog` does; the file is then unchanged. With `mark` already if the file
+        does not hold what was written.
 
     Attributes
     ----------
+    path : Path
+        The file.
     buffer : carom.engine.tallies.Log
         What the engine writes into.
     """
 
     def __init__(self, path: str | PathLike[str], machine: Machine, mark: dict[str, Any] | None = None):
         from carom.engine.tallies import make_log
-        from carom.io.events import EventLog
+        from carom.io.events import EventLog, verify
 
         self._process = os.getpid()
+        self.path = Path(path)
+        self._place = self.path.absolute()  # the folder of the process may change before it grows
+        self._mark = mark
+        self._file: EventLog | None = None  # of a log that continues: it is only read until it grows
         if mark is None:
             self._file = EventLog(path, _header(machine), kinds=machine.contents.stepped)
         else:
-            self._file = EventLog(path, keep=int(mark["events"]), sums=mark["sums"])
+            verify(self.path, int(mark["events"]), mark["sums"])
         self.buffer = make_log(BUFFER)
-
-    @property
-    def path(self) -> Any:
-        """The file."""
-        return self._file.path
 
     @property
     def inherited(self) -> bool:
@@ -63,13 +67,27 @@ class Recorder:
 
     def mark(self) -> dict[str, Any]:
         """Return how many events the file holds, of pairs and with what is fixed, and their checksums."""
+        if self._file is None:
+            assert self._mark is not None
+            return self._mark
         return {"events": len(self._file), "sums": self._file.sums}
+
+    def _opened(self) -> EventLog:
+        """Return the file, open to grow; what it holds beyond the mark is dropped."""
+        from carom.io.events import EventLog
+
+        if self._file is None:
+            assert self._mark is not None
+            self._file = EventLog(self._place, keep=int(self._mark["events"]), sums=self._mark["sums"])
+        return self._file
 
     def flush(self, machine: Machine) -> None:
         """Write what the buffer holds."""
         from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
 
         used = int(self.buffer.used[0])
+        if used == 0:
+            return
         stepped = machine.contents.stepped
         bits = machine.engine.model.boundary.bits if stepped else _bits(machine)
         word = self.buffer.word[:used]
@@ -87,7 +105,7 @@ class Recorder:
             other[fixed], image[fixed] = machine.scene.n + k, 0
         if kind is not None:
             kind[word < LAMBDA] = 0
-        self._file.append(
+        self._opened().append(
             self.buffer.epoch[:used],
             machine.unit.to_scene(self.buffer.time[:used], 1),
             self.buffer.i[:used],
@@ -100,7 +118,8 @@ class Recorder:
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        if self._file is not None:
+            self._file.close()
 
 
 def _header(machine: Machine) -> dict[str, Any]:

@@ -200,7 +200,8 @@ class Simulation(Running):
         path : path
             A file that :meth:`save` wrote.
         event_log : path, optional
-            Where the event log is now, if it was moved; events after the checkpoint are dropped.
+            Where the event log is now, if it was moved. Events after the checkpoint are dropped when the
+            loaded run writes its first; until then the file is only read.
         obstacles : sequence of obstacles, optional
             All obstacles of the scene, if one is of your own class, because a file holds no code.
         interaction, motion, impact : values, optional

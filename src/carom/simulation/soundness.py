@@ -1,0 +1,447 @@
+"""What the numbers of a checkpoint must be, so that the engine can go on with them.
+
+The engine trusts its arrays: a number of a component that there is not, or a chain of entries without end,
+would end the interpreter or never end. Whoever changes a file on purpose writes a digest that fits, so that
+every number which is an index, a count or a size is compared with what there is, every real with what it can
+be, and what follows from the scene with the scene.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import checks
+from carom.engine.calendar import ENTRIES
+from carom.engine.constants import OBSTACLE, WAKE
+from carom.engine.neighbors.bounds import EqualBounds
+from carom.engine.neighbors.contacts import CHANGED, ROOM
+from carom.engine.neighbors.everybody import Everybody
+from carom.engine.neighbors.grid import coordinate_bits
+from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.sectors import Sectors
+from carom.engine.parts import arrays
+from carom.models.units import COMPLAINTS, Units
+from carom.simulation.clock import LAST_EPOCH
+
+if TYPE_CHECKING:
+    from carom.simulation.machine import Machine
+
+FAR = 2.0**20
+"""Boxes from the origin, at most, and factor on speeds by which they may differ from those of now."""
+
+PARTED = 2.0**-20
+"""Largest part by which radii that have grown may differ from what rates and the clock say."""
+
+FIXED = re.compile(
+    r"state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|spare|names)"
+    r"|neighbors\.bounds\.(bounds|margins|rates|starts|levels|largest)|neighbors\.steps\.(kinds|outside)"
+    r"|(by_species|model\.currents|model\.flights)\.kinds|model\.flights\.moves|model\.balance\.drift"
+    r"|model\.currents\.(drift|upcoming|used)"
+)
+"""Arrays that follow from the scene and from the scheme."""
+
+OF_PAIRS = re.compile(
+    r"model\.pair\.(impulse|events|kinds|present|counts|memory|timers|targets|drawn|news|queue|queued|asked|fault"
+    r"|begun|units\..*|told\..*)"
+)
+"""Arrays of Carom's own models of pairs that change in a run; radii do where they grow."""
+
+COUNTS = re.compile(
+    r"tallies\.(collisions|advancements|transits|clamped|returns)|by_species\.collisions"
+    r"|model\.(pair\.(events|drawn|asked)|flights\.(times|paths|speeds)|obstacles\.(hits|chain\..*)"
+    r"|impact\.spared)|calendar\.control\.cycles|neighbors\.contacts\.versions"
+)
+"""Arrays of integers of which none is negative."""
+
+SCRATCH = re.compile(
+    r"state\.block|neighbors\.(flights|own|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.obstacles\.(x|image|v)|model\.currents\.room"
+)
+"""Arrays of reals that are written before they are read, and memory of the rules of units."""
+
+UNENDING = re.compile(
+    r"state\.(rows\.due|leave)|neighbors\.contacts\.lost|.*\.last|model\.pair\.(timers|inner|outer|enter|leave|energy)|model\.currents\.upcoming"
+)
+"""Arrays of reals that may be infinite."""
+
+
+PARTS = ("state", "neighbors", "calendar", "tallies", "by_species", "model")
+"""First words of the names of the engine's arrays."""
+
+
+def whole(attributes: Mapping[str, Any], name: str, low: int, high: int) -> int:
+    """Return an attribute that is an integer from `low` to `high`.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    value = attributes[name]
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise ValueError(f"its {name} is {checks.describe(value)}; expected an integer from {low} to {high}")
+    return value
+
+
+def real(attributes: Mapping[str, Any], name: str, low: float, high: float = math.inf) -> float:
+    """Return an attribute that is a number from `low` to below `high`.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    value = attributes[name]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value < high:
+        raise ValueError(f"its {name} is {checks.describe(value)}; expected a number from {low:g}")
+    return float(value)
+
+
+def base_of(attributes: Mapping[str, Any]) -> Fraction:
+    """Return the time at which the counting of epochs began.
+
+    Raises
+    ------
+    ValueError
+        If it is no time.
+    """
+    found = re.fullmatch(r"(\d{1,4000})/(\d{1,4000})", str(attributes["base"]))
+    if found is None or int(found[2]) == 0 or (base := Fraction(int(found[1]), int(found[2]))) > 10**300:
+        raise ValueError("its base is no time")
+    return base
+
+
+def logged_in(attributes: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return how much of the event log was written, or None without a log.
+
+    Raises
+    ------
+    ValueError
+        If it is no such mark, or there is no name of a log.
+    """
+    logged, path = attributes["logged"], attributes["event_log"]
+    if logged is None:
+        return None
+    sums = logged["sums"]
+    whole(logged, "events", 0, 2**62)
+    if not isinstance(path, str) or "\0" in path or not isinstance(sums, dict):
+        raise ValueError("its event_log is no path, or has no checksums")
+    return {"events": logged["events"], "sums": sums}
+
+
+def check_settings(settings: Mapping[str, Any], saved: Mapping[str, np.ndarray], dimension: int) -> None:
+    """Refuse a scheme whose sizes are not those of the arrays, before room is made for it.
+
+    Raises
+    ------
+    ValueError
+        If it is no scheme, or one of other arrays.
+    """
+    largest = max((array.size for array in saved.values()), default=0)
+    shape = settings["shape"]
+    if settings["kind"] not in ("lists", "sectors", "all", "pairs") or len(shape) != dimension:
+        raise ValueError(f"its scheme is {settings['kind']!r} of {len(shape)} axes")
+    for axis in range(dimension):
+        whole({f"shape[{axis}]": shape[axis]}, f"shape[{axis}]", 1, largest)
+    if math.prod(shape) > largest:
+        raise ValueError(f"its scheme has {math.prod(shape)} cells, for which there are no arrays")
+    for name in ("cell_capacity", "capacity"):
+        whole(settings, name, 0, largest)
+    whole(settings, "heap", 0, len(saved["calendar.due"]))
+    whole(settings, "step", 0, 2**40)
+    for name in ("epoch", "width"):
+        if math.frexp(real(settings, name, 5e-324))[0] != 0.5:
+            raise ValueError(f"its {name} is no power of two")
+    for name in ("reach", "span", "horizon"):
+        if math.isnan(settings[name]) or settings[name] < 0.0:
+            raise ValueError(f"its {name} is {settings[name]}; expected a number from 0")
+
+
+def check_start(saved: Mapping[str, np.ndarray]) -> None:
+    """Refuse velocities, radii and rates at the start that are no numbers, or not one for each component.
+
+    Raises
+    ------
+    ValueError
+        If they are.
+    """
+    shape = saved["scene.positions"].shape
+    for name, wanted in (
+        ("initial_velocities", shape),
+        ("contents.radii", shape[:1]),
+        ("contents.rates", shape[:1]),
+    ):
+        array = saved.get(name, np.zeros(wanted))
+        least = -math.inf if name == "initial_velocities" else 0.0
+        if array.shape != wanted or array.dtype != np.float64 or not np.isfinite(array).all():
+            raise ValueError(f"its {name} holds what is no number, or not one for each component")
+        if array.min() < least:
+            raise ValueError(f"its {name} holds {array.min()}; expected {least:g} or more")
+
+
+def check_fixed(machine: Machine, saved: Mapping[str, np.ndarray]) -> None:
+    """Refuse arrays that follow from the scene, and do not; to be called with a freshly built engine.
+
+    Raises
+    ------
+    ValueError
+        If one differs.
+    """
+    mine_of = arrays(machine.engine)
+    for name in saved:
+        if name.split(".")[0] in PARTS and name not in mine_of:
+            raise ValueError(f"its {name} belongs to no part of such a run")
+    pair = machine.engine.model.pair
+    ours = type(pair).__module__.startswith("carom.")
+    for name, mine in mine_of.items():
+        fixed = FIXED.fullmatch(name) is not None
+        if ours and name.startswith("model.pair.") and not OF_PAIRS.fullmatch(name):
+            fixed = name != "model.pair.radii" or not hasattr(pair, "rates")
+        if fixed and name in saved and saved[name].tobytes() != mine.tobytes():
+            raise ValueError(f"its {name} is not what follows from the scene")
+
+
+def check(machine: Machine) -> None:
+    """Refuse an engine that has numbers with which it cannot go on.
+
+    Raises
+    ------
+    ValueError
+        If an array or the clock has such numbers; the text names it.
+    """
+    for problem in _problems(machine):
+        raise ValueError(f"its {problem}")
+
+
+def _problems(machine: Machine) -> Iterator[str]:
+    """Yield what is wrong, as the end of a sentence."""
+    for name, array in arrays(machine.engine).items():
+        if array.dtype.kind == "f" and array.size and not SCRATCH.fullmatch(name):
+            low, high = array.min(), array.max()
+            if np.isnan(low) or (np.isinf([low, high]).any() and not UNENDING.fullmatch(name)):
+                yield f"{name} holds NaN or infinite values"
+        if array.dtype.kind == "i" and array.size and COUNTS.fullmatch(name) and array.min() < 0:
+            yield f"{name} holds negative numbers"
+    yield from _of_clock(machine)
+    yield from _of_state(machine)
+    yield from _of_calendar(machine)
+    neighbors = machine.engine.neighbors
+    if isinstance(neighbors, Lists):
+        yield from _of_lists(machine, neighbors)
+    elif isinstance(neighbors, Sectors):
+        yield from _of_sectors(machine, neighbors)
+    elif isinstance(neighbors, Everybody):
+        yield from _of_everybody(machine, neighbors)
+    yield from _of_model(machine)
+
+
+def _outside(name: str, values: np.ndarray, low: float, high: float) -> Iterator[str]:
+    """Yield what is wrong where not all values lie from `low` to `high`."""
+    if values.size and not (values.min() >= low and values.max() <= high):
+        yield f"{name} holds {values.min()} to {values.max()}; expected {low} to {high}"
+
+
+def _of_clock(machine: Machine) -> Iterator[str]:
+    clock, record = machine.clock, machine.engine.state.clock[0]
+    length = float(record.length)
+    if not 0 <= clock.epoch < LAST_EPOCH or not 0 <= clock.epoch - int(record.epoch) <= 1:
+        yield f"clock is in the epochs {clock.epoch} and {int(record.epoch)}; expected the same or the next"
+    if not 0.0 <= clock.offset <= length or not 0.0 <= float(record.now) <= length:
+        yield f"clock is at {clock.offset} and {float(record.now)}; expected 0 to {length}"
+    if not math.isfinite(math.ldexp(float(clock.epoch), math.frexp(length)[1] + machine.unit.exponent)):
+        yield "clock is at no time"
+    if not 0 <= machine.counted <= machine.collisions:
+        yield f"collisions are {machine.collisions}, and {machine.counted} before them"
+
+
+def _of_state(machine: Machine) -> Iterator[str]:
+    scene, engine = machine.scene, machine.engine
+    rows, n, length = engine.state.rows, scene.n, float(engine.state.clock[0].length)
+    far = FAR * max(scene.box)
+    # Rows in single precision round the times.
+    now, blur = float(engine.state.clock[0].now), PARTED * length
+    yield from _outside("state.rows.x", rows["x"], -far, far)
+    yield from _outside("state.rows.t", rows["t"], 0.0, now + blur)
+    yield from _outside("state.rows.due", rows["due"][:n], now - blur, math.inf)
+    yield from _outside("state.leave", engine.state.leave, now - blur, math.inf)
+    if rows["due"][n] != -math.inf:
+        yield "state.rows.due lets the ghost meet somebody"
+    with np.errstate(over="ignore"):
+        squares = np.sum(np.square(rows["v"].astype(np.float64)))
+    if not math.isfinite(squares):
+        yield "state.rows.v holds speeds whose squares are beyond all numbers"
+    yield from _of_words(machine, "state.partner", engine.state.partner.astype(np.int64), n - 1, own=True)
+
+
+def _of_words(machine: Machine, name: str, words: np.ndarray, last: int, own: bool = False) -> Iterator[str]:
+    """Yield what is wrong with words that name components up to ``last``."""
+    model, dimension = machine.engine.model, machine.scene.dimension
+    bits = getattr(model.boundary, "bits", 0)
+    named = words[words >= 0] if own else words
+    yield from _outside(name, named >> bits, 0, last)
+    if hasattr(model.boundary, "digits"):
+        yield from _outside(name, named & ((1 << bits) - 1), 0, 3**dimension - 1)
+    if own:
+        fixed = words[(words <= OBSTACLE) & (words != WAKE)]
+        count = 0 if model.obstacles is None else len(model.obstacles.hits)
+        yield from _outside(name, OBSTACLE - fixed, 0, count - 1)
+        if model.rules is None and (words == WAKE).any():
+            yield f"{name} wakes units, of which there are none"
+
+
+def _of_calendar(machine: Machine) -> Iterator[str]:
+    calendar, n = machine.engine.calendar, machine.scene.n
+    control, length = calendar.control[0], float(machine.engine.state.clock[0].length)
+    count = len(calendar.buckets) - 1
+    width, inverse = float(control.width), float(control.inverse)
+    if not (0.0 < width <= length) or math.frexp(width)[0] != 0.5 or inverse not in (0.0, 1.0 / width):
+        yield f"calendar has buckets of {width}, and {inverse} for their inverse"
+        return
+    start, end = float(control.start), float(control.end)
+    if not 0.0 <= start <= end <= length or (end - start) * inverse > count:
+        yield f"calendar is open from {start} to {end}"
+    for name, value, low, high in (
+        ("cursor", control.cursor, -1, count - 1),
+        ("waiting", control.waiting, 0, len(calendar.due)),
+        ("lines", control.lines, 0, len(calendar.lines)),
+        ("full", control.full, 0, 1),
+    ):
+        if not low <= int(value) <= high:
+            yield f"calendar.control.{name} is {int(value)}; expected {low} to {high}"
+            return
+    lines = int(control.lines)
+    yield from _outside("calendar.buckets", calendar.buckets[:, 0], 0, ENTRIES)
+    yield from _outside("calendar.buckets", calendar.buckets[:, 1], 0, max(lines - 1, 0))
+    yield from _outside("calendar.buckets", calendar.buckets[:, 2:], 0, n - 1)
+    yield from _outside("calendar.lines", calendar.lines[:, 2:], 0, n - 1)
+    # A line is linked to one that was filled before it, so that every chain ends.
+    links = calendar.lines[:lines, 1].astype(np.int64)
+    if (links >= np.maximum(np.arange(lines), 1)).any():
+        yield "calendar.lines is linked in a circle"
+    waiting = int(control.waiting)
+    yield from _outside("calendar.who", calendar.who, 0, n - 1)
+    due = calendar.due[:waiting]
+    if (due[(np.arange(1, waiting) - 1) // 2] > due[1:]).any():
+        yield "calendar.due is in no order"
+
+
+def _listed_once(name: str, found: np.ndarray, places: np.ndarray, right: np.ndarray) -> Iterator[str]:
+    """Yield what is wrong where not every component is ``found`` once, in its ``right`` one of the places."""
+    if len(found) != len(right) or not np.array_equal(np.sort(found), np.arange(len(right))):
+        yield f"{name} does not hold every component once"
+    elif not np.array_equal(right[found], places):
+        yield f"{name} holds a component where it is not"
+
+
+def _of_lists(machine: Machine, lists: Lists) -> Iterator[str]:
+    n, dimension = machine.scene.n, machine.scene.dimension
+    room = lists.cells.shape[1]
+    yield from _outside("neighbors.members", lists.members, 0, room)
+    yield from _outside("neighbors.cells", lists.cells, 0, n)
+    yield from _outside("neighbors.found", lists.found, 0, n)
+    yield from _outside("neighbors.hits", lists.hits, 0, len(lists.hits))
+    yield from _outside("neighbors.grid.near", lists.grid.near, 0, len(lists.members))
+    bits = 0 if lists.steps is None else lists.steps.bits
+    for name in ("words", "newcomers"):
+        yield from _outside(f"neighbors.{name}", getattr(lists, name) >> np.uint32(bits), 0, n)
+    if isinstance(lists.bounds, EqualBounds):
+        begins = np.arange(n + 1) * int(lists.bounds.room)
+        levels = np.zeros(n, np.int64)
+    else:
+        begins, levels = lists.bounds.starts, lists.bounds.levels[:n].astype(np.int64)
+    counts = lists.counts.astype(np.int64)
+    if (counts < 0).any() or (counts > np.diff(begins)).any():
+        yield "neighbors.counts is more than lists have room for"
+        return
+    if lists.steps is not None:
+        yield from _outside("neighbors.steps.ready", lists.steps.ready, 0, 1)
+    width = coordinate_bits(dimension)
+    cell = np.zeros(n, np.int64)
+    for axis in range(dimension):
+        step = (lists.reference >> np.uint64(width * axis)).astype(np.int64) & ((1 << width) - 1)
+        cell = cell * lists.grid.shape[levels, axis] + ((step * lists.grid.shape[levels, axis]) >> width)
+    held = np.arange(room) < lists.members[:, np.newaxis]
+    where = np.broadcast_to(np.arange(len(lists.members))[:, np.newaxis], held.shape)[held]
+    yield from _listed_once(
+        "neighbors.cells", lists.cells[:-1][held].astype(np.int64), where, lists.grid.base[levels] + cell
+    )
+    # Whoever lists another is listed by that one, on the same step: each finds the entry of the other.
+    mine = np.repeat(np.arange(n), counts)
+    places = np.arange(len(mine)) + np.repeat(begins[:-1] - (np.cumsum(counts) - counts), counts)
+    words = lists.words[places].astype(np.int64)
+    other, step = words >> bits, words & ((1 << bits) - 1)
+    if (other == mine).any() or (other >= n).any():
+        yield "neighbors.words lists nobody, or a component with itself"
+        return
+    sides = [np.sort(((a * n + b) << bits) + step) for a, b in ((mine, other), (other, mine))]
+    if not np.array_equal(sides[0], sides[1]) or (sides[0][1:] >> bits == sides[0][:-1] >> bits).any():
+        yield "neighbors.words does not list both of each pair once"
+
+
+def _of_sectors(machine: Machine, sectors: Sectors) -> Iterator[str]:
+    n, dimension = machine.scene.n, machine.scene.dimension
+    for axis, size in enumerate(sectors.shape):
+        yield from _outside("neighbors.place", sectors.place[:, axis], 0, size - 1)
+    yield from _outside("neighbors.turn", sectors.turn, -FAR, FAR)
+    yield from _outside("neighbors.face", sectors.face, 0, 2 * dimension - 1)
+    yield from _outside("neighbors.near", sectors.near, 0, len(sectors.members))
+    room = sectors.members.shape[1] - 1
+    counts = sectors.members[:, -1]
+    yield from _outside("neighbors.members", counts, 0, room)
+    yield from _outside("neighbors.members", sectors.members[:, :-1], 0, n)
+    yield from _of_words(machine, "neighbors.words", sectors.words.astype(np.int64), n)
+    held = np.arange(room) < counts[:, np.newaxis]
+    where = np.broadcast_to(np.arange(len(counts))[:, np.newaxis], held.shape)[held]
+    cell = np.zeros(n, np.int64)
+    for axis, size in enumerate(sectors.shape):
+        cell = cell * size + sectors.place[:n, axis]
+    yield from _listed_once("neighbors.members", sectors.members[:, :-1][held].astype(np.int64), where, cell)
+
+
+def _of_everybody(machine: Machine, everybody: Everybody) -> Iterator[str]:
+    n, contacts = machine.scene.n, everybody.contacts
+    yield from _outside("neighbors.contacts.found", contacts.found["other"], 0, n - 1)
+    yield from _outside("neighbors.contacts.counts", contacts.counts, CHANGED, ROOM)
+    yield from _outside("neighbors.lined", everybody.lined, -1, LAST_EPOCH)
+    fastest = float(np.abs(machine.engine.state.rows["v"][:n].astype(np.float64)).max())
+    most = FAR * max(fastest * everybody.span * inverse for inverse in everybody.inverse)
+    yield from _outside("neighbors.fastest", everybody.fastest, 0.0, most)
+    yield from _outside("neighbors.swiftest", everybody.swiftest, 0.0, most)
+
+
+def _of_model(machine: Machine) -> Iterator[str]:
+    model, n = machine.engine.model, machine.scene.n
+    record = machine.engine.state.clock[0]
+    if machine.contents.rates is not None and machine.contents.radii is not None:
+        passed = float(record.epoch) * float(record.length)
+        grown = machine.contents.radii + machine.contents.rates * passed
+        if not np.allclose(model.pair.radii[:n], grown, rtol=PARTED, atol=0.0):
+            yield "model.pair.radii is not what has grown until now"
+    pair = model.pair
+    if isinstance(pair, Units):
+        kinds = pair.counts.shape[-1]
+        for name, values, low, high in (
+            ("kinds", pair.kinds, 0, kinds - 1),
+            ("present", pair.present, 0, 1),
+            ("counts", pair.counts, 0, n),
+            ("targets", pair.targets, -1, n - 1),
+            ("news", pair.news, -1, n - 1),
+            ("queue", pair.queue, 0, n - 1),
+            ("queued", pair.queued, 0, 0),
+            ("begun", pair.begun, 0, 1),
+            ("fault", pair.fault[:1], 0, max(COMPLAINTS)),
+            ("fault", pair.fault[1:], -1, n - 1),
+            ("timers", pair.timers, 0.0, math.inf),
+        ):
+            yield from _outside(f"model.pair.{name}", values, low, high)
+    flights = model.flights
+    if flights is not None:
+        yield from _outside("model.flights.partners", flights.partners, -1, n - 1)
+        since = -(float(record.epoch) + 1.0) * float(record.length)
+        yield from _outside("model.flights.last", flights.last, since, math.inf)
+        yield from _outside("model.flights.widths", flights.widths, 1e-300, 1e300)
