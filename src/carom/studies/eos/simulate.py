@@ -107,7 +107,6 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "collisions": statistics.collisions,
         "moved": moved,
         "moved_at_end": _moved(began_at, sim.frame()),
-        "order": None if sampler is None else sampler.values(),
         "species_differ": bool(thermometer.differences()),
         "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
         "confined": bool(scene.walls or scene.obstacles),
@@ -115,6 +114,8 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "energy_drift": statistics.energy_drift,
         "advancement_fraction": statistics.advancement_fraction,
     }
+    if sampler is not None and (order := sampler.values()) is not None:
+        result["order"] = order
     return watch.record(task, result, sim)
 
 
