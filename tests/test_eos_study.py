@@ -237,7 +237,7 @@ def test_folders_that_hold_no_study_are_refused(tmp_path):
     with pytest.raises(FileError, match="holds no study"):
         load(tmp_path)
     (tmp_path / "study.json").write_text("{}")
-    with pytest.raises(FileError, match="does not describe a study"):
+    with pytest.raises(FileError, match="not the description of a study"):
         studies.equation_of_state([0.1], out=tmp_path, **SMALL)
     (tmp_path / "file").write_text("")
     with pytest.raises(FileError, match="is a file"):

@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from carom.cli.heartbeat import say
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -73,10 +75,9 @@ def watched() -> Iterator[Callable[[str, float], None]]:
 
 def predicted(prediction: Prediction) -> None:
     """Print on standard error how long the requested accuracy will take."""
-    print(
+    say(
         f"Relative error {prediction.relative_error:.2g} so far; about {prediction.seconds:.3g} s more "
-        f"({prediction.collisions:.2g} collisions).",
-        file=sys.stderr,
+        f"({prediction.collisions:.2g} collisions)."
     )
 
 
@@ -85,7 +86,7 @@ def results(result: RunResult, as_json: bool) -> None:
     if as_json:
         print(json.dumps(result.summary, indent=2, allow_nan=False, ensure_ascii=True))
         if not result.new:
-            print(f"{result.folder} was finished already.", file=sys.stderr)
+            say(f"{result.folder} was finished already.")
         return
     if not result.new:
         print(f"{result.folder} was finished already; nothing was left to do.")
@@ -95,22 +96,15 @@ def results(result: RunResult, as_json: bool) -> None:
     from carom.cli.tables import show
 
     console = Console(highlight=False, soft_wrap=False)
-    try:
-        show(console, _physics(result.summary))
-        show(console, _mechanics(result.summary))
-        for note in (result.summary["phase_note"], result.summary["note"]):
-            if note:
-                console.print(Text(note))
-        for reason in (result.summary.get("without_trajectory"), result.summary["without_rdf"]):
-            if reason:
-                console.print(Text(reason))
-        console.print(Text(f"Results in {result.folder}"))
-    except (KeyError, TypeError) as error:
-        from carom.errors import FileError
-
-        raise FileError(
-            f"{result.folder / 'summary.json'} lacks what a summary has ({error}); remove it and resume."
-        ) from None
+    show(console, _physics(result.summary))
+    show(console, _mechanics(result.summary))
+    for note in (result.summary["phase_note"], result.summary["note"]):
+        if note:
+            console.print(Text(note))
+    for reason in (result.summary.get("without_trajectory"), result.summary["without_rdf"]):
+        if reason:
+            console.print(Text(reason))
+    console.print(Text(f"Results in {result.folder}"))
 
 
 def _physics(summary: dict[str, Any]) -> Any:
@@ -153,7 +147,9 @@ def _physics(summary: dict[str, Any]) -> Any:
     for obstacle in summary["obstacles"]:
         for name, unit, power in (("pressure", per_kT, dimension), ("force", "force σ/kT", 1)):
             if (borne := obstacle[name])["mean"] is not None and summary["kT"]:
-                reduced = _scaled(borne, summary["diameter"] ** power / summary["kT"])
+                # By logarithms, as the power alone may be beyond the range of doubles.
+                factor = math.exp(min(power * math.log(summary["diameter"]) - math.log(summary["kT"]), 700.0))
+                reduced = _scaled(borne, factor)
                 table.add_row(f"{unit} on {obstacle['name']}", _with_error(reduced))
                 break
     table.caption = "\n".join(_meaning(summary))
@@ -261,7 +257,7 @@ def _mechanics(summary: dict[str, Any]) -> Any:
 def _reached(summary: dict[str, Any]) -> str:
     """Return the relative error of Z and the one that was asked for."""
     z = summary["compressibility_factor"]
-    reached = "?" if z["error"] is None else f"{z['error'] / abs(z['mean']):.2g}"
+    reached = f"{z['error'] / abs(z['mean']):.2g}" if z["mean"] and z["error"] is not None else "?"
     return f"{reached}, {summary['relative_error']:.2g} was asked for"
 
 
