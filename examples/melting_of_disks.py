@@ -1,8 +1,6 @@
 """Melting of hard disks: the loop of the pressure and the order psi_6, compared with published pressures.
 
 python examples/melting_of_disks.py [--smoke] [--out DIR] [--sides 32 64]
-
-psi_6 needs freud (pip install "carom[freud]"); without it the pressure alone is shown.
 """
 
 # %% Arguments: --smoke makes everything small, --out says where the results go.
@@ -87,6 +85,5 @@ axes.legend(fontsize=8, frameon=False)
 figure.savefig(args.out / "pressure.png")
 
 # %% Order and its fluctuations, which are largest at the transition.
-if pictures.order(study, path=args.out / "order.png") is None:
-    print("psi_6 was not measured: freud is not installed.")
+pictures.order(study, path=args.out / "order.png")
 print(f"Pictures are in {args.out}.")

@@ -9,8 +9,11 @@ import carom
 from carom import io
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.observables import BondOrder
+from carom.observables import BondOrder, tessellation
 from carom.observables.bond_order import gegenbauer, harmonics
+from carom.observables.tessellation import voronoi_bonds
+from carom.scene import lattices
+from carom.scene.overlaps import Room
 
 
 def frame_of(scene):
@@ -96,8 +99,66 @@ def test_orders_are_those_of_freud(voronoi):
         else:
             steinhardt = freud.order.Steinhardt(l=6).compute((box, points), neighbors=query)
             local, whole = steinhardt.particle_order.mean(), steinhardt.order
-        assert found.local_order.mean == pytest.approx(local, rel=1e-4)  # single precision
-        assert found.global_order.mean == pytest.approx(whole, rel=1e-3)
+        # Single precision; and in space freud leaves out the smallest of a gas's 4700 faces.
+        single = (1e-4, 1e-3) if d == 2 or not voronoi else (1e-3, 2e-2)
+        assert found.local_order.mean == pytest.approx(local, rel=single[0])
+        assert found.global_order.mean == pytest.approx(whole, rel=single[1])
+
+
+@pytest.mark.parametrize(
+    "crowd", [1.0, 0.1]
+)  # of the box; around an empty one, distant images are neighbours
+@pytest.mark.parametrize("periodic", [(True, True), (True, False), (True, True, True), (False, False, True)])
+def test_neighbours_share_a_face_of_their_cells(periodic, crowd):
+    d, n, box = len(periodic), 40, np.array((4.0, 7.0, 5.0)[: len(periodic)])
+    places = np.random.default_rng(d).uniform(0.0, crowd * box, (n, d))
+    pairs, bonds = voronoi_bonds(Room(box, np.array(periodic)), places)
+    # The cell that a random point of the box lies in is that of its nearest component: the two nearest
+    # components of a point on a line between cells are neighbours.
+    ways = np.stack(np.meshgrid(*[range(-2, 3) if axis else (0,) for axis in periodic]), -1).reshape(-1, d)
+    images = (places[:, None] + ways * box).reshape(-1, d)
+    rng, seen = np.random.default_rng(5), set()
+    for _ in range(20_000 if crowd == 1.0 and d == 2 else 5000):
+        start, way = rng.uniform(0.0, box), rng.standard_normal(d)
+        gaps = start - images
+        # Walking along a way, the first component that is as near as the nearest one of the start.
+        i = int(np.argmin(np.sum(gaps**2, axis=1)))
+        speeds = 2.0 * (images - images[i]) @ way
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steps = (np.sum(gaps**2, axis=1) - np.sum(gaps[i] ** 2)) / speeds
+        steps[(speeds <= 0.0) | (np.arange(len(images)) == i)] = math.inf
+        j = int(np.argmin(steps))
+        end = start + steps[j] * way
+        if math.isfinite(steps[j]) and (periodic | ((end >= 0.0) & (end <= box))).all():
+            seen.add((i // len(ways), j // len(ways), *np.round(images[j] - images[i], 9)))
+    found = {(int(i), int(j), *np.round(bond, 9)) for (i, j), bond in zip(pairs, bonds, strict=True)}
+    assert seen <= found
+    assert len(seen) > (0.9 if d == 2 else 0.7) * crowd * len(found)  # small faces are rarely crossed
+    assert {(j, i, *(-x for x in bond)) for i, j, *bond in found} == found
+
+
+@pytest.mark.parametrize("crowd", [1.0, 0.1])
+@pytest.mark.parametrize("periodic", [(True, True), (True, False), (True, True, True)])
+def test_neighbours_do_not_depend_on_the_first_layer_of_images(periodic, crowd, monkeypatch):
+    d = len(periodic)
+    room = Room(np.array((4.0, 7.0, 5.0)[:d]), np.array(periodic))
+    places = np.random.default_rng(d).uniform(0.0, crowd * room.box, (40, d))
+    found = []
+    for first in (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 20.0 if d == 2 else 6.0):
+        monkeypatch.setattr(tessellation, "FIRST", first)
+        pairs, bonds = voronoi_bonds(room, places)
+        found.append(sorted(zip(pairs.tolist(), np.round(bonds, 9).tolist(), strict=True)))
+    assert all(each == found[-1] for each in found)
+
+
+def test_a_point_that_two_cells_share_makes_no_neighbours():
+    for d in (2, 3):
+        scene = carom.Scene.on(lattices.cubic(d), 4, packing_fraction=0.3)
+        assert measured(frame_of(scene), l=4, voronoi=True).neighbors.mean == 2 * d
+        room, rng = Room(np.full(d, 4.0), np.full(d, True)), np.random.default_rng(1)
+        rounded = np.indices((4,) * d).reshape(d, -1).T + 0.5 + 1e-12 * rng.standard_normal((4**d, d))
+        pairs, _ = voronoi_bonds(room, rounded)
+        assert (np.bincount(pairs[:, 0]) == 2 * d).all()
 
 
 def test_the_correlation_is_one_in_a_crystal_and_nothing_in_a_gas():

@@ -1,5 +1,7 @@
-"""A species that no component belongs to: named, with a count of zero or a fraction that rounds to zero."""
+"""Species in files: their names, and a species that no component belongs to (a count or fraction of zero)."""
 
+import csv
+import dataclasses
 import itertools
 
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 from carom import InputError, Scene, Simulation, io, studies
 from carom.observables.rdf import rdf
 from carom.plan.plan import Plan
+from carom.scene.species import pair_name
 
 PLAN = """
 [scene]
@@ -27,6 +30,8 @@ pictures = true
 """
 
 NAMES, DIAMETERS = ("a", "b", "c"), (1.0, 0.8, 0.6)
+
+KINDS = "".join(f'[[scene.species]]\nname = "{{}}"\nfraction = 1\ndiameter = {s}\n' for s in (1, 1, 0.8, 0.6))
 
 #: The empty species stands first, in the middle, last, and all but one are empty.
 COUNTS = [(0, 30, 20), (30, 0, 20), (30, 20, 0), (50, 0, 0), (0, 0, 50)]
@@ -66,6 +71,34 @@ def test_a_fraction_that_rounds_to_no_component_leaves_the_summary_whole(tmp_pat
     assert np.bincount(plan.build_scene().species, minlength=3).tolist() == [30, 20, 0]
     result = studies.run(plan, tmp_path / "run")
     assert result.summary["collisions_by_species"]["c-c"] == 0
+
+
+def test_every_pair_of_species_has_a_name_of_its_own(tmp_path, monkeypatch):
+    names = ["a", "a-b", "b-c", "c", '"a', '"a"', "a-b-c"]
+    pairs = [*itertools.combinations_with_replacement(names, 2)]
+    assert len({pair_name(*pair) for pair in pairs}) == len(pairs)
+    assert pair_name("large", "small") == "large-small"
+    assert pair_name('"a', "b") == '"\\"a"-b'
+    assert pair_name("very-large", 1) == '"very-large"-1'
+
+    text = PLAN.format(species=f"n = 60\n{KINDS.format(*names[:4])}").replace("true", "false")
+    result = studies.run(Plan.from_toml(text), tmp_path / "run")
+    wanted = [pair_name(*pair) for pair in itertools.combinations_with_replacement(names[:4], 2)]
+    assert list(result.summary["collisions_by_species"]) == wanted
+    assert sum(result.summary["collisions_by_species"].values()) >= result.summary["collisions"]
+    assert list(result.summary["contact_values_from_rdf"]) == wanted
+    lines = (result.folder / "rdf.csv").read_text(encoding="utf-8").splitlines()
+    heads = next(csv.reader(line for line in lines if not line.startswith("#")))
+    assert [head for head in heads if head.startswith("g ")] == [f"g {name}" for name in wanted]
+
+
+def test_a_species_whose_name_is_a_number_is_found_by_its_name():
+    scene = Scene.mixture([30, 20], diameters=[1.0, 0.6], names=["1", "0"], dimension=2, packing_fraction=0.2,
+                          seed=1)  # fmt: skip
+    frame = Simulation(scene, seed=1).frame()
+    assert rdf([frame], pair=("1", "1")).counts.sum() == rdf([frame], pair=(0, 0)).counts.sum()
+    unnamed = dataclasses.replace(frame, species_names=())
+    assert rdf([unnamed], pair=("1", "1")).counts.sum() == rdf([frame], pair=(1, 1)).counts.sum()
 
 
 @pytest.mark.parametrize("counts", COUNTS)

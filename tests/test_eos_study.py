@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 import re
+import sys
 from typing import ClassVar
 
 import numpy as np
@@ -26,7 +27,7 @@ from carom.scene import lattices
 from carom.studies import StudySpec, tasks
 from carom.studies import executors as engines
 from carom.studies.eos import fits, pictures, spec, table, toml
-from carom.studies.eos.order import OrderParameter, q_6
+from carom.studies.eos.order import OrderParameter, psi_6, q_6
 from carom.studies.eos.simulate import Planned, simulate
 from carom.studies.eos.start import start as start_of
 from carom.studies.eos.study import load
@@ -237,7 +238,7 @@ def test_folders_that_hold_no_study_are_refused(tmp_path):
     with pytest.raises(FileError, match="holds no study"):
         load(tmp_path)
     (tmp_path / "study.json").write_text("{}")
-    with pytest.raises(FileError, match="does not describe a study"):
+    with pytest.raises(FileError, match="not the description of a study"):
         studies.equation_of_state([0.1], out=tmp_path, **SMALL)
     (tmp_path / "file").write_text("")
     with pytest.raises(FileError, match="is a file"):
@@ -668,11 +669,9 @@ def test_engines_that_do_not_exist_are_refused():
     ids=lambda value: value if isinstance(value, float) else value.dimension,
 )
 def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene, perfect):
-    if scene.dimension == 2:
-        pytest.importorskip("freud")
     order = OrderParameter(scene.dimension)
     order.add(carom.Simulation(scene).frame())
-    # freud computes in single precision; the others are known to five digits.
+    # Published to five digits.
     assert order.values()["values"][0] == pytest.approx(perfect, abs=1e-5)
     fluid = carom.Simulation(carom.Scene.random(1000, scene.dimension, packing_fraction=0.45)).frame()
     other = OrderParameter(scene.dimension)
@@ -680,6 +679,18 @@ def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene
         other.add(fluid)
     assert len(set(other.values()["values"])) == 1
     assert other.values()["values"][0] < 0.2
+
+
+def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
+    frame = carom.Simulation(carom.Scene.random(1000, 2, packing_fraction=0.6), seed=1).frame()
+    own = psi_6(frame)
+    freud = pytest.importorskip("freud")
+    system = frame.to_freud()
+    near = freud.locality.Voronoi().compute(system).nlist
+    theirs = freud.order.Hexatic(k=6).compute(system, neighbors=near).particle_order
+    assert own == pytest.approx(abs(np.mean(theirs.astype(complex))), rel=1e-4)  # single precision
+    monkeypatch.setitem(sys.modules, "freud", None)
+    assert psi_6(frame) == own
 
 
 def test_no_order_parameter_is_measured_in_other_dimensions():

@@ -130,6 +130,9 @@ BAD = [
     ("[output]\ntrajectory = ['gsd', 'gsd']", "names a format twice"),
     ("[output]\nevent_log = 1", "true or false, found 1"),
     ("[output]\npictures = 'yes'", "true or false, found the string"),
+    ("[scene]\ninteraction = 0", "interaction must be a table, found 0"),
+    ("[scene]\nmotion = 1979-05-27", "motion must be a table"),
+    ("[scene]\nimpact = ['loss']", "impact must be a table, found a list of 1"),
     ("x = " + "[" * 9000, "nested too deeply"),
     ("x = " + "1" * 9000, "no valid TOML"),
     ("#" * (LARGEST_FILE + 1), "at most"),
@@ -299,10 +302,11 @@ def test_a_model_of_one_s_own_fits_no_scene_file():
         elastic = False
 
     for name in ("interaction", "motion", "impact"):
-        for value in (Mine(), 5):
-            plan = Plan(scene=SceneSpec(cells=2, packing_fraction=0.3, **{name: value}))
-            with pytest.raises(InputError, match=rf"\[scene\] {name} is .*class of one's own"):
-                plan.to_toml()
+        plan = Plan(scene=SceneSpec(cells=2, packing_fraction=0.3, **{name: Mine()}))
+        with pytest.raises(InputError, match=rf"\[scene\] {name} is .*class of one's own"):
+            plan.to_toml()
+        with pytest.raises(InputError, match=rf"\[scene\] {name} must be a table, found 5"):
+            SceneSpec(cells=2, packing_fraction=0.3, **{name: 5})
 
 
 def test_a_run_writes_absolute_paths_so_that_it_goes_on_from_its_folder(tmp_path, monkeypatch):

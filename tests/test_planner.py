@@ -258,7 +258,7 @@ def test_a_plan_is_run_in_a_folder_and_goes_on_there(planned, tmp_path):
     stored = again.run(out=tmp_path)
     assert (stored.value, stored.cpu_seconds) == (done.value, done.cpu_seconds)
     assert json.loads(done.save(tmp_path).read_text())["reached"]["error"] == done.error
-    with pytest.raises(FileError, match="holds no plan"):
+    with pytest.raises(FileError, match="does not exist; expected a plan"):
         RunPlan.load(tmp_path / "elsewhere")
 
 

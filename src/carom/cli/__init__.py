@@ -6,13 +6,13 @@ that ``--help`` answers at once.
 
 from __future__ import annotations
 
-import io
 import sys
 from typing import Annotated
 
 import typer
 
 from carom.cli import code, eos, files, pack, plan, run, trade, transport
+from carom.cli.trouble import told, whole_streams
 from carom.pictures.importing import nobody_reads_docstrings
 from carom.version import __version__
 
@@ -60,9 +60,14 @@ app.command("transport")(transport.transport)
 
 def main() -> None:
     """Run the command line."""
-    for stream in (sys.stdout, sys.stderr):
-        # A terminal that cannot show a character gets a replacement instead of a traceback.
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
+    whole_streams()
     nobody_reads_docstrings()
-    app()
+    try:
+        with told():
+            try:
+                app()
+            finally:
+                # Here, because a full device may refuse nothing before.
+                sys.stdout.flush()
+    except typer.Exit as ended:
+        sys.exit(ended.exit_code)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 from collections.abc import Iterator
+
+from carom.cli.heartbeat import say
 
 TEXT = "Compiling for this kind of scene: ten seconds or more, the first time only; Ctrl-C acts afterwards."
 
@@ -16,11 +17,11 @@ def compiling_told() -> Iterator[None]:
 
     said = False
 
-    def say() -> None:
+    def tell() -> None:
         nonlocal said
         if not said:
             said = True
-            print(TEXT, file=sys.stderr, flush=True)
+            say(TEXT)
 
-    with listening(say):
+    with listening(tell):
         yield

@@ -29,6 +29,7 @@ from carom.cli.studies import (
     farewell,
     fractions,
     integers,
+    reserve,
     where,
     write,
 )
@@ -119,6 +120,7 @@ def eos(
             "equilibration": equilibration,
         },
     )
+    reserve(spec, out, "eos")
     from carom.cli.compiling import compiling_told
 
     with _watched() as progress, compiling_told():

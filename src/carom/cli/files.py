@@ -145,7 +145,7 @@ def rdf(
     picture = out.with_suffix(".png")
     species: Any = None
     if pair is not None:
-        species = tuple(int(word) if word.strip().isdecimal() else word.strip() for word in pair.split(","))
+        species = tuple(word.strip() for word in pair.split(","))
     if out.suffix not in (".csv", ".npz"):
         raise InputError(f"{out} has the suffix '{out.suffix}'; expected .csv or .npz.")
     refuse_to_replace(*((out, picture) if png else (out,)), overwrite=overwrite)

@@ -19,6 +19,12 @@ _present: Heartbeat | None = None
 """The heartbeat that prints, if any."""
 
 
+def say(text: str) -> None:
+    """Print a line on standard error; no command fails because that cannot be written."""
+    with contextlib.suppress(OSError):
+        print(visible(text), file=sys.stderr, flush=True)
+
+
 def starting() -> contextlib.AbstractContextManager[object]:
     """Print from the start of a command to its end: imports and pictures take long on a busy machine, too."""
     return contextlib.nullcontext() if sys.stderr.isatty() else Heartbeat("Starting").beating()
@@ -45,7 +51,7 @@ class Heartbeat:
     def _beat(self) -> None:
         while not self._end.wait(EVERY):
             passed = time.monotonic() - self._began
-            print(visible(f"{passed:.0f} s: {self.state}"), file=sys.stderr, flush=True)
+            say(f"{passed:.0f} s: {self.state}")
 
     @contextlib.contextmanager
     def beating(self) -> Iterator[Heartbeat]:

@@ -130,6 +130,8 @@ def plan(
             asked = planner.system_of(packing_fraction, d, kinds, scene)
             found = _held(folder, target, asked, {"n": n, "seed": seed, "cores": cores, "hours": hours})
         else:
+            if folder is not None:
+                planner.reserve(folder)
             found = planner.plan(
                 target,
                 packing_fraction=packing_fraction,

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from carom.cli.heartbeat import say
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -75,10 +76,9 @@ def watched() -> Iterator[Callable[[str, float], None]]:
 
 def predicted(prediction: Prediction) -> None:
     """Print on standard error how long the requested accuracy will take."""
-    print(
+    say(
         f"Relative error {prediction.relative_error:.2g} so far; about {prediction.seconds:.3g} s more "
-        f"({prediction.collisions:.2g} collisions).",
-        file=sys.stderr,
+        f"({prediction.collisions:.2g} collisions)."
     )
 
 
@@ -87,31 +87,24 @@ def results(result: RunResult, as_json: bool) -> None:
     if as_json:
         print(json.dumps(result.summary, indent=2, allow_nan=False, ensure_ascii=True))
         if not result.new:
-            print(f"{visible(result.folder)} was finished already.", file=sys.stderr)
+            say(f"{result.folder} was finished already.")
         return
     if not result.new:
         print(f"{visible(result.folder)} was finished already; nothing was left to do.")
     from carom.cli.tables import Screen, show
 
     console = Screen()
-    try:
-        show(console, _physics(result.summary))
-        if result.summary.get("layers"):
-            show(console, _bed(result.summary))
-        show(console, _mechanics(result.summary))
-        for note in (result.summary["phase_note"], result.summary["note"]):
-            if note:
-                console.print(note)
-        for reason in (result.summary.get("without_trajectory"), result.summary["without_rdf"]):
-            if reason:
-                console.print(reason)
-        console.print(f"Results in {result.folder}")
-    except (KeyError, TypeError) as error:
-        from carom.errors import FileError
-
-        raise FileError(
-            f"{result.folder / 'summary.json'} lacks what a summary has ({error}); remove it and resume."
-        ) from None
+    show(console, _physics(result.summary))
+    if result.summary.get("layers"):
+        show(console, _bed(result.summary))
+    show(console, _mechanics(result.summary))
+    for note in (result.summary["phase_note"], result.summary["note"]):
+        if note:
+            console.print(note)
+    for reason in (result.summary.get("without_trajectory"), result.summary["without_rdf"]):
+        if reason:
+            console.print(reason)
+    console.print(f"Results in {result.folder}")
 
 
 def _physics(summary: dict[str, Any]) -> Any:
@@ -317,7 +310,7 @@ def _mechanics(summary: dict[str, Any]) -> Any:
 def _reached(summary: dict[str, Any]) -> str:
     """Return the relative error of Z and the one that was asked for."""
     z = summary["compressibility_factor"]
-    reached = "?" if z["error"] is None else f"{z['error'] / abs(z['mean']):.2g}"
+    reached = f"{z['error'] / abs(z['mean']):.2g}" if z["mean"] and z["error"] is not None else "?"
     return f"{reached}, {summary['relative_error']:.2g} was asked for"
 
 

@@ -115,13 +115,51 @@ def where(engine: str | None, scheduler: str | None) -> str | None:
     return scheduler or engine
 
 
+def reserve(spec: Any, out: Path, name: str) -> None:
+    """Refuse a folder where :func:`write` would replace files of the user, or mix results; change nothing.
+
+    Raises
+    ------
+    FileError
+        If the folder holds other results; if it is new, and has files by the names of a study's; or if its
+        study.toml was written or annotated by somebody and describes another study.
+    """
+    from carom.errors import FileError
+    from carom.studies import places
+    from carom.studies.tasks import SETTINGS
+
+    places.refuse_others(out, "a study")
+    if not (out / SETTINGS).exists():
+        places.refuse_to_replace([out / f"{name}.csv", out / f"{name}.png", out / "report.html"], "a study")
+    file = out / "study.toml"
+    if file.exists() and places.of_the_user(file) and not _describes(file, spec):
+        raise FileError(
+            f"{file} was written or annotated by somebody and describes another study, so it was left as it "
+            "is; choose another folder with --out, or move the file."
+        )
+
+
+def _describes(file: Path, spec: Any) -> bool:
+    """Return whether a study file describes just this study."""
+    from carom.errors import CaromError
+    from carom.studies.eos.toml import load
+
+    try:
+        return bool(load(file, type(spec)) == spec)
+    except CaromError:
+        return False
+
+
 def write(result: Any, out: Path, name: str, report: bool, pictures: bool) -> None:
     """Write the study, its table and its pictures to a folder; ``name`` is the stem of the files."""
     from carom.io.paths import replacing, writing
     from carom.studies.eos.toml import text
+    from carom.studies.places import title
 
-    with replacing(out / "study.toml") as temporary, writing(out / "study.toml"):
-        temporary.write_text(text(result.spec), encoding="utf-8")
+    file = out / "study.toml"
+    if not _describes(file, result.spec):  # the user's own, with its comments
+        with replacing(file) as temporary, writing(file):
+            temporary.write_text(f"{title(f'carom {name}')}\n\n{text(result.spec)}", encoding="utf-8")
     result.to_csv(out / f"{name}.csv")
     if pictures and result.records:
         with replacing(out / f"{name}.png") as temporary:

@@ -27,6 +27,7 @@ from carom.cli.studies import (
     farewell,
     fractions,
     integers,
+    reserve,
     where,
     write,
 )
@@ -107,6 +108,7 @@ def transport(
     }
     values = {name: value for name, value in given.items() if value is not None}
     spec = TransportSpec(**values) if scene is None else of_scene(scene, **values)
+    reserve(spec, out, "transport")
     from carom.cli.compiling import compiling_told
 
     with _watched() as progress, compiling_told():

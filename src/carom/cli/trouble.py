@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import io
 import os
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from carom.cli.heartbeat import starting
+from carom.cli.heartbeat import say, starting
 from carom.errors import CaromError, CaromWarning
-from carom.texts import visible
 
 BAD_INPUT = 2
 """Exit code for input that cannot be used and files that cannot be written; also for unknown options."""
@@ -28,39 +29,77 @@ def friendly(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def wrapped(*arguments: Any, **options: Any) -> None:
-        code = 0
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("always", CaromWarning)
-                warnings.showwarning = _show_warning  # type: ignore[assignment]
-                with starting():
-                    command(*arguments, **options)
-        except CaromError as error:
-            _say(f"Error: {error}")
-            code = BAD_INPUT
-        except MemoryError:
-            _say("Error: there is not enough memory for this; choose fewer particles or frames.")
-            code = BAD_INPUT
-        except BrokenPipeError:
-            # The reader of the output has ended, as in `carom ... | head`: nothing more can be printed.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            code = 1
-        except KeyboardInterrupt as stopped:
-            _say(str(stopped) or "Stopped.")
-            code = INTERRUPTED
-        if code:
-            import typer
-
-            raise typer.Exit(code)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", CaromWarning)
+            warnings.showwarning = _show_warning  # type: ignore[assignment]
+            with told(), starting():
+                command(*arguments, **options)
 
     return wrapped
 
 
-def _say(text: str) -> None:
-    print(visible(text), file=sys.stderr, flush=True)
+@contextlib.contextmanager
+def told() -> Iterator[None]:
+    """Turn what the body raises, if it is no bug, into a sentence on standard error and an exit code.
+
+    Errors of the system that reach this place are those of the output: files have a :class:`FileError`.
+    """
+    code = 0
+    try:
+        yield
+    except CaromError as error:
+        say(f"Error: {error}")
+        code = BAD_INPUT
+    except MemoryError:
+        say("Error: there is not enough memory for this; choose fewer particles or frames.")
+        code = BAD_INPUT
+    except BrokenPipeError:
+        # The reader of the output has ended, as in `carom ... | head`: nothing more can be printed.
+        _close_output()
+        code = 1
+    except OSError as error:
+        _close_output()
+        where = f"{error.filename} cannot be used" if error.filename else "The output cannot be written"
+        say(f"Error: {where}: {error.strerror or error}; free some space, or give another place.")
+        code = BAD_INPUT
+    except UnicodeError as error:
+        say(f"Error: The name of a file or folder is no text ({error}); give it another name.")
+        code = BAD_INPUT
+    except KeyboardInterrupt as stopped:
+        say(str(stopped) or "Stopped.")
+        code = INTERRUPTED
+    if code:
+        import typer
+
+        raise typer.Exit(code)
+
+
+def _close_output() -> None:
+    """Let all further output go nowhere: what is in the buffer would fail again at the end of the process."""
+    with contextlib.suppress(OSError, ValueError):  # no descriptor, as in a test
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def whole_streams() -> None:
+    """Make standard streams that are closed, as some schedulers have them, lead nowhere.
+
+    Otherwise the next file that is opened would get the number of standard error, and with it whatever a
+    library prints there. A terminal that cannot show a character gets a replacement instead of a traceback.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number
+        if getattr(sys, name) is None:
+            mode = "r" if number == 0 else "w"
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any) -> None:
     # Warnings of libraries are for programmers; only those of Carom are for users of a command.
     if issubclass(category, CaromWarning):
-        _say(f"Note: {message}")
+        say(f"Note: {message}")

@@ -16,7 +16,7 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io import checksums
-from carom.io.claims import Claim, patiently
+from carom.io.claims import Claim, patiently, steady
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
 from carom.io.paths import existing, reading, uninterrupted, writable, writing
@@ -89,10 +89,28 @@ def _columns(file: h5py.File) -> dict[str, type]:
     return {**_DTYPES, **_KIND_OF_EVENT} if "kind" in file else _DTYPES
 
 
+def is_log(path: Path) -> bool:
+    """Return whether the file ``path`` is an event log."""
+    if path.suffix != ".h5" or not path.is_file():
+        return False
+    import h5py
+
+    try:
+        with reading(path, "HDF5"), steady(path), h5py.File(path) as file:
+            return _named(file)
+    except FileError:
+        return False
+
+
+def _named(file: h5py.File) -> bool:
+    """Return whether a file says that it is an event log; attributes of other programs may be of any type."""
+    kind = file.attrs.get("format")
+    return isinstance(kind, str | bytes) and np.bytes_(kind) == _FORMAT.encode()
+
+
 def _count(file: h5py.File) -> int:
     """Return the number of whole events: a kill may leave some columns longer than others."""
-    kind = file.attrs.get("format")
-    if kind is None or np.bytes_(kind) != _FORMAT.encode():
+    if not _named(file):
         raise ValueError(f"it is not of the format {_FORMAT}")
     layout = int(file.attrs["layout"])
     if layout > _LAYOUT:

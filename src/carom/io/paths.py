@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
 
@@ -136,6 +137,26 @@ def replacing(path: Path) -> Iterator[Path]:
             _synchronise(path.parent)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def remnants(folder: Path, whole: Callable[[str], object]) -> list[Path]:
+    """Return the temporary files that :func:`replacing` left in a folder when its process was killed.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    whole : callable
+        Tells of a name whether a file with that name is one of ours: others' hidden files are none of them.
+    """
+    return [
+        path
+        for path in folder.iterdir()
+        if (found := _REMNANT.fullmatch(path.name)) and whole(found["stem"] + (found["suffix"] or ""))
+    ]
+
+
+_REMNANT = re.compile(r"\.(?P<stem>.+)\.\d+\.tmp(?P<suffix>\.[^.]+)?")
 
 
 def _synchronise(path: Path) -> None:

@@ -51,7 +51,8 @@ class Bonds(StepInteraction):
         if not checks.several(self.pairs):
             raise InputError(f"pairs must be m pairs of indices, found {checks.describe(self.pairs)}.")
         given = checks.array(self.pairs, "pairs", "(m, 2)", ndim=2) if len(self.pairs) else np.empty((0, 2))
-        if given.shape[1] != 2 or not (given == np.rint(given)).all() or (given < 0).any():
+        whole = (given == np.rint(given)) & (given >= 0) & (given < 2**53)
+        if given.shape[1] != 2 or not whole.all():
             raise InputError("pairs must be m pairs of indices of components, 0 or more.")
         pairs = np.unique(np.sort(given.astype(np.int64), axis=1), axis=0)
         if not len(pairs):

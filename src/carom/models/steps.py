@@ -280,7 +280,7 @@ def _numbers(values: Any, name: str) -> tuple[float, ...]:
     for value in values:
         try:
             number = float(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise InputError(f"{name} must hold numbers, found {checks.describe(value)}.") from None
         if math.isnan(number) or number == -math.inf or (math.isfinite(number) and abs(number) > 1e100):
             raise InputError(f"{name} must hold numbers up to 1e100, or math.inf; found {value!r}.")

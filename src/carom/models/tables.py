@@ -84,9 +84,10 @@ def _typed(table: Any, name: str) -> Any:
 def _class(kind: Any, what: str, key: str) -> Any:
     """Return the class of a kind."""
     plain = obstacles.KINDS if what == "obstacle" else {}
-    if kind in plain:
+    known = isinstance(kind, str)
+    if known and kind in plain:
         return plain[kind]
-    if kind not in KINDS[what]:
+    if not (known and kind in KINDS[what]):
         one = "an" if what == "obstacle" else "a"
         raise InputError(
             f"{key} of {one} {what} must be one of {', '.join((*plain, *KINDS[what]))}; found "

@@ -12,6 +12,7 @@ from __future__ import annotations
 import functools
 import math
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,6 +23,7 @@ from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables.neighbors import nearest, pairs_within
 from carom.observables.statistics import Estimate, blocking
+from carom.observables.tessellation import voronoi_bonds
 from carom.scene.overlaps import Room
 
 NEAREST = {2: 6, 3: 12, 4: 24}
@@ -49,7 +51,7 @@ class BondOrder:
     reach : float, optional
         Alternatively, neighbours are all components nearer than this [length].
     voronoi : bool
-        Alternatively, neighbours share a face of the Voronoi tessellation (by freud, 2D and 3D).
+        Alternatively, neighbours share a face of the Voronoi tessellation (2D and 3D).
     rmax : float, optional
         Largest distance at which the correlation of local orders is measured [length]. By default it is not
         measured.
@@ -124,31 +126,34 @@ class BondOrder:
 
     def _orders(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, int]:
         """Return the order of each component (n, h), zero without neighbours, and the number of bonds."""
-        i, j = self._neighbors(room, places)
-        counts = np.bincount(i, minlength=len(places))
-        sums = np.zeros((_basis(self.l, places.shape[1])[1].shape[1], len(places)))
-        for pairs in _portions(np.stack([i, j], axis=1)):
-            bonds = room.separations(places, pairs)
-            values = harmonics(self.l, bonds / np.sqrt(np.sum(bonds**2, axis=1))[:, None])
-            first, last = int(pairs[:, 0].min()), int(pairs[:, 0].max()) + 1
-            for total, column in zip(sums, values.T, strict=True):
-                total[first:last] += np.bincount(pairs[:, 0] - first, column, last - first)
-        return sums.T / np.maximum(counts, 1)[:, None], len(i)
+        pairs, bonds = self._bonds_of(room, places)
+        return orders_of(self.l, len(places), pairs, bonds), len(pairs)
 
-    def _neighbors(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return component and neighbour of each bond; a pair of neighbours has two bonds."""
+    def _bonds_of(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, Callable[[slice], np.ndarray]]:
+        """Return component and neighbour of each bond (m, 2), and the function that makes its vectors.
+
+        A pair of neighbours has two bonds. There are many, so a portion of vectors is made at a time.
+        """
         if self.voronoi:
-            return _voronoi(room, places)
+            if places.shape[1] not in (2, 3):
+                raise InputError("voronoi needs 2 or 3 dimensions; give nearest or reach.")
+            pairs, vectors = voronoi_bonds(room, places)
+            return pairs, vectors.__getitem__
+        pairs = self._neighbors(room, places)
+        return pairs, lambda part: room.separations(places, pairs[part])
+
+    def _neighbors(self, room: Room, places: np.ndarray) -> np.ndarray:
+        """Return component and neighbour of each bond to the nearest, or within reach."""
         if self.reach is not None:
             _refuse_images(room, self.reach, "reach")
-            i, j = pairs_within(room, places, self.reach).T
-            return np.concatenate([i, j]), np.concatenate([j, i])
+            found = pairs_within(room, places, self.reach)
+            return np.concatenate([found, found[:, ::-1]])
         d = places.shape[1]
         count = NEAREST.get(d) if self.nearest is None else self.nearest
         if count is None:
             raise InputError(f"In {d} dimensions nearest or reach must say who the neighbours are.")
-        found = nearest(room, places, count)
-        return np.repeat(np.arange(len(places)), count), found.ravel()
+        near = nearest(room, places, count)
+        return np.stack([np.repeat(np.arange(len(places)), count), near.ravel()], axis=1)
 
     def _correlate(self, room: Room, places: np.ndarray, orders: np.ndarray) -> None:
         """Add the sums of ``q_i . q_j`` and the numbers of pairs in each bin."""
@@ -157,7 +162,9 @@ class BondOrder:
         edges = self._edges
         shape = len(edges) - 1
         sums, counts = np.zeros(shape), np.zeros(shape, np.int64)
-        for pairs in _portions(pairs_within(room, places, float(edges[-1]))):
+        found = pairs_within(room, places, float(edges[-1]))
+        for part in _portions(len(found)):
+            pairs = found[part]
             bins = np.searchsorted(edges, room.distances(places, pairs), side="right") - 1
             i, j = pairs.T
             products = np.sum(orders[i] * orders[j], axis=1)
@@ -189,9 +196,35 @@ class BondOrder:
         return BondOrderEstimate(self.l, local, whole, square, bonds, edges, correlation)
 
 
-def _portions(pairs: np.ndarray) -> list[np.ndarray]:
-    """Return the pairs (m, 2) in portions."""
-    return [pairs[at : at + PORTION] for at in range(0, len(pairs), PORTION)]
+def orders_of(degree: int, n: int, pairs: np.ndarray, bonds: Callable[[slice], np.ndarray]) -> np.ndarray:
+    """Return the order (n, h) of each component: the mean of the harmonics of its bonds, 0 without any.
+
+    Parameters
+    ----------
+    degree : int
+        l.
+    n : int
+        Number of components.
+    pairs : (m, 2) array
+        Component and neighbour of each bond.
+    bonds : callable
+        Returns the vectors (k, d) of the bonds in a slice.
+    """
+    counts = np.bincount(pairs[:, 0], minlength=n)
+    sums = None
+    for part in _portions(len(pairs)):
+        vectors, who = bonds(part), pairs[part, 0]
+        values = harmonics(degree, vectors / np.sqrt(np.sum(vectors**2, axis=1))[:, None])
+        sums = np.zeros((values.shape[1], n)) if sums is None else sums
+        first, last = int(who.min()), int(who.max()) + 1
+        for total, column in zip(sums, values.T, strict=True):
+            total[first:last] += np.bincount(who - first, column, last - first)
+    return np.zeros((n, 1)) if sums is None else sums.T / np.maximum(counts, 1)[:, None]
+
+
+def _portions(count: int) -> list[slice]:
+    """Return the portions of a number of pairs."""
+    return [slice(at, at + PORTION) for at in range(0, count, PORTION)]
 
 
 def _ratio(sums: np.ndarray, counts: np.ndarray) -> Estimate:
@@ -211,24 +244,6 @@ def _refuse_images(room: Room, reach: float, name: str) -> None:
             f"{name} is {reach:g}, beyond half of the shortest edge of the box ({0.5 * shortest:g}), where "
             "images are counted twice."
         )
-
-
-def _voronoi(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the neighbours of the Voronoi tessellation, by freud."""
-    d = places.shape[1]
-    if d not in (2, 3) or not room.periodic.all():
-        raise InputError("voronoi needs a periodic box in 2 or 3 dimensions; give nearest or reach.")
-    try:
-        import freud
-    except ImportError:
-        raise InputError(
-            "voronoi needs freud: pip install freud-analysis; or give nearest or reach."
-        ) from None
-    points = np.zeros((len(places), 3), np.float32)
-    points[:, :d] = places - 0.5 * room.box
-    with freud.parallel.NumThreads(1):  # with several threads the order would vary
-        tessellation = freud.locality.Voronoi().compute((freud.box.Box(*room.box, is2D=d == 2), points))
-    return tuple(np.asarray(tessellation.nlist[:], np.int64).T)
 
 
 @dataclass(frozen=True, eq=False)

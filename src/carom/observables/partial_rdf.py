@@ -17,6 +17,7 @@ from carom.errors import FileError
 from carom.frame import Frame
 from carom.observables.radial import RadialDistribution
 from carom.observables.rdf import distributions
+from carom.scene.species import pair_name
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
     Returns
     -------
     dict of str to RadialDistribution
-        The g_ij(r) by the names of the two species, "large-small", or their numbers, "0-1". Pairs that do not
+        The g_ij(r) by :func:`carom.scene.species.pair_name`: "large-small", or "0-1". Pairs that do not
         occur are left out, and pairs whose contact lies beyond half of the box. It is empty if
         :func:`species_of` is None.
     """
@@ -81,7 +82,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
             contact = 0.5 * sum(float(scene.diameters[species == k][0]) for k in (i, j))
         if (a == b and counts[a] < 2) or 2.0 * contact >= min(scene.box):
             continue
-        name = "-".join(named[k] if named else str(k) for k in (i, j))
+        name = pair_name(*(named[k] if named else k for k in (i, j)))
         wanted[name] = ((i, j), contact)
     return distributions(alike(), wanted) if wanted else {}
 

@@ -54,7 +54,8 @@ def rdf(
         shortest edge but at most five diameters. If `width` does not divide the range, the last bin ends
         before `rmax`.
     pair : two ints or strs, optional
-        Numbers or names of the two species, which may be the same. Each must have one diameter.
+        Names or numbers of the two species, which may be the same. Each must have one diameter. A number may
+        be text; a species with that name comes first.
     contact : float, optional
         Distance at which the two species touch [length], if it is not the mean of their diameters. For a
         pair, "diameter" above means this distance.
@@ -243,6 +244,7 @@ def _species(frame: Frame, pair: tuple[int | str, int | str]) -> tuple[int, int]
     found = []
     for which in pair:
         k = frame.species_names.index(which) if which in frame.species_names else which
+        k = int(k) if isinstance(k, str) and k.isdecimal() else k
         if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 0 <= k < count:
             known = ", ".join(frame.species_names) or f"0 to {count - 1}"
             raise InputError(f"There is no species {which!r}; known are {known}.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import warnings
@@ -17,10 +16,13 @@ import numpy as np
 from carom import checks, texts
 from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
+from carom.io import records
+from carom.io.events import is_log
 from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
 from carom.models.interface import Impact, Interaction, Motion, Obstacle
+from carom.scene.box import LONGEST_EDGE
 
 ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
 """Files of a folder that can be shown; the first that exists is taken."""
@@ -219,23 +221,9 @@ def _of_path(
 
 
 def _title(path: Path) -> str:
-    """Return the title of the page of a file."""
-    return f"{path.parent.name}/{path.name}" if path.parent.name else path.name
-
-
-def is_log(path: Path) -> bool:
-    """Return whether the file ``path`` is an event log."""
-    if path.suffix != ".h5" or not path.is_file():
-        return False
-    import h5py
-
-    from carom.io.claims import steady
-
-    try:
-        with steady(path), h5py.File(path) as file:
-            return file.attrs.get("format") in ("carom-events", b"carom-events")
-    except OSError:
-        return False
+    """Return the title of the page of a file; a byte that is no text becomes a question mark in a diamond."""
+    title = f"{path.parent.name}/{path.name}" if path.parent.name else path.name
+    return os.fsencode(title).decode("utf-8", "replace")
 
 
 def rules_beside(source: Path) -> Interaction | None:
@@ -290,9 +278,11 @@ def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
 
 def _box_of(summary: Path) -> list[float] | None:
     """Return the edges of the box of a finished run; None if its summary does not say."""
+    length = records.number(low=1.0 / checks.MAGNITUDE, high=LONGEST_EDGE * checks.MAGNITUDE)
     try:
-        return list(json.loads(summary.read_text(encoding="utf-8"))["box"])
-    except (OSError, ValueError, KeyError, TypeError):
+        box = records.table({"box": records.listed(length)})
+        return list(records.read_json(summary, box, "the summary of a run", "remove it")["box"])
+    except FileError:
         return None
 
 
@@ -300,14 +290,13 @@ def _of_packing(summary: Path) -> Sequence[Obstacle]:
     """Return the obstacles that the summary of a packing lists."""
     from carom.models.tables import obstacle_from_table
 
+    found = records.read_json(
+        summary,
+        records.table({}, later={"obstacles": records.listed(records.anything)}),
+        "the summary of a packing",
+        "so its obstacles are not known: give them, obstacles=[...], to carom.view or carom.movie",
+    )
     try:
-        with summary.open(encoding="utf-8") as file:
-            tables = json.load(file).get("obstacles", [])
-        return [obstacle_from_table(table) for table in tables]
+        return [obstacle_from_table(table) for table in found.get("obstacles", [])]
     except InputError as error:
         raise FileError(f"{summary}: {error}") from None
-    except (OSError, ValueError, AttributeError, TypeError) as error:
-        raise FileError(
-            f"{summary} is not the summary of a packing ({error}), so its obstacles are not known; "
-            "give them, obstacles=[...], to carom.view or carom.movie."
-        ) from None

@@ -138,6 +138,9 @@ class Fields:
         """Check an interaction, a motion or an impact: a value, or its table."""
 
         def check(value: Any, key: str) -> Any:
+            if type(value).__module__ in ("builtins", "datetime") and not isinstance(value, Mapping):
+                # What a file holds instead of a table: no model is of such a type.
+                raise InputError(f"{key} must be a table, found {checks.describe(value)}.")
             try:
                 return tables.from_table(value, name) if isinstance(value, Mapping) else value
             except InputError as problem:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from carom import checks
-from carom.errors import FileError, InputError
+from carom.errors import InputError
+from carom.io.records import read_text, toml_lines, toml_tables, toml_value
 from carom.models import to_tables
 from carom.models.obstacles import Obstacle
 from carom.models.rule_files import RuleFile
@@ -19,6 +20,8 @@ __all__ = ["OutputSpec", "Plan", "RunSpec", "SceneSpec", "SpeciesSpec", "templat
 
 #: Largest scene file [bytes]. A scene file is about a page; parsing a larger file would only cost time.
 LARGEST_FILE = 64 * 1024
+
+A_SCENE = "a scene file (TOML) of about a page, as `carom init` writes it"
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Plan:
             As from :meth:`from_toml`, with the name of the file.
         """
         path = Path(path)
-        text = _read(path)
+        text = read_text(path, A_SCENE, LARGEST_FILE)
         try:
             plan = cls.from_toml(text)
         except InputError as problem:
@@ -68,17 +71,9 @@ class Plan:
             If the text is not TOML, or a section or key is unknown. If a value has the wrong type or range,
             or keys contradict each other. The message gives the line, or the nearest known key.
         """
-        # Imported here, because a Plan is often made without parsing a file.
-        import tomllib
-
         if len(text) > LARGEST_FILE:
             raise InputError(f"A scene file has at most {LARGEST_FILE} characters, found {len(text)}.")
-        try:
-            tables = tomllib.loads(text)
-        except RecursionError as problem:
-            raise InputError("This is no scene file: its values are nested too deeply.") from problem
-        except ValueError as problem:
-            raise InputError(f"This is no valid TOML: {problem}.") from problem
+        tables = toml_tables(text)
         specs = {f.name: f for f in dataclasses.fields(cls)}
         values: dict[str, Any] = {}
         for name, table in tables.items():
@@ -117,12 +112,12 @@ class Plan:
                 value = getattr(spec, key.name)
                 if key.name in _TABLES:
                     for each in value:
-                        tables += ["", f"[[{section.name}.{key.name}]]", *_pairs(_TABLES[key.name](each))]
+                        tables += ["", f"[[{section.name}.{key.name}]]", *toml_lines(_TABLES[key.name](each))]
                 elif value is not None and key.name in _MODELS:
                     table = _model_table(key.name, value)
-                    tables += ["", f"[{section.name}.{key.name}]", *_pairs(table)]
+                    tables += ["", f"[{section.name}.{key.name}]", *toml_lines(table)]
                 elif value is not None:
-                    lines.append(f"{key.name} = {_toml(value)}")
+                    lines.append(f"{key.name} = {toml_value(value)}")
             lines += [*tables, ""]
         return "\n".join(lines)
 
@@ -214,11 +209,6 @@ def _listed(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else ()
 
 
-def _pairs(table: dict[str, Any]) -> list[str]:
-    """Return a table as lines of TOML."""
-    return [f"{key} = {_toml(value)}" for key, value in table.items() if value is not None]
-
-
 def _unknown(name: str, value: Any, specs: dict[str, Any]) -> str:
     """Return the message about an unknown section, or about a key outside of the sections."""
     if isinstance(value, dict):
@@ -233,44 +223,3 @@ def _shown(name: str) -> str:
     """Return a name for a message: short and printable."""
     shown = name if len(name) <= 40 else name[:37] + "..."
     return shown if shown.isprintable() and shown else repr(shown)
-
-
-def _read(path: Path) -> str:
-    try:
-        there, regular = path.exists(), path.is_file()
-        data = b""
-        if regular:
-            with path.open("rb") as stream:
-                data = stream.read(LARGEST_FILE + 1)
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or problem
-        raise FileError(f"{path} cannot be read: {reason}.") from problem
-    if not there:
-        raise FileError(f"{path} does not exist; `carom init` writes a scene file to start from.")
-    if not regular:
-        raise FileError(f"{path} is not a file; expected a scene file (TOML).")
-    if len(data) > LARGEST_FILE:
-        raise FileError(
-            f"{path} has more than {LARGEST_FILE} bytes; expected a scene file (TOML) of about a page."
-        )
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as problem:
-        raise FileError(
-            f"{path} is not text in UTF-8 (byte {problem.start}); expected a scene file (TOML)."
-        ) from problem
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        escaped = "".join(
-            "\\" + c if c in '"\\' else c if c.isprintable() else f"\\U{ord(c):08X}" for c in value
-        )
-        return f'"{escaped}"'
-    if isinstance(value, tuple | list):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    if isinstance(value, dict):
-        return "{ " + ", ".join(_pairs(value)) + " }"
-    return repr(value)

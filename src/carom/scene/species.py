@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -85,6 +86,15 @@ def names(given: Any, species: np.ndarray | None) -> tuple[str, ...]:
     if species.max() >= len(result):
         raise InputError(f"Species {species.max()} has no name: {len(result)} are given.")
     return result
+
+
+def pair_name(one: int | str, other: int | str) -> str:
+    """Return the name of a pair of species, such as "large-small", by their names or numbers.
+
+    A name that holds a hyphen or a quote stands in quotes, so that different pairs have different names.
+    """
+    return "-".join(json.dumps(name, ensure_ascii=False) if {*name} & {*'-"'} else name
+                    for name in map(str, (one, other)))  # fmt: skip
 
 
 def contact_matrix(given: Any, species: np.ndarray | None, diameters: np.ndarray) -> np.ndarray | None:

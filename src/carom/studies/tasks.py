@@ -12,13 +12,17 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import re
 from pathlib import Path
 from typing import Any
 
 from numpy.random import SeedSequence
 
 from carom.errors import FileError
-from carom.io.paths import reason, replacing, writing
+from carom.io import records
+from carom.io.paths import remnants, replacing, writing
+from carom.studies.places import refuse_others
 
 Task = dict[str, Any]
 """The input of a task: strings, numbers, and lists and tables of them."""
@@ -31,6 +35,14 @@ SETTINGS = "study.json"
 
 RESULTS = "tasks"
 """Folder of the result files."""
+
+WRITTEN = (
+    SETTINGS, "study.toml", "report.html", "eos.csv", "eos.png", "transport.csv", "transport.png",
+    "plan.json", "outcome.json",
+)  # fmt: skip
+"""Files that commands write into the folder of a study."""
+
+_RESULT = re.compile(r"[0-9a-f]{20}\.json")
 
 
 def canonical(value: Any) -> str:
@@ -80,6 +92,7 @@ class TaskFolder:
         FileError
             If the folder holds a study with other settings (the text says which), or something else.
         """
+        refuse_others(self.path, "a study", "a plan")
         before = self.read()
         if before is not None:
             _check_same(before["settings"], settings, self.path)
@@ -101,9 +114,9 @@ class TaskFolder:
         """
         self.check(settings)
         with writing(self.path):
-            for place in (self.path, self.path / RESULTS):
-                for remnant in place.glob(".*.tmp*"):
-                    remnant.unlink(missing_ok=True)
+            old = remnants(self.path, WRITTEN.__contains__) + remnants(self.path / RESULTS, _RESULT.fullmatch)
+            for remnant in old:
+                remnant.unlink(missing_ok=True)
         self._write(self.settings, {"settings": settings, "grid": grid})
 
     def read(self) -> dict[str, Any] | None:
@@ -116,26 +129,23 @@ class TaskFolder:
         """
         if self.path.exists() and not self.path.is_dir():
             raise FileError(f"{self.path} is a file; expected the folder of a study, or a new one.")
-        try:
-            data = json.loads(self.settings.read_text(encoding="utf-8"))
-            if not (isinstance(data["settings"], dict) and isinstance(data["grid"], dict)):
-                raise ValueError("its parts are no tables")
-        except FileNotFoundError:
+        if not os.path.lexists(self.settings):
             return None
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise FileError(
-                f"{self.settings} does not describe a study ({reason(error)}); choose another folder."
-            ) from None
-        return data
+        found: dict[str, Any] = records.read_json(
+            self.settings, _SETTINGS, "the description of a study", "choose another folder"
+        )
+        return found
 
     def load(self, task: Task) -> Record | None:
         """Return the stored result of a task; None if there is none, or its file is damaged."""
         try:
-            record = json.loads(self.result(task).read_text(encoding="utf-8"))
-            whole = record["task"] == task and record["digest"] == _digest(record["result"])
-        except (OSError, ValueError, KeyError, TypeError):
+            record: Record = records.read_json(
+                self.result(task), _RECORD, "the result of a run", "run it again"
+            )
+        except FileError:
             return None
-        return record if whole else None
+        digest = record.pop("digest")
+        return record if record["task"] == task and digest == _digest(record) else None
 
     def store(self, record: Record) -> None:
         """Write the result of a task, atomically.
@@ -148,7 +158,7 @@ class TaskFolder:
         path = self.result(record["task"])
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-        self._write(path, {**record, "digest": _digest(record["result"])})
+        self._write(path, {**record, "digest": _digest(record)})
 
     @staticmethod
     def _write(path: Path, value: Any) -> None:
@@ -156,8 +166,13 @@ class TaskFolder:
             temporary.write_text(json.dumps(value, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _digest(result: Any) -> str:
-    return hashlib.sha256(canonical(result).encode("ascii")).hexdigest()
+_TABLE = records.mapping(records.anything)
+_SETTINGS = records.table({"settings": _TABLE, "grid": _TABLE})
+_RECORD = records.table({"task": _TABLE, "result": _TABLE, "provenance": _TABLE, "digest": records.text})
+
+
+def _digest(record: Record) -> str:
+    return hashlib.sha256(canonical(record).encode("ascii")).hexdigest()
 
 
 def _check_same(before: dict[str, Any], now: dict[str, Any], path: Path) -> None:

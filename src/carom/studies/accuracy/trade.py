@@ -38,6 +38,7 @@ from carom.studies.accuracy.methods import Method, engine, naive, oracle, pseudo
 from carom.studies.accuracy.picture import picture
 from carom.studies.accuracy.rows import Horizon, Row, TradeResult
 from carom.studies.accuracy.statistics import sampling, sizes
+from carom.studies.places import refuse_others
 
 SMALL = 64
 """Largest number of particles that the 50-digit oracle follows."""
@@ -318,6 +319,7 @@ def _horizon(followings: list[tuple[Scene, Track]]) -> Horizon:
 
 def _folder(path: Path, overwrite: bool) -> Path:
     """Make the folder, and refuse one that holds a comparison."""
+    refuse_others(path, "a comparison")
     with writing(path):
         path.mkdir(parents=True, exist_ok=True)
         found = [name for name in FILES if (path / name).exists()]

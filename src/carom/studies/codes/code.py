@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -10,13 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from carom.errors import FileError
-from carom.io.paths import existing, reading, replacing, writing
+from carom import checks
+from carom.errors import InputError
+from carom.io import records
+from carom.io.paths import replacing, writing
 from carom.studies.codes.polish import GUARD
 from carom.texts import html, visible
 
 FORMAT = "carom spherical code"
 """Value of the key "format" in a file."""
+
+
+MOST_DIGITS = 1000
+"""Largest number of decimal digits of a code."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,35 +170,9 @@ class SphericalCode:
         FileError
             If the file is missing, damaged, or holds something else.
         """
-        import mpmath
-
-        path = existing(path)
-        with reading(path, "spherical code"):
-            words = json.loads(path.read_text(encoding="utf-8"))
-            if not isinstance(words, dict) or words.get("format") != FORMAT:
-                raise FileError(f"{path} holds no spherical code; expected a file that save() wrote.")
-            n, k, digits = int(words["n"]), int(words["k"]), int(words["digits"])
-            with mpmath.workdps(digits + GUARD):
-                coordinates = np.array([[mpmath.mpf(x) for x in row] for row in words["points"]], object)
-                cosine = mpmath.mpf(words["cosine"])
-            contacts = np.array(words["pairs"], np.int64).reshape(-1, 2)
-            forces = np.array(words["forces"], float)
-            if coordinates.shape != (n, k) or len(forces) != len(contacts) or (contacts >= n).any():
-                raise ValueError("its tables do not fit each other")
-            return cls(
-                coordinates,
-                cosine,
-                mpmath.mpf(words["residual"]),
-                digits,
-                contacts,
-                forces,
-                np.array(words["rattlers"], np.int64),
-                bool(words["rigid"]),
-                words["seed"],
-                {int(s): float("nan") if a is None else float(a) for s, a in words["angles"]},
-                int(words["reached"]),
-                str(words["note"]),
-            )
+        what = "a spherical code that save() wrote"
+        found: SphericalCode = records.read_json(Path(path), _of_words, what, "name another file")
+        return found
 
     def plot(self, path: str | PathLike[str] | None = None, **options: Any) -> Any:
         """Draw the caps of a code on S^2; ``path`` and ``options`` are for ``carom.pictures.caps.caps``."""
@@ -230,3 +211,69 @@ class SphericalCode:
 
     def __repr__(self) -> str:
         return f"<SphericalCode of {self.n} points on S^{self.k - 1}: {self.angle:.9f} degrees>"
+
+
+_COUNT = records.integer()
+_PRECISE = records.number(low=-1.0, high=1.0)
+
+
+def _precise(value: Any, name: str) -> Any:
+    """Return a number of many digits, from -1 to 1, from its text."""
+    import mpmath
+
+    try:
+        found = mpmath.mpf(records.text(value, name))
+    except (ValueError, TypeError):
+        raise InputError(f"{name} must be a number as text, found {checks.describe(value)}.") from None
+    _PRECISE(float(found), name)
+    return found
+
+
+def _angle(value: Any, name: str) -> tuple[int, float]:
+    """Return a seed and the angle that it led to; NaN for null."""
+    seed, angle = records.listed(records.anything, length=2)(value, name)
+    found = records.optional(records.number(low=0.0))(angle, name)
+    return _COUNT(seed, name), math.nan if found is None else found
+
+
+def _of_words(value: Any, name: str) -> SphericalCode:
+    """Return the code in the words that :meth:`SphericalCode.save` wrote."""
+    import mpmath
+
+    if not isinstance(value, dict) or value.get("format") != FORMAT:
+        raise InputError(f"its format is not {FORMAT!r}")
+    n, k = (records.integer(low=1, high=10**7)(value.get(key), key) for key in ("n", "k"))
+    digits = records.integer(low=1, high=MOST_DIGITS)(value.get("digits"), "digits")
+    index = records.integer(high=n - 1)
+    with mpmath.workdps(digits + GUARD):
+        words = records.table(
+            {
+                "points": records.listed(records.listed(_precise, length=k), length=n),
+                "cosine": _precise,
+                "pairs": records.listed(records.listed(index, length=2)),
+                "residual": records.number(low=0.0),
+                "rattlers": records.listed(index),
+                "rigid": records.switch,
+                "seed": records.optional(_COUNT),
+                "angles": records.listed(_angle),
+                "reached": _COUNT,
+                "note": records.text,
+            }
+        )(value, name)
+        forces = records.listed(records.number(low=0.0), length=len(words["pairs"]))(
+            value.get("forces"), "forces"
+        )
+        return SphericalCode(
+            np.array(words["points"], object),
+            words["cosine"],
+            mpmath.mpf(words["residual"]),
+            digits,
+            np.array(words["pairs"], np.int64).reshape(-1, 2),
+            np.array(forces, float),
+            np.array(words["rattlers"], np.int64),
+            words["rigid"],
+            words["seed"],
+            dict(words["angles"]),
+            words["reached"],
+            words["note"],
+        )

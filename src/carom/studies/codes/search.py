@@ -13,7 +13,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.studies import executors
 from carom.studies.codes.climb import climb
-from carom.studies.codes.code import SphericalCode
+from carom.studies.codes.code import MOST_DIGITS, SphericalCode
 from carom.studies.codes.compression import compress
 from carom.studies.codes.contacts import contact_graph, forces
 from carom.studies.codes.hops import improve, largest_product
@@ -119,7 +119,7 @@ def spherical_code(
     """
     n = checks.integer(n, "n", low=2, high=MOST)
     k = checks.integer(k, "k", low=2, high=12)
-    digits = checks.integer(digits, "digits", low=15, high=1000)
+    digits = checks.integer(digits, "digits", low=15, high=MOST_DIGITS)
     hops = checks.integer(hops, "hops", low=0)
     starts = starts_for(n) if starts is None else checks.integer(starts, "starts", low=0)
     if rate is not None:

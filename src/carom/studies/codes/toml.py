@@ -7,8 +7,9 @@ from typing import Any
 
 from carom import checks
 from carom.errors import InputError
+from carom.io.records import toml_tables
 from carom.studies.codes.search import SEEDS
-from carom.studies.eos.toml import read, sections, words_of
+from carom.studies.eos.toml import read, words_of
 
 WORDS = ("n", "dimension", "seeds", "first", "rate", "hops", "starts", "digits")
 """Keys of ``[code]``."""
@@ -33,7 +34,7 @@ def load(path: str | Path) -> dict[str, Any]:
 
 def parse(content: str) -> dict[str, Any]:
     """Read the keys and values of a search from TOML: see :func:`load`."""
-    tables = sections(content)
+    tables = toml_tables(content)
     for name, table in tables.items():
         if name != "code":
             raise InputError(f"[{name}] is no section of a search for a code; that is [code].")

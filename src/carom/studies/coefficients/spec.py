@@ -11,6 +11,7 @@ from typing import Any
 
 from carom import checks, theory
 from carom.errors import InputError
+from carom.io.records import toml_tables
 from carom.models import to_tables
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
@@ -152,7 +153,7 @@ def of_scene(path: str | Path, **given: Any) -> TransportSpec:
     from carom.studies.eos import toml
 
     text = toml.read(path)
-    if "study" in toml.sections(text):
+    if "study" in toml_tables(text):
         return TransportSpec(**replaced(vars(toml.load(path, TransportSpec)), given))
     plan = Plan.load(path)
     words: dict[str, Any] = {"initial": "auto"}

@@ -1,4 +1,4 @@
-"""Order parameters near freezing: psi_6 in 2D (by freud, where it is installed), Q_6 in 3D."""
+"""Order parameters near freezing: psi_6 in 2D, Q_6 in 3D."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from carom.frame import Frame
+from carom.observables.bond_order import orders_of
+from carom.observables.tessellation import voronoi_bonds
 from carom.scene.overlaps import Room
 
 REACH = 1.2 * 2 ** (1 / 6)
@@ -20,13 +22,6 @@ NAMES = {2: "psi_6", 3: "Q_6"}
 """Name of the order parameter, by dimension."""
 
 
-def available(dimension: int) -> bool:
-    """Return whether there is an order parameter in this dimension, and its package is installed."""
-    from importlib.util import find_spec
-
-    return dimension == 3 or (dimension == 2 and find_spec("freud") is not None)
-
-
 class OrderParameter:
     """The global order parameter of successive frames.
 
@@ -37,7 +32,7 @@ class OrderParameter:
     """
 
     def __init__(self, dimension: int):
-        self.name = NAMES[dimension] if available(dimension) else None
+        self.name = NAMES.get(dimension)
         self._values: list[float] = []
 
     def add(self, frame: Frame) -> None:
@@ -53,18 +48,10 @@ class OrderParameter:
 
 def psi_6(frame: Frame) -> float:
     """Return the modulus of the mean of psi_6, over the neighbours of the Voronoi tessellation."""
-    import freud
-
-    points = np.zeros((frame.n, 3), dtype=np.float32)
-    points[:, :2] = frame.positions - 0.5 * np.asarray(frame.box)
-    box = freud.box.Box(Lx=frame.box[0], Ly=frame.box[1], is2D=True)
-    # With several threads the rounding of sums varies; and the other cores are busy with other tasks.
-    with freud.parallel.NumThreads(1):
-        voronoi = freud.locality.Voronoi()
-        voronoi.compute((box, points))
-        hexatic = freud.order.Hexatic(k=6)
-        hexatic.compute((box, points), neighbors=voronoi.nlist)
-    return float(abs(np.mean(hexatic.particle_order.astype(np.complex128))))
+    room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
+    pairs, bonds = voronoi_bonds(room, room.wrapped(frame.positions))
+    mean = orders_of(6, frame.n, pairs, bonds.__getitem__).mean(axis=0)
+    return math.sqrt(float(np.sum(mean**2)))
 
 
 def q_6(frame: Frame) -> float:

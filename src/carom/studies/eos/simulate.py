@@ -108,7 +108,6 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "collisions": statistics.collisions,
         "moved": moved,
         "moved_at_end": _moved(began_at, sim.frame()),
-        "order": None if sampler is None else sampler.values(),
         "species_differ": bool(thermometer.differences()),
         "relaxed": not relaxation.doubts(),
         "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
@@ -117,6 +116,8 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "energy_drift": statistics.energy_drift,
         "advancement_fraction": statistics.advancement_fraction,
     }
+    if sampler is not None and (order := sampler.values()) is not None:
+        result["order"] = order
     return watch.record(task, result, sim)
 
 

@@ -152,6 +152,8 @@ class StudySpec:
 
     def _template(self) -> dict[str, Any]:
         """Return the keys of ``scene`` as plain values, without those that the grid sets."""
+        if not isinstance(self.scene, Mapping):
+            raise InputError(f"scene must be a table, found {checks.describe(self.scene)}.")
         known = [f.name for f in dataclasses.fields(SceneSpec)]
         template = {name: _plain(value) for name, value in self.scene.items()}
         for name in template:

@@ -68,8 +68,6 @@ class Row:
         Results of the tests in words.
     collisions : int
         Pair collisions of all replicas.
-    seconds : float
-        Wall time of all replicas, on their workers [s].
     """
 
     packing_fraction: float
@@ -94,7 +92,6 @@ class Row:
     equilibrated: bool
     remarks: tuple[str, ...]
     collisions: int
-    seconds: float
 
 
 def table(records: Sequence[Record], equation: Equation | None = None) -> list[Row]:
@@ -301,7 +298,6 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         equilibrated=equilibrated,
         remarks=tuple(remarks),
         collisions=sum(int(result["collisions"]) for result in results),
-        seconds=math.fsum(float(record["provenance"]["seconds"]) for record in records),
     )
 
 
@@ -327,12 +323,12 @@ def _value(equation: Equation | None, eta: float) -> float:
 
 
 def _order_name(results: list[dict[str, Any]]) -> str:
-    return str(next(result["order"]["name"] for result in results if result["order"]))
+    return str(next(result["order"]["name"] for result in results if result.get("order")))
 
 
 def _order(results: list[dict[str, Any]], n: int) -> tuple[float, float, float, list[float]]:
     """Return mean and error of the order parameter, its susceptibility, and the trends of the replicas."""
-    series = [result["order"]["values"] for result in results if result["order"]]
+    series = [result["order"]["values"] for result in results if result.get("order")]
     if not series or not all(series):
         return math.nan, math.nan, math.nan, []
     means = [math.fsum(values) / len(values) for values in series]

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from carom import checks
-from carom.errors import FileError, InputError
-from carom.io.paths import existing, reason
+from carom.errors import InputError
+from carom.io.records import read_text, toml_lines, toml_tables
 from carom.studies.eos.spec import StudySpec
 
 S = TypeVar("S", bound=StudySpec)
@@ -43,32 +43,7 @@ def read(path: str | Path) -> str:
     FileError
         If it is missing, unreadable, too large or not text in UTF-8.
     """
-    path = existing(path)
-    try:
-        data = path.read_bytes()
-        if len(data) > LARGEST_FILE:
-            raise FileError(
-                f"{path} has more than {LARGEST_FILE} bytes; expected a study (TOML) of about a page."
-            )
-        return data.decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(f"{path} cannot be read as text: {reason(error)}.") from None
-
-
-def sections(content: str) -> dict[str, Any]:
-    """Return the sections of a TOML text.
-
-    Raises
-    ------
-    InputError
-        If it is no TOML.
-    """
-    import tomllib
-
-    try:
-        return tomllib.loads(content)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"This is no valid TOML: {error}.") from None
+    return read_text(Path(path), "a study (TOML) of about a page", LARGEST_FILE)
 
 
 def parse(content: str, kind: type[S] = StudySpec) -> S:  # type: ignore[assignment]
@@ -79,7 +54,7 @@ def parse(content: str, kind: type[S] = StudySpec) -> S:  # type: ignore[assignm
     InputError
         If it is no TOML, a section or key is unknown, or a value cannot be used.
     """
-    tables = sections(content)
+    tables = toml_tables(content)
     for name, table in tables.items():
         if name not in ("study", "scene"):
             raise InputError(f"[{name}] is no section of a study; those are [study] and [scene].")
@@ -109,21 +84,7 @@ def text(spec: StudySpec) -> str:
     """Return a study as TOML from which :func:`parse` makes an equal one."""
     words = spec.words()
     scene = words.pop("scene")
-    lines = ["[study]", *(f"{name} = {_value(value)}" for name, value in words.items())]
+    lines = ["[study]", *toml_lines(words)]
     if scene:
-        lines += ["", "[scene]", *(f"{name} = {_value(value)}" for name, value in scene.items())]
+        lines += ["", "[scene]", *toml_lines(scene)]
     return "\n".join(lines) + "\n"
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        import json
-
-        return json.dumps(value)
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_value, value)) + "]"
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{name} = {_value(item)}" for name, item in value.items()) + " }"
-    return repr(value)

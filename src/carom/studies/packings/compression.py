@@ -87,6 +87,8 @@ class PackingInterrupted(Interrupted):
 class PackingFolder(RunFolder):
     """The folder of a compression, and the names of its files."""
 
+    kind = "a packing"
+
     def __init__(self, path: Path):
         super().__init__(path)
         self.checkpoint = path / "compression.h5"
@@ -286,8 +288,21 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
 
 
 def holds_packing(out: str | PathLike[str]) -> bool:
-    """Return whether the folder ``out`` holds a compression that can be continued."""
-    return PackingFolder(Path(out)).checkpoint.is_file()
+    """Return whether the folder ``out`` holds a compression that can be continued.
+
+    Raises
+    ------
+    FileError
+        If it holds a run as well: then nobody can know which of them is meant.
+    """
+    folder = PackingFolder(Path(out))
+    there = folder.checkpoint.is_file()
+    if there and (other := RunFolder(folder.path).checkpoint).is_file():
+        raise FileError(
+            f"{out} holds a run ({other.name}) and a packing ({folder.checkpoint.name}), so it cannot be "
+            "resumed; move the files of one of them to another folder."
+        )
+    return there
 
 
 def _stages(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage, ...]:

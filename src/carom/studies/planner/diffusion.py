@@ -105,7 +105,7 @@ class DiffusionMethod:
 
     simulate = staticmethod(measure)
     first_size = SIZE
-    settings: tuple[str, ...] = tuple(ESTIMATORS)
+    estimators = tuple(ESTIMATORS)
     sampling = f"moments every {1 / windows.PER_FREE_TIME:g}, frames every " + (
         f"{windows.FRAME / windows.PER_FREE_TIME:g} mean free times: closer ones show the same displacements"
     )

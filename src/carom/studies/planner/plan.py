@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import os
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,11 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from carom import checks
-from carom.errors import FileError, InputError
-from carom.io.paths import reason, replacing, writing
+from carom.errors import InputError
+from carom.io import records
+from carom.io.paths import replacing, writing
 from carom.simulation.workers.crew import cores as all_cores
+from carom.studies.places import refuse_others, refuse_to_replace
 from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod
+from carom.studies.planner.outcome import NAME as OUTCOME
 from carom.studies.planner.outcome import Outcome, carry_out
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
@@ -174,9 +178,10 @@ class RunPlan:
         Raises
         ------
         FileError
-            If the file cannot be written.
+            If the folder holds other results, or files of others by these names; if it cannot be written.
         """
         path = Path(folder) / NAME
+        reserve(path.parent)
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as temporary, writing(path):
@@ -193,25 +198,7 @@ class RunPlan:
             If there is no plan, or one of another version of Carom.
         """
         path = Path(folder) / NAME
-        try:
-            words = json.loads(path.read_text(encoding="utf-8"))
-            if words["carom"] != __version__:
-                raise ValueError(f"it is of Carom {words['carom']}")
-            return cls(
-                target=Target.parse(words["target"]),
-                system=System(**words["system"]),
-                design=Design(**words["design"]),
-                sizes=tuple(
-                    Size(s["n"], s["bias"], math.inf if s["cpu_seconds"] is None else s["cpu_seconds"])
-                    for s in words["sizes"]
-                ),
-                **{
-                    k: words[k]
-                    for k in ("value", "estimator", "ratios", "cores", "hours", "seed", "pilot_seconds")
-                },
-            )
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise FileError(f"{path} holds no plan ({reason(error)}).") from None
+        return records.read_json(path, _of_words, "a plan of Carom", "give another folder, or plan again")
 
     def __str__(self) -> str:
         one = self.design
@@ -243,6 +230,93 @@ class RunPlan:
             f"{one.error / abs(self.value):.2g} of it: statistics {one.statistical:.2g}, "
             f"bias of this N at most about {one.bias:.2g}"
         )
+
+
+_AT_LEAST_ZERO, _POSITIVE = records.number(low=0.0), records.number(low=0.0, open_low=True)
+
+_NAMED = records.table({"carom": records.text})
+
+_WORDS = records.table(
+    {
+        "carom": records.text,
+        "target": records.text,
+        "system": records.table(
+            {
+                "packing_fraction": records.number(),
+                "dimension": records.integer(),
+                "scene": records.mapping(records.anything),
+            }
+        ),
+        "value": _POSITIVE,
+        "estimator": records.text,
+        "ratios": records.mapping(_AT_LEAST_ZERO),
+        "design": records.table(
+            {
+                "n": records.integer(low=1),
+                "replicas": records.integer(low=1),
+                "equilibration": _AT_LEAST_ZERO,
+                "collisions_per_particle": _POSITIVE,
+                "statistical": _AT_LEAST_ZERO,
+                "bias": _AT_LEAST_ZERO,
+                "error": _POSITIVE,
+                "cpu_seconds": _POSITIVE,
+            }
+        ),
+        "cores": records.integer(low=1),
+        "hours": records.optional(_POSITIVE),
+        "seed": records.integer(),
+        "sizes": records.listed(
+            records.table(
+                {
+                    "n": records.integer(low=1),
+                    "bias": _AT_LEAST_ZERO,
+                    "cpu_seconds": records.optional(_AT_LEAST_ZERO),
+                }
+            )
+        ),
+        "pilot_seconds": _AT_LEAST_ZERO,
+    }
+)
+"""The check of ``plan.json``."""
+
+
+def reserve(folder: Path) -> None:
+    """Refuse a folder in which a plan would be mixed with other results, or replace files of others.
+
+    Raises
+    ------
+    FileError
+        If it holds other results, or files by the names of a plan's that are none.
+    """
+    path = folder / NAME
+    if os.path.lexists(path):
+        # Another plan is replaced, and nothing else that has this name. The study of a plan is beside it.
+        refuse_others(folder, "a plan", "a study")
+        records.read_json(path, _NAMED, "a plan of Carom", "give another folder")
+    else:
+        refuse_to_replace([path.with_name(OUTCOME)], "a plan")
+        refuse_others(folder, "a plan")
+
+
+def _of_words(value: Any, name: str) -> RunPlan:
+    """Return the plan of the words that :meth:`RunPlan.words` returned."""
+    words = _WORDS(value, name)
+    if words["carom"] != __version__:
+        raise InputError(f"it is of Carom {words['carom']}")
+    system, sizes = words["system"], words["sizes"]
+    found = RunPlan(
+        target=Target.parse(words["target"]),
+        system=System(system["packing_fraction"], system["dimension"], system["scene"]),
+        design=Design(**{each.name: words["design"][each.name] for each in dataclasses.fields(Design)}),
+        sizes=tuple(
+            Size(s["n"], s["bias"], math.inf if s["cpu_seconds"] is None else s["cpu_seconds"]) for s in sizes
+        ),
+        **{k: words[k] for k in ("value", "estimator", "ratios", "cores", "hours", "seed", "pilot_seconds")},
+    )
+    known = method(found.system, found.target).estimators
+    if found.estimator not in known:
+        raise InputError(f"estimator must be one of {', '.join(known)}, found {found.estimator[:40]!r}.")
+    return found
 
 
 def _known(seconds: float) -> float | None:

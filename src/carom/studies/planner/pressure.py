@@ -39,7 +39,7 @@ class PressureMethod:
 
     simulate = staticmethod(measure)
     first_size = SIZE
-    settings: tuple[str, ...] = tuple(ESTIMATORS)
+    estimators = tuple(ESTIMATORS)
     sampling = "no frames: every collision counts by itself"
 
     def __init__(self, system: System, quantity: str):

@@ -62,6 +62,9 @@ class System:
 
     def __post_init__(self) -> None:
         d = checks.integer(self.dimension, "dimension", low=1, high=LARGEST_DIMENSION)
+        species = self.scene.get("species", ())
+        if not isinstance(species, list | tuple) or not all(isinstance(each, Mapping) for each in species):
+            raise InputError(f"species must be a list of tables, found {checks.describe(species)}.")
         if d == 1:
             raise InputError(
                 "On a line nothing has to be planned: carom.theory.tonks is exact, and the error of a run, "

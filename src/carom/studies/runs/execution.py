@@ -16,6 +16,7 @@ from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder, existing_run
+from carom.studies.runs.summary import read_summary
 from carom.studies.runs.underway import KEPT, Predicted, Progress, Run
 from carom.studies.signals import stoppable
 
@@ -156,7 +157,7 @@ def resume(
     folder = existing_run(Path(out))
     if folder.summary.is_file():
         _check_finished(folder)
-        return RunResult(folder.path, _read_summary(folder.summary), new=False)
+        return RunResult(folder.path, read_summary(folder.summary), new=False)
     with stoppable() as stop:
         begun = folder.checkpoint.is_file()
         if not begun:
@@ -187,13 +188,3 @@ def _check_finished(folder: RunFolder) -> None:
     except FileError:
         return  # A finished run needs no checkpoint.
     check_unedited(folder.scene, plan)
-
-
-def _read_summary(path: Path) -> dict[str, Any]:
-    try:
-        summary = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(summary, dict):
-            raise ValueError("it holds no table")
-    except (OSError, ValueError) as error:
-        raise FileError(f"{path} is not the summary of a run ({error}); remove it to make it anew.") from None
-    return summary

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from carom.errors import CaromError, FileError
 from carom.io.events import read_events
-from carom.io.paths import reason, replacing, writing
+from carom.io.paths import reason, remnants, replacing, writing
 from carom.io.trajectory import open_reader
 from carom.plan.plan import Plan
 from carom.plan.sections import FORMATS
-from carom.version import __version__
+from carom.studies.places import of_the_user, refuse_others, title
 
 PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
 
@@ -31,6 +31,8 @@ class RunFolder:
     scene, checkpoint, summary, events, rdf : Path
         The plan of the run, the state to continue from, the result (written last), the event log, g(r).
     """
+
+    kind = "a run"
 
     def __init__(self, path: Path):
         self.path = path
@@ -57,7 +59,8 @@ class RunFolder:
         Raises
         ------
         FileError
-            If the folder holds a run and `overwrite` is false, is no folder, or cannot be written to.
+            If the folder holds a run and `overwrite` is false, or other results, or a scene file of the user;
+            if it is no folder, or cannot be written to.
         """
         there = next((path for path in (self.path, *self.path.absolute().parents) if path.exists()), None)
         with writing(self.path):
@@ -68,6 +71,13 @@ class RunFolder:
                     f"{self.path} cannot be written: {there} is not writable; choose another folder."
                 )
             found = [path.name for path in self._files() if os.path.lexists(path)]
+        refuse_others(self.path, self.kind)
+        # A scene file of the user may lie in the folder in which the run is to be.
+        if (overwrite or found == [self.scene.name]) and self.scene.name in found and of_the_user(self.scene):
+            raise FileError(
+                f"{self.scene} was written or annotated by somebody, and a run there would replace it; "
+                "choose another folder with --out, or move the file."
+            )
         if found and not overwrite:
             raise FileError(
                 f"{self.path} holds a run already ({found[0]}); go on with `carom resume {self.path}`, "
@@ -129,9 +139,8 @@ class RunFolder:
     def sweep(self) -> None:
         """Remove the incomplete files that a killed process left."""
         with writing(self.path):
-            for path in self._files():
-                for remnant in self.path.glob(f".{path.stem}.*.tmp{path.suffix}"):
-                    remnant.unlink(missing_ok=True)
+            for remnant in remnants(self.path, {path.name for path in self._files()}.__contains__):
+                remnant.unlink(missing_ok=True)
 
     def owned(self) -> contextlib.AbstractContextManager[None]:
         """Keep other processes from running in the folder; see :func:`owned`."""
@@ -140,8 +149,7 @@ class RunFolder:
 
 def _text(plan: Plan) -> str:
     """Return the scene file of a plan."""
-    title = f"# Written by Carom {__version__}; `carom run` with this file repeats the run."
-    return f"{title}\n\n{plan.to_toml()}"
+    return f"{title('carom run')}\n\n{plan.to_toml()}"
 
 
 def _holds(path: Path, count: Callable[[Path], int]) -> bool:

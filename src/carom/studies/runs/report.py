@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import time as clock
@@ -31,6 +32,7 @@ from carom.observables.statistics import ratio
 from carom.observables.wall_pressure import obstacle_names
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import mean_square_displacement
@@ -416,7 +418,8 @@ def _by_species(sim: Simulation) -> dict[str, int]:
         return {}
     counts = sim.collisions_by_species
     names = sim.scene.species_names or tuple(map(str, range(len(counts))))
-    return {f"{a}-{b}": int(counts[i, i + j]) for i, a in enumerate(names) for j, b in enumerate(names[i:])}
+    pairs = itertools.combinations_with_replacement(range(len(counts)), 2)
+    return {pair_name(names[i], names[j]): int(counts[i, j]) for i, j in pairs}
 
 
 def _units(sim: Simulation) -> dict[str, int]:

@@ -1,0 +1,112 @@
+"""Neighbours by the Voronoi tessellation of a box: those that share a face.
+
+SciPy (Qhull) tessellates the components together with their images near the box. A wall cuts cells off in its
+plane, as the mirror images of the components behind it do.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from carom.scene.overlaps import Room
+
+FIRST = 3.0
+"""Depth of the first layer of images around the box [mean spacing]."""
+
+NARROW = float(np.finfo(float).eps) ** 0.625
+"""Width of a face [length of its bond] below which it makes no neighbours. In a square lattice, two cells at
+opposite corners of a third share a point, which rounding may turn into a face.
+"""
+
+
+def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the bonds of all components to their neighbours.
+
+    Parameters
+    ----------
+    room : Room
+        Its obstacles cut no cell off.
+    places : (n, d) array
+        Positions inside the box [length]; d >= 2.
+
+    Returns
+    -------
+    pairs : (m, 2) int64 array
+        Component and neighbour of each bond, in the order of components; each bond appears from both ends.
+        In a small box two components have a bond for every image with a common face.
+    bonds : (m, d) array
+        Vectors from the components to their neighbours [length].
+
+    Notes
+    -----
+    The empty sphere around a corner of a cell touches the component of the cell, so it reaches at most its
+    own diameter beyond the box. The layer of images is made so deep that none of these spheres leaves it.
+    """
+    n, d = places.shape
+    depth = FIRST * (math.prod(room.box) / n) ** (1.0 / d)
+    while True:
+        points, who = _with_images(room, places, depth)
+        ridges, widest = _faces(points, n)
+        if widest <= depth:
+            break
+        # A little more, because rounding varies with the number of images.
+        depth = 2.0 * depth if math.isinf(widest) else 1.001 * widest
+    both = np.concatenate([ridges, ridges[:, ::-1]])
+    both = both[(both[:, 0] < n) & (who[both[:, 1]] >= 0)]
+    both = both[np.lexsort((both[:, 1], both[:, 0]))]
+    bonds = points[both[:, 1]] - points[both[:, 0]]
+    return np.stack([both[:, 0], who[both[:, 1]]], axis=1), bonds
+
+
+def _with_images(room: Room, places: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return places and their images up to ``depth`` beyond the box, and whose they are (-1: mirrored)."""
+    points, who = places, np.arange(len(places))
+    for axis, (edge, periodic) in enumerate(zip(room.box, room.periodic, strict=True)):
+        x = points[:, axis]
+        if periodic:
+            turns = math.ceil(depth / edge)
+            images = [(x + k * edge, who) for k in range(-turns, turns + 1) if k]
+        else:
+            images = [(far - x, np.full_like(who, -1)) for far in (0.0, 2.0 * edge)]
+        parts, owners = [points], [who]
+        for there, whose in images:
+            near = (there >= -depth) & (there <= edge + depth)
+            image = points[near]
+            image[:, axis] = there[near]
+            parts.append(image)
+            owners.append(whose[near])
+        points, who = np.concatenate(parts), np.concatenate(owners)
+    return points, who
+
+
+def _faces(points: np.ndarray, n: int) -> tuple[np.ndarray, float]:
+    """Return the pairs (m, 2) that share a face and the diameter of the widest empty sphere, of n cells.
+
+    The diameter is infinite where one of these cells is open.
+    """
+    from scipy.spatial import QhullError, Voronoi
+
+    try:
+        found = Voronoi(points)
+    except (QhullError, ValueError):  # too few points, or all in one plane
+        return np.empty((0, 2), np.int64), math.inf
+    mine = np.flatnonzero(found.ridge_points.min(axis=1) < n)
+    pairs = found.ridge_points[mine].astype(np.int64)
+    corners = [found.ridge_vertices[k] for k in mine]
+    counts = np.array([len(each) for each in corners])
+    kept, widest = np.zeros(len(mine), bool), 0.0
+    for count in np.unique(counts):
+        rows = np.flatnonzero(counts == count)
+        indices = np.array([corners[k] for k in rows])
+        if (indices < 0).any():
+            return pairs[:0], math.inf
+        places, ends = found.vertices[indices], points[pairs[rows]]
+        spheres = np.linalg.norm(places - ends[:, :1], axis=2)
+        widest = max(widest, 2.0 * float(spheres.max()))
+        if count >= points.shape[1]:
+            spread = places - places.mean(axis=1, keepdims=True)
+            width = np.linalg.svd(spread, compute_uv=False)[:, points.shape[1] - 2]
+            kept[rows] = width > NARROW * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return pairs[kept], widest

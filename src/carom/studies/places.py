@@ -1,0 +1,78 @@
+"""Folders of results: one holds one kind of results, and files of the user stay as they are."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from carom.errors import FileError
+from carom.version import __version__
+
+OWN: dict[str, tuple[str, ...]] = {
+    "a run": ("checkpoint.h5", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "events.h5"),
+    "a packing": ("compression.h5", "packing.h5md", "packing.extxyz"),
+    "a plan": ("plan.json", "outcome.json"),
+    "a study": ("study.json",),
+    "a comparison": ("trade.json", "trade.csv"),
+}
+"""Files by which a folder tells what it holds."""
+
+MARK = "# Written by Carom"
+"""Beginning of the first line of a TOML file that Carom wrote."""
+
+_TEXT = re.compile(rb'"(?:\\.|[^"\\])*"')
+
+
+def title(command: str) -> str:
+    """Return the first line of a TOML file that Carom writes, for ``command``."""
+    return f"{MARK} {__version__}; `{command}` with this file repeats it."
+
+
+def refuse_others(folder: Path, kind: str, *beside: str) -> None:
+    """Refuse a folder that holds other results than those of a ``kind``; no file is changed.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder; it need not exist.
+    kind, *beside : str
+        Names in OWN: what is to be there, and what else may be.
+
+    Raises
+    ------
+    FileError
+        If it does: commands that continue there would take the one for the other.
+    """
+    for other, names in OWN.items():
+        found = [name for name in names if os.path.lexists(folder / name)]
+        if found and other not in (kind, *beside):
+            raise FileError(
+                f"{folder} holds {other} already ({found[0]}), and {kind} needs a folder of its own; choose "
+                "another one with --out."
+            )
+
+
+def refuse_to_replace(paths: Iterable[Path], kind: str) -> None:
+    """Refuse files that are in a new folder of results already, although no results are.
+
+    Raises
+    ------
+    FileError
+        If one exists.
+    """
+    for path in paths:
+        if os.path.lexists(path):
+            raise FileError(
+                f"{path} exists already and is not of {kind} there; choose another folder with --out."
+            )
+
+
+def of_the_user(path: Path) -> bool:
+    """Return whether somebody wrote or annotated a TOML file: Carom writes no comment but the first line."""
+    try:
+        first, *lines = path.read_bytes().splitlines() or [b""]
+    except OSError:
+        return os.path.lexists(path)
+    return not first.startswith(MARK.encode()) or any(b"#" in _TEXT.sub(b"", line) for line in lines)

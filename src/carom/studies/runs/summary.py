@@ -1,0 +1,85 @@
+"""The summary of a finished run as ``carom resume`` reads it: every field that is shown is checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from carom import checks
+from carom.io import records
+from carom.scene import lattices
+from carom.scene.box import LONGEST_EDGE
+
+_NUMBER = records.optional(records.number())
+_POSITIVE = records.number(low=0.0)
+_COUNT = records.integer(high=2**63)
+_TEXT = records.optional(records.text)
+
+_ESTIMATE = records.table(
+    {"mean": _NUMBER, "error": records.optional(_POSITIVE), "n_eff": records.optional(_POSITIVE)}
+)
+
+_THEORY = records.table(
+    {
+        "name": records.text,
+        "compressibility_factor": _NUMBER,
+        "compressibility_factor_infinite": _NUMBER,
+        "contact_value": _NUMBER,
+    }
+)
+
+SUMMARY = records.table(
+    {
+        "n": records.integer(low=1, high=lattices.MOST),
+        "dimension": records.integer(low=1, high=lattices.MOST_DIMENSIONS),
+        "packing_fraction": _POSITIVE,
+        "box": records.listed(records.number(low=0.0, high=LONGEST_EDGE * checks.MAGNITUDE, open_low=True)),
+        "diameter": records.number(low=1.0 / checks.MAGNITUDE, high=checks.MAGNITUDE),
+        "kT": _POSITIVE,
+        "collisions": _COUNT,
+        "time": _POSITIVE,
+        "relative_error": records.optional(records.number(low=checks.FINEST_ERROR, high=1.0)),
+        **dict.fromkeys(
+            (
+                "compressibility_factor",
+                "compressibility_factor_infinite",
+                "reduced_pressure",
+                "collision_rate",
+                "contact_value",
+                "contact_value_from_rdf",
+            ),
+            _ESTIMATE,
+        ),
+        "contact_values_from_rdf": records.mapping(_ESTIMATE),
+        "without_rdf": _TEXT,
+        "note": _TEXT,
+        "phase_note": _TEXT,
+        "obstacles": records.listed(
+            records.table({"name": records.text, "force": _ESTIMATE, "pressure": _ESTIMATE})
+        ),
+        "spared_contacts": _COUNT,
+        "theory": records.listed(_THEORY),
+        "energy_drift": _NUMBER,
+        "momentum_drift": _NUMBER,
+        "worst_overlap": records.number(),
+        "advancement_fraction": _POSITIVE,
+        "collisions_per_second": _POSITIVE,
+        "seconds": _POSITIVE,
+    },
+    later={"without_trajectory": _TEXT, "units": records.mapping(_COUNT)},
+)
+"""The check of ``summary.json``."""
+
+
+def read_summary(path: Path) -> dict[str, Any]:
+    """Return the summary of a finished run.
+
+    Raises
+    ------
+    FileError
+        If the file is damaged, or lacks a field that is shown.
+    """
+    found: dict[str, Any] = records.read_json(
+        path, SUMMARY, "the summary of a run", "remove it, and `carom resume` makes it anew"
+    )
+    return found
