@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom import checks
+from carom import checks, seeds
 from carom.errors import InputError
 from carom.models.pinned import mask
 from carom.scene import temperature
@@ -78,7 +78,7 @@ def maxwell_velocities(
     n = checks.integer(n, "n", low=1, high=MOST)
     dimension = checks.integer(dimension, "dimension", low=1)
     kT = checks.number(kT, "kT", low=0, high=checks.HOTTEST)
-    rng = checks.generator(seed)
+    rng = seeds.generator(seed, "velocities")
     if np.ndim(masses) == 0:
         mass = np.full(n, checks.positive(masses, "masses"))
     else:

@@ -39,7 +39,8 @@ class Simulation(Running):
     kT : float, optional
         Temperature of the Maxwell velocities that are drawn for a scene without velocities; by default 1.
     seed : int
-        Seed of those velocities. The same scene, seed and version give the same bits.
+        Seed of those velocities, independent of places drawn with the same one. The same scene, seed and
+        version give the same bits.
     neighbors : {"auto", "lists", "sectors", "all"}
         Neighbour scheme; changes the speed, not the physics.
     shell : float, optional
