@@ -72,7 +72,13 @@ def test_the_fit_of_erpenbeck_and_wood_has_its_published_digits():
     [
         ([1.0], [108], 3, {}, "hard spheres"),
         ([1.0, 0.5], [50, 150], 2, {}, "a mixture of hard disks: 0.25 of diameter 1, 0.75 of diameter 0.5"),
-        ([1.0], [108], 3, {"interaction": {}}, "spheres with a step potential"),
+        (
+            [1.0],
+            [108],
+            3,
+            {"interaction": {"type": "square-well", "width": 1.5, "depth": 0.5}},
+            "spheres with square wells of width 1.5 and depth 0.5",
+        ),
     ],
 )
 def test_a_report_says_in_its_title_what_was_simulated(diameters, counts, dimension, scene, title):

@@ -25,6 +25,21 @@ class Sizes(NamedTuple):
     equal: bool
 
 
+class Energy(NamedTuple):
+    """Potential energy and temperature, at a time or as means over a stretch.
+
+    Attributes
+    ----------
+    potential : float
+        Of all pairs on steps, and of all components in a field [energy].
+    kT : float
+        Temperature [energy].
+    """
+
+    potential: float
+    kT: float
+
+
 class Block(NamedTuple):
     """Sums over the collisions of one stretch of time.
 
@@ -45,8 +60,10 @@ class Block(NamedTuple):
     surface_changes : tuple of float
         Changes of two sums for each obstacle that no such momentum belongs to [mass length / time] (see
         ``carom.observables.surface_changes``). Empty if there is none, or if they were not measured.
+    energy : Energy or None
+        Means over the stretch, where there is a potential energy; None if it was not measured.
     kT_time : float or None
-        Integral of kT over the stretch [energy time], where contacts change it (restitution, growth).
+        Integral of kT over the stretch [energy time], where contacts change it (restitution, growth, steps).
     sizes : Sizes or None
         Averages over the stretch, if diameters grow. Not known for :attr:`carom.Simulation.tally`.
     """
@@ -59,6 +76,7 @@ class Block(NamedTuple):
     kT_time: float | None = None
     sizes: Sizes | None = None
     surface_changes: tuple[float, ...] = ()
+    energy: Energy | None = None
 
     def _repr_html_(self) -> str:
         rows = [("duration", f"{self.duration:.6g}"), ("collisions", f"{self.collisions}")]

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from carom.block import Block, Sizes
+from carom.block import Block, Energy, Sizes
 from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions, lengthen
@@ -163,7 +163,16 @@ def merged(one: Block, other: Block) -> Block:
         None if one.kT_time is None or other.kT_time is None else one.kT_time + other.kT_time,
         _averaged(one, other),
         tuple(a + b for a, b in zip(one.surface_changes, other.surface_changes, strict=True)),
+        _means(one, other),
     )
+
+
+def _means(one: Block, other: Block) -> Energy | None:
+    """Return the mean energies of two blocks, where they hold them."""
+    if one.energy is None or other.energy is None:
+        return None
+    part = one.duration / (one.duration + other.duration)
+    return Energy(*(part * a + (1.0 - part) * b for a, b in zip(one.energy, other.energy, strict=True)))
 
 
 def _averaged(one: Block, other: Block) -> Sizes | None:

@@ -147,9 +147,7 @@ def title_of(result: Measured) -> str:
         return "Transport coefficients"
     found = result.records[0]["result"]
     species = list(zip(found["diameters"], found["counts"], strict=True))
-    name = kind(found["dimension"], mixture=len(species) > 1)
-    if "interaction" in result.spec.scene:
-        name = f"{name.replace('hard ', '')} with a step potential"
+    name = kind(found["dimension"], result.spec.scene, mixture=len(species) > 1)
     article = "a " if len(species) > 1 else ""
     return f"Transport coefficients of {article}{name}{composition(species)}"
 
