@@ -27,19 +27,12 @@ args = parser.parse_args()
 LONG = 20 if args.smoke else 400  # events a particle
 
 
-def brought_to(sim, kT, rounds=6):
-    """Run and rescale in turn: falling into wells heats, so that one rescaling is not enough."""
-    for _ in range(rounds):
-        sim.run(collisions_per_particle=LONG / 4)
-        sim.rescale(kT)
-    sim.run(collisions_per_particle=LONG / 2)
-    return sim
-
-
-# %% A fluid above its critical point. What arrives at a step counts g(r) on both of its sides.
+# %% A fluid above its critical point. Wells heat what falls into them: equilibrate() scales several times.
+# What arrives at a step counts g(r) on both of its sides.
 cells = 4 if args.smoke else 8
 scene = carom.Scene.fcc(cells, density=0.4).with_(interaction=SquareWell(width=1.5, depth=1.0))
-sim = brought_to(carom.Simulation(scene, kT=1.5, seed=1), 1.5)
+sim = carom.Simulation(scene, seed=1)
+sim.equilibrate(1.5, collisions_per_particle=2 * LONG)
 before = sim.steps
 pressure = sim.measure(carom.Pressure(blocks=32), collisions=LONG * scene.n)
 sums = sim.steps - before
@@ -55,7 +48,7 @@ gr = carom.rdf(sim.sample(every=0.2, count=10 if args.smoke else 100), rmax=3.0,
 # %% Disks below the critical point come together in drops.
 disks = carom.Scene.triangular(12 if args.smoke else 32, packing_fraction=0.25)
 drops = carom.Simulation(disks.with_(interaction=SquareWell(1.5, 1.0)), kT=0.4, seed=2)
-brought_to(drops, 0.4, rounds=4 if args.smoke else 30)
+drops.equilibrate(0.4, collisions_per_particle=(2 if args.smoke else 8) * LONG)
 print(f"disks at kT = {drops.kT:.2f}: {drops.steps.bonds_per_particle:.2f} neighbours each in their wells")
 
 # %% A chain of hard disks: neighbours on it are never further apart than 1.2 diameters.

@@ -1,6 +1,7 @@
 """Z, P and contact values while contacts lose energy or diameters grow, compared with kinetic theory."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from carom.block import Block, Sizes
 from carom.errors import InputError
 from carom.observables import Pressure
 from carom.observables.course import Course
+from carom.simulation import mechanics
+from carom.units import TimeUnit
 
 SIX_SIGMA = 6.0
 
@@ -137,3 +140,26 @@ def test_the_note_does_not_say_that_a_gas_cools_which_a_surface_heats():
     blocks = [Block(1.0, 40, 60.0, kT_time=5.0 + 0.1 * k) for k in range(16)]
     note = Course.of(blocks, 777.0, 0.1, 1.0).note
     assert note.startswith("Contacts change the energy (kT from 5 to 6.5)")
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5])
+def test_sizes_of_a_block_are_their_exact_means_over_it(dimension):
+    first, growth, duration, unit = np.array([1.0, 0.5, 0.8]), np.array([0.1, 0.3, 0.0]), 2.0, TimeUnit(3)
+    scene = SimpleNamespace(dimension=dimension, volume=20.0)
+    contents = SimpleNamespace(rates=unit.to_kernel(0.5 * growth, -1))
+    found = mechanics.sizes(SimpleNamespace(scene=scene, contents=contents, unit=unit), first, duration)
+    last = first + growth * duration
+
+    def mean(power, a, b):
+        return (b ** (power + 1) - a ** (power + 1)) / ((power + 1) * (b - a)) if b > a else a**power
+
+    means = [mean(dimension, a, b) for a, b in zip(first, last, strict=True)]
+    assert found.packing_fraction == pytest.approx(
+        theory.ball_volume(dimension, 1.0) * sum(means) / 20.0, rel=1e-13
+    )
+    assert found.cube == pytest.approx(means[0], rel=1e-13)  # the first is the largest all the time
+    assert not found.equal
+    contents.rates[:] = contents.rates[0]
+    assert mechanics.sizes(
+        SimpleNamespace(scene=scene, contents=contents, unit=unit), first * 0 + 1, 1.0
+    ).equal

@@ -10,6 +10,7 @@ import pytest
 from carom import Scene, Simulation, studies
 from carom.io.events import read_events
 from carom.models.obstacles import Ball
+from carom.studies.packings import compression
 
 CLOCK = {"collisions_per_second"}
 
@@ -87,6 +88,28 @@ def test_a_checkpoint_leaves_no_event_in_memory(tmp_path):
         again.run(collisions=500)
     for mine, its in zip(read_events(tmp_path / "events.h5"), at_the_end, strict=True):
         assert np.array_equal(mine, its)
+
+
+def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(compression, "PART", 40)
+    wanted = {"rate": 0.1, "until_pressure": 1e3, "seed": 2, "pictures": False}
+    whole = studies.pack(studies.points(30, dimension=2, seed=1), **wanted)
+    part, parts = compression._Compression._part, []
+
+    def impatient(self):
+        part(self)
+        # After a part of a stretch, and before its end.
+        if not parts and self.history and self.left and self.virial > 0.0:
+            parts.append((self.virial, self.kT_time, self.duration))
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(compression._Compression, "_part", impatient)
+    with pytest.raises(studies.PackingInterrupted, match="carom resume"):
+        studies.pack(studies.points(30, dimension=2, seed=1), **wanted, out=tmp_path / "pack")
+    assert parts
+    resumed = studies.resume_packing(tmp_path / "pack")
+    assert np.array_equal(resumed.history, whole.history)
+    assert np.array_equal(resumed.frame.positions, whole.frame.positions)
 
 
 @pytest.mark.slow

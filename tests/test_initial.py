@@ -9,13 +9,16 @@ import pytest
 from scipy import stats
 from scipy.spatial import cKDTree
 
-from carom import densities
+from carom import densities, seeds
 from carom.errors import InputError
+from carom.models.planes import Plane
+from carom.models.surfaces import Thermal
 from carom.scene import lattices, placement
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
 from carom.scene.velocities import maxwell_velocities
+from carom.simulation.preparation import prepare
 
 EPS = np.finfo(float).eps
 
@@ -174,9 +177,35 @@ def test_random_scenes_repeat_with_their_seed_only():
     first, again, other = (Scene.random(50, 2, seed=s).positions for s in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
-    generator = np.random.default_rng(1)
+    generator = seeds.generator(1, "places")
     np.testing.assert_array_equal(Scene.random(50, 2, seed=generator).positions, first)
     assert (Scene.random(50, 2, seed=generator).positions != first).any()
+
+
+@pytest.mark.parametrize("placed", ["by Scene.random", "by numpy"])
+def test_speeds_do_not_follow_from_places_of_the_same_seed(placed):
+    places, speeds = [], []
+    for seed in range(40):
+        if placed == "by numpy":
+            x = np.random.default_rng(seed).random((100, 3))
+        else:
+            scene = Scene.random(100, 3, packing_fraction=1e-4, seed=seed)
+            x = scene.positions / np.array(scene.box)
+        places.append(x)
+        speeds.append(np.abs(maxwell_velocities(100, 3, seed=seed)))
+    # Normal numbers come from the last digits of the words whose first digits are the uniform ones.
+    digits = (8.0 * np.array(places)) % 1.0
+    found = float(np.corrcoef(digits.ravel(), np.ravel(speeds))[0, 1])
+    assert abs(found) < 5.0 / math.sqrt(digits.size)
+
+
+def test_each_purpose_has_a_stream_of_its_own():
+    streams = [seeds.generator(7, purpose) for purpose in seeds.PURPOSES] + [np.random.default_rng(7)]
+    assert len({int(stream.integers(2**62)) for stream in streams}) == len(seeds.PURPOSES) + 1
+    floor = Thermal(Plane((0.0, 1.0), 0.25, "floor"), kT=1.0, seed=7)
+    gas = Scene([[1.0, 1.0]], 4.0, periodic=[True, False], obstacles=(floor,))
+    model = prepare(gas, np.ones((1, 2))).obstacle_models[0]
+    assert model.seed != 7  # range rules draw from the seed itself, by the same hash
 
 
 def test_random_scenes_scale_with_the_diameter_bit_for_bit():

@@ -22,7 +22,7 @@ def summary(**changes):
     """Return what the first table needs of a run of disks of two sizes between walls."""
     measured = {"mean": 2.0, "error": 0.01}
     return {
-        "n": 100, "dimension": 2, "packing_fraction": 0.5, "diameter": 1.5, "kT": 2.0,
+        "n": 100, "dimension": 2, "system": "hard disks", "packing_fraction": 0.5, "diameter": 1.5, "kT": 2.0,
         "compressibility_factor": measured, "compressibility_factor_infinite": NOTHING,
         "contact_value": NOTHING, "contact_value_from_rdf": NOTHING, "contact_values_from_rdf": {},
         "reduced_pressure": {"mean": 3.0, "error": 0.01}, "collision_rate": measured, "theory": [],

@@ -36,7 +36,8 @@ def fluid(d):
 
 def mixture(d):
     sizes, masses = [1.0, 0.6], [1.0, 20.0]
-    scene = carom.Scene.mixture([2, 4], diameters=sizes, masses=masses, box=BOXES[d], seed=3)
+    rng = np.random.default_rng(3)
+    scene = carom.Scene.mixture([2, 4], diameters=sizes, masses=masses, box=BOXES[d], seed=rng)
     return scene.with_(velocities=np.random.default_rng(4).normal(size=(6, d)))
 
 

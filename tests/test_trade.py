@@ -10,6 +10,7 @@ from command import carom as command
 from command import complaints
 
 import carom
+from carom import theory
 from carom.errors import FileError, InputError
 from carom.models.gravity import Gravity
 from carom.models.losses import Loss
@@ -291,6 +292,15 @@ def test_a_lonely_sphere_is_refused_in_one_sentence(tmp_path):
     assert done.returncode == 2
     (said,) = complaints(done).strip().splitlines()
     assert "nothing to compare" in said
+
+
+@pytest.mark.parametrize(("dimension", "density"), LYAPUNOV)
+def test_the_published_rates_are_at_our_temperature(dimension, density):
+    # Of 64 particles 2 K / (d N) = 1 is another temperature: all rates are 0.8 % higher.
+    eta, equation = density * theory.ball_volume(dimension, 1.0), theory.best(dimension)
+    z = equation(eta) + theory.finite_size_shift(eta, 64, equation)
+    _, rate = LYAPUNOV[dimension, density]
+    assert rate == pytest.approx(float(theory.collision_rate(z, dimension, n=64)), rel=0.007)
 
 
 @pytest.mark.slow

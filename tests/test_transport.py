@@ -1,7 +1,9 @@
 """Transport coefficients: the rule for slopes, error bars, Enskog's theory, published values."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from carom.observables import Estimate, combined
 from carom.studies.coefficients import pictures, windows
 from carom.studies.coefficients.analysis import Coefficient, Point, jackknife, line
 from carom.studies.coefficients.pictures import title_of
+from carom.studies.coefficients.result import Transport
 from carom.studies.coefficients.spec import DENSITIES, of_scene
 
 FIVE = 5.0  # errors: by chance in one of two million
@@ -70,7 +73,13 @@ def test_the_fit_of_erpenbeck_and_wood_has_its_published_digits():
     [
         ([1.0], [108], 3, {}, "hard spheres"),
         ([1.0, 0.5], [50, 150], 2, {}, "a mixture of hard disks: 0.25 of diameter 1, 0.75 of diameter 0.5"),
-        ([1.0], [108], 3, {"interaction": {}}, "spheres with a step potential"),
+        (
+            [1.0],
+            [108],
+            3,
+            {"interaction": {"type": "square-well", "width": 1.5, "depth": 0.5}},
+            "spheres with square wells of width 1.5 and depth 0.5",
+        ),
     ],
 )
 def test_a_report_says_in_its_title_what_was_simulated(diameters, counts, dimension, scene, title):
@@ -302,8 +311,40 @@ def test_a_fluid_of_moderate_density_is_near_enskog(study):
     assert row.self_diffusion_infinite.mean > d.mean
     wood = float(theory.erpenbeck_wood(0.15)) * row.enskog.self_diffusion
     assert row.erpenbeck_wood == wood
-    (line,) = (line for line in str(study[0]).splitlines() if line.endswith("by Erpenbeck and Wood"))
+    (line,) = (line for line in study[0].remarks() if "Erpenbeck and Wood" in line)
     assert f"{wood:.5g}" in line
+
+
+def test_the_row_of_infinitely_many_shows_enskogs_value_and_the_ratio_to_it(study):
+    (row,) = study[0].table
+    finite, infinite = (
+        [c[4:6] for c in study[0].cells() if c[1:3] == (n, "self_diffusion")] for n in ("64", "inf")
+    )
+    assert infinite[0][0] == finite[0][0] == f"{row.enskog.self_diffusion:.5g}"
+    assert infinite[0][1] == f"{row.self_diffusion_infinite.mean / row.enskog.self_diffusion:.3f}"
+
+
+def test_infinitely_many_spheres_diffuse_by_the_mass_of_all_over_that_of_the_others_faster(study):
+    (row,) = study[0].table
+    d, infinite, eta = row.self_diffusion[0].value, row.self_diffusion_infinite, row.shear_viscosity.value
+    rho = 0.15 * 6.0 / math.pi
+    shift = theory.diffusion_shift(64, rho, eta.mean, self_diffusion=infinite.mean)
+    assert row.at_rest == {0: 64 / 63}
+    assert infinite.mean - shift == pytest.approx(d.mean * 64 / 63, rel=1e-9)
+    at_two_sizes = [
+        dataclasses.replace(row, n=n, edge=edge, at_rest={0: n / (n - 1)})
+        for n, edge in ((8, 2.0), (64, 4.0))
+    ]
+    with mock.patch.object(Transport, "table", at_two_sizes):
+        (line,) = study[0].extrapolate()
+    # The same D of both sizes: a line through D 8 / 7 at 1 / 2 and D 64 / 63 at 1 / 4.
+    assert line.value.mean == pytest.approx(d.mean * (2 * 64 / 63 - 8 / 7), rel=1e-9)
+
+
+def test_the_drift_of_a_mixture_is_that_of_its_masses():
+    point = object.__new__(Point)
+    point.n, point.first = 5, {"masses": [1.0, 3.0], "counts": [2, 3]}
+    assert [point.at_rest(k) for k in (0, 1)] == [11 / 10, 11 / 8]
 
 
 def test_z_by_both_routes_has_the_smallest_error(study):
@@ -420,9 +461,8 @@ def test_published_values_are_met():
     assert row.mean_free_time == pytest.approx(0.13031, abs=3e-4)
     assert row.shear_viscosity.value.mean == pytest.approx(0.58, abs=0.06)
     assert row.thermal_conductivity.value.mean == pytest.approx(2.3, abs=0.2)
-    at_1372 = row.self_diffusion_infinite.mean - theory.diffusion_shift(
-        1372, 0.5, row.shear_viscosity.value.mean
-    )
+    shift = theory.diffusion_shift(1372, 0.5, row.shear_viscosity.value.mean)
+    at_1372 = (row.self_diffusion_infinite.mean - shift) * 1371 / 1372
     assert at_1372 == pytest.approx(0.247, abs=math.hypot(3 * 0.002, 3 * row.self_diffusion_infinite.error))
     wood = float(theory.erpenbeck_wood(0.5 * math.pi / 6.0)) * row.enskog.self_diffusion
     assert row.self_diffusion_infinite.mean == pytest.approx(wood, rel=0.02)

@@ -61,7 +61,7 @@ def test_tonks_gas(n, density, exact):
 
 
 def check_fluid(dimension, row, scene, collisions_per_particle, target):
-    sim = carom.Simulation(scene, seed=3)
+    sim = carom.Simulation(scene, seed=4)
     sim.run(collisions_per_particle=300)
     estimate = sim.measure(carom.Pressure(blocks=512), collisions_per_particle=collisions_per_particle)
     found = estimate.infinite_size()

@@ -19,6 +19,7 @@ _LAZY = {
     "Frame": "carom.frame",
     "Block": "carom.block",
     "Pressure": "carom.observables.pressure",
+    "PotentialEnergy": "carom.observables.potential_energy",
     "WallPressure": "carom.observables.wall_pressure",
     "explain": "carom.simulation.explanation",
     "check": "carom.simulation.conditions",

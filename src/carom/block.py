@@ -25,6 +25,21 @@ class Sizes(NamedTuple):
     equal: bool
 
 
+class Energy(NamedTuple):
+    """Potential energy and temperature, at a time or as means over a stretch.
+
+    Attributes
+    ----------
+    potential : float
+        Of all pairs on steps, and of all components in a field [energy].
+    kT : float
+        Temperature [energy].
+    """
+
+    potential: float
+    kT: float
+
+
 class Block(NamedTuple):
     """Sums over the collisions of one stretch of time.
 
@@ -48,8 +63,10 @@ class Block(NamedTuple):
     works : tuple of float
         Energy that each wall and obstacle gave to components [energy]. Known of the stretches of
         :func:`carom.studies.run`, else empty.
+    energy : Energy or None
+        Means over the stretch, where there is a potential energy; None if it was not measured.
     kT_time : float or None
-        Integral of kT over the stretch [energy time], where contacts change it (restitution, growth).
+        Integral of kT over the stretch [energy time], where contacts change it (restitution, growth, steps).
     sizes : Sizes or None
         Averages over the stretch, if diameters grow. Not known for :attr:`carom.Simulation.tally`.
     """
@@ -63,6 +80,7 @@ class Block(NamedTuple):
     sizes: Sizes | None = None
     surface_changes: tuple[float, ...] = ()
     works: tuple[float, ...] = ()
+    energy: Energy | None = None
 
     def _repr_html_(self) -> str:
         rows = [("duration", f"{self.duration:.6g}"), ("collisions", f"{self.collisions}")]

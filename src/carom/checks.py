@@ -197,19 +197,6 @@ def array(value: Any, name: str, shape: str, *, ndim: int) -> np.ndarray:
     return result
 
 
-def generator(seed: Any) -> np.random.Generator:
-    """Return a random generator from an integer >= 0, or the Generator given.
-
-    Raises
-    ------
-    InputError
-        If it is anything else: a run without a seed could not be repeated.
-    """
-    if isinstance(seed, np.random.Generator):
-        return seed
-    return np.random.default_rng(integer(seed, "seed", low=0))
-
-
 def _range(low: float, high: float, open_low: bool) -> str:
     """Return the allowed range of a number in words."""
     least = f"greater than {low:g}" if open_low else f"at least {low:g}"

@@ -113,9 +113,8 @@ def _physics(summary: dict[str, Any]) -> Any:
     from rich.table import Table
 
     n, dimension = summary["n"], summary["dimension"]
-    kind = {1: "hard rod", 2: "hard disk", 3: "hard sphere"}.get(dimension, f"{dimension}D hard sphere")
-    kind = "unit" if summary.get("units") else kind
-    title = f"{n} {kind}{'s' if n != 1 else ''} at packing fraction {summary['packing_fraction']:.6g}"
+    system = summary.get("system", "particles")  # older summaries do not have it
+    title = f"{n} {system} at packing fraction {summary['packing_fraction']:.6g}"
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("")
     table.add_column("measured", justify="right")
@@ -136,6 +135,9 @@ def _physics(summary: dict[str, Any]) -> Any:
         for row in summary["theory"]:
             cells.append(_beside(row[theoretical], measured, decimals))
         table.add_row(name, *cells)
+    for name, key in (("U / N", "potential_energy"), ("kT", "temperature")):
+        if (measured := summary.get(key)) and measured["mean"] is not None:
+            table.add_row(name, _with_error(measured))
     for name, measured in summary["contact_values_from_rdf"].items():
         if measured["mean"] is not None:
             table.add_row(f"g(σ+) {name}", _with_error(measured))

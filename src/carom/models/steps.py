@@ -154,6 +154,18 @@ class StepInteraction(ABC):
         found = [steps for steps in (*kinds, bond) if steps is not None]
         return all(steps.leaving is None for steps in found)
 
+    @property
+    def words(self) -> str:
+        """What pairs have, for a title: wells, shoulders, bonds, or several of them."""
+        _, bond = self.bonded()
+        kinds = {steps for row in self.steps_by_species(1.0) for steps in row if steps is not None}
+        energies = {energy for steps in kinds for energy in steps.energies if math.isfinite(energy)}
+        found = ["wells"] if min(energies, default=0.0) < 0.0 else []
+        found += ["shoulders"] if max(energies, default=0.0) > 0.0 else []
+        found += ["bonds"] if bond is not None else []
+        several = " and ".join(", ".join(found).rsplit(", ", 1)) or "hard cores"
+        return several if self.conserves(1.0) else f"{several} that lose energy"
+
     def check(self, scene: Any) -> None:
         """Raise InputError where the scene cannot have these steps."""
         table = self.steps_by_species(scene.diameter)

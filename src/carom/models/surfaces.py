@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
+from carom import checks, seeds
 from carom.errors import InputError
 from carom.models.draws import normal as draw_normal
 from carom.models.draws import uniform
@@ -211,7 +211,7 @@ class Thermal(_Covered):
         return Thermostat(
             self._body(particles),
             float(particles.unit.to_kernel(self.kT, -2)),
-            self.seed,
+            seeds.word(self.seed, "thermal surfaces"),
             np.zeros(len(particles.radii) + 1, np.int64),
         )
 

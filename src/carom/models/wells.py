@@ -47,6 +47,12 @@ class SquareWell(StepInteraction):
         object.__setattr__(self, "width", width)
         object.__setattr__(self, "depth", checks.number(self.depth, "depth", low=-checks.MAGNITUDE))
 
+    @property
+    def words(self) -> str:
+        """What pairs have, for a title."""
+        kind, size = ("shoulders", "height") if self.depth < 0.0 else ("wells", "depth")
+        return f"square {kind} of width {self.width:g} and {size} {abs(self.depth):g}"
+
     def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
         return {"type": "square-well", "width": self.width, "depth": self.depth}

@@ -10,6 +10,7 @@ from carom.observables.flights import Distribution, FlightsEstimate
 from carom.observables.moments import HelfandMoments
 from carom.observables.packing import PackingNetwork, packing_network
 from carom.observables.pair_distribution import PairDistribution
+from carom.observables.potential_energy import PotentialEnergy, PotentialEnergyEstimate
 from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureEstimate
 from carom.observables.protocol import Observable, averages
@@ -31,6 +32,8 @@ __all__ = [
     "Observable",
     "PackingNetwork",
     "PairDistribution",
+    "PotentialEnergy",
+    "PotentialEnergyEstimate",
     "Prediction",
     "Pressure",
     "PressureEstimate",

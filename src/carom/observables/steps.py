@@ -45,7 +45,7 @@ class StepSums:
     time : float
         Time since the start [time].
     kT_time : float
-        Integral of kT over this time [energy time].
+        Integral of kT over this time [energy time]; NaN in a field, which changes kT between contacts.
     n, dimension : int
         Number of components, and of dimensions.
     volume, mass : float

@@ -408,7 +408,7 @@ def compression(
 def _state(n: int, dimension: int, packing_fraction: float) -> str:
     """Return number, kind and packing fraction of the particles, for a title."""
     count = f"{n:,}".replace(",", "\u202f") if n >= 10_000 else str(n)
-    return f"{count} hard {particles(dimension, n)}, η = {packing_fraction:.4g}"
+    return f"{count} {particles(dimension, n)}, η = {packing_fraction:.4g}"
 
 
 def _text(estimate: Estimate) -> str:

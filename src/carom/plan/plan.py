@@ -137,10 +137,7 @@ class Plan:
 
     def build_scene(self) -> Scene:
         """Return the scene, placed and checked; see :meth:`SceneSpec.build`."""
-        from numpy.random import SeedSequence, default_rng
-
-        # A separate stream, so that places and velocities drawn from one seed are independent.
-        return self.scene.build(default_rng(SeedSequence(self.run.seed, spawn_key=(0,))))
+        return self.scene.build(self.run.seed)
 
 
 def template() -> str:

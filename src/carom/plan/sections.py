@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from carom import checks
+from carom import checks, seeds
 from carom.errors import InputError
 from carom.models import tables
 from carom.models.obstacles import Obstacle
@@ -25,9 +25,6 @@ FORMATS = ("h5md", "extxyz", "gsd")
 
 #: Keys of [scene] that go with every start: a trajectory does not hold them.
 ADDED = ("restitution", "elastic_below", "contact", "obstacles", "interaction", "motion", "impact", "pinned")
-
-#: Second part of the seed with which pinned components are drawn.
-PINNING = 7
 
 #: Collisions per particle in the measurement, by default.
 DEFAULT_COLLISIONS = 10000.0
@@ -360,9 +357,7 @@ class SceneSpec:
             return np.array(self.pinned, np.int64)
         if self.pinned is None or self.pinned > n:
             raise InputError(f"[scene] pinned is {self.pinned}, and there are {n} components.")
-        # Places are drawn from the seed itself; which components are pinned must not depend on them.
-        rng = seed if isinstance(seed, np.random.Generator) else np.random.default_rng([seed, PINNING])
-        return np.sort(rng.permutation(n)[: self.pinned])
+        return np.sort(seeds.generator(seed, "pinned").permutation(n)[: self.pinned])
 
     def _lattice(self) -> Lattice:
         if self.initial == "triangular":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from carom.models.faces import name_of, stand_ins
@@ -14,6 +16,24 @@ def particles(dimension: int, number: int = 2) -> str:
     """Return the word for `number` particles: "rods", "disk", "spheres in 4D"."""
     name = {1: "rod", 2: "disk"}.get(dimension, "sphere") + ("" if number == 1 else "s")
     return f"{name} in {dimension}D" if dimension > 3 else name
+
+
+def kind(dimension: int, number: int = 2, interaction: Any = None) -> str:
+    """Return what is simulated, for a title: "hard spheres", "disk with wells and bonds", "units".
+
+    Parameters
+    ----------
+    dimension, number : int
+        Of space; of particles.
+    interaction : interaction, optional
+        What acts between them, if not hard cores. It may have ``words`` for it; otherwise its class is named.
+    """
+    name = particles(dimension, number)
+    if interaction is None:
+        return f"hard {name}"
+    if getattr(interaction, "decides", False):
+        return "unit" if number == 1 else "units"
+    return f"{name} with {getattr(interaction, 'words', type(interaction).__name__)}"
 
 
 def facts(scene: Fields) -> dict[str, str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import above, checks
+from carom import above, checks, seeds
 from carom.errors import InputError
 from carom.models import obstacles as _obstacles
 from carom.scene import box as _box
@@ -144,7 +144,7 @@ def mixture(
     >>> scene
     Scene(n=100, dimension=3, ..., diameter=0.5 to 1, mass=1, ..., species=large 25, small 75)
     """
-    rng = checks.generator(seed)
+    rng = seeds.generator(seed, "places")
     names = () if names is None else _species.listed(names, "names")
     kinds = np.asarray([checks.positive(x, "diameters") for x in _species.listed(diameters, "diameters")])
     weights = [1.0] * len(kinds) if masses is None else _species.listed(masses, "masses")
@@ -230,7 +230,7 @@ def _thrown(
     standing = _obstacles.checked(obstacles, edges, repeats)
     matrix = _species.contact_matrix(contact, species, diameters)
     room = Room(np.asarray(edges), np.asarray(repeats), standing)
-    rng = checks.generator(seed)
+    rng = seeds.generator(seed, "places")
     final: dict[str, Any] = {"mass": masses, "periodic": repeats, "obstacles": standing}
     fraction = _box.packing_fraction(diameters, edges)
     kinds = None

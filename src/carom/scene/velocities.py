@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom import checks
+from carom import checks, seeds
 from carom.errors import InputError
 from carom.models.pinned import mask
 from carom.scene import temperature
@@ -78,7 +78,7 @@ def maxwell_velocities(
     n = checks.integer(n, "n", low=1, high=MOST)
     dimension = checks.integer(dimension, "dimension", low=1)
     kT = checks.number(kT, "kT", low=0, high=checks.HOTTEST)
-    rng = checks.generator(seed)
+    rng = seeds.generator(seed, "velocities")
     if np.ndim(masses) == 0:
         mass = np.full(n, checks.positive(masses, "masses"))
     else:
@@ -98,7 +98,9 @@ def maxwell_velocities(
         still[:] = False
     if still.any():
         for _ in range(2):  # the second time removes what rounding left
-            velocities -= np.where(still, mass @ velocities, 0.0) / mass.sum()
-    twice_kinetic = float(mass @ np.einsum("ij,ij->i", velocities, velocities))
+            momentum = np.sum(mass[:, None] * velocities, axis=0)
+            velocities -= np.where(still, momentum, 0.0) / mass.sum()
+    # Sums with the same bits on every processor, which products of matrices are not.
+    twice_kinetic = float(np.sum(mass[:, None] * velocities * velocities))
     freedoms = dimension * moving - int(still.sum())
     return velocities * math.sqrt(kT * freedoms / twice_kinetic)

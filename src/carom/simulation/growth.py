@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from carom import checks
+from carom import seeds
 from carom.errors import InputError
 from carom.scene import placement
 from carom.scene.scene import Scene
@@ -57,7 +57,7 @@ def grown(
     """
     size, dimension = float(diameters.mean()), start.dimension
     unit = diameters / (size * np.sqrt(start.mass))
-    velocities = int(checks.generator(seed).integers(2**63))
+    velocities = int(seeds.generator(seed, "growth").integers(2**63))
     sim = Simulation(start, seed=velocities, growth=(STILL if melting else FAST) * unit)
     sim.run(collisions_per_particle=melting)
     fraction = start.packing_fraction * (size / float(start.diameters.mean())) ** dimension

@@ -46,10 +46,9 @@ def step_sums(machine: Machine) -> StepSums:
     pair = machine.engine.model.pair
     count, _ = machine.contents.interaction.steps(machine.contents.particles)  # type: ignore[attr-defined]
     heat = kT_time(machine)
-    assert heat is not None
     return StepSums(
         time=float(machine.clock.instant),
-        kT_time=heat,
+        kT_time=math.nan if heat is None else heat,
         n=machine.scene.n,
         dimension=machine.scene.dimension,
         volume=machine.scene.volume,

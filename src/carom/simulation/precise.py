@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from carom.block import Block, Sizes
+from carom.block import Block, Energy, Sizes
 from carom.compiling import news
 from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
@@ -164,7 +164,17 @@ def merged(one: Block, other: Block) -> Block:
         None if one.kT_time is None or other.kT_time is None else one.kT_time + other.kT_time,
         _averaged(one, other),
         tuple(a + b for a, b in zip(one.surface_changes, other.surface_changes, strict=True)),
+        tuple(a + b for a, b in zip(one.works, other.works, strict=True)),
+        _means(one, other),
     )
+
+
+def _means(one: Block, other: Block) -> Energy | None:
+    """Return the mean energies of two blocks, where they hold them."""
+    if one.energy is None or other.energy is None:
+        return None
+    part = one.duration / (one.duration + other.duration)
+    return Energy(*(part * a + (1.0 - part) * b for a, b in zip(one.energy, other.energy, strict=True)))
 
 
 def _averaged(one: Block, other: Block) -> Sizes | None:

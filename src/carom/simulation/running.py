@@ -15,7 +15,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.notebook import watchable
 from carom.scene.temperature import degrees_of_freedom
-from carom.simulation import loop, mechanics, pair_steps, temperature, units
+from carom.simulation import energy, loop, mechanics, pair_steps, temperature, units
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine
 from carom.simulation.mechanics import Impacts, Statistics
@@ -79,14 +79,16 @@ class Running:
     @property
     @looks
     def potential_energy(self) -> float:
-        """Potential energy of all pairs, if pairs have steps [energy].
+        """Potential energy now, of all pairs on steps and of all components in a field [energy].
+
+        Its mean with an error bar is :class:`carom.PotentialEnergy`.
 
         Raises
         ------
         InputError
-            If pairs have no steps.
+            If there is none, or crossings of the box along the field were not counted (``images=False``).
         """
-        return pair_steps.potential_energy(self.machine)
+        return energy.potential_energy(self.machine)
 
     @property
     @looks
@@ -293,15 +295,17 @@ class Running:
             If the duration or the count is negative, and as from :meth:`run`.
         """
         start, step = self.machine.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
-        before = mechanics.momenta_at_walls(self.machine)
+        before, energy_before = mechanics.momenta_at_walls(self.machine), energy.now(self.machine)
         for k in range(1, checks.integer(count, "count", low=0) + 1):
             block = loop.advance(self.machine, None, start + k * step)
             after = mechanics.momenta_at_walls(self.machine)
             momenta, surfaces = (
                 tuple(b - a for a, b in zip(*pair, strict=True)) for pair in zip(before, after, strict=True)
             )
-            yield block._replace(momentum_changes=momenta, surface_changes=surfaces)
-            before = after
+            energy_after = energy.now(self.machine)
+            means = energy.mean(energy_before, energy_after, block, self.degrees_of_freedom)
+            yield block._replace(momentum_changes=momenta, surface_changes=surfaces, energy=means)
+            before, energy_before = after, energy_after
 
     def time_for(self, collisions: float) -> float:
         """Return the time that a number of pair collisions takes at the rate so far [time].

@@ -12,7 +12,7 @@ from carom.errors import InputError
 from carom.scene.scene import Scene
 from carom.scene.temperature import at_temperature
 from carom.scene.velocities import velocities_of
-from carom.simulation import checkpoint, flying, helfand, measuring, sampling
+from carom.simulation import checkpoint, equilibration, flying, helfand, measuring, sampling
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
@@ -39,7 +39,8 @@ class Simulation(Running):
     kT : float, optional
         Temperature of the Maxwell velocities that are drawn for a scene without velocities; by default 1.
     seed : int
-        Seed of those velocities. The same scene, seed and version give the same bits.
+        Seed of those velocities, independent of places drawn with the same one. The same scene, seed and
+        version give the same bits.
     neighbors : {"auto", "lists", "sectors", "all"}
         Neighbour scheme; changes the speed, not the physics.
     shell : float, optional
@@ -158,6 +159,7 @@ class Simulation(Running):
         self.machine.refit(at_temperature(self.scene, self.frame().velocities, kT), rates)
 
     # Long enough for modules of their own.
+    equilibrate = equilibration.equilibrate
     sample = sampling.sample
     measure = measuring.measure
     helfand = helfand.helfand

@@ -13,6 +13,7 @@ from numpy.random import default_rng
 
 from carom.errors import InputError
 from carom.scene.scene import Scene
+from carom.simulation.equilibration import drifts
 from carom.simulation.simulation import Simulation
 from carom.studies.eos.spec import scene_spec
 from carom.studies.eos.start import start
@@ -60,6 +61,15 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
         neighbors=task["neighbors"],
         **settings,
     )
+
+
+def equilibrate(sim: Simulation, task: Task, look: Callable[[float], object]) -> None:
+    """Equilibrate the simulation of a task for its time; pairs on steps are brought to its temperature."""
+    length, asked = task["equilibration"], sim.scene.velocities is None
+    if asked and sim.machine.contents.stepped and drifts(sim) is None:
+        sim.equilibrate(task["scene"].get("kT", 1.0), collisions_per_particle=length, progress=look)
+    else:
+        sim.run(collisions_per_particle=length, progress=look)
 
 
 class Stopwatch:

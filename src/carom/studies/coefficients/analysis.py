@@ -164,6 +164,12 @@ class Point:
                 return window, True
         return (found[-1] if found else None), False
 
+    def at_rest(self, species: int) -> float:
+        """Return M / (M - m): the mass of all over that of all but one of a species; 1 for a single one."""
+        masses = self.first["masses"]
+        whole = math.fsum(mass * count for mass, count in zip(masses, self.first["counts"], strict=True))
+        return whole / (whole - masses[species]) if self.n > 1 else 1.0
+
     def shear_viscosity(self) -> Coefficient:
         """Return the shear viscosity: slope over ``V kT``."""
         return self.coefficient(self.array("shear"), 1.0 / (self.volume * self.kT))

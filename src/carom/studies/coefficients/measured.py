@@ -14,6 +14,7 @@ from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Extrapolat
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.outcome import Outcome
 from carom.studies.tasks import Record
+from carom.theory.transport import HIGHEST
 
 PLANE = (
     "in two dimensions the coefficients grow with the logarithm of time and size without end: what is shown "
@@ -40,13 +41,16 @@ class Row:
     self_diffusion_by_velocity : dict of Coefficient
         From the velocity autocorrelation.
     self_diffusion_infinite : Estimate
-        Self-diffusion of infinitely many spheres, by :func:`carom.theory.diffusion_shift` with the measured
-        viscosity; nan except for equal spheres in d = 3.
+        Self-diffusion of infinitely many spheres, by :func:`infinite_diffusion` with the measured viscosity;
+        nan except for equal spheres in d = 3.
     shear_viscosity, bulk_viscosity, thermal_conductivity : Coefficient
     mutual_diffusion, thermal_diffusion : Coefficient or None
         Of a binary mixture.
     enskog : theory.Enskog or None
         Of equal spheres, by the best equation of state.
+    at_rest : dict of float
+        Of each species by its number, the factor M / (M - m) that the drift of all others, opposite to the
+        motion of one of mass m, takes from its diffusion; M is the mass of all.
     remarks : tuple of str
         Doubts about the numbers.
     """
@@ -70,6 +74,7 @@ class Row:
     mutual_diffusion: Coefficient | None
     thermal_diffusion: Coefficient | None
     enskog: theory.Enskog | None
+    at_rest: dict[int, float]
     remarks: tuple[str, ...] = ()
 
     @property
@@ -79,8 +84,11 @@ class Row:
 
     @property
     def erpenbeck_wood(self) -> float:
-        """Self-diffusion at infinite N by :func:`carom.theory.erpenbeck_wood`; nan where the measured is."""
-        if self.enskog is None or not math.isfinite(self.self_diffusion_infinite.mean):
+        """Self-diffusion at infinite N by :func:`carom.theory.erpenbeck_wood`, up to its highest density; nan
+        where the measured is.
+        """
+        measured = math.isfinite(self.self_diffusion_infinite.mean)
+        if self.enskog is None or not measured or self.packing_fraction > HIGHEST:
             return math.nan
         return float(theory.erpenbeck_wood(self.packing_fraction)) * self.enskog.self_diffusion
 
@@ -159,24 +167,29 @@ def row(records: list[Record]) -> Row:
         mutual_diffusion=mutual,
         thermal_diffusion=thermal,
         enskog=enskog,
+        at_rest={k: point.at_rest(k) for k in diffusion},
         remarks=tuple(remarks),
     )
 
 
 def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point) -> Estimate:
-    """Return self-diffusion of infinitely many spheres."""
-    shift = 0.0
+    """Return self-diffusion of infinitely many spheres from that of N: ``N / (N - 1) D_N`` plus the shift.
+
+    The momentum of all is zero, so that the mean square velocity is that of infinitely many times (N - 1) /
+    N, and so is D in a gas. The shift, of order ``N^(-1/3)``, is :func:`carom.theory.diffusion_shift`.
+    """
+    alone, shift = diffusion.scaled(point.at_rest(0)), 0.0
     for _ in range(20):  # fixed point: the shift depends on the result, and is a tenth of it
         shift = theory.diffusion_shift(
             point.n,
             point.n / point.volume,
             viscosity.mean,
-            self_diffusion=diffusion.mean + shift,
+            self_diffusion=alone.mean + shift,
             mass=point.first["masses"][0],
             kT=point.kT,
         )
-    error = math.hypot(diffusion.error, shift * viscosity.relative_error)
-    return Estimate(diffusion.mean + shift, error, diffusion.n_eff, diffusion.tau, diffusion.blocks)
+    error = math.hypot(alone.error, shift * viscosity.relative_error)
+    return Estimate(alone.mean + shift, error, alone.n_eff, alone.tau, alone.blocks)
 
 
 def _pressures(point: Point) -> tuple[Estimate, Estimate, Estimate]:
@@ -212,8 +225,8 @@ class Measured(Outcome):
     def extrapolate(self) -> list[Extrapolation]:
         """Return self-diffusion of the infinite system by a line in 1 / L, for densities with several sizes.
 
-        Nothing is assumed about its slope, which :func:`carom.theory.diffusion_shift` predicts. Only in d =
-        3.
+        Its points are D of each size times :attr:`Row.at_rest`. Nothing is assumed about its slope, which
+        :func:`carom.theory.diffusion_shift` predicts. Only in d = 3.
         """
         groups: dict[float, list[Row]] = {}
         for each in self.table:
@@ -224,7 +237,8 @@ class Measured(Outcome):
         found = []
         for eta, rows in groups.items():
             if len(rows) > 1:
-                values = [r.self_diffusion[min(r.self_diffusion)].value for r in rows]
+                first = min(rows[0].self_diffusion)
+                values = [r.self_diffusion[first].value.scaled(r.at_rest[first]) for r in rows]
                 value, slope, chi2 = line(
                     np.array([1.0 / r.edge for r in rows]),
                     np.array([v.mean for v in values]),

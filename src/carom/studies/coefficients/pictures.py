@@ -20,6 +20,7 @@ from carom.studies.eos.html import STYLE, composition
 from carom.studies.eos.pictures import kind
 from carom.studies.eos.toml import text
 from carom.texts import html
+from carom.theory.transport import HIGHEST
 from carom.version import __version__
 
 if TYPE_CHECKING:
@@ -93,7 +94,8 @@ def _against_density(axes: Axes, rows: list[Row]) -> None:
         axes.plot(
             *np.transpose(infinite), "o", mfc="none", ms=7.0, color="C0", label="the same, infinite $N$"
         )
-        eta = np.linspace(0.0, max(0.45, max(row.packing_fraction for row in rows)), 100)
+        densest = max(row.packing_fraction for row in rows)
+        eta = np.linspace(0.0, min(max(0.45, densest), HIGHEST), 100)
         axes.plot(eta, theory.erpenbeck_wood(eta), color="C0", lw=1.0, label="Erpenbeck and Wood")
     axes.axhline(1.0, color="0.6", lw=0.8)
     axes.set_xlabel(r"packing fraction $\eta$")
@@ -145,9 +147,7 @@ def title_of(result: Measured) -> str:
         return "Transport coefficients"
     found = result.records[0]["result"]
     species = list(zip(found["diameters"], found["counts"], strict=True))
-    name = kind(found["dimension"], mixture=len(species) > 1)
-    if "interaction" in result.spec.scene:
-        name = f"{name.replace('hard ', '')} with a step potential"
+    name = kind(found["dimension"], result.spec.scene, mixture=len(species) > 1)
     article = "a " if len(species) > 1 else ""
     return f"Transport coefficients of {article}{name}{composition(species)}"
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from carom.observables.statistics import Estimate
 from carom.studies.coefficients.measured import Measured
 from carom.studies.outcome import write_csv
 
@@ -44,29 +45,28 @@ class Transport(Measured):
         """Return the printed columns for each coefficient.
 
         These are the packing fraction, N, the name, the value, Enskog's value, the ratio of the two, and the
-        times between which the slope is taken. For infinite N, Erpenbeck and Wood's value replaces Enskog's.
+        times between which the slope is taken.
         """
         rows: list[tuple[str, ...]] = []
         for each in self.table:
             eta = f"{each.packing_fraction:.4g}"
             for name, (c, enskog) in each.quantities().items():
-                known = math.isfinite(enskog)
-                compared = (f"{enskog:.5g}", f"{c.value.mean / enskog:.3f}") if known else ("", "")
                 window = f"{c.window[0]:.4g} and {c.window[1]:.4g}"
-                rows.append((eta, str(each.n), name, c.value.value_text, *compared, window))
-            if math.isfinite(each.self_diffusion_infinite.mean):
-                theory = ("", "", "")
-                if math.isfinite(each.erpenbeck_wood):
-                    theory = (f"{each.erpenbeck_wood:.5g}", "", "by Erpenbeck and Wood")
-                rows.append((eta, "inf", "self_diffusion", each.self_diffusion_infinite.value_text, *theory))
+                rows.append((eta, str(each.n), name, *_beside(c.value, enskog), window))
+            infinite, theory = each.self_diffusion_infinite, each.enskog
+            if math.isfinite(infinite.mean) and theory is not None:
+                rows.append((eta, "inf", "self_diffusion", *_beside(infinite, theory.self_diffusion), ""))
         return rows
 
     def remarks(self) -> list[str]:
-        """Return the remarks about the points, one line each."""
+        """Return what else is known of the points, and the remarks about them, one line each."""
         said: dict[str, None] = {}
         for each in self.table:
-            place = f"* eta = {each.packing_fraction:g}, N = {each.n}"
-            said |= dict.fromkeys(f"{place}: {remark}" for remark in each.remarks)
+            eta = f"* eta = {each.packing_fraction:g}"
+            if math.isfinite(each.erpenbeck_wood):
+                known = f"{each.erpenbeck_wood:.5g} by Erpenbeck and Wood's fit to simulations"
+                said[f"{eta}, N = inf: D is {known}"] = None
+            said |= dict.fromkeys(f"{eta}, N = {each.n}: {remark}" for remark in each.remarks)
         return list(said)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
@@ -102,3 +102,9 @@ class Transport(Measured):
         from carom.studies.coefficients.pictures import write_report
 
         write_report(self, Path(path))
+
+
+def _beside(value: Estimate, enskog: float) -> tuple[str, str, str]:
+    """Return a value, Enskog's and the ratio of the two, as text; the last two are empty where not known."""
+    known = math.isfinite(enskog)
+    return (value.value_text, *((f"{enskog:.5g}", f"{value.mean / enskog:.3f}") if known else ("", "")))

@@ -17,8 +17,7 @@ from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
 from carom.studies.executors import Stopped
 from carom.studies.tasks import Record, Task
-from carom.studies.temperature import bring_to_temperature, kT_between
-from carom.studies.worker import Stopwatch, refuse_other_version, simulation_of
+from carom.studies.worker import Stopwatch, equilibrate, refuse_other_version, simulation_of
 
 
 def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
@@ -51,12 +50,11 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     sim = simulation_of(task, _refuse_other_interactions, currents=True)
     scene = sim.scene
     every, stepped = task["every"], sim.machine.contents.stepped
+    equilibrate(sim, task, look)
     if stepped:
-        bring_to_temperature(sim, task["equilibration"], task["scene"].get("kT", 1.0), look)
         # Crossings of steps count as collisions, but carry little. So the length is in free times of cores.
         duration = task["collisions_per_particle"] * windows.PER_FREE_TIME * every / task["blocks"]
     else:
-        sim.run(collisions_per_particle=task["equilibration"], progress=look)
         duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
     count = max(int(duration / every), windows.SHORTEST)
     blocks = [_block(sim, every, count, look) for _ in range(task["blocks"])]
@@ -108,6 +106,7 @@ def _block(sim: Simulation, every: float, count: int, look: Callable[[object], N
     moments: HelfandMoments = sim.helfand(every=every, count=count, look=see, look_every=windows.FRAME)
     after = sim.tally
     lags = [lag for lag in windows.LAGS if lag * windows.SHORTEST <= count]
+    duration = after.duration - before.duration
     change = moments.pressure[-1] - moments.pressure[0]
     rate = float(f"{change / (every * (count - 1)):.6g}")  # near the mean, so that squares keep their digits
     found = mean_squares(moments, lags, rate)
@@ -120,8 +119,8 @@ def _block(sim: Simulation, every: float, count: int, look: Callable[[object], N
     return {
         "collisions": after.collisions - before.collisions,
         "virial": after.virial - before.virial,
-        "duration": after.duration - before.duration,
-        "kT": sim.kT if after.kT_time is None else kT_between(before, after),
+        "duration": duration,
+        "kT": sim.kT if before.kT_time is None else (after.kT_time - before.kT_time) / duration,
         "change": float(change),
         "rate": rate,
         "shear": found.shear.tolist(),

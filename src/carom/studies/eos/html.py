@@ -66,7 +66,7 @@ def document(study: Measured) -> str:
     """Return the report as one page of HTML."""
     rows = study.table
     species = study.records[0]["result"]["species"] if study.records else []
-    name = pictures.kind(study.spec.dimension, mixture=len(species) > 1)
+    name = pictures.kind(study.spec.dimension, study.spec.scene, mixture=len(species) > 1)
     title = f"Equation of state of {'a ' if len(species) > 1 else ''}{name}{composition(species)}"
     flagged = [row for row in rows if not row.equilibrated]
     parts = [

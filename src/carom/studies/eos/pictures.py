@@ -11,8 +11,9 @@ import numpy as np
 
 from carom import texts, theory
 from carom.errors import InputError
+from carom.models.interactions import from_table
 from carom.pictures import paper
-from carom.scene.description import particles
+from carom.scene import description
 from carom.studies.eos.measured import Measured
 from carom.studies.eos.table import Row, compared, finite_size_shift, usual_equation
 from carom.theory import Equation
@@ -75,14 +76,16 @@ def study(
     top.legend(loc="upper left", fontsize=8.5, framealpha=0.92, edgecolor="none")
     sizes = sorted({row.n for row in rows})
     shown = ", ".join(map(str, sizes)) if len(sizes) < 5 else f"{sizes[0]} to {sizes[-1]}"
-    name = kind(dimension, mixture=len(species) > 1)
+    name = kind(dimension, result.spec.scene, mixture=len(species) > 1)
     top.set_title(f"{name[0].upper()}{name[1:]}, $N$ = {shown}", fontsize=paper.TITLE)
     return paper.saved(figure, path)
 
 
-def kind(dimension: int, *, mixture: bool) -> str:
-    """Return what the particles are, e.g. "mixture of hard disks"."""
-    name = f"hard {particles(dimension)}"
+def kind(dimension: int, scene: Mapping[str, Any], *, mixture: bool) -> str:
+    """Return what the particles of a study with such a ``scene`` are, e.g. "mixture of hard disks"."""
+    given = scene.get("interaction")
+    interaction = from_table(given) if isinstance(given, Mapping) else given
+    name = description.kind(dimension, interaction=interaction)
     return f"mixture of {name}" if mixture else name
 
 

@@ -21,8 +21,7 @@ from carom.simulation.relaxation import StructuralRelaxation
 from carom.studies.eos.order import OrderParameter
 from carom.studies.executors import Stopped
 from carom.studies.tasks import Record, Task
-from carom.studies.temperature import bring_to_temperature
-from carom.studies.worker import Stopwatch, refuse_other_version, simulation_of
+from carom.studies.worker import Stopwatch, equilibrate, refuse_other_version, simulation_of
 
 MOST = 16
 """Largest length of a run on its way to the requested error, over the planned length."""
@@ -65,10 +64,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         sim = simulation_of(task)
         scene = sim.scene
         began_at = sim.frame().unwrapped
-        if sim.machine.contents.stepped:
-            bring_to_temperature(sim, task["equilibration"], task["scene"].get("kT", 1.0), look)
-        else:
-            sim.run(collisions_per_particle=task["equilibration"], progress=look)
+        equilibrate(sim, task, look)
         equilibration = sim.time
         moved = _moved(began_at, sim.frame())
         sampler = OrderParameter(scene.dimension) if task["frames"] else None

@@ -40,7 +40,14 @@ class RunResult:
     new: bool
 
     def _repr_html_(self) -> str:
-        names = ("compressibility_factor", "reduced_pressure", "contact_value", "collision_rate")
+        names = (
+            "potential_energy",
+            "temperature",
+            "compressibility_factor",
+            "reduced_pressure",
+            "contact_value",
+            "collision_rate",
+        )
         values = {name: self.summary[name] for name in names if self.summary[name]["mean"] is not None}
         shown = [(name.replace("_", " "), _with_error(value)) for name, value in values.items()]
         return table(f"Run of {self.summary['n']} particles in {self.folder}", shown)

@@ -26,11 +26,17 @@ from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistri
 from carom.observables.equilibrium import doubts_about, slow_structure
 from carom.observables.layers import Layers
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
+from carom.observables.potential_energy import (
+    PotentialEnergy,
+    PotentialEnergyEstimate,
+    without_potential,
+)
 from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.rdf import rdf
 from carom.observables.statistics import ratio
 from carom.observables.wall_pressure import obstacle_names
 from carom.plan.plan import Plan
+from carom.scene.description import kind
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
@@ -42,6 +48,9 @@ from carom.studies.runs.folder import RunFolder
 from carom.version import __version__
 
 T = TypeVar("T")
+
+OTHER = 0.01
+"""Part of a temperature by which the mean of a run may differ from it, and no sentence says so."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +78,9 @@ class Facts:
         The temperatures of species during the measured stretch.
     layers : Layers
         Sums over layers along a field, likewise.
+    energy_drift : float, optional
+        Change of the energy in the measured stretch relative to the kinetic one, if velocities were scaled
+        before it.
     without : str, optional
         Why there are no trajectories, if the plan left that open.
     """
@@ -83,6 +95,7 @@ class Facts:
     began: float
     thermometer: Thermometer
     layers: Layers
+    energy_drift: float | None = None
     without: str | None = None
 
 
@@ -122,6 +135,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
     """
     parts = _Parts()
     pressure = parts.of("pressure", lambda: pressure_of(facts.sim, facts.blocks), None)
+    energy = parts.of("potential energy", lambda: energy_of(facts.sim, facts.blocks), None)
     reason = without_rdf(facts.sim.scene, bool(facts.trajectories or facts.without))
     distributions: dict[str, RadialDistribution] = {}
     if reason is None:
@@ -133,7 +147,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
     if facts.plan.output.pictures:
         report("Drawing", 0.0)
         parts.of("pictures", lambda: _draw(folder, facts, pressure, distributions, _lines(compared)), None)
-    summary = _summary(facts, pressure, distributions, reason, phase, compared, parts)
+    summary = _summary(facts, pressure, energy, distributions, reason, phase, compared, parts)
     text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     with replacing(folder.summary) as temporary, writing(folder.summary):
         temporary.write_text(text, encoding="utf-8")
@@ -149,6 +163,11 @@ def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureEstimate | None
     """Return the pressure; None where there is none (:func:`no_pressure`), or nothing moves."""
     without = sim.kT == 0.0 or no_pressure(sim.scene) is not None
     return None if without else sim.estimate(Pressure(), blocks)
+
+
+def energy_of(sim: Simulation, blocks: list[Block]) -> PotentialEnergyEstimate | None:
+    """Return the potential energy; None where there is none."""
+    return None if without_potential(sim.scene) else sim.estimate(PotentialEnergy(), blocks)
 
 
 def no_pressure(scene: Scene) -> str | None:
@@ -260,6 +279,7 @@ def _compared(scene: Scene, phase: Phase | None) -> list[dict[str, Any]]:
 def _summary(
     facts: Facts,
     pressure: PressureEstimate | None,
+    energy: PotentialEnergyEstimate | None,
     distributions: dict[str, RadialDistribution],
     reason: str | None,
     phase: Phase | None,
@@ -268,12 +288,14 @@ def _summary(
 ) -> dict[str, Any]:
     sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
     statistics = sim.statistics
+    drift = statistics.energy_drift if facts.energy_drift is None else facts.energy_drift
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
     infinite = parts.of("Z of infinite size", lambda: _infinite(pressure, phase), None)
     none: list[dict[str, Any]] = []
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
-    doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure), list[str]())
+    doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure, energy), list[str]())
+    other = None if energy is None else _other_temperature(facts, energy.kT)
     missing = None if _decides(scene) else no_pressure(scene)
 
     def measured(name: str) -> dict[str, float | None]:
@@ -288,9 +310,11 @@ def _summary(
         "box": list(scene.box),
         "diameter": scene.diameter,
         "mass": scene.mass,
+        "system": kind(scene.dimension, scene.n, None if scene.usual("interaction") else scene.interaction),
         "kT": _temperature(facts, pressure),
         "thermal": _thermal(facts, pressure),
         "weight": facts.layers.weight,
+        "temperature": _number(None if energy is None else energy.kT),
         "equilibration": {"collisions": facts.equilibration[0], "time": facts.equilibration[1]},
         "collisions": sum(block.collisions for block in facts.blocks),
         "time": math.fsum(block.duration for block in facts.blocks),
@@ -298,6 +322,7 @@ def _summary(
         "trajectories": [path.name for path in facts.trajectories],
         "without_trajectory": facts.without,
         "relative_error": plan.run.relative_error,
+        "potential_energy": _number(None if energy is None else energy.per_particle),
         "compressibility_factor": measured("compressibility_factor"),
         "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),
         "compressibility_factor_infinite": _number(infinite),
@@ -308,7 +333,7 @@ def _summary(
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
         "remarks": [*doubts, *parts.remarks],
-        "note": (missing or "") if pressure is None else pressure.note,
+        "note": " ".join(filter(None, ((missing or "") if pressure is None else pressure.note, other))),
         "obstacles": borne,
         "layers": parts.of("layers", lambda: _layers(facts), none),
         "collisions_by_species": _by_species(sim),
@@ -317,7 +342,7 @@ def _summary(
         "phase": None if phase is None else phase.name,
         "phase_note": None if phase is None else _note(phase, scene),
         "theory": compared,
-        "energy_drift": _finite(statistics.energy_drift),
+        "energy_drift": _finite(drift),
         "momentum_drift": _finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
         "advancement_fraction": statistics.advancement_fraction,
@@ -328,10 +353,25 @@ def _summary(
     }
 
 
-def _doubts(facts: Facts, pressure: PressureEstimate | None) -> list[str]:
+def _other_temperature(facts: Facts, kT: Estimate) -> str | None:
+    """Return a sentence where a run came to another temperature than was asked for."""
+    asked, scene = facts.plan.scene.kT, facts.sim.scene
+    if asked is None or scene.velocities is not None or not abs(kT.mean - asked) > OTHER * asked:
+        return None
+    said = f"kT = {asked:g} was asked for, and its mean is {kT.mean:.4g}: kinetic and potential energy are"
+    if facts.plan.output.event_log:
+        return f"{said} exchanged, and velocities are not scaled where an event log is written."
+    if facts.energy_drift is None:
+        return f"{said} exchanged."
+    return f"{said} still being exchanged, so equilibrate longer."
+
+
+def _doubts(
+    facts: Facts, pressure: PressureEstimate | None, energy: PotentialEnergyEstimate | None
+) -> list[str]:
     """Return what speaks against the equilibrium of the run."""
     sim, scene = facts.sim, facts.sim.scene
-    said = [] if pressure is None else doubts_about(pressure)
+    said = [sentence for found in (pressure, energy) if found is not None for sentence in doubts_about(found)]
     if pressure is not None and pressure.steady:
         # Where the particles were when the stretch began is not kept: they move alike before and in it.
         part = math.fsum(block.duration for block in facts.blocks) / sim.time

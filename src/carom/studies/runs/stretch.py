@@ -14,9 +14,10 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from carom.block import Block
+from carom.block import Block, Energy
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR
+from carom.simulation import energy
 from carom.simulation.simulation import Simulation
 
 SEGMENTS = 1024
@@ -47,9 +48,13 @@ class Stretch:
     part : int
         Finished parts of the present segment.
     marks : list of (int, float, ...)
-        Collisions, virial and integral of kT so far (None where kT is constant), at the beginning of every
-        segment. With walls or obstacles also the impulse on each so far, the weighted momentum of each, and
-        the energy that each gave.
+        Collisions, virial and integral of kT so far (None where kT is constant), and potential energy and kT
+        now (None where there is no potential energy), at the beginning of every segment. With walls or
+        obstacles also the impulse on each so far, the weighted momentum of each, and the energy that each
+        gave.
+    rounds : list of tuple
+        Beginnings of the rounds that bring pairs on steps to a temperature
+        (:class:`carom.simulation.equilibration.Equilibration`).
     temperatures : list of tuple of float
         Temperatures of species at the end of every segment, if their masses differ.
     layers : list
@@ -67,6 +72,7 @@ class Stretch:
     step: float = 0.0
     part: int = 0
     marks: list[Any] = field(default_factory=list)
+    rounds: list[Any] = field(default_factory=list)
     temperatures: list[Any] = field(default_factory=list)
     layers: list[Any] = field(default_factory=list)
     equilibrated: tuple[int, float] | None = None
@@ -104,30 +110,36 @@ class Stretch:
         """Number of frames written up to the last mark."""
         return 0 if self.pilot else max(self.measured, 0) // self.per_frame
 
-    def blocks(self) -> list[Block]:
-        """Return the sums over each segment."""
+    def energy_drift(self, sim: Simulation) -> float:
+        """Return the change of the energy from the first mark to the last, over the kinetic one."""
+        half = 0.5 * sim.degrees_of_freedom
+        (first, kT), (last, later) = self.marks[0][3], self.marks[-1][3]
+        return abs(last + half * later - first - half * kT) / (half * kT)
+
+    def blocks(self, sim: Simulation) -> list[Block]:
+        """Return the sums over each segment of a simulation."""
         blocks = []
         for before, after in zip(self.marks, self.marks[1:], strict=False):
-            walls = [b - a for a, b in zip(before[3:], after[3:], strict=True)]
+            walls = [b - a for a, b in zip(before[4:], after[4:], strict=True)]
             third = len(walls) // 3
-            blocks.append(
-                Block(
-                    self.step,
-                    int(after[0] - before[0]),
-                    after[1] - before[1],
-                    tuple(walls[:third]),
-                    tuple(walls[third : 2 * third]),
-                    None if after[2] is None else after[2] - before[2],
-                    works=tuple(walls[2 * third :]),
-                )
+            block = Block(
+                self.step,
+                int(after[0] - before[0]),
+                after[1] - before[1],
+                tuple(walls[:third]),
+                tuple(walls[third : 2 * third]),
+                None if after[2] is None else after[2] - before[2],
+                works=tuple(walls[2 * third :]),
             )
+            first, last = (None if mark[3] is None else Energy(*mark[3]) for mark in (before, after))
+            blocks.append(block._replace(energy=energy.mean(first, last, block, sim.degrees_of_freedom)))
         return blocks
 
 
 def _sums(sim: Simulation) -> tuple[Any, ...]:
     """Return sums since the start; their differences do not depend on interruptions of a segment."""
     tally, scene = sim.tally, sim.scene
-    sums = int(tally.collisions), float(tally.virial), tally.kT_time
+    sums = int(tally.collisions), float(tally.virial), tally.kT_time, energy.now(sim.machine)
     if not (scene.walls or scene.obstacles):
         return sums
     found = sim.obstacles

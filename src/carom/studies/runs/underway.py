@@ -21,6 +21,7 @@ from carom.observables.statistics import Estimate
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 from carom.simulation.checkpoint import size, size_of_file
+from carom.simulation.equilibration import Equilibration, drifts
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.preparation import pace_of
 from carom.simulation.simulation import Simulation
@@ -191,7 +192,12 @@ class Run:
             self._look()
 
         look(0.0) if target else self._look()
-        if sim.collisions < target:
+        if self._brings_to_temperature():
+            assert self.plan.scene.kT is not None
+            rounds = Equilibration(sim, self.plan.scene.kT, target, self.stretch.rounds)
+            self.stretch.rounds = rounds.begun
+            rounds.run(look)
+        elif sim.collisions < target:
             sim.run(collisions=target - sim.collisions, progress=look)
         self.stretch.equilibrated = (sim.collisions, sim.time)
         wanted = self.plan.run.collisions_per_particle
@@ -200,6 +206,15 @@ class Run:
             self._begin(PILOT, self._duration(PILOT * block_collisions(sim.scene.n) * 2.0 / sim.scene.n))
         else:
             self._begin(self.stretch.segments, self._duration(wanted))
+
+    def _brings_to_temperature(self) -> bool:
+        """Tell whether pairs exchange energy, and a temperature was asked for that lasts.
+
+        An event log holds no scaled velocities.
+        """
+        sim = self.sim
+        asked = sim.scene.velocities is None and not self.plan.output.event_log
+        return asked and sim.machine.contents.stepped and drifts(sim) is None
 
     def _begin(self, segments: int, duration: float) -> None:
         """Begin a stretch, and save its beginning."""
@@ -255,7 +270,7 @@ class Run:
         """Return Z so far, or None where it never gets an error bar."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # short runs warn, but this one goes on
-            pressure = report.pressure_of(self.sim, self.stretch.blocks())
+            pressure = report.pressure_of(self.sim, self.stretch.blocks(self.sim))
         return None if pressure is None else pressure.primary
 
     def _late(self) -> bool:
@@ -301,7 +316,7 @@ class Run:
 
     def _finish(self) -> dict[str, Any]:
         stretch = self.stretch
-        blocks = stretch.blocks()
+        blocks = stretch.blocks(self.sim)
         assert stretch.equilibrated is not None
         facts = report.Facts(
             plan=self.plan,
@@ -314,6 +329,7 @@ class Run:
             began=self._began - self._before,
             thermometer=self.thermometer,
             layers=self.layers,
+            energy_drift=stretch.energy_drift(self.sim) if stretch.rounds else None,
             without=without_trajectory(
                 self.plan, self.sim.scene, self.formats, size_of_file(self.sim.machine)
             ),

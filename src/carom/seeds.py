@@ -1,0 +1,45 @@
+"""Independent streams of random numbers from one seed: one for each purpose.
+
+Places and velocities are often drawn with one seed. If both came from one stream, speeds would follow from
+places. So each purpose has a stream of its own, also apart from that of ``numpy.random.default_rng(seed)``,
+with which users draw places themselves.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator, SeedSequence, default_rng
+
+from carom import checks
+
+PURPOSES = {"places": 0, "velocities": 1, "pinned": 2, "growth": 3, "thermal surfaces": 4}
+"""The purposes and their numbers, which determine the bits of runs."""
+
+
+def stream(seed: Any, purpose: str) -> SeedSequence:
+    """Return the source of randomness of an integer seed for a purpose.
+
+    Raises
+    ------
+    InputError
+        If the seed is no integer >= 0: a run without a seed could not be repeated.
+    """
+    return SeedSequence(checks.integer(seed, "seed", low=0), spawn_key=(PURPOSES[purpose],))
+
+
+def generator(seed: Any, purpose: str) -> Generator:
+    """Return a random generator from a seed for a purpose, or the Generator given.
+
+    Raises
+    ------
+    InputError
+        If it is neither an integer >= 0 nor a Generator.
+    """
+    return seed if isinstance(seed, Generator) else default_rng(stream(seed, purpose))
+
+
+def word(seed: int, purpose: str) -> int:
+    """Return 63 random bits from a seed for a purpose, for draws in compiled code."""
+    return int(stream(seed, purpose).generate_state(1, np.uint64)[0] >> np.uint64(1))
