@@ -45,6 +45,7 @@ from carom.models.shaken import Shaken
 from carom.models.steps import Steps
 from carom.models.surfaces import Surface, Thermal
 from carom.models.wells import StepTable
+from carom.simulation import own_models
 
 SCENE = carom.Scene.random(30, 2, packing_fraction=0.3, seed=1)
 PLACES = carom.Scene.random(10, box=(8.0, 6.0), seed=1).positions
@@ -83,6 +84,8 @@ def _(pair: Cores, i, j, rr, rv, now):
         return 1.1 * a, 1.1 * b, 1.1 * virial
     if pair.fault == "clay":
         return 0.75 * a, 0.75 * b, 0.75 * virial
+    if pair.fault == "unlike" and pair.masses[i] != pair.masses[j]:
+        return a, b, -virial
     if pair.fault == "backwards":
         return -a, -b, -virial
     return a, b, {"sign": -virial, "size": 0.5 * virial}.get(pair.fault, virial)
@@ -120,6 +123,12 @@ def test_a_wrong_pair_is_named_by_check_and_refused_by_a_simulation(fault, condi
     assert condition in conditions(Mine(fault))
     with pytest.raises(InputError, match=r"condition of carom\.check"):
         carom.Simulation(SCENE.with_(interaction=Mine(fault)))
+
+
+def test_one_unlike_component_among_many_is_tried():
+    heavy = np.where(np.arange(SCENE.n) == 17, 2.0, 1.0)
+    carom.explain(SCENE.with_(interaction=Mine("unlike")))
+    refused(SCENE.with_(interaction=Mine("unlike"), mass=heavy), "virial")
 
 
 def test_a_right_pair_passes_though_its_contacts_may_lose_energy():
@@ -417,6 +426,17 @@ def test_a_wrong_obstacle_is_named_by_check_and_refused_by_a_simulation(fault, c
     assert conditions(Floor(fault)) == {condition}
     refused(OPEN.with_(obstacles=[Floor(fault)]), condition)
     refused(OPEN.with_(obstacles=[Surface(Floor(fault), Loss(0.9, contact_time=1e-3))]), condition)
+
+
+def test_obstacles_of_carom_are_not_tried_by_a_simulation(monkeypatch):
+    tried = []
+    monkeypatch.setattr(own_models, "refuse_obstacle", lambda value, *_: tried.append(value.name))
+    usual = (
+        Plane((0.0, 1.0), 0.5, "usual"),
+        Shaken(Ball((4.0, 0.5), 0.25, "shaken"), (0, 1), Sine(0.1, 1.0)),
+    )
+    carom.explain(OPEN.with_(obstacles=[*usual, Surface(Floor(name="own"), Loss(0.9, contact_time=1e-3))]))
+    assert tried == ["own"]
 
 
 def test_a_gap_of_the_wrong_sign_is_found():

@@ -10,7 +10,7 @@ import carom
 from carom.models.bonds import Bonds, chains
 from carom.models.contact import exchange, first_contact
 from carom.models.gravity import Gravity
-from carom.models.interface import NEVER, core_square, interaction_time, jump
+from carom.models.interface import NEVER, core_square, growth, interaction_time, jump
 from carom.models.obstacles import Ball, Plane
 from carom.models.paths import Sine
 from carom.models.shaken import Shaken
@@ -137,10 +137,13 @@ def test_states_at_the_end_of_runs_are_kept_until_somebody_asks():
 
 def test_few_of_many_states_are_kept_and_evenly():
     sim, depths = carom.Simulation(in_a_row(2), seed=1), Depths()
-    for _ in range(1000):
+    for k in range(1000):
+        sim.machine.clock.offset = float(k)
         depths.keep(sim.machine)
         assert len(depths._kept) <= MOST
-    assert len(depths._kept) >= MOST // 2 - 1
+    apart = np.diff([0.0, *(float(sim.machine.unit.to_kernel(state.instant, 1)) for state in depths._kept)])
+    assert len(apart) >= MOST // 2
+    assert apart.max() <= 2.0 * 1000.0 / MOST
 
 
 class Forgetful(NamedTuple):
@@ -165,6 +168,53 @@ def _(pair: Forgetful, i, j, rr, rv, vv, now):
 @jump.register
 def _(pair: Forgetful, i, j, rr, rv, now):
     return exchange(pair, i, j, rr, rv)
+
+
+class Widening(NamedTuple):
+    """Cores whose diameter grows by a tenth in a unit of the engine's time."""
+
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+@core_square.register
+def _(pair: Widening, i, j, now):
+    return (1.0 + 0.1 * now) ** 2
+
+
+@interaction_time.register
+def _(pair: Widening, i, j, rr, rv, vv, now):
+    contact = 1.0 + 0.1 * now
+    return first_contact(rr - contact * contact, rv - 0.1 * contact, vv - 0.01)
+
+
+@jump.register
+def _(pair: Widening, i, j, rr, rv, now):
+    return exchange(pair, i, j, rr, rv - 0.1 * np.sqrt(rr))
+
+
+@growth.register
+def _(pair: Widening, i):
+    return 0.05
+
+
+class Widen:
+    def reach(self, scene):
+        return 2.0
+
+    def model(self, particles):
+        return Widening(particles.with_ghost(particles.radii), particles.with_ghost(particles.masses))
+
+
+def test_cores_are_those_of_the_time_of_the_state():
+    sim = carom.Simulation(in_a_row(2, interaction=Widen()), seed=1)
+    x = sim.machine.engine.state.rows["x"]
+    before = np.array(x[1])
+    put(sim, 1, x[0] + np.array([0.0, 1.0 - DEPTH]))
+    sim.machine.depths.keep(sim.machine)
+    x[1] = before
+    sim.machine.engine.state.rows["t"] = sim.machine.clock.offset = 2.0
+    assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
 class Cores:

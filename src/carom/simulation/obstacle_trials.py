@@ -259,7 +259,8 @@ def gaps_of(
 def is_own(value: Any) -> bool:
     """Tell whether an obstacle, what it covers, or its path is of a class of the user's."""
     while True:
-        if choice.is_own(value) or choice.is_own(getattr(value, "path", None)):
+        path = getattr(value, "path", None)
+        if choice.is_own(value) or (path is not None and choice.is_own(path)):
             return True
         if not hasattr(value, "obstacle"):
             return False
