@@ -187,10 +187,10 @@ def forked(body):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 def test_a_forked_process_has_threads_of_its_own():
     # Those of the parent are not there, and were waited for.
-    crew = Crew(2)
+    crew, meeting = Crew(2), threading.Barrier(2)
 
     def both():
-        return int(crew.each(lambda k: k, halt=lambda: None) != [0, 1])
+        return int(sorted(crew.each(lambda k: meeting.wait(), halt=lambda: None)) != [0, 1])
 
     def both_and_close():
         code = both()

@@ -274,10 +274,12 @@ def test_a_cache_folder_that_is_gone_is_no_reason_to_stop(tmp_path, monkeypatch)
 
 def test_a_helper_is_compiled_anew_after_an_edit_to_its_file(folder):
     text = "import numba\nfrom carom.jit import compiled\ndef twice(x):\n    return 2.0 * x\n"
-    (folder / "helper.py").write_text(text + "print(compiled(twice, 'f8(f8)')(1.5))\n")
-    assert run(folder, "import helper") == "3.0"
-    edit(folder / "helper.py", "2.0 * x", "4.0 * x")
-    assert run(folder, "import helper") == "6.0"
+    (folder / "helper.py").write_text(text + "print(compiled(twice, numba.f8(numba.f8))(1.5))\n")
+    # One of Carom's, whose code is not followed.
+    trusting = "from carom.compiling import origins; origins.TRUSTED |= {'helper'}; import helper"
+    assert run(folder, trusting) == "3.0"
+    edit(folder / "helper.py", "2.0 * x", "40.0 * x")
+    assert run(folder, trusting) == "60.0"
 
 
 def _climb(digest):

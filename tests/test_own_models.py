@@ -461,7 +461,13 @@ class Plain(NamedTuple):
 @interaction_time.register
 def _(pair: Plain, i, j, rr, rv, vv, now):
     smaller, larger = (i, j) if i < j else (j, i)
-    found = pair.table[i, j] + 10.0 * ((i + j) % 3) + 100.0 * (larger - smaller) + 1000.0 * (j // 2 - i)
+    found = (
+        pair.table[i, j]
+        + 1e4 * pair.table[(i + j) % 8, i ^ j]
+        + 10.0 * ((i + j) % 3)
+        + 100.0 * (larger - smaller)
+        + 1000.0 * (j // 2 - i)
+    )
     return found + 0.5 * pair.radii[i] + pair.radii[j]
 
 
