@@ -1,5 +1,6 @@
 """What ``carom.check`` finds in models of one's own, and that a simulation finds it, too."""
 
+import itertools
 import math
 import warnings
 from dataclasses import dataclass
@@ -7,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from test_own_faults import Curved, Drag, DragCores, Parity
 
 import carom
@@ -20,6 +22,7 @@ from carom.models.interface import (
     IN,
     NEVER,
     OUT,
+    carry,
     core_square,
     encounter,
     exchanged_part,
@@ -129,6 +132,11 @@ def test_one_unlike_component_among_many_is_tried():
     heavy = np.where(np.arange(SCENE.n) == 17, 2.0, 1.0)
     carom.explain(SCENE.with_(interaction=Mine("unlike")))
     refused(SCENE.with_(interaction=Mine("unlike"), mass=heavy), "virial")
+
+
+def test_an_interaction_of_ones_own_is_not_replaced_by_cores_that_grow():
+    with pytest.raises(InputError, match="growth is of Carom's hard cores, and the interaction is a Mine"):
+        carom.Simulation(SCENE.with_(interaction=Mine()), growth=0.1)
 
 
 def test_a_right_pair_passes_though_its_contacts_may_lose_energy():
@@ -285,7 +293,7 @@ class Bent(NamedTuple):
     wrong_at: str
 
 
-for question in (position, velocity, carom.models.interface.carry):
+for question in (position, velocity, carry):
     question.register(Bent, question.registry[type(Curved(images=True).model(SCENE))])
 
 
@@ -301,6 +309,58 @@ def test_curves_are_tried_with_and_without_growth():
     assert conditions(Bending(images=False), dimensions=(2,)) == set()
     for wrong_at in ("rest", "growth"):
         assert "first" in conditions(Bending(images=False, wrong_at=wrong_at), dimensions=(2,))
+
+
+class Turn(NamedTuple):
+    """Charges of one frequency in a magnetic field, in the plane."""
+
+    w: float
+    edge: float
+
+
+for question in (position, velocity):
+    question.register(Turn, question.registry[Bent])
+
+
+@carry.register
+def _(motion: Turn, x, v, t, there, then):
+    s, c = math.sin(motion.w * t), 2.0 * math.sin(0.5 * motion.w * t) ** 2
+    vx, vy = v[0], v[1]
+    there[0], there[1] = x[0] + (vx * s + vy * c) / motion.w, x[1] + (vy * s - vx * c) / motion.w
+    then[0], then[1] = vx + vy * s - vx * c, vy - vx * s - vy * c
+    return there, then, 0.0
+
+
+@meeting_time.register
+def _(motion: Turn, me, other, now, contact, rate, limit, span):
+    def gap(t):
+        apart = [carry(motion, each.x, each.v, t, np.empty(2), np.empty(2))[0] for each in (other, me)]
+        return math.dist(*apart) - contact - rate * t
+
+    times = np.linspace(0.0, 2.0 * math.pi / motion.w, 200)
+    for before, after in itertools.pairwise(times.tolist()):
+        if gap(before) > 0.0 >= gap(after):
+            return brentq(gap, before, after, xtol=1e-14), False
+    return NEVER, False
+
+
+class Magnetic:
+    straight, curved = False, True
+
+    def conserves(self, axis):
+        return False
+
+    def model(self, particles):
+        return Turn(1.5, float(particles.box[1]))
+
+
+def test_a_motion_in_the_plane_passes_though_nobody_names_the_dimension():
+    report = carom.check(Magnetic(), pairs=20)
+    assert report.passed, report
+    assert report.tried["first"] > 5
+    assert "III" in conditions(Magnetic(), dimensions=(3,))
+    with pytest.raises(InputError, match=r"Magnetic fails where Carom asks it .* IndexError"):
+        carom.check(Magnetic(), dimensions=(1,))
 
 
 class Part(NamedTuple):

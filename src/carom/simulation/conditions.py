@@ -38,6 +38,9 @@ COMPONENTS = 8
 GROWTH = 0.05
 """Rate at which the diameters of half of the pairs on curves grow at most."""
 
+UP_TO_FOUR = (1, 2, 3, 4)
+"""Dimensions that are tried."""
+
 EDGE = 20.0
 """Edge of the box in which pairs are tried [length]."""
 
@@ -78,7 +81,7 @@ def check(
     value: Any,
     *,
     motion: Any = None,
-    dimensions: tuple[int, ...] = (1, 2, 3, 4),
+    dimensions: tuple[int, ...] | None = None,
     pairs: int = 200,
     seed: int = 0,
 ) -> Conditions:
@@ -95,9 +98,9 @@ def check(
     motion : motion, optional
         How components move: an interaction or an obstacle may be right in one motion only. By default they
         fly freely.
-    dimensions : tuple of int
-        Dimensions to test. A motion with a value for each axis is tested up to its number of axes, and an
-        obstacle where it fits.
+    dimensions : tuple of int, optional
+        Dimensions to test; by default those from 1 to 4 in which the model can be. A motion with a value for
+        each axis is tested up to its number of axes, and an obstacle where it fits.
     pairs : int
         Number of pairs, or of flights towards an obstacle, in each dimension.
     seed : int
@@ -121,6 +124,7 @@ def check(
     >>> check(HardCores()).passed
     True
     """
+    given, dimensions = dimensions, UP_TO_FOUR if dimensions is None else dimensions
     if not isinstance(dimensions, tuple | list):
         raise InputError(f"dimensions must be a tuple of integers, found {checks.describe(dimensions)}.")
     for each in dimensions:
@@ -137,21 +141,48 @@ def check(
         if kind == "obstacle":
             _check_obstacle(value, flight, dimensions, pairs, seed, record)
         else:
-            for d in dimensions:
-                rng = np.random.default_rng([seed, d])
-                some = _some(rng, d)
-                moving = _setting(value if kind == "motion" else flight, some)
-                if moving is not None:
-                    _TRIED[kind](value, some, moving, pairs, rng, record)
+            found = _settings(value, value if kind == "motion" else flight, dimensions, seed, given is None)
+            for some, moving, rng in found:
+                _TRIED[kind](value, some, moving, pairs, rng, record)
     if motion is not None and choice.is_own(motion):
         with in_plain_python(motion):
-            for d in dimensions:
-                rng = np.random.default_rng([seed, d])
-                moving = _setting(motion, _some(rng, d))
-                if moving is not None:
-                    for _ in range(pairs):
-                        try_flight(moving, record, rng, relative=kind != "interaction")
+            for _, moving, rng in _settings(motion, motion, dimensions, seed, given is None):
+                for _ in range(pairs):
+                    try_flight(moving, record, rng, relative=kind != "interaction")
     return Conditions(record.tried, tuple(record.failures.values()))
+
+
+def _settings(
+    value: Any, flight: Any, dimensions: tuple[int, ...], seed: int, skip: bool
+) -> list[tuple[Particles, Setting, np.random.Generator]]:
+    """Return components, how they move, and a generator, for each dimension in which a value can be.
+
+    Its ``model`` may ask for more axes than there are. With ``skip`` those dimensions are left out, too, of
+    which curves do not fill all axes.
+    """
+    found, why = [], None
+    for d in dimensions:
+        rng = np.random.default_rng([seed, d])
+        some = _some(rng, d)
+        try:
+            value.model(some)
+            moving = _setting(flight, some)
+        except IndexError as error:
+            why = error
+            continue
+        if moving is None or (skip and moving.curved and not _fills(moving)):
+            continue
+        found.append((some, moving, rng))
+    if not found and why is not None:
+        raise why
+    return found
+
+
+def _fills(moving: Setting) -> bool:
+    """Tell whether ``carry`` of a curved motion fills all coordinates."""
+    x = 0.5 * moving.box + np.linspace(0.1, 0.9, moving.dimension) * moving.size
+    places, speeds = moving.moved(x[None], np.full((1, moving.dimension), moving.speed), 0.5)
+    return bool(np.isfinite(places).all() and np.isfinite(speeds).all())
 
 
 def _setting(flight: Any, some: Particles) -> Setting | None:

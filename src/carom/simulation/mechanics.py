@@ -43,9 +43,9 @@ class Statistics:
     collisions_per_second : float
         Pair collisions per second of wall time spent in the engine.
     worst_overlap : float
-        Deepest overlap, in diameters: of two cores at a collision, and, if it exceeds rounding, of any two or
-        with a wall or an obstacle, in the present state and in (up to 64) states at the end of runs and of
-        samples. A collision that was lost shows here only.
+        Deepest overlap, in diameters. It is that of two cores at a collision. If it exceeds rounding, it is
+        that of any two, or with a wall or an obstacle: now, or where a run or a sample ended (of many ends,
+        64 are looked at). A collision that was lost shows here only.
     energy_drift : float
         Change of the energy, kinetic and potential, since the start, relative to the kinetic one. What
         inelastic contacts lost, and growth and ``rescale()`` added, is included.

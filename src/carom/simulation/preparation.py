@@ -117,8 +117,8 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
     Raises
     ------
     InputError
-        If a rate is negative or not a number, or they are not one a component, or the scene has a contact
-        matrix.
+        If a rate is negative or not a number, or they are not one a component. If the scene has a contact
+        matrix, pinned components or an interaction of one's own.
     """
     if growth is None:
         return None
@@ -133,6 +133,11 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         raise InputError("growth is not defined for a scene with pinned components; leave one of them out.")
     if scene.contact is not None:
         raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
+    if choice.is_own(scene.interaction) and rates.any():
+        raise InputError(
+            f"growth is of Carom's hard cores, and the interaction is a {type(scene.interaction).__name__}, "
+            "which would be replaced by them; leave one of them out."
+        )
     rates = 0.5 * rates
     return rates if rates.any() else None
 

@@ -8,7 +8,7 @@ on its components. Both do it here, so that what the one refuses the other refus
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import SimpleNamespace
@@ -182,7 +182,10 @@ def carried(motion: Any, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.nda
 
 
 def time_of(question: Callable[..., Any], *arguments: Any) -> float:
-    """Return the time that a question answers; NEVER where Python finds no number: compiled code goes on."""
+    """Return the time that a ``question`` answers to ``arguments``.
+
+    It is NEVER where Python finds no number: compiled code goes on.
+    """
     try:
         answer = question(*arguments)
     except (ArithmeticError, ValueError):
@@ -192,7 +195,7 @@ def time_of(question: Callable[..., Any], *arguments: Any) -> float:
 
 
 def number_of(question: Callable[..., Any], *arguments: Any) -> float:
-    """Return the number that a question answers, and no number where Python finds none."""
+    """Return the number that a ``question`` answers to ``arguments``, or NaN where Python finds none."""
     try:
         return float(question(*arguments))
     except (ArithmeticError, ValueError):
@@ -200,12 +203,12 @@ def number_of(question: Callable[..., Any], *arguments: Any) -> float:
 
 
 def same(a: float, b: float) -> bool:
-    """Tell whether two numbers are the same but for rounding."""
+    """Tell whether the numbers ``a`` and ``b`` are the same but for rounding."""
     return bool(a == b or abs(a - b) <= TOLERANCE * max(abs(a), abs(b)))
 
 
 def direction(rng: np.random.Generator, d: int) -> np.ndarray:
-    """Return a random unit vector, (d,)."""
+    """Return a unit vector (d,) from ``rng``."""
     u = rng.normal(size=d)
     return u / np.linalg.norm(u)
 
@@ -226,7 +229,7 @@ def copied(model: Any) -> Any:
 
 @contextmanager
 def in_plain_python(value: Any) -> Iterator[None]:
-    """Ask functions of the user's, in plain Python and as compiled code computes: without errors of floats.
+    """Ask the functions of a ``value`` in plain Python, as compiled code computes: without errors of floats.
 
     Raises
     ------
@@ -248,7 +251,21 @@ def in_plain_python(value: Any) -> Iterator[None]:
 def try_impact(
     law: Any, value: Any, setting: Setting, record: Record, rng: np.random.Generator, i: int, j: int
 ) -> None:
-    """Try the part of the momentum that a contact law exchanges, for components i and j at a random speed."""
+    """Try the part of the momentum that a contact law exchanges.
+
+    Parameters
+    ----------
+    law, value : model and impact
+        The contact law.
+    setting : Setting
+        The components.
+    record : Record
+        Where results go.
+    rng : numpy Generator
+        Where the speed comes from.
+    i, j : int
+        The two.
+    """
     distance = setting.size * rng.uniform(0.5, 2.0)
     speed = setting.speed * 10.0 ** rng.uniform(-6.0, 2.0)
     rr, rv = np.float64(distance * distance), np.float64(-speed * distance)
@@ -257,8 +274,3 @@ def try_impact(
         record.note("part", setting.dimension, part >= 0.5 - TOLERANCE, **facts)
         if not getattr(value, "adds_energy", False):
             record.note("gain", setting.dimension, not part > 1.0 + TOLERANCE, **facts)
-
-
-def without(failures: Sequence[Failure], *conditions: str) -> list[Failure]:
-    """Return the failures of other conditions."""
-    return [failure for failure in failures if failure.condition not in conditions]
