@@ -131,6 +131,11 @@ def test_an_obstacle_stands_for_the_walls_that_it_gets_to():
     assert standing(Shaken(floor_at(2, 1, 0, 0.3), (0.0, 1.0), Sine(0.3, 1.0))) == hidden
     assert standing(Shaken(floor_at(2, 1, 0, 0.3), (0.0, 1.0), Sine(0.29, 1.0))) == {}
     assert standing(Shaken(floor, (1.0, 0.0), Sine(0.3, 1.0))) == hidden
+    for way in (-1.0, 1.0):
+        for side in (0, 1):
+            before = floor_at(2, 1, side, 0.3)
+            assert standing(Surface(Shaken(before, (0.0, way), Sine(0.4, 1.0)), LOSS)) == {(1, side): 0}
+            assert standing(Shaken(before, (0.0, way), Sine(0.2, 1.0))) == {}
     assert len(standing(SphericalContainer((0.5 * EDGE,) * 2, 0.5 * EDGE))) == 4
     assert standing(SphericalContainer((0.5 * EDGE,) * 2, 0.4 * EDGE)) == {}
     assert standing(Flypaper()) == hidden

@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from carom.frame import Frame
 from carom.models.gravity import Gravity
 from carom.observables.layers import GROUPS, MOST, Layers, weight
 from carom.plan.plan import Plan
+from carom.simulation.mechanics import Impacts
+from carom.studies.runs.stretch import Stretch
 
 
 def frame_of(scene, places, velocities, masses):
@@ -138,6 +141,19 @@ def test_a_run_shows_the_bed_and_a_resumed_one_the_same(tmp_path):
     assert "granular kT/mgσ" in shown
     assert "±  ?" not in shown
     assert "± ?" not in shown
+
+
+def test_a_block_has_what_each_wall_took_up_and_gave_in_it():
+    scene = carom.Scene([[2.0, 2.0]], 4.0, periodic=[True, False])
+    still = frame_of(scene, scene.positions, np.zeros((1, 2)), np.ones(1))
+    stretch = Stretch(1, 1, 1, step=2.0)
+    for k in (1, 3):
+        walls = [Impacts("lower", k, 1.0 * k, 10.0 * k), Impacts("upper", k, 2.0 * k, 20.0 * k)]
+        tally = carom.Block(1.0, k, 0.5 * k, kT_time=None)
+        stretch.mark(SimpleNamespace(tally=tally, scene=scene, obstacles=walls, frame=lambda: still))
+    (block,) = stretch.blocks()
+    assert (block.collisions, block.virial, block.impulses, block.works) == (2, 1.0, (2.0, 4.0), (20.0, 40.0))
+    assert block.momentum_changes == (0.0, 0.0)
 
 
 def test_a_pressure_on_what_nothing_hit_says_so():
