@@ -145,21 +145,19 @@ def test_the_note_does_not_say_that_a_gas_cools_which_a_surface_heats():
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5])
 def test_sizes_of_a_block_are_their_exact_means_over_it(dimension):
     first, growth, duration, unit = np.array([1.0, 0.5, 0.8]), np.array([0.1, 0.3, 0.0]), 2.0, TimeUnit(3)
-    scene = SimpleNamespace(dimension=dimension, volume=20.0)
     contents = SimpleNamespace(rates=unit.to_kernel(0.5 * growth, -1))
-    found = mechanics.sizes(SimpleNamespace(scene=scene, contents=contents, unit=unit), first, duration)
+    scene = SimpleNamespace(dimension=dimension, volume=20.0)
+    machine = SimpleNamespace(scene=scene, contents=contents, unit=unit)
+    found = mechanics.sizes(machine, first, duration)
     last = first + growth * duration
 
     def mean(power, a, b):
         return (b ** (power + 1) - a ** (power + 1)) / ((power + 1) * (b - a)) if b > a else a**power
 
     means = [mean(dimension, a, b) for a, b in zip(first, last, strict=True)]
-    assert found.packing_fraction == pytest.approx(
-        theory.ball_volume(dimension, 1.0) * sum(means) / 20.0, rel=1e-13
-    )
+    filled = theory.ball_volume(dimension, 1.0) * sum(means)
+    assert found.packing_fraction == pytest.approx(filled / 20.0, rel=1e-13)
     assert found.cube == pytest.approx(means[0], rel=1e-13)  # the first is the largest all the time
     assert not found.equal
     contents.rates[:] = contents.rates[0]
-    assert mechanics.sizes(
-        SimpleNamespace(scene=scene, contents=contents, unit=unit), first * 0 + 1, 1.0
-    ).equal
+    assert mechanics.sizes(machine, np.ones(3), 1.0).equal

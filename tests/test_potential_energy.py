@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from types import SimpleNamespace
 
 import full_run
 import numpy as np
@@ -10,10 +11,15 @@ import pytest
 
 import carom
 from carom import studies
+from carom.block import Block, Energy
 from carom.errors import InputError
 from carom.models.gravity import Gravity
+from carom.observables import Estimate
 from carom.plan.plan import Plan
 from carom.scene.description import kind
+from carom.simulation.precise import merged
+from carom.studies.runs.report import _other_temperature
+from carom.studies.runs.stretch import Stretch
 from carom.wells import Bonds, SquareWell, Steps, StepTable, chains
 
 EDGE = 5.0
@@ -163,6 +169,32 @@ def test_where_nothing_has_a_potential_energy_none_is_measured():
     well = carom.Simulation(carom.Scene.fcc(3, density=0.3).with_(interaction=SquareWell()))
     with pytest.raises(InputError, match=r"Simulation\.blocks"):
         well.estimate(carom.PotentialEnergy(), [well.run(collisions=10)])
+
+
+def test_neighbouring_blocks_of_any_length_have_the_means_of_both():
+    one, other = (Block(t, 3, 1.0, energy=Energy(u, kT)) for t, u, kT in ((1.0, -2.0, 1.0), (3.0, -4.0, 2.0)))
+    assert merged(one, other).energy == Energy(-3.5, 1.75)
+    assert merged(one, other._replace(energy=None)).energy is None
+
+
+@pytest.mark.parametrize("heat", [None, 3.0])
+def test_a_segment_has_the_mean_energy_of_both_of_its_ends(heat):
+    # Collisions, virial, integral of kT; potential energy and kT now: the energy rises from -4 to 0.
+    marks = [(0, 0.0, heat and 1.0, (-10.0, 1.0)), (5, 2.0, heat and 1.0 + heat, (-8.0, 4 / 3))]
+    stretch = Stretch(1, 1, 1, step=2.0, marks=marks)
+    (block,) = stretch.blocks(SimpleNamespace(degrees_of_freedom=12))
+    assert block.energy.kT == pytest.approx(1.5 if heat else 7 / 6)
+    assert block.energy.potential == pytest.approx(-2.0 - 9.0 if heat else -9.0)
+    assert stretch.energy_drift(SimpleNamespace(degrees_of_freedom=12)) == pytest.approx(4.0 / 6.0)
+
+
+@pytest.mark.parametrize(("kT", "told"), [(1.98, True), (1.995, False), (2.005, False), (2.02, True)])
+def test_a_temperature_that_is_missed_either_way_is_told(kT, told):
+    plan = SimpleNamespace(scene=SimpleNamespace(kT=2.0), output=SimpleNamespace(event_log=False))
+    sim = SimpleNamespace(scene=SimpleNamespace(velocities=None))
+    said = _other_temperature(SimpleNamespace(plan=plan, sim=sim, energy_drift=1e-15), Estimate.exact(kT))
+    assert (said is not None) == told
+    assert not told or f"its mean is {kT}" in said
 
 
 WELLS = """
