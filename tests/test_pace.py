@@ -9,7 +9,7 @@ from engine_cases import moving
 import carom
 from carom.engine import constants, cycle
 from carom.engine.parts import arrays
-from carom.simulation import pace
+from carom.simulation import loop, pace
 
 
 class Clock:
@@ -77,6 +77,37 @@ def test_what_is_given_up_is_given_up_at_the_same_event(monkeypatch):
     assert ends[0] == ends[1]
 
 
+class Looked(Exception):
+    """Raised where a run looks at whether it comes nearer to its end."""
+
+
+@pytest.mark.parametrize("count", [1, 30, 20_000])
+def test_a_run_looks_around_after_the_same_work_whatever_a_call_overdraws(count, monkeypatch):
+    spent = 0
+
+    def run(*arguments):
+        # What happens takes seven cycles each time, whether or not so many are left.
+        nonlocal spent
+        left = int(arguments[-1])
+        while left > 0:
+            left, spent = left - 7, spent + 7
+        return constants.SPENT, left
+
+    def look(machine):
+        raise Looked
+
+    scene = carom.Scene([[1.0, 1.0], [5.0, 5.0]], (9.0, 9.0), velocities=[[1.0, 0.0], [1.5, 0.0]])
+    sim = carom.Simulation(scene, neighbors="sectors")
+    sim.machine.pace.count = count
+    monkeypatch.setattr(pace.Pace, "__exit__", lambda self, *error: None)
+    monkeypatch.setattr(cycle, "run", run)
+    monkeypatch.setattr(loop, "CYCLES", 100)
+    monkeypatch.setattr(loop, "_patience", look)
+    with pytest.raises(Looked):
+        sim.run(collisions=5)
+    assert spent == 105
+
+
 def test_epochs_in_which_nothing_happens_count_as_cycles():
     # After a contact that leaves a millionth of the speed, thousands of epochs are empty.
     scene = carom.Scene(
@@ -88,8 +119,8 @@ def test_epochs_in_which_nothing_happens_count_as_cycles():
     )
     sim = carom.Simulation(scene)
     sim.run(collisions=1)
-    far, begun = np.int64(2**62), int(sim.machine.engine.state.clock[0].epoch)
-    code, left = cycle.run(*sim.machine.engine, None, far, 0.0, far, np.int64(100))
+    begun = int(sim.machine.engine.state.clock[0].epoch)
+    code, left = cycle.run(*sim.machine.engine, None, np.int64(2**62), 0.0, np.int64(2), np.int64(100))
     assert code == constants.SPENT
     assert left <= 0
     assert int(sim.machine.engine.state.clock[0].epoch) - begun <= 100

@@ -481,6 +481,8 @@ def test_steps_beyond_the_digits_of_a_thermal_energy_are_refused(depth, kT):
     rest = np.broadcast_to([abs(depth) ** 0.5, 0.0, 0.0], scene.positions.shape)
     for velocities in (0.0 * rest, rest):
         assert carom.Simulation(scene.with_(velocities=velocities)).kT == 0.0
+    noise = rest * (1.0 + 1e-15 * np.arange(scene.n)[:, None])
+    assert 0.0 < carom.Simulation(scene.with_(velocities=noise)).kT < 1e-20 * abs(depth)
 
 
 def test_a_scene_without_steps_has_none_of_it():

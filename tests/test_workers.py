@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.windows.desk import LATEST, PAST, PLACE, TIME, WHOSE
+from carom.engine.calendar import make_calendar, narrow
+from carom.engine.windows.desk import LATEST, PAST, PLACE, TIME, WHOSE, PartCalendar
 from carom.engine.windows.parts import stop
 from carom.engine.windows.slabs import OUTER, OWN, RIM, ZONES, most_slabs, slabs_of, touch_of
 from carom.engine.windows.turns import in_order, in_own_order
@@ -93,6 +94,16 @@ def test_thousands_collide_at_the_same_instant_in_all_parts():
     assert_same_bits(alone, together)
     assert together.collisions == 3 * scene.n // 2
     assert shares.windows > 0
+
+
+def test_parts_keep_the_width_of_their_buckets():
+    # All lay out their windows at the same times: one whose lines run out gets more of them.
+    plain = make_calendar(10, 0.25)
+    part = PartCalendar(*plain, *[None] * (len(PartCalendar._fields) - len(plain)))
+    assert not narrow(part, 8.0)
+    assert plain.control.width[0] == 0.25
+    assert narrow(plain, 8.0)
+    assert plain.control.width[0] == 0.125
 
 
 def test_workers_count_what_one_counts():

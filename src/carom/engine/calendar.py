@@ -311,11 +311,10 @@ def narrow(calendar, longest):
 
 @inner
 def crowded(calendar):
-    """Return whether a window that was laid out has too few lines: some entries are missing, or it would have
-    to be laid out again after a few events.
+    """Return whether a window that was laid out has too few lines: they are all used, and entries are missing,
+    or it would have to be laid out again after a few events.
     """
-    control = calendar.control[0]
-    return control.full != 0 or 2 * control.lines > len(calendar.lines)
+    return 2 * calendar.control[0].lines > len(calendar.lines)
 
 
 @inner
