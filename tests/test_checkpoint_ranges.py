@@ -164,10 +164,11 @@ def test_links_of_the_calendar_that_go_round_are_refused(states, tmp_path):
     control = {"calendar.lines": lines, "calendar.buckets": buckets, "calendar.control.lines": np.array([3])}
     checkpoint.save(tmp_path / "c.h5", {**arrays, **control}, attributes)
     carom.Simulation.load(tmp_path / "c.h5")
-    lines[1, 1] = 2
-    checkpoint.save(tmp_path / "c.h5", {**arrays, **control}, attributes)
-    with pytest.raises(FileError, match="linked in a circle"):
-        carom.Simulation.load(tmp_path / "c.h5")
+    for link in (1, 2):  # itself, and the one after it, which is linked to it
+        lines[1, 1] = link
+        checkpoint.save(tmp_path / "c.h5", {**arrays, **control}, attributes)
+        with pytest.raises(FileError, match="linked in a circle"):
+            carom.Simulation.load(tmp_path / "c.h5")
 
 
 def test_an_array_too_few_or_too_many_is_refused(states, tmp_path):

@@ -17,6 +17,7 @@ from carom.errors import FileError
 from carom.io import claims, hdf5
 from carom.io.claims import Claim, steady, under_way
 from carom.io.events import EventLog, read_events, read_initial
+from carom.io.paths import replacing
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="needs locks of open files")
 
@@ -353,6 +354,11 @@ def test_looking_at_a_checkpoint_leaves_the_log_of_its_run_alone(tmp_path):
     with carom.Simulation.load(tmp_path / "copy.h5") as other:
         other.run(collisions=10)
     assert len(read_events(tmp_path / "events.h5").i) == 210
+    # So does a run that goes on for a moment in which nothing happens.
+    with carom.Simulation.load(tmp_path / "copy.h5") as other:
+        other.run(time=1e-12)
+        assert other.collisions == 200
+    assert len(read_events(tmp_path / "events.h5").i) == 200
 
 
 _LOOKS = """
@@ -379,3 +385,24 @@ def test_a_log_is_not_cut_while_its_run_goes_on_elsewhere(tmp_path):
     sim.close()
     assert subprocess.run(**look, capture_output=True).stdout == ""
     assert len(read_events(tmp_path / "events.h5").i) == 250
+
+
+@pytest.mark.parametrize(
+    ("error", "found", "text"),
+    [
+        (OSError(28, "No space left on device"), FileError, "No space left"),
+        (RuntimeError("x"), RuntimeError, "x"),
+    ],
+)
+def test_a_table_that_cannot_be_written_says_why_and_a_bug_keeps_its_name(tmp_path, error, found, text):
+    """What stands there stays as it is."""
+
+    def save(temporary):
+        temporary.write_text("half")
+        raise error
+
+    (tmp_path / "g.csv").write_text("old")
+    with pytest.raises(found, match=text), replacing(tmp_path / "g.csv") as temporary:
+        save(temporary)
+    assert (tmp_path / "g.csv").read_text() == "old"
+    assert os.listdir(tmp_path) == ["g.csv"]

@@ -35,9 +35,9 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     Raises
     ------
     InputError
-        If there are no atoms, no diameters or one that is not positive, a cell that is not rectangular,
-        coordinates along axes that are not periodic, two atoms of one id, or values that no frame can hold,
-        such as masses of 0.
+        If there are no atoms, no diameters or one that is not positive, or a cell that is not rectangular.
+        If there are coordinates along axes that are not periodic, two atoms of one id, or values that no
+        frame can hold, such as masses of 0.
     """
     atoms = _in_order(atoms)
     dimension = _dimension(atoms)

@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from carom.io.claims import Claim
+from carom.io.claims import Claim, patiently
 from carom.io.inspection import FORMAT, opened
 from carom.io.paths import existing, reading, reason
 
@@ -319,8 +319,12 @@ def inspect(path: str | os.PathLike[str]) -> None:
         If the file is refused, missing or no HDF5 file.
     """
     path = existing(path)
-    with reading(path, "HDF5"):
-        Input(path).close()
+
+    def read() -> None:
+        with reading(path, "HDF5"):
+            Input(path).close()
+
+    patiently(path, read)
 
 
 def _fill(file: io.FileIO, view: memoryview) -> int:

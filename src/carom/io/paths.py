@@ -84,14 +84,21 @@ def reading(path: Path, kind: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turn a failed write (a full disk, a folder without permission) into one FileError."""
+def writing(path: Path, kinds: tuple[type[Exception], ...] = (OSError, RuntimeError)) -> Iterator[None]:
+    """Turn a failed write (a full disk, a folder without permission) into one FileError.
+
+    Parameters
+    ----------
+    path : Path
+        What is written.
+    kinds : tuple of type
+        What a failed write raises; h5py reports some failed flushes as RuntimeError.
+    """
     try:
         yield
     except CaromError:
         raise
-    # h5py reports some failed flushes as RuntimeError.
-    except (OSError, RuntimeError) as error:
+    except kinds as error:
         raise FileError(
             f"{path} cannot be written: {reason(error)}; free some space or choose another folder."
         ) from error
@@ -130,8 +137,9 @@ def replacing(path: Path) -> Iterator[Path]:
     # The suffix stays last, because it chooses the format.
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
     try:
-        with writing(path):
+        with writing(path, (OSError,)):  # any other error of the body is its own
             yield temporary
+        with writing(path):
             _synchronise(temporary)
             os.replace(temporary, path)
             _synchronise(path.parent)

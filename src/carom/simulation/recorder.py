@@ -29,7 +29,7 @@ class Recorder:
         What runs.
     mark : dict, optional
         What :meth:`mark` returned at the present of the machine: go on with the file, of which what it holds
-        beyond is dropped when the first new event is written. Without, a new log begins.
+        beyond is dropped when the run goes on and is written. Without, a new log begins.
 
     Raises
     ------
@@ -52,6 +52,7 @@ class Recorder:
         self._process = os.getpid()
         self.path = Path(path)
         self._place = self.path.absolute()  # the folder of the process may change before it grows
+        self._begun = machine.clock.instant
         self._mark = mark
         self._file: EventLog | None = None  # of a log that continues: it is only read until it grows
         if mark is None:
@@ -87,6 +88,8 @@ class Recorder:
 
         used = int(self.buffer.used[0])
         if used == 0:
+            if machine.clock.instant != self._begun:  # the run goes on, and nothing happens in it
+                self._opened()
             return
         stepped = machine.contents.stepped
         bits = machine.engine.model.boundary.bits if stepped else _bits(machine)

@@ -203,7 +203,7 @@ class Simulation(Running):
             A file that :meth:`save` wrote.
         event_log : path, optional
             Where the event log is now, if it was moved. Events after the checkpoint are dropped when the
-            loaded run writes its first; until then the file is only read.
+            loaded run has gone on and writes; until then the file is only read.
         obstacles : sequence of obstacles, optional
             All obstacles of the scene, if one is of your own class, because a file holds no code.
         interaction, motion, impact : values, optional
