@@ -205,13 +205,13 @@ def continued(folder):
     ]
     scene = carom.Scene.random(4, 2, box=(EDGE, EDGE), periodic=False, seed=1, obstacles=obstacles)
     whole = carom.Simulation(scene, seed=2)
-    whole.run(time=10.0)
-    whole.run(time=10.0)
+    whole.run(time=40.0)
+    whole.run(time=40.0)
     with carom.Simulation(scene, seed=2, event_log=f"{folder}/log.h5") as half:
-        half.run(time=10.0)
+        half.run(time=40.0)
         half.save(f"{folder}/half.h5")
     with carom.Simulation.load(f"{folder}/half.h5", event_log=f"{folder}/log.h5") as again:
-        again.run(time=10.0)
+        again.run(time=40.0)
         same = [
             bool((again.frame().velocities == whole.frame().velocities).all()),
             hits(again) == hits(whole),

@@ -245,7 +245,7 @@ CASES = {
             lambda done: (done.summary["seed"], done.summary["packing_fraction"]), lambda seen: seen[0] == 5,
         ),
         "--json": added((*PACK, *OUT), ("--json",), json_alone, True),
-        "--overwrite": added((*PACK, "--out", "full"), ("--overwrite",), lambda done: done.code, 0),
+        "--overwrite": added((*PACK, "--out", "packed"), ("--overwrite",), lambda done: done.code, 0),
         "--n": added((*PACK, *OUT), ("--n", "30"), told("n"), 30),
         "--dimension": added((*PACK, *OUT), ("--dimension", "1"), told("dimension"), 1),
         "--species": added((*PACK, *OUT), SPECIES, ratio, 1.4),
@@ -493,6 +493,8 @@ def material(tmp_path_factory):
     (hunt / "scene.toml").write_text(HUNT)
     # It says that it ran, and has no rule that a long compilation would follow.
     (hunt / "rules.py").write_text("from pathlib import Path\nPath(__file__).with_name('ran').touch()\n")
+    (folder / "packed").mkdir()
+    (folder / "packed" / "packing.h5md").touch()
     full = folder / "full"
     full.mkdir()
     (full / "old.html").touch()

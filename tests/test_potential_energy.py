@@ -94,7 +94,7 @@ def fluid():
 
 
 def test_a_fluid_of_wells_has_the_published_energy(fluid):
-    found = fluid.measure(carom.PotentialEnergy(), collisions_per_particle=1000)
+    found = fluid.measure(carom.PotentialEnergy(), collisions_per_particle=3000)
     # tests/data/square_well_eos.csv, with the slope by kT; the fit is good to some 3 %.
     expected = -2.07423 + 0.09186 * (found.kT.mean - 3.0)
     assert found.per_particle.mean == pytest.approx(expected, rel=0.035)
@@ -103,7 +103,7 @@ def test_a_fluid_of_wells_has_the_published_energy(fluid):
 
 def test_the_error_of_the_energy_is_the_scatter_of_runs(fluid):
     request = carom.PotentialEnergy()
-    runs = [fluid.measure(request, collisions_per_particle=500).per_particle for _ in range(32)]
+    runs = [fluid.measure(request, collisions_per_particle=1500).per_particle for _ in range(32)]
     means = np.array([run.mean for run in runs])
     rms = math.sqrt(float(np.mean([((run.mean - means.mean()) / run.error) ** 2 for run in runs])))
     # A standard deviation of 32 normal numbers is known to 12.5 %; one of them is the mean.

@@ -41,8 +41,8 @@ PARTED = 2.0**-20
 FIXED = re.compile(
     r"state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|spare|names)"
     r"|neighbors\.bounds\.(bounds|margins|rates|starts|levels|largest)|neighbors\.steps\.(kinds|outside)"
-    r"|(by_species|model\.currents|model\.flights)\.kinds|model\.flights\.moves|model\.balance\.drift"
-    r"|model\.currents\.(drift|upcoming|used)"
+    r"|(by_species|model\.currents|model\.flights)\.kinds|model\.flights\.moves"
+    r"|model\.currents\.(upcoming|used)"
 )
 """Arrays that follow from the scene and from the scheme."""
 

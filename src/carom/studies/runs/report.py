@@ -311,7 +311,7 @@ def _summary(
         "diameter": scene.diameter,
         "mass": scene.mass,
         "system": kind(scene.dimension, scene.n, None if scene.usual("interaction") else scene.interaction),
-        "kT": _temperature(facts, pressure),
+        "kT": _temperature(facts, pressure, energy),
         "thermal": _thermal(facts, pressure),
         "weight": facts.layers.weight,
         "temperature": _number(None if energy is None else energy.kT),
@@ -382,10 +382,14 @@ def _doubts(
     return said + facts.thermometer.doubts(error)
 
 
-def _temperature(facts: Facts, pressure: PressureEstimate | None) -> float:
+def _temperature(
+    facts: Facts, pressure: PressureEstimate | None, energy: PotentialEnergyEstimate | None
+) -> float:
     """Return kT, where it changes as an average over the measured stretch."""
     if pressure is not None:
         return pressure.kT
+    if energy is not None:
+        return energy.kT.mean
     if facts.layers.kT is not None:
         return facts.layers.kT
     times = [block.kT_time for block in facts.blocks if block.kT_time is not None]
