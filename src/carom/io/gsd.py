@@ -26,6 +26,7 @@ from carom.io.paths import reading, replacing, writing
 from carom.io.validation import narrowed
 
 if TYPE_CHECKING:
+    import gsd.fl
     import gsd.hoomd
 
 _KIND = "GSD"
@@ -43,6 +44,7 @@ def _require(path: Path) -> None:
 
 def _open(path: Path, mode: str) -> gsd.hoomd.HOOMDTrajectory:
     _require(path)
+    import gsd.fl
     import gsd.hoomd
 
     return gsd.hoomd.open(str(path), mode)
@@ -63,6 +65,7 @@ def _append(trajectory: gsd.hoomd.HOOMDTrajectory, stored: gsd.hoomd.Frame) -> N
 
 
 def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
+    import gsd.fl
     import gsd.hoomd
 
     result = gsd.hoomd.Frame()
@@ -125,6 +128,23 @@ def as_held(frame: Frame) -> Frame:
     return _to_frame(_to_gsd(frame))
 
 
+def _check_count(file: gsd.fl.GSDFile, k: int) -> None:
+    """Raise ValueError if frame k names another number of particles than it has: gsd would make room for it."""
+    for frame in dict.fromkeys((k, 0)):  # what a frame lacks is that of the first
+        if file.chunk_exists(frame=frame, name="particles/N"):
+            named = int(file.read_chunk(frame=frame, name="particles/N")[0])
+            break
+    else:
+        raise ValueError("it names no number of particles")
+    for frame in dict.fromkeys((k, 0)):
+        if file.chunk_exists(frame=frame, name="particles/position"):
+            found = len(file.read_chunk(frame=frame, name="particles/position"))
+            if found != named:
+                raise ValueError(f"it names {named} particles and holds {found} positions")
+            return
+    raise ValueError("it holds no positions")
+
+
 class GsdReader(Reader):
     """Reader of the GSD files that Carom writes."""
 
@@ -143,6 +163,7 @@ class GsdReader(Reader):
     def _read(self, k: int) -> Frame:
         def read() -> Frame:
             with reading(self.path, _KIND):
+                _check_count(self._file.file, k)
                 return _to_frame(self._file[k])
 
         return patiently(self.path, read)
