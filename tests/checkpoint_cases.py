@@ -31,7 +31,7 @@ from carom.models.surfaces import Surface, Thermal
 from carom.ranges import Kind, Ranges, draw
 
 SECONDS = 20
-"""Time for one of them; each takes some milliseconds."""
+"""Time of the processor for one of them; each takes some milliseconds."""
 
 MEMORY = 6 << 30
 """Bytes for one of them: what asks for more is refused."""
@@ -215,8 +215,8 @@ def outcome(path: Path, own: dict[str, Any]) -> str:
     if child == 0:
         os.close(read)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)  # the engine is deaf to what Python would do
-        signal.alarm(SECONDS)
+        # The engine is deaf to what Python would do, and the machine may be busy with others.
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         try:
             used(path, own)

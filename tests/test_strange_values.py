@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 
 import carom
 from carom import cli, io
+from carom.cli import screen
 from carom.errors import CaromError, FileError, InputError
 from carom.io import records
 from carom.models.balls import Ball
@@ -30,6 +31,7 @@ from carom.studies.coefficients.spec import of_scene
 from carom.studies.eos import toml
 from carom.studies.eos.study import load as load_study
 from carom.studies.packings.packing import HISTORY, Packing
+from carom.studies.runs.execution import RunResult
 from carom.studies.runs.summary import read_summary
 
 
@@ -290,12 +292,18 @@ def test_a_strange_value_in_the_summary_of_a_run_is_a_sentence(tmp_path, all_of_
     path = tmp_path / "summary.json"
     path.write_text(as_json(SUMMARY))
     assert typed("resume", tmp_path).exit_code == 0
+
+    def shown(as_json):
+        found = RunResult(tmp_path, read_summary(path), new=True)
+        screen.results(found, as_json)
+
     for changed, place, strange in damaged(SUMMARY, all_of_them):
         path.write_text(as_json(changed))
-        done = typed("resume", tmp_path, *(["--json"] if len(place) > 1 else []))
+        refused = [sentence(shown, as_json) for as_json in (False, True)]
         if isinstance(strange, str | dict) and place[-1] in ("mean", "error", "packing_fraction", "n"):
-            assert done.exit_code == 2, (place, strange)
-            assert "summary.json is not the summary of a run" in done.output
+            assert all(refused), (place, strange)
+    path.write_text(as_json({**SUMMARY, "n": "word"}))
+    assert "summary.json is not the summary of a run" in typed("resume", tmp_path).output.replace("\n", "")
     for key in SUMMARY.keys() - {"without_trajectory", "units"}:
         path.write_text(as_json({name: value for name, value in SUMMARY.items() if name != key}))
         with pytest.raises(FileError, match=f"has no {key}"):

@@ -405,6 +405,8 @@ def test_in_two_dimensions_no_number_is_given_for_what_does_not_exist():
         ({"packing_fractions": 0.6}, "freezing"),
         ({"scene": {"restitution": 0.9}}, "restitution"),
         ({"scene": {"periodic": False}}, "periodic"),
+        ({"scene": {"kT": 0.0}}, "kT must be"),
+        ({"scene": {"kT": 0.0, "species": [{"fraction": 0.5}, {"fraction": 0.5}]}}, "kT must be"),
         ({"scene": {"pinned": 10}}, "pinned leaves no bulk fluid"),
         ({"scene": {"impact": Loss(0.9, contact_time=1e-3)}}, "impact leaves no bulk fluid"),
         ({"scene": {"motion": Gravity((0.0, 0.0, -1.0))}}, "motion leaves no bulk fluid"),

@@ -318,7 +318,7 @@ def _reached(summary: dict[str, Any]) -> str:
 
 def decimals_of(error: float | None) -> int:
     """Return the number of decimals that show one digit of an error, or two if it begins with 1."""
-    if not error or not math.isfinite(error):
+    if not error or not math.isfinite(error) or error < sys.float_info.min:
         return 6
     exponent = math.floor(math.log10(error))
     return max((1 if error / 10.0**exponent < 1.95 else 0) - exponent, 0)

@@ -23,8 +23,9 @@ PLACE = re.compile(r'File "([^"\n]*)", line (\d+)')
 
 
 def comes_from_numba(error: BaseException) -> bool:
-    """Tell whether an error is the compiler's, and not that of what has been compiled."""
-    return type(error).__module__.partition(".")[0] == "numba"
+    """Tell whether an error, or its cause, is the compiler's, and not that of what has been compiled."""
+    raised = (error, error.__cause__)
+    return any(type(each).__module__.partition(".")[0] == "numba" for each in raised)
 
 
 def reason(function: Any, *arguments: Any) -> str | None:

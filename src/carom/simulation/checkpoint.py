@@ -15,7 +15,6 @@ from carom.io.paths import reason
 from carom.models.restitution import Restitution
 from carom.scene.scene import Scene
 from carom.scene.temperature import thermal_of
-from carom.simulation import soundness
 from carom.simulation.clock import LAST_EPOCH
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.preparation import contents_of
@@ -114,6 +113,7 @@ def load(
     from carom.engine.neighbors.choice import Scheme
     from carom.engine.parts import restore
     from carom.io import checkpoint
+    from carom.simulation import soundness
     from carom.version import __version__
 
     arrays, attributes = checkpoint.load(path)

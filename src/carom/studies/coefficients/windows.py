@@ -58,6 +58,7 @@ def free_time(packing_fraction: float, diameters: list[float], masses: list[floa
               dimension: int, kT: float) -> float:  # fmt: skip
     """Return the mean time between two collisions of a component, averaged over the mixture [time]."""
     checks.number(packing_fraction, "packing_fraction", low=1.0 / checks.MAGNITUDE)
+    checks.number(kT, "kT", low=1.0 / checks.HOTTEST, high=checks.HOTTEST)
     d = dimension
     if len(diameters) == 1:
         z = _compressibility_factor(packing_fraction, d)
