@@ -150,8 +150,12 @@ def test_a_block_has_what_each_wall_took_up_and_gave_in_it():
     for k in (1, 3):
         walls = [Impacts("lower", k, 1.0 * k, 10.0 * k), Impacts("upper", k, 2.0 * k, 20.0 * k)]
         tally = carom.Block(1.0, k, 0.5 * k, kT_time=None)
-        stretch.mark(SimpleNamespace(tally=tally, scene=scene, obstacles=walls, frame=lambda: still))
-    (block,) = stretch.blocks()
+        sim = SimpleNamespace(
+            tally=tally, scene=scene, obstacles=walls, frame=lambda: still,
+            machine=SimpleNamespace(scene=scene), degrees_of_freedom=2,
+        )  # fmt: skip
+        stretch.mark(sim)
+    (block,) = stretch.blocks(sim)
     assert (block.collisions, block.virial, block.impulses, block.works) == (2, 1.0, (2.0, 4.0), (20.0, 40.0))
     assert block.momentum_changes == (0.0, 0.0)
 

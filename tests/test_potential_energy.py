@@ -101,6 +101,8 @@ def test_a_fluid_of_wells_has_the_published_energy(fluid):
     assert 0.0 < found.per_particle.error < 0.01
 
 
+# Of 32 runs one may be flagged by chance: one of some hundreds is.
+@pytest.mark.filterwarnings("ignore:The potential energy (drifts|relaxes)")
 def test_the_error_of_the_energy_is_the_scatter_of_runs(fluid):
     request = carom.PotentialEnergy()
     runs = [fluid.measure(request, collisions_per_particle=1500).per_particle for _ in range(32)]

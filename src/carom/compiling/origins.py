@@ -143,7 +143,8 @@ class _Walk:
     def visit_class(self, cls):
         """Follow a class, and the functions registered for it."""
         self.add("class", cls.__module__, cls.__qualname__)
-        if not (is_trusted(cls.__module__) and _importable(cls)):
+        # NoneType is in no module, and is what a scene holds of all that it lacks.
+        if cls is not type(None) and not (is_trusted(cls.__module__) and _importable(cls)):
             if issubclass(cls, tuple) and hasattr(cls, "_fields"):
                 if not _importable(cls):
                     raise Unknown(cls)

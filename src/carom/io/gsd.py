@@ -44,7 +44,6 @@ def _require(path: Path) -> None:
 
 def _open(path: Path, mode: str) -> gsd.hoomd.HOOMDTrajectory:
     _require(path)
-    import gsd.fl
     import gsd.hoomd
 
     return gsd.hoomd.open(str(path), mode)
@@ -65,7 +64,6 @@ def _append(trajectory: gsd.hoomd.HOOMDTrajectory, stored: gsd.hoomd.Frame) -> N
 
 
 def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
-    import gsd.fl
     import gsd.hoomd
 
     result = gsd.hoomd.Frame()
@@ -129,7 +127,7 @@ def as_held(frame: Frame) -> Frame:
 
 
 def _check_count(file: gsd.fl.GSDFile, k: int) -> None:
-    """Raise ValueError if frame k names another number of particles than it has: gsd would make room for it."""
+    """Raise ValueError if frame k names another number of particles than it holds: gsd makes room for it."""
     for frame in dict.fromkeys((k, 0)):  # what a frame lacks is that of the first
         if file.chunk_exists(frame=frame, name="particles/N"):
             named = int(file.read_chunk(frame=frame, name="particles/N")[0])

@@ -131,8 +131,9 @@ class CylindricalContainer:
                 )
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
-        """Return the offset of the plane with a unit ``normal`` that touches the cylinder, twice; None if the
-        normal is not across it.
+        """Return the offset of the plane across the cylinder that touches it, twice, or None.
+
+        ``normal`` is the unit normal of that plane.
         """
         if normal[self.axis] != 0.0:
             return None

@@ -157,8 +157,9 @@ class Shaken:
         }
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
-        """Return the least and the greatest offset of the plane with a unit ``normal`` that confines
-        components; None if there is none.
+        """Return the least and the greatest offset of the plane that confines components, or None.
+
+        ``normal`` is the unit normal of that plane.
         """
         confines = getattr(self.obstacle, "confines", None)
         offsets = None if confines is None else confines(normal)
