@@ -190,6 +190,13 @@ def test_a_model_without_a_digest_is_compiled_in_every_process(folder):
     assert not list((folder / "cache").rglob("*.nbc"))
 
 
+def test_what_a_scene_lacks_does_not_keep_its_code_from_the_disk():
+    def body(model):
+        return model
+
+    assert digest_of(body, (types.none, types.Tuple((types.none, types.float64)))) is not None
+
+
 def test_models_of_one_name_in_two_files_do_not_take_each_others_code(folder):
     (folder / "another.py").write_text(MODEL.replace("1.0 *", "5.0 *"))
     another = PROGRAM.replace("floor_model", "another")
