@@ -298,6 +298,22 @@ def test_hdf5_files_that_do_not_end_are_refused_at_once(tmp_path):
     assert len(carom.io.read(path, ":")) == 4
 
 
+def test_gsd_of_more_particles_than_bytes_is_refused_at_once(tmp_path):
+    """Its library makes room for what is missing: for 4 billion particles 300 GB."""
+    fl = pytest.importorskip("gsd.fl")
+    path = write(tmp_path / "a.gsd", make_frames(3, count=1))
+    whole = path.read_bytes()
+    for value in (2**32 - 1, len(whole) + 1):
+        with fl.open(str(path), "w", "gsd.hoomd", "hoomd", (1, 4)) as file:
+            file.write_chunk("particles/N", np.array([value], np.uint32))
+            file.write_chunk("log/carom/time", np.zeros(1))
+            file.end_frame()
+        with pytest.raises(FileError, match=r"announces \d+ particles"):
+            carom.io.read(path)
+    path.write_bytes(whole)
+    assert carom.io.read(path).n == 13
+
+
 def test_a_text_file_of_holes_is_refused_at_once(tmp_path):
     path = tmp_path / "a.extxyz"
     for head in (b"", b"3\n", write(path, make_frames(3, count=1)).read_bytes(), b"9" * 18 + b"\n"):

@@ -157,6 +157,9 @@ def test_a_writer_waits_for_a_reader_but_not_for_ever(tmp_path):
     claim.close()
     claim.close()
     assert not under_way(tmp_path / "file")
+    claim = Claim(tmp_path / "file")
+    del claim  # by whoever forgets to close it
+    assert not under_way(tmp_path / "file")
 
 
 @linux

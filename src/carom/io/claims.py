@@ -13,6 +13,7 @@ import os
 import struct
 import sys
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
@@ -56,14 +57,15 @@ class Claim:
     def __init__(self, path: Path):
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         found = os.fstat(self._descriptor)
-        self._file = found.st_dev, found.st_ino
-        if not _lock(self._descriptor, "F_WRLCK", _WRITTEN) and self._file not in _OURS:
+        file = found.st_dev, found.st_ino
+        if not _lock(self._descriptor, "F_WRLCK", _WRITTEN) and file not in _OURS:
             os.close(self._descriptor)
             raise FileError(
                 f"{path} is being written by another process; wait for its end, or choose another file."
             )
         _lock(self._descriptor, "F_RDLCK", _WRITTEN)
-        _OURS[self._file] = _OURS.get(self._file, 0) + 1
+        _OURS[file] = _OURS.get(file, 0) + 1
+        self._finalizer = weakref.finalize(self, _release, self._descriptor, file)
 
     @contextlib.contextmanager
     def changing(self) -> Iterator[None]:
@@ -76,13 +78,14 @@ class Claim:
 
     def close(self) -> None:
         """Take the mark away; a second time does nothing."""
-        if self._descriptor < 0:
-            return
-        os.close(self._descriptor)
-        self._descriptor = -1
-        _OURS[self._file] -= 1
-        if not _OURS[self._file]:
-            del _OURS[self._file]
+        self._finalizer()
+
+
+def _release(descriptor: int, file: tuple[int, int]) -> None:
+    os.close(descriptor)
+    _OURS[file] -= 1
+    if not _OURS[file]:
+        del _OURS[file]
 
 
 def under_way(path: Path) -> bool:
