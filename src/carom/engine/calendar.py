@@ -311,8 +311,8 @@ def narrow(calendar, longest):
 
 @inner
 def crowded(calendar):
-    """Return whether a window that was laid out has too few lines: they are all used, and entries are missing,
-    or it would have to be laid out again after a few events.
+    """Return whether a window that was laid out has too few lines: all are used, and entries are missing, or it
+    would have to be laid out again after a few events.
     """
     return 2 * calendar.control[0].lines > len(calendar.lines)
 
