@@ -149,7 +149,7 @@ class GsdReader(Reader):
         return patiently(self.path, read)
 
     def _refuse_more_than_there_is(self, k: int) -> None:
-        """Raise ValueError if frame k announces more particles than bytes of the file: gsd makes room for all."""
+        """Raise ValueError if frame k announces more particles than the file has bytes, as gsd makes room."""
         for frame in (0, k):
             if self._file.file.chunk_exists(frame=frame, name="particles/N"):
                 count = int(self._file.file.read_chunk(frame=frame, name="particles/N")[0])
