@@ -59,7 +59,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
     Returns
     -------
     dict of str to RadialDistribution
-        The g_ij(r) by :func:`carom.scene.species.pair_name`: "large-small", or "0-1". Pairs that do not
+        The g_ij(r) by ``carom.scene.species.pair_name``: "large-small", or "0-1". Pairs that do not
         occur are left out, and pairs whose contact lies beyond half of the box. It is empty if
         :func:`species_of` is None.
     """

@@ -2,7 +2,7 @@
 
 :func:`carom.check` tries a model on components that it makes up, and a simulation tries models of one's own
 on its components. Both do it here, so that what the one refuses the other refuses, too. Pairs are in
-:mod:`carom.simulation.pair_trials`, motions in ``motion_trials``, obstacles in ``obstacle_trials``.
+``pair_trials``, motions in ``motion_trials``, obstacles in ``obstacle_trials``.
 """
 
 from __future__ import annotations

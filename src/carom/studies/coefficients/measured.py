@@ -225,7 +225,7 @@ class Measured(Outcome):
     def extrapolate(self) -> list[Extrapolation]:
         """Return self-diffusion of the infinite system by a line in 1 / L, for densities with several sizes.
 
-        Its points are D of each size times :attr:`Row.at_rest`. Nothing is assumed about its slope, which
+        Its points are D of each size times ``Row.at_rest``. Nothing is assumed about its slope, which
         :func:`carom.theory.diffusion_shift` predicts. Only in d = 3.
         """
         groups: dict[float, list[Row]] = {}
