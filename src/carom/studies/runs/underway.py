@@ -98,6 +98,9 @@ class Run:
         }
         if self.goal is not None:
             _check_pressure(scene, kT)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # given below, where the formats are final
+            holdable(tuple(plan.output.trajectory or ()), scene.dimension)  # before anything is compiled
         # Before anything is written, because this raises the errors of a scene that cannot be simulated.
         self.sim = Simulation(scene, **settings)
         if size(self.sim.machine) > LARGE:
