@@ -112,10 +112,10 @@ def test_intervals_of_eighty_short_runs_cover_the_exact_value(system, request_):
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 def test_error_bars_half_as_long_would_be_found_out():
     make, exact = SYSTEMS["two spheres"]()
-    found = estimates(make, REQUESTS["64 blocks"], 80)
+    found = estimates(make, REQUESTS["64 blocks"], 160)
     halved = [Estimate(e.mean, 0.5 * e.error, e.n_eff, e.tau, e.blocks) for e in found]
     for level in LEVELS:
-        assert hits(halved, exact, level) < limits(80, level)[0]
+        assert hits(halved, exact, level) < limits(160, level)[0]
 
 
 @pytest.mark.slow

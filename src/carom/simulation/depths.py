@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from carom.scene.species import Contacts
 from carom.simulation.obstacle_trials import gaps_of, known_to_move
 from carom.simulation.own_models import by_kind, kinds_of
 from carom.units import TimeUnit
-
-if TYPE_CHECKING:
-    from carom.simulation.machine import Machine
 
 MOST = 64
 """States that are kept; from then on every second, every fourth ... end of a run is kept."""
@@ -52,7 +49,7 @@ class Depths:
         self._ended, self._stride = 0, 1
         self._seen: tuple[Fraction, int] | None = None
 
-    def keep(self, machine: Machine) -> None:
+    def keep(self, machine: Any) -> None:
         """Keep the present state, or not if there are many: called where a run ends."""
         self._ended += 1
         if self._ended % self._stride:
@@ -63,7 +60,7 @@ class Depths:
             self._stride *= 2
         self._kept.append(_present(machine))
 
-    def look(self, machine: Machine) -> float:
+    def look(self, machine: Any) -> float:
         """Return the deepest overlap in the states kept and the present one, 0 within rounding [diameters].
 
         States that were looked at are not looked at again.
@@ -78,7 +75,7 @@ class Depths:
         return max((deepest(machine, state) for state in states), default=0.0)
 
 
-def _present(machine: Machine) -> State:
+def _present(machine: Any) -> State:
     contents, now = machine.contents, machine.in_epoch()
     if contents.straight:  # without the compiled code that makes frames, which may not be needed else
         rows = machine.engine.state.rows[: contents.n]
@@ -89,7 +86,7 @@ def _present(machine: Machine) -> State:
     return State(machine.clock.instant, positions, machine.diameters, now)
 
 
-def _forgets(machine: Machine) -> bool:
+def _forgets(machine: Any) -> bool:
     """Tell whether only the present state can be looked at: the model knows nothing of earlier ones."""
     pair = machine.engine.model.pair
     if not choice.is_own(machine.contents.interaction):
@@ -97,7 +94,7 @@ def _forgets(machine: Machine) -> bool:
     return machine.contents.stepped or any(choice.answers(question, pair) for question in (age, taken_up))
 
 
-def deepest(machine: Machine, state: State) -> float:
+def deepest(machine: Any, state: State) -> float:
     """Return the deepest overlap of a state beyond rounding: of two cores, or with a wall or an obstacle."""
     scene, contents = machine.scene, machine.contents
     room = Room(np.asarray(scene.box), np.asarray(scene.periodic), scene.obstacles)
@@ -107,7 +104,7 @@ def deepest(machine: Machine, state: State) -> float:
     return max(_of_pairs(machine, state, room, slack), _at_obstacles(machine, state, room, slack))
 
 
-def _of_pairs(machine: Machine, state: State, room: Room, slack: float) -> float:
+def _of_pairs(machine: Any, state: State, room: Room, slack: float) -> float:
     """Return the deepest overlap of two cores, in distances of contact."""
     scene, contents, interaction = machine.scene, machine.contents, machine.contents.interaction
     if scene.n < 2:
@@ -136,7 +133,7 @@ def _of_pairs(machine: Machine, state: State, room: Room, slack: float) -> float
     return float((depths[over] / cores[over]).max()) if over.any() else 0.0
 
 
-def _cores_on_steps(machine: Machine) -> tuple[np.ndarray, np.ndarray]:
+def _cores_on_steps(machine: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs (m, 2) within reach, and the core (m,) of the step that each is on, 0 without one."""
     from carom.engine.pair_steps import read_steps
 
@@ -146,7 +143,7 @@ def _cores_on_steps(machine: Machine) -> tuple[np.ndarray, np.ndarray]:
     return pairs, np.sqrt(squares)[steps]
 
 
-def _at_obstacles(machine: Machine, state: State, room: Room, slack: float) -> float:
+def _at_obstacles(machine: Any, state: State, room: Room, slack: float) -> float:
     """Return the deepest overlap with a wall or an obstacle, in diameters; at most 1, if one is behind it."""
     scene, pair = machine.scene, machine.engine.model.pair
     standing = room.everything()

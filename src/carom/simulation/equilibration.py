@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from carom import checks
 from carom.errors import InputError
 from carom.notebook import watchable
-
-if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
 
 ENDS = (*(k / 32 for k in range(1, 13)), 3 / 4)
 """Parts of the length after which velocities are scaled. The first rounds are short, as kT changes much; the
@@ -45,7 +42,7 @@ class Equilibration:
         Collisions, time and integral of kT at the beginning of each round so far.
     """
 
-    def __init__(self, sim: Simulation, kT: float, collisions: int, begun: Sequence[Any] = ()):
+    def __init__(self, sim: Any, kT: float, collisions: int, begun: Sequence[Any] = ()):
         self._sim, self._kT = sim, kT
         self.begun: list[tuple[Any, ...]] = [tuple(each) for each in begun] or [self._now()]
         start = int(self.begun[0][0])
@@ -79,7 +76,7 @@ class Equilibration:
 
 @watchable("Equilibrating")
 def equilibrate(
-    sim: Simulation, kT: float = 1.0, *, collisions_per_particle: float, progress: Look | None = None
+    sim: Any, kT: float = 1.0, *, collisions_per_particle: float, progress: Look | None = None
 ) -> None:
     """Continue the run for some time, and bring its mean temperature to ``kT``.
 
@@ -127,7 +124,7 @@ def equilibrate(
     Equilibration(sim, kT, collisions).run(look)
 
 
-def drifts(sim: Simulation) -> str | None:
+def drifts(sim: Any) -> str | None:
     """Return a sentence on why scaling velocities does not set the mean kT of a run; None if it does."""
     contents, scene = sim.machine.contents, sim.scene
     if contents.rates is not None:
