@@ -160,6 +160,8 @@ class Index:
         with path.open("rb") as file:
             while limit is None or len(self.offsets) <= limit:
                 first = _line(file)
+                if not first:  # the end; what a run writes from now on is not looked at
+                    break
                 if not first.strip():
                     while block := file.read(_BLOCK):
                         if block.strip():
