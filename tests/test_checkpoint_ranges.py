@@ -33,6 +33,12 @@ def put(index, value):
     return change
 
 
+def nobody_in_a_sector(members):
+    """Put the ghost where the first sector that holds somebody names its first member."""
+    members[np.flatnonzero(members[:, -1])[0], 0] = 80
+    return members
+
+
 LAST = -1
 REFUSED = [
     ("disks", "calendar.buckets", put(..., 2**30)),
@@ -64,7 +70,7 @@ REFUSED = [
     ("disks", "state.clock.epoch", put(0, 2**40)),
     ("disks", "state.clock.now", put(0, -1.0)),
     ("disks", "state.clock.length", put(0, 1.0)),
-    ("disks", "neighbors.members", put(0, 80)),
+    ("disks", "neighbors.members", nobody_in_a_sector),
     ("disks", "neighbors.members", put(7, 8)),  # how many the first sector holds
     ("disks", "neighbors.place", put(0, 10)),
     ("disks", "neighbors.place", lambda array: np.ascontiguousarray(array[::-1])),

@@ -132,7 +132,8 @@ def test_units_of_time_scale_the_moments_exactly():
 )
 def test_currents_are_refused_where_helfand_does_not_hold(change, says):
     scene = carom.Scene.random(8, 3, packing_fraction=0.1, seed=1)
-    made = carom.Scene(scene.positions, tuple(2 * e for e in scene.box), **change)
+    # Far from every face, where some are walls.
+    made = carom.Scene(scene.positions + np.array(scene.box) / 2, tuple(2 * e for e in scene.box), **change)
     with pytest.raises(InputError, match=says):
         carom.Simulation(made, currents=True)
     with pytest.raises(InputError, match="currents=True"):

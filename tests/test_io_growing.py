@@ -78,15 +78,15 @@ def test_a_trajectory_that_grows_is_read_as_far_as_it_is_whole(tmp_path, suffix)
         pytest.importorskip("gsd")
     seen = []
     with Growing(tmp_path / f"a{suffix}") as growing:
-        for _ in range(25):
+        while len(seen) < 25 or seen[-1] == seen[0]:
             with carom.io.open(growing.path) as reader:
                 frame = reader[len(reader) - 1]
                 assert frame.step == len(reader) - 1
                 assert reader[0].step == 0
                 seen.append(len(reader))
-        assert growing.process.poll() is None, "it was over before it was read"
+            assert growing.process.poll() is None, "it was over before it was read"
     assert seen == sorted(seen)
-    assert seen[-1] > seen[0] > 0
+    assert seen[0] > 0
     # What is whole is what was written.
     [right] = [each for k, each in enumerate(frames_of_a_run()) if k == (seen[-1] - 1) % FEW]
     if suffix != ".gsd":

@@ -304,7 +304,7 @@ def test_a_strange_value_in_the_summary_of_a_run_is_a_sentence(tmp_path, all_of_
             assert all(refused), (place, strange)
     path.write_text(as_json({**SUMMARY, "n": "word"}))
     assert "summary.json is not the summary of a run" in typed("resume", tmp_path).output.replace("\n", "")
-    for key in SUMMARY.keys() - {"without_trajectory", "units"}:
+    for key in SUMMARY.keys() - {"system", "without_trajectory", "units"}:
         path.write_text(as_json({name: value for name, value in SUMMARY.items() if name != key}))
         with pytest.raises(FileError, match=f"has no {key}"):
             read_summary(path)

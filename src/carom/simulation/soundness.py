@@ -65,7 +65,7 @@ SCRATCH = re.compile(
 """Arrays of reals that are written before they are read, and memory of the rules of units."""
 
 UNENDING = re.compile(
-    r"state\.(rows\.due|leave)|neighbors\.contacts\.lost|.*\.last|model\.pair\.(timers|inner|outer|enter|leave|energy)|model\.currents\.upcoming"
+    r"state\.(rows\.due|leave)|neighbors\.contacts\.lost|.*\.last|model\.pair\.(timers|inner|outer|enter|leave|energy)|model\.currents\.(upcoming|held\.energies)"
 )
 """Arrays of reals that may be infinite."""
 
