@@ -1,0 +1,400 @@
+"""The command line as a person types it: results, tables, and one clear sentence when something is wrong."""
+
+import itertools
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+
+import ase.io
+import h5py
+import MDAnalysis
+import numpy as np
+import pytest
+from helpers.commands import CAROM, carom, complaints, plan, start, wait_for
+
+import carom as library
+from carom import io
+from carom.plan.plan import Plan
+
+HELP_SECONDS = 0.5
+"""From the issue of the first release: nobody waits for help."""
+
+FOUR_ERRORS = 4.0
+"""One run in 16 000 lies further off by chance."""
+
+NAMES = {
+    "checkpoint.h5", "pressure.png", "rdf.csv", "rdf.png", "scene.toml", "snapshot.png", "summary.json",
+    "trajectory.extxyz", "trajectory.h5md",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Return the folder of a small run with everything, and what it printed."""
+    folder = tmp_path_factory.mktemp("finished")
+    done = carom(
+        "run", "--cells", "4", "--packing-fraction", "0.4", "--seed", "3", "--equilibration", "100",
+        "--collisions-per-particle", "1000", "--frames", "20", "--out", "fluid", cwd=folder,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return folder / "fluid", done
+
+
+def refused(*arguments, cwd):
+    """Type a command that cannot work; return its one sentence."""
+    before = snapshot(cwd)
+    done = carom(*arguments, cwd=cwd)
+    assert done.returncode == 2, (arguments, done)
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert done.stderr.startswith("Error: ")
+    assert snapshot(cwd) == before, "something was touched"
+    return done.stderr
+
+
+def snapshot(folder):
+    """Return everything below a folder, with its content."""
+    return {p: p.read_bytes() if p.is_file() else None for p in folder.rglob("*")}
+
+
+# What a run leaves.
+
+
+def test_a_run_leaves_all_its_files(finished):
+    out, _ = finished
+    assert {path.name for path in out.iterdir()} == NAMES
+    for name in ("pressure.png", "rdf.png", "snapshot.png"):
+        content = (out / name).read_bytes()
+        assert content.startswith(b"\x89PNG")
+        assert len(content) > 10_000, f"{name} is nearly empty"
+
+
+def test_summary_has_its_numbers(finished):
+    out, _ = finished
+    found = json.loads((out / "summary.json").read_text(), parse_constant=pytest.fail)
+    assert found["version"] == library.__version__
+    assert (found["seed"], found["n"], found["dimension"], found["frames"]) == (3, 256, 3, 20)
+    assert found["packing_fraction"] == pytest.approx(0.4)
+    for name in ("mean", "error", "n_eff"):
+        assert isinstance(found["compressibility_factor"][name], float)
+    for name in ("mean", "error"):
+        assert isinstance(found["contact_value"][name], float)
+    # About as many as were asked for: the rate while the lattice melts is off by some.
+    assert found["collisions"] == pytest.approx(256 / 2 * 1000, rel=0.1)
+    assert found["time"] > 0
+    assert 0 <= found["energy_drift"] < 1e-12
+    assert 0 <= found["momentum_drift"] < 1e-12
+    assert 0 <= found["worst_overlap"] < 1e-12
+    assert 0 < found["advancement_fraction"] < 0.15
+    assert found["collisions_per_second"] > 0
+
+
+def test_the_pressure_agrees_with_theory(finished):
+    out, _ = finished
+    found = json.loads((out / "summary.json").read_text())
+    z, best = found["compressibility_factor"], found["theory"][-1]
+    assert best["name"] == "Pieprzyk et al."
+    assert abs(z["mean"] - best["compressibility_factor"]) < FOUR_ERRORS * z["error"]
+    # sigma(Z - 1) / (Z - 1) is about 1.1 / sqrt(collisions); within a factor of two that is the error bar.
+    expected = 1.1 * (z["mean"] - 1) / found["collisions"] ** 0.5
+    assert expected / 2 < z["error"] < 2 * expected
+    contact, fitted = found["contact_value"], found["contact_value_from_rdf"]
+    assert abs(contact["mean"] - fitted["mean"]) < FOUR_ERRORS * np.hypot(contact["error"], fitted["error"])
+
+
+def test_the_table_tells_the_numbers_of_the_summary(finished):
+    out, done = finished
+    found = json.loads((out / "summary.json").read_text())
+    assert complaints(done) == "", "no progress bar where nobody sees it"
+    assert "256 hard spheres at packing fraction 0.4" in done.stdout
+    for word in ("Carnahan-Starling", "Pieprzyk", "energy drift", "worst overlap", "Results in fluid"):
+        assert word in done.stdout
+    mean, error = re.search(r"Z, N = 256 +([\d.]+) ± ([\d.]+)", done.stdout).groups()
+    assert float(mean) == pytest.approx(found["compressibility_factor"]["mean"], abs=float(error))
+    assert float(error) == pytest.approx(found["compressibility_factor"]["error"], rel=0.5)
+
+
+def test_other_programs_open_the_trajectories(finished):
+    out, _ = finished
+    ours = io.read(out / "trajectory.h5md", ":")
+    universe = MDAnalysis.Universe(str(out / "trajectory.h5md"), to_guess=())
+    assert len(universe.trajectory) == len(ours) == 20
+    # MDAnalysis keeps positions in single precision.
+    assert np.array_equal(universe.trajectory[7].positions, ours[7].positions.astype(np.float32))
+    atoms = ase.io.read(out / "trajectory.extxyz", index=":")
+    for mine, its in zip(ours, atoms, strict=True):
+        assert np.array_equal(mine.positions, its.positions)
+        assert np.array_equal(mine.velocities, its.get_velocities())
+    with h5py.File(out / "trajectory.h5md") as file:
+        assert np.array_equal(file["particles/trajectory/position/value"][19], ours[19].positions)
+
+
+def test_frames_are_equally_spaced(finished):
+    times = [frame.time for frame in io.read(finished[0] / "trajectory.h5md", ":")]
+    assert len({b - a for a, b in itertools.pairwise(times)}) == 1
+
+
+def test_the_written_scene_repeats_the_run(finished, tmp_path):
+    out, _ = finished
+    again = carom("run", out / "scene.toml", "--out", tmp_path / "again", "--no-pictures", "--json")
+    assert again.returncode == 0, again.stderr
+    # Standard output holds the JSON summary alone.
+    printed, first = json.loads(again.stdout), json.loads((out / "summary.json").read_text())
+    for name in ("compressibility_factor", "collisions", "contact_value_from_rdf", "momentum_drift"):
+        assert printed[name] == first[name]
+    same = "trajectory.extxyz"
+    assert (tmp_path / "again" / same).read_bytes() == (out / same).read_bytes()
+    assert not list((tmp_path / "again").glob("*.png"))
+
+
+def test_overwrite_replaces_the_run_and_nothing_else(finished, tmp_path):
+    out = tmp_path / "run"
+    out.mkdir()
+    (out / "notes.txt").write_text("mine")
+    for name in ("summary.json", "checkpoint.h5", "events.h5", "trajectory.gsd"):
+        (out / name).write_text("old")
+    done = carom(
+        "run", "--cells", "4", "--packing-fraction", "0.4", "--equilibration", "1",
+        "--collisions-per-particle", "10", "--frames", "2", "--no-pictures", "--out", out, "--overwrite",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert (out / "notes.txt").read_text() == "mine"
+    assert {path.name for path in out.iterdir()} == {name for name in NAMES if not name.endswith("png")} | {
+        "notes.txt"
+    }
+
+
+# Scenes at the border of what there is.
+
+
+@pytest.mark.parametrize(
+    ("scene", "z"),
+    [
+        # One sphere never meets anybody: Z = 1 exactly.
+        ('initial = "cubic"\nn = 1\npacking_fraction = 0.1', 1.0),
+        # Nobody moves: there is no pressure to speak of.
+        ("cells = 4\nkT = 0.0", None),
+    ],
+    ids=["one sphere", "nothing moves"],
+)
+def test_scenes_without_collisions_end_properly(tmp_path, scene, z):
+    (tmp_path / "scene.toml").write_text(
+        f"[scene]\n{scene}\n[run]\nequilibration = 1\ncollisions_per_particle = 10\nframes = 3\n"
+    )
+    done = carom("run", "scene.toml", "--out", "run", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    found = json.loads((tmp_path / "run" / "summary.json").read_text(), parse_constant=pytest.fail)
+    assert found["compressibility_factor"]["mean"] == z
+    assert found["collisions"] == 0
+    assert len(io.read(tmp_path / "run" / "trajectory.h5md", ":")) == 3
+
+
+# Bad input.
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("[scene]\npacking_fraction = 0.9", "0.9"),
+        ("[scene]\npacking_fraction = nan", "packing_fraction"),
+        ("[scene]\npacking_fraktion = 0.3", "did you mean packing_fraction"),
+        ("[scene]\nn = 0", "n"),
+        ("[scene]\ncells = 'four'", "cells"),
+        ("[scene]\ninitial = 'random'\nn = 10\nbox = [3.0, -1.0, 3.0]", "box"),
+        ("[scene]\ninitial = 'file'\nfile = 'missing.h5md'", "missing.h5md"),
+        ("[scene]\ninitial = 'file'\nfile = 'scene.toml'", "scene.toml"),
+        ("[run]\nseed = -1", "seed"),
+        ("[run]\nneighbors = 'lists'\n[scene]\ncells = 1\npacking_fraction = 0.3", "neighbor"),
+        ("[output]\ntrajectory = ['extxyz']\n[scene]\ninitial = 'dn'\ndimension = 4\ncells = 2\n"
+         "packing_fraction = 0.1", "h5md"),
+        ("[scene\n", "TOML"),
+    ],
+)  # fmt: skip
+def test_bad_scenes_are_refused_in_one_sentence(tmp_path, text, sentence):
+    (tmp_path / "scene.toml").write_text(text)
+    assert sentence in refused("run", "scene.toml", "--out", "run", cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["run", "nowhere.toml"], "nowhere.toml does not exist"),
+        (["run", "."], "is not a file"),
+        (["run", "--n", "-5"], "n"),
+        (["run", "--density", "2"], "density"),
+        (["run", "--dimension", "2", "--initial", "fcc"], "dimension is 3"),
+        (["run", "--out", "a_file"], "a_file"),
+        (["run", "--out", "a_file/run"], "a_file"),
+        (["run", "--out", "full"], "--overwrite"),
+        (["export", "nowhere.h5md", "x.gsd"], "nowhere.h5md"),
+        (["export", "a_file", "x.h5md"], "suffix"),
+        (["export", "foreign.h5md", "x.extxyz"], "foreign.h5md"),
+        (["export", "foreign.h5md", "foreign.h5md"], "--overwrite"),
+        (["rdf", "foreign.h5md"], "foreign.h5md"),
+        (["rdf", "foreign.h5md", "--out", "table.txt"], ".csv"),
+        (["init", "a_file"], "--overwrite"),
+        (["init", "nowhere/scene.toml"], "nowhere"),
+    ],
+)
+def test_bad_commands_are_refused_in_one_sentence(tmp_path, arguments, sentence):
+    (tmp_path / "a_file").write_text("mine")
+    (tmp_path / "foreign.h5md").write_bytes(b"nothing of the kind")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "summary.json").write_text("{}")
+    assert sentence in refused(*arguments, cwd=tmp_path)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="nothing is forbidden to root")
+def test_an_unwritable_folder_is_refused(tmp_path):
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o500)
+    assert "locked" in refused("run", "--out", "locked/run", cwd=tmp_path)
+
+
+@pytest.mark.parametrize("arguments", [["walk"], ["run", "--sed", "1"], ["run", "--seed", "one"], ["resume"]])
+def test_unknown_words_have_exit_code_2(tmp_path, arguments):
+    done = carom(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "Usage" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_is_one_sentence_and_the_run_resumes(tmp_path, finished):
+    """A limit on the size of a file stands for the end of the disk: the system says no in the same place."""
+    resource = pytest.importorskip("resource")
+    scene = plan(tmp_path, equilibration=100, measured=400, frames=50)
+    whole, out = tmp_path / "whole", tmp_path / "run"
+    assert carom("run", scene, "--out", whole).returncode == 0
+    limit = (whole / "trajectory.extxyz").stat().st_size // 2
+    assert limit > (whole / "checkpoint.h5").stat().st_size, "the limit must hit the trajectory"
+    done = carom(
+        "run",
+        scene,
+        "--out",
+        out,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    assert done.returncode == 2
+    *before, error = done.stderr.strip().splitlines()
+    assert all(" s: " in line for line in before), "a slow machine says how far it is"
+    assert "trajectory.extxyz cannot be written" in error
+    kept = len(io.read(out / "trajectory.extxyz", ":"))
+    assert 20 <= kept <= 25
+    assert carom("resume", out).returncode == 0
+    assert (out / "trajectory.extxyz").read_bytes() == (whole / "trajectory.extxyz").read_bytes()
+
+
+# The other commands.
+
+
+def test_init_writes_the_default_plan_with_comments(tmp_path):
+    done = carom("init", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "carom run scene.toml" in done.stdout
+    text = (tmp_path / "scene.toml").read_text()
+    assert text.count("#") > 10
+    assert Plan.from_toml(text) == Plan()
+
+
+def test_export_keeps_every_bit(finished, tmp_path):
+    source = finished[0] / "trajectory.h5md"
+    assert carom("export", source, "a.extxyz", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "a.extxyz").read_bytes() == (finished[0] / "trajectory.extxyz").read_bytes()
+    (tmp_path / "a.extxyz").write_text("old")
+    done = carom("export", source, "a.extxyz", "--overwrite", cwd=tmp_path)
+    assert "20 frames" in done.stdout
+    assert len(io.read(tmp_path / "a.extxyz", ":")) == 20
+
+
+def test_rdf_of_a_file_is_that_of_the_run(finished, tmp_path):
+    done = carom("rdf", finished[0] / "trajectory.extxyz", "--png", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "rdf.csv").read_bytes() == (finished[0] / "rdf.csv").read_bytes()
+    assert (tmp_path / "rdf.png").stat().st_size > 10_000
+    contact = json.loads((finished[0] / "summary.json").read_text())["contact_value_from_rdf"]
+    assert f"contact value {contact['mean']:.2f}" in done.stdout
+    narrow = carom(
+        "rdf",
+        finished[0] / "trajectory.h5md",
+        "--rmax",
+        "2",
+        "--width",
+        "0.1",
+        "--out",
+        "near.csv",
+        cwd=tmp_path,
+    )
+    assert "10 bins" in narrow.stdout
+    assert "--overwrite" in refused("rdf", finished[0] / "trajectory.h5md", cwd=tmp_path)
+
+
+def test_version():
+    assert carom("--version").stdout == f"carom {library.__version__}\n"
+
+
+@pytest.mark.parametrize("command", ["run", "resume", "export", "rdf", "init"])
+def test_help_has_examples_and_loads_nothing_heavy(command):
+    """Every option and an example, without the engine, h5py or matplotlib."""
+    code = (
+        "import sys; sys.argv = ['carom', sys.argv[1], '--help']\n"
+        "from carom.cli import main\n"
+        "try: main()\n"
+        "finally: print([m for m in ('numpy', 'numba', 'h5py', 'matplotlib', 'scipy') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code, command], capture_output=True, text=True, check=True)
+    assert f"carom {command} " in done.stdout.split("Examples")[1]
+    assert done.stdout.rstrip().endswith("[]")
+
+
+@pytest.mark.timing
+def test_help_answers_at_once():
+    def seconds():
+        began = time.perf_counter()
+        subprocess.run([*CAROM, "run", "--help"], capture_output=True, check=True)
+        return time.perf_counter() - began
+
+    # The least of several: the others measure what else the machine does.
+    assert min(seconds() for _ in range(5)) < HELP_SECONDS
+
+
+def test_progress_is_shown_on_a_terminal(tmp_path):
+    pty = pytest.importorskip("pty")
+    ours, theirs = pty.openpty()
+    command = [
+        *CAROM, "run", "--cells", "4", "--packing-fraction", "0.4", "--equilibration", "1",
+        "--collisions-per-particle", "300", "--frames", "2", "--no-pictures", "--json",
+    ]  # fmt: skip
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=theirs, text=True)
+    os.close(theirs)
+    seen = b""
+    while True:
+        try:
+            part = os.read(ours, 4096)
+        except OSError:  # Linux reports the end of a terminal so.
+            break
+        if not part:
+            break
+        seen += part
+    os.close(ours)
+    printed, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert json.loads(printed)["n"] == 256
+    assert b"Measuring" in seen or b"Equilibrating" in seen
+
+
+def test_ctrl_c_before_anything_is_kept_leaves_quietly(tmp_path):
+    import signal
+
+    process = start("run", "--cells", "4", "--out", "run", cwd=tmp_path)
+    wait_for(lambda: (tmp_path / "run" / "scene.toml").exists(), process)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    assert errors.startswith("Stopped")

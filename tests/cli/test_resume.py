@@ -1,0 +1,236 @@
+"""A run that was stopped goes on, and ends with the bits of one that was not."""
+
+import json
+import os
+import random
+import shutil
+import signal
+import time
+
+import MDAnalysis
+import numpy as np
+import pytest
+from helpers.commands import assert_same_run, began, carom, start, summary, wait_for, whole_run
+from helpers.marks import slow
+
+import carom as library
+from carom import io, studies
+from carom.io import checkpoint
+from carom.plan.plan import Plan
+
+ONE_SECOND = 1.0
+"""What a person who pressed Ctrl-C waits without wondering."""
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    """Return the scene file and the folder of an uninterrupted run, with its event log."""
+    return whole_run(tmp_path_factory, equilibration=3000, measured=6000, frames=64, log=True)
+
+
+def notes(folder):
+    return json.loads(checkpoint.load(folder / "checkpoint.h5")[1]["extra"])
+
+
+def interrupted_while_measuring(scene, out, number):
+    """Send a run a signal after its first frame; return what it said and how long that took [s]."""
+    process = start("run", scene, "--out", out)
+    wait_for(
+        lambda: (out / "trajectory.extxyz").exists() and (out / "trajectory.extxyz").stat().st_size, process
+    )
+    process.send_signal(number)
+    sent = time.monotonic()
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    return errors, time.monotonic() - sent
+
+
+@pytest.mark.timing
+def test_ctrl_c_stops_within_a_second(reference, tmp_path):
+    _, taken = interrupted_while_measuring(reference[0], tmp_path / "run", signal.SIGINT)
+    assert taken < ONE_SECOND
+
+
+@pytest.mark.parametrize("number", [slow(signal.SIGINT), signal.SIGTERM])
+def test_a_run_stopped_by_a_signal_goes_on_and_ends_with_the_same_bits(reference, tmp_path, number):
+    scene, whole = reference
+    out = tmp_path / "run"
+    errors, _ = interrupted_while_measuring(scene, out, number)
+    assert errors.strip().splitlines()[-1] == f"Stopped; `carom resume {out}` goes on."
+    frames = notes(out)["marks"]
+    assert frames, "the run was stopped while it measured"
+    assert not (out / "summary.json").exists()
+    # What is there opens, by Carom and by others.
+    assert len(io.read(out / "trajectory.extxyz", ":")) == len(io.read(out / "trajectory.h5md", ":")) > 0
+    universe = MDAnalysis.Universe(str(out / "trajectory.h5md"), to_guess=())
+    assert universe.atoms.n_atoms == 108
+    universe.trajectory.close()
+    before = began(out)
+    done = carom("resume", out)
+    assert done.returncode == 0, done.stderr
+    assert began(out) == before, "the run did not go on, but started again"
+    assert_same_run(whole, out)
+
+
+@pytest.mark.slow
+def test_stopped_while_equilibrating_resumes_to_the_same_bits(tmp_path_factory, tmp_path):
+    # Seconds of it, so that a busy machine kills it in time.
+    scene, whole = whole_run(tmp_path_factory, equilibration=60_000, measured=200, frames=4)
+    out = tmp_path / "run"
+    process = start("run", scene, "--out", out)
+    wait_for(lambda: (out / "checkpoint.h5").exists() and notes(out)["collisions"] > 0, process)
+    process.kill()
+    process.communicate()
+    before = notes(out)
+    assert before["equilibrated"] is None, "the kill came too late to test what it should"
+    beginning = began(out)
+    assert carom("resume", out).returncode == 0
+    assert began(out) == beginning, "the run did not go on, but started again"
+    assert_same_run(whole, out)
+
+
+def test_killed_before_the_first_checkpoint_starts_again(reference, tmp_path):
+    _, whole = reference
+    out = tmp_path / "run"
+    out.mkdir()
+    shutil.copy(whole / "scene.toml", out)
+    # As a kill leaves it between two steps of the beginning.
+    (out / "trajectory.h5md").write_bytes(b"")
+    (out / ".checkpoint.77.tmp.h5").write_bytes(b"half")
+    done = carom("resume", out)
+    assert done.returncode == 0, done.stderr
+    assert_same_run(whole, out)
+
+
+@pytest.fixture
+def stopped(reference, tmp_path):
+    """Return the folder of a run that was stopped in the middle, without a process to wait for."""
+    scene, _ = reference
+    out = tmp_path / "stopped"
+
+    def impatient(stage, fraction):
+        if stage == "Measuring" and fraction > 0.4:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(studies.Interrupted, match="carom resume"):
+        studies.run(Plan.load(scene), out, progress=impatient)
+    return out
+
+
+@pytest.mark.parametrize("stage", ["Equilibrating", "Measuring", "Computing g(r)"])
+def test_ctrl_c_in_any_phase_costs_nothing(reference, tmp_path, stage):
+    scene, whole = reference
+    out, later = tmp_path / "run", []
+
+    def impatient(now, fraction):
+        if now == stage and fraction > 0.3:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(studies.Interrupted, match=r"carom resume .* goes on"):
+        studies.run(Plan.load(scene), out, progress=impatient)
+    assert not (out / "summary.json").exists()
+    before = began(out)
+    studies.resume(out, progress=lambda now, fraction: later.append(now))
+    assert began(out) == before, "the run did not go on, but started again"
+    assert ("Equilibrating" in later) == (stage == "Equilibrating")
+    assert_same_run(whole, out)
+
+
+def test_a_moved_folder_resumes_where_it_is(reference, stopped):
+    elsewhere = stopped.rename(stopped.with_name("elsewhere"))
+    studies.resume(elsewhere)
+    assert_same_run(reference[1], elsewhere)
+    assert not stopped.exists()
+
+
+def test_a_run_stopped_again_and_again_ends_with_the_same_bits(reference, tmp_path):
+    """In one process, at random looks of every phase: 12 stops."""
+    scene, whole = reference
+    out, dice = tmp_path / "run", random.Random(11)
+    stops = 0
+
+    def sometimes(stage, fraction):
+        if stage in ("Equilibrating", "Measuring") and dice.random() < 0.1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    go = lambda progress: studies.run(Plan.load(scene), out, progress=progress)  # noqa: E731
+    while stops < 12:
+        try:
+            go(sometimes)
+            break
+        except studies.Interrupted:
+            stops += 1
+        go = lambda progress: studies.resume(out, progress=progress)  # noqa: E731
+        if stops == 1:
+            beginning = began(out)
+    studies.resume(out)
+    assert stops >= 3, "too few stops to mean anything"
+    assert began(out) == beginning, "the run did not go on, but started again"
+    assert_same_run(whole, out)
+
+
+def test_sampling_and_progress_change_no_bit(reference, tmp_path):
+    """With a quarter of the frames, they are every fourth of all, and the pressure is the same."""
+    scene, whole = reference
+    text = scene.read_text().replace("frames = 64", "frames = 16")
+    seen = []
+    studies.run(Plan.from_toml(text), tmp_path / "run", progress=lambda stage, fraction: seen.append(stage))
+    assert {"Compiling", "Equilibrating", "Measuring", "Computing g(r)", "Done"} <= {*seen}
+    few, many = (io.read(folder / "trajectory.h5md", ":") for folder in (tmp_path / "run", whole))
+    assert len(few) == 16
+    for one, other in zip(few, many[3::4], strict=True):
+        assert (one.time, one.step) == (other.time, other.step)
+        for name in ("positions", "velocities", "images"):
+            assert np.array_equal(getattr(one, name), getattr(other, name))
+    for name in ("compressibility_factor", "collisions", "time", "worst_overlap", "energy_drift"):
+        assert summary(tmp_path / "run")[name] == summary(whole)[name]
+
+
+def test_resume_of_a_finished_run_says_so(reference):
+    _, whole = reference
+    before = {path.name: path.stat().st_mtime_ns for path in whole.iterdir()}
+    done = carom("resume", whole)
+    assert done.returncode == 0
+    assert "finished already" in done.stdout
+    assert {path.name: path.stat().st_mtime_ns for path in whole.iterdir()} == before
+
+
+def test_two_processes_do_not_run_in_one_folder(reference, stopped):
+    fcntl = pytest.importorskip("fcntl")
+    handle = os.open(stopped, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        done = carom("resume", stopped)
+    finally:
+        os.close(handle)
+    assert done.returncode == 2
+    assert "Another process" in done.stderr
+
+
+def test_resume_of_no_run_is_refused(tmp_path):
+    for folder in (tmp_path, tmp_path / "nowhere", __file__):
+        done = carom("resume", folder)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert len(done.stderr.strip().splitlines()) == 1
+        assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_damaged_checkpoint_is_refused_and_left(stopped):
+    path = stopped / "checkpoint.h5"
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(library.FileError, match="was changed"):
+        studies.resume(stopped)
+    assert path.read_bytes() == content
+
+
+def test_the_event_log_covers_the_whole_run(reference):
+    from carom.io.events import read_events
+
+    _, whole = reference
+    events = read_events(whole / "events.h5")
+    found = summary(whole)
+    assert len(events.i) >= found["equilibration"]["collisions"] + found["collisions"]
+    assert len(events.i) == notes(whole)["collisions"]

@@ -1,0 +1,216 @@
+"""What a run of a mixture, or between walls, leaves of g(r): a table of all pairs, or why there is none."""
+
+import csv
+
+import numpy as np
+import pytest
+from helpers.marks import slow
+
+from carom import Scene, io, studies, theory
+from carom.cli import screen
+from carom.errors import FileError, InputError
+from carom.models.gravity import Gravity
+from carom.models.losses import Loss
+from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
+from carom.observables.rdf import rdf
+from carom.pictures import plots
+from carom.pictures.plots import partial_rdf as draw
+from carom.plan.plan import Plan
+from carom.studies.runs.report import _mixture_theory
+
+BINARY = """
+[scene]
+initial = "random"
+dimension = {dimension}
+packing_fraction = 0.2
+{more}
+
+[[scene.species]]
+name = "a, b"
+count = 40
+diameter = 1.0
+
+[[scene.species]]
+name = "small"
+count = 80
+diameter = 0.5
+
+[run]
+equilibration = 20
+collisions_per_particle = 50
+frames = 20
+
+[output]
+pictures = true
+trajectory = {trajectory}
+"""
+
+
+def plan(dimension=3, more="", trajectory='["h5md"]'):
+    return Plan.from_toml(BINARY.format(dimension=dimension, more=more, trajectory=trajectory))
+
+
+def table_of(path):
+    """Columns of a table by name, as arrays without the empty cells, and the lines before it."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    comments = [line for line in lines if line.startswith("# ")]
+    rows = list(csv.DictReader(lines[len(comments) :]))
+    return {name: np.array([float(row[name]) for row in rows if row[name]]) for name in rows[0]}, comments
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypatch):
+    drawn, draw_pressure = {}, plots.pressure
+
+    def seen(estimate, *, equations, path):
+        drawn.update(equations)
+        return draw_pressure(estimate, equations=equations, path=path)
+
+    monkeypatch.setattr(plots, "pressure", seen)
+    result = studies.run(plan(dimension), tmp_path / "run")
+    rows = result.summary["theory"]
+    assert drawn == {row["name"]: row["compressibility_factor"] for row in rows}
+    assert len(drawn) == dimension - 1
+    columns, comments = table_of(result.folder / "rdf.csv")
+    frames = io.read(result.folder / "trajectory.h5md", ":")
+    pairs = [("a, b", "a, b"), ("a, b", "small"), ("small", "small")]
+    assert [name for name in columns if name.startswith("g ")] == [f"g {a}-{b}" for a, b in pairs]
+    for (a, b), contact in zip(pairs, (1.0, 0.75, 0.5), strict=True):
+        alone = rdf(frames, pair=(a, b))
+        name = f"{a}-{b}"
+        assert columns[f"r_lo {name}"][0] == contact
+        for key, values in {"r_hi": alone.edges[1:], "g": alone.g, "error": alone.error}.items():
+            assert np.array_equal(columns[f"{key} {name}"], values), (key, name)
+        assert columns[f"counts {name}"].sum() == alone.counts.sum() > 0
+        assert f"# contact {name}: {contact}" in comments
+        assert result.summary["contact_values_from_rdf"][name]["mean"] == alone.contact_value.mean
+    assert result.summary["without_rdf"] is None
+    assert (result.folder / "rdf.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("more", "trajectory", "says"),
+    [
+        slow("periodic = [true, true, false]", '["h5md"]', "No g(r): with walls"),
+        slow('obstacles = [{kind = "ball", center = [1, 1, 1], radius = 1.0}]', '["h5md"]', "with obstacles"),
+        ("", "[]", "none was asked for"),
+    ],
+)
+def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
+    result = studies.run(plan(3, more, trajectory), tmp_path / "run")
+    assert not (result.folder / "rdf.csv").exists()
+    assert not (result.folder / "rdf.png").exists()
+    assert says in result.summary["without_rdf"]
+    assert result.summary["contact_values_from_rdf"] == {}
+    screen.results(result, as_json=False)
+    assert says in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, capsys):
+    more = (
+        "periodic = [true, true, false]\nrestitution = 0.99\nelastic_below = 0.1\n"
+        'obstacles = [{kind = "ball", center = [1, 1, 1], radius = 0.5}, '
+        '{kind = "plane", normal = [0, 0, 1], offset = 0.01, name = "floor"}]'
+    )
+    result = studies.run(plan(3, more, "[]"), tmp_path / "run")
+    summary = result.summary
+    lower, upper, ball, floor = summary["obstacles"]
+    names = ["lower wall of axis 2", "upper wall of axis 2", "ball 0", "floor"]
+    assert [each["name"] for each in summary["obstacles"]][:2] == names[:2]
+    # Nobody reaches the wall behind the plane; what stands before it bears what the other wall bears.
+    assert lower["force"]["mean"] == 0.0
+    assert floor["pressure"]["mean"] is None
+    errors = (upper["force"]["error"], floor["force"]["error"])
+    assert abs(upper["force"]["mean"] - floor["force"]["mean"]) < 6.0 * np.hypot(*errors)
+    area = summary["box"][0] ** 2
+    assert upper["pressure"]["mean"] == pytest.approx(upper["force"]["mean"] / area, rel=1e-12)
+    assert ball["pressure"]["mean"] == pytest.approx(ball["force"]["mean"] / np.pi, rel=1e-12)
+    assert list(summary["collisions_by_species"]) == ["a, b-a, b", "a, b-small", "small-small"]
+    counts = summary["collisions_by_species"].values()
+    # The measured stretch begins at a multiple of its segments: a few collisions lie before it.
+    before = sum(counts) - summary["collisions"] - summary["equilibration"]["collisions"]
+    assert 0 <= before < summary["n"]
+    assert summary["spared_contacts"] > 0
+    screen.results(result, as_json=False)
+    shown = " ".join(capsys.readouterr().out.split())
+    for text in ("P σ³/kT on upper wall of axis 2", "force σ/kT on floor", "elastic contacts"):
+        assert text in shown
+
+
+def test_the_table_on_the_screen_holds_contact_values_of_pairs(tmp_path, capsys):
+    result = studies.run(plan(), tmp_path / "run")
+    screen.results(result, as_json=False)
+    shown = " ".join(capsys.readouterr().out.split())
+    for pair in ("a, b-a, b", "a, b-small", "small-small"):
+        assert f"g(σ+) {pair}" in shown
+
+
+def scene_of(diameters, **more):
+    return Scene(
+        Scene.cubic(4, packing_fraction=0.01).positions[: len(diameters)], 20.0, diameter=diameters, **more
+    )
+
+
+def test_sizes_without_names_are_species_and_many_sizes_are_none():
+    scene = scene_of([1.0] * 30 + [2.0] * 20)
+    assert species_of(scene).tolist() == [1] * 30 + [0] * 20
+    assert species_of(scene_of(np.linspace(1.0, 2.0, 50))) is None
+    assert partial_rdf(scene_of(np.linspace(1.0, 2.0, 50)), list) == {}
+    # A species of several sizes is none either; its few sizes count instead.
+    mixed = scene_of([1.0, 1.5] * 20, species=np.zeros(40, dtype=np.int64))
+    assert species_of(mixed).tolist() == [1, 0] * 20
+
+
+def names_of(scene):
+    return [row["name"].partition(",")[0] for row in _mixture_theory(scene)]
+
+
+def test_theory_is_that_of_elastic_mixtures_that_fly_freely():
+    scene = scene_of([1.0] * 8 + [0.5] * 8)
+    assert names_of(scene) == ["BMCSL", "Santos-Yuste-Lopez de Haro"]
+    for other in (
+        {"impact": Loss(0.9, contact_time=1e-3)},
+        {"motion": Gravity((0.0, 0.0, -1.0))},
+        {"pinned": [0, 1, 2, 3]},
+        {"restitution": 0.9},
+    ):
+        assert names_of(scene.with_(**other)) == [], other
+
+
+def test_theory_ends_where_its_equation_of_equal_spheres_does(monkeypatch):
+    scene = scene_of([1.0] * 8 + [0.5] * 8)
+    monkeypatch.setitem(theory.FREEZING, 3, 0.5 * scene.packing_fraction)
+    assert names_of(scene) == ["BMCSL"]
+    # And where nobody knows one: the run is not lost.
+    seven = Scene([[1.0] * 7, [3.0] * 7], 5.0, diameter=[1.0, 0.5])
+    assert names_of(seven) == []
+
+
+@pytest.mark.slow
+def test_pairs_touch_where_the_scene_says(tmp_path):
+    species = np.repeat([0, 1, 2], [30, 29, 1])
+    contact = np.array([[1.0, 0.6, 1.0], [0.6, 1.0, 1.0], [1.0, 1.0, 1.0]])
+    scene = Scene(
+        np.random.default_rng(2).permutation(Scene.cubic(4, packing_fraction=0.1).positions)[:60],
+        Scene.cubic(4, packing_fraction=0.1).box,
+        diameter=1.0,
+        species=species,
+        contact=contact,
+    )
+    from carom import Simulation
+
+    frames = list(Simulation(scene, kT=1.0, seed=1).sample(every=0.1, count=2))
+    found = partial_rdf(scene, lambda: frames)
+    # One component alone is no pair with itself.
+    assert {name: one.diameter for name, one in found.items()} == {
+        "0-0": 1.0, "0-1": 0.6, "0-2": 1.0, "1-1": 1.0, "1-2": 1.0,
+    }  # fmt: skip
+    write_partial(found, tmp_path / "rdf.csv")
+    columns, _ = table_of(tmp_path / "rdf.csv")
+    lengths = {name: columns[f"g {name}"].size for name in found}
+    # Bins are a fiftieth of the contact distance, as far as half of the box.
+    assert lengths["0-1"] > lengths["0-0"] == lengths["1-1"]
+    with pytest.raises(FileError, match="cannot be written"):
+        write_partial(found, tmp_path / "nowhere" / "rdf.csv")
+    with pytest.raises(InputError, match="nothing to draw"):
+        draw({})

@@ -1,0 +1,129 @@
+"""``carom run --relative-error``: as long as the error bar asks for, and the same bits after any stop."""
+
+import json
+import os
+import signal
+
+import pytest
+from helpers.commands import assert_same_run, carom
+
+from carom import studies
+from carom.errors import InputError
+from carom.observables.precision import FLOOR
+from carom.plan.plan import Plan, RunSpec
+
+PRECISE = """
+[scene]
+cells = 3
+packing_fraction = 0.3
+
+[run]
+seed = 5
+equilibration = 50
+relative_error = 3e-3
+frames = 20
+checkpoint_every = 0.02
+
+[output]
+pictures = false
+"""
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Return the scene file, the folder of the run, and what it printed."""
+    folder = tmp_path_factory.mktemp("precise")
+    scene = folder / "scene.toml"
+    scene.write_text(PRECISE)
+    done = carom("run", scene, "--out", folder / "run")
+    assert done.returncode == 0, done.stderr
+    return scene, folder / "run", done
+
+
+def test_a_run_reaches_the_relative_error_it_was_asked_for(finished):
+    _, folder, done = finished
+    summary = json.loads((folder / "summary.json").read_text())
+    z = summary["compressibility_factor"]
+    assert z["error"] <= 3e-3 * z["mean"]
+    assert z["n_eff"] >= FLOOR
+    assert summary["relative_error"] == 3e-3
+    # At least the frames asked for, more only as far as the stretch outgrew the pilot's prediction.
+    assert 20 <= summary["frames"] <= 80
+    assert "Relative error" in done.stderr
+    assert "s more" in done.stderr
+    assert "0.003 was asked for" in done.stdout
+
+
+def test_a_precise_run_stopped_again_and_again_ends_with_the_same_bits(finished, tmp_path):
+    scene, whole, _ = finished
+    out = tmp_path / "run"
+    moments = [("Pilot", 0.0), ("Pilot", 0.4), ("Measuring", 0.1), ("Measuring", 0.6), ("Measuring", 0.95)]
+
+    def stop(stage, fraction):
+        if moments and stage == moments[0][0] and fraction >= moments[0][1]:
+            moments.pop(0)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    go = lambda: studies.run(Plan.load(scene), out, progress=stop)  # noqa: E731
+    while moments:
+        with pytest.raises(studies.Interrupted):
+            go()
+        go = lambda: studies.resume(out, progress=stop)  # noqa: E731
+    go()
+    assert_same_run(whole, out)
+
+
+def test_the_options_of_a_run_take_the_place_of_each_other(finished, tmp_path):
+    scene, *_ = finished
+    done = carom("run", scene, "--collisions-per-particle", "50", "--out", tmp_path / "run", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["relative_error"] is None
+
+
+def test_the_wall_time_bounds_a_run_out_of_reach(finished, tmp_path):
+    scene, *_ = finished
+    done = carom(
+        "run", scene, "--relative-error", "1e-9", "--max-walltime", "0.5", "--out", tmp_path / "run", "--json"
+    )
+    assert done.returncode == 0, done.stderr
+    summary = json.loads(done.stdout)
+    assert summary["frames"] >= 1
+    assert summary["compressibility_factor"]["error"] > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ({"relative_error": 0.0}, "at least 1e-09"),
+        ({"relative_error": 2.0}, "at most 1"),
+        ({"relative_error": 1e-3, "collisions_per_particle": 10.0}, "leave one out"),
+        ({"max_walltime": 5.0}, "relative_error, which is missing"),
+    ],
+)
+def test_contradictory_lengths_are_refused(keys, says):
+    with pytest.raises(InputError, match=says):
+        RunSpec(**keys)
+
+
+def test_ten_thousand_collisions_per_particle_are_the_default():
+    assert RunSpec().collisions_per_particle == 10000.0
+    assert RunSpec(relative_error=1e-3).collisions_per_particle is None
+
+
+NONE = {
+    "pinned": ("pinned = 4", "components are pinned"),
+    "a field": ('motion = { type = "gravity", g = [0.0, -1.0] }', "Gravity changes the total momentum"),
+    "at rest": ("kT = 0.0", "Nothing moves"),
+    "one": ("", "One particle"),
+}
+
+
+@pytest.mark.parametrize("name", NONE)
+def test_a_run_without_a_pressure_takes_no_relative_error(tmp_path, name):
+    key, says = NONE[name]
+    n = 1 if name == "one" else 16
+    scene = f'[scene]\ninitial = "random"\nn = {n}\ndimension = 2\nbox = [9.0, 9.0]\n{key}\n'
+    plan = Plan.from_toml(scene + "[run]\nrelative_error = 0.05\n")
+    with pytest.raises(InputError, match=rf"needs a pressure; give collisions_per_particle.*{says}"):
+        studies.run(plan, tmp_path / "run")
+    assert not (tmp_path / "run").exists()

@@ -1,0 +1,219 @@
+"""What is printed: one unit in a table, what its numbers mean, and terminals that are narrow or none."""
+
+from __future__ import annotations
+
+import io
+import re
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.frames import crystal, frame_of
+from helpers.screens import printed, summary
+from rich.console import Console
+
+from carom.cli import heartbeat, screen
+from carom.observables.packing import DISTINCT, packing_network
+
+
+def test_all_pressures_of_a_table_have_one_unit_which_is_named():
+    text = " ".join(printed(screen._physics(summary())).split())
+    assert "P σ²/kT 3.000 ± 0.010" in text
+    # 8 energy / length^2, times 1.5^2 / 2.
+    assert "P σ²/kT on lower wall of axis 0 9.00 ± 0.09" in text
+    assert "force σ/kT on floor 6.00 ± 0.06" in text
+    assert "σ = 1.5 is the largest diameter, kT = 2." in text
+
+
+def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_printed():
+    text = " ".join(printed(screen._physics(summary())).split())
+    for said in ("whole box", "Z counts collisions of pairs alone", "area of the surface itself"):
+        assert said in text
+    assert "whole box" not in printed(screen._physics(summary(obstacles=[])))
+
+
+@pytest.mark.parametrize("width", [30, 60])
+def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
+    theory = [
+        {"name": f"An equation of state with a long name, {k}", "compressibility_factor": 2.0 + 0.01 * k,
+         "compressibility_factor_infinite": None, "contact_value": None}
+        for k in (1, 2)
+    ]  # fmt: skip
+    table = screen._physics(summary(theory=theory))
+    shown, wide = printed(table, width), printed(table, 400)
+    assert max(map(len, shown.splitlines())) <= width
+    assert "…" not in shown
+    numbers = re.findall(r"\d+\.\d+", wide)
+    assert sorted(re.findall(r"\d+\.\d+", shown)) == sorted(numbers)
+    assert len(printed(table, 400).splitlines()) < len(shown.splitlines())
+
+
+def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(monkeypatch, capsys):
+    monkeypatch.setattr(heartbeat, "EVERY", 0.05)
+    with screen.watched() as progress:
+        progress("Compiling", 0.0)
+        time.sleep(0.2)
+        progress("Measuring", 0.25)
+        time.sleep(0.2)
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert re.search(r"^\d+ s: Compiling$", err, re.MULTILINE)
+    assert re.search(r"^\d+ s: Measuring, 25 %$", err, re.MULTILINE)
+    time.sleep(0.15)
+    assert capsys.readouterr().err == ""  # it is over
+
+
+def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeypatch, capsys):
+    from carom.cli import eos
+    from carom.cli.trouble import friendly
+
+    monkeypatch.setattr(heartbeat, "EVERY", 0.05)
+
+    @friendly
+    def command():
+        time.sleep(0.2)
+        with eos._watched():
+            time.sleep(0.2)
+        time.sleep(0.2)
+
+    command()
+    said = re.sub(r"\d+ s: ", "", capsys.readouterr().err).splitlines()
+    assert [word for word, before in zip(said, [None, *said], strict=False) if word != before] == [
+        "Starting",
+        "Compiling, ten seconds or more the first time, and the first runs",
+        "Finishing",
+    ]
+    time.sleep(0.15)
+    assert capsys.readouterr().err == ""  # it is over
+
+
+# ------------------------------------------------------------------------------------------------ contacts
+
+
+def chain_with_gaps(gaps):
+    """Return disks on a row each, pairs of which have these gaps."""
+    pairs = [[[3.0 * (k % 20) + 1, 3.0 * (k // 20) + 1], [3.0 * (k % 20) + 2 + gap, 3.0 * (k // 20) + 1]]
+             for k, gap in enumerate(gaps)]  # fmt: skip
+    return frame_of(np.concatenate(pairs), (60.0, 3.0 * len(gaps) / 20 + 3.0))
+
+
+def test_contacts_of_a_crystal_are_distinct():
+    network = packing_network(crystal(2, 6))
+    assert network.distinct
+    assert network.note == ""
+
+
+def test_gaps_without_a_void_are_said_to_tell_no_contacts():
+    # Evenly spread over five decades: two next to each other differ by a factor of 10^(5 / 100).
+    gaps = np.logspace(-6, -1, 100)
+    network = packing_network(chain_with_gaps(gaps))
+    assert network.void[1] < DISTINCT * network.void[0]
+    assert not network.distinct
+    assert "cannot be told from near contacts" in str(network)
+    assert "Compress more slowly" in network.note
+
+
+def test_a_void_above_gaps_that_no_force_explains_tells_no_contacts():
+    """Of 100 contacts with gaps of 1e-10 none is weaker than 1 / 100; pairs at 1e-6 are no contacts."""
+    gaps = np.concatenate([np.full(80, 1e-10), np.logspace(-9, -6, 20)])
+    assert not packing_network(chain_with_gaps(gaps), gap=1e-3).separated
+    assert packing_network(chain_with_gaps(gaps[:80]), gap=1e-3).separated
+    weak = np.append(gaps[:80], 5e-9)
+    assert packing_network(chain_with_gaps(weak), gap=1e-3).separated
+
+
+def test_the_screen_prints_no_number_of_contacts_where_nobody_knows_it(capsys):
+    packing = {
+        "n": 300, "dimension": 2, "note": "done", "packing_fraction": 0.88, "pressure": 1e6, "collisions": 5,
+        "jamming_fraction": None, "isostatic": 599, "excess": 118, "rattlers": 1, "rattler_fraction": 0.01,
+        "contacts": 717, "gap": 5e-5, "void": [3e-5, 9e-5], "contacts_note": "Contacts cannot be told.",
+    }  # fmt: skip
+    screen.packed(packing, Path("here"), as_json=False)
+    text = " ".join(capsys.readouterr().out.split())
+    assert "717 with a gap below 5e-05" in text
+    assert "isostatic" not in text
+    assert "Contacts cannot be told." in text
+    screen.packed(packing | {"contacts_note": ""}, Path("here"), as_json=False)
+    assert "717 (isostatic: 599, +118)" in " ".join(capsys.readouterr().out.split())
+
+
+# ------------------------------------------------------------------------ reports, completion
+
+
+def test_the_title_of_a_report_says_the_composition_and_paper_cuts_nothing():
+    from carom.studies.eos import html
+
+    assert html.composition([[1.0, 100]]) == ""
+    assert html.composition([[1.0, 75], [0.5, 25]]) == ": 0.75 of diameter 1, 0.25 of diameter 0.5"
+    assert html.composition([[k, 1] for k in range(1, 10)]).endswith("and 3 sizes more")
+    printed = html.STYLE.split("@media print")[1]
+    assert "overflow: visible" in printed
+    assert "@page" in html.STYLE
+
+
+def test_sizes_of_a_study_have_colours_of_their_own():
+    from carom.studies.eos.pictures import SIZES, of_size
+
+    assert len({of_size(k) for k in range(len(SIZES))}) == len(SIZES) > 4
+
+
+def test_a_study_in_a_pipe_says_that_it_compiles(monkeypatch, capsys):
+    from carom.cli import eos
+
+    monkeypatch.setattr(heartbeat, "EVERY", 0.05)
+    with eos._watched():
+        time.sleep(0.2)
+    assert "Compiling" in capsys.readouterr().err
+
+
+def test_the_shell_can_complete_commands():
+    from typer.testing import CliRunner
+
+    from carom.cli import app
+
+    assert "--install-completion" in CliRunner().invoke(app, ["--help"]).output
+
+
+@pytest.mark.parametrize("stage", ["Compiling", "Packing"])
+def test_a_bar_shows_no_percentage_before_something_is_done(monkeypatch, stage):
+    """A bar that stands at 0 % looks like a hang. Until half a percent is done it moves to and fro."""
+    from rich.progress import Progress, TaskProgressColumn
+
+    from carom.notebook import advance
+
+    shown = io.StringIO()
+    with Progress(TaskProgressColumn(), console=Console(file=shown, width=60), auto_refresh=False) as bar:
+        bar.add_task("Starting", total=None)
+        for fraction, percent in [(0.0, ""), (0.004, ""), (0.3, "30%"), (None, ""), (0.0, ""), (1.0, "100%")]:
+            advance(bar, fraction, stage)
+            (task,) = bar.tasks
+            assert str(bar.columns[0](task)).strip() == percent
+            assert (task.total is None) == (not percent)
+
+
+def test_a_line_of_the_heartbeat_says_no_percentage_before_something_is_done():
+    heart = heartbeat.Heartbeat("Starting")
+    heart.tell("Packing", 0.0)
+    assert heart.state == "Packing"
+    heart.tell("Packing", 0.25)
+    assert heart.state == "Packing, 25 %"
+
+
+@pytest.mark.parametrize("width", [60, 200])
+def test_transport_coefficients_are_stacked_on_a_narrow_terminal_and_no_word_is_cut(
+    width, monkeypatch, capsys
+):
+    from types import SimpleNamespace
+
+    from carom.cli import transport
+
+    row = ("0.1", "108", "thermal_conductivity", "0.88 +- 0.03", "0.95225", "0.921", "5.664 and 11.33")
+    monkeypatch.setenv("COLUMNS", str(width))
+    transport._show(SimpleNamespace(cells=lambda: [row], remarks=lambda: ["* eta = 0.1, N = 108: too short"]))
+    shown = capsys.readouterr().out
+    assert all(word in shown for word in row)
+    assert ("  value: 0.88 +- 0.03\n" in shown) == (width == 60)
+    assert all(len(line.rstrip()) <= width for line in shown.splitlines())
+    assert "scene file" in " ".join(shown.split())
+    assert "too short" in shown

@@ -1,0 +1,159 @@
+"""The kernel as it is built: with and without compilation, with bounds checks, vectorised, never stale."""
+
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+from helpers.tiny import run_tiny
+from numba.core import event
+
+import carom
+from carom.compiling import dispatch, registry
+
+
+@pytest.mark.slow
+def test_plain_python_gives_the_same_bits():
+    assert run_tiny(NUMBA_DISABLE_JIT="1") == run_tiny()
+
+
+@pytest.mark.slow
+def test_no_index_is_out_of_bounds(tmp_path):
+    # Bounds checks are no part of the cache's key.
+    checked = run_tiny(NUMBA_BOUNDSCHECK="1", NUMBA_CACHE_DIR=str(tmp_path))
+    assert checked == run_tiny()
+
+
+@pytest.mark.slow
+def test_an_edited_kernel_is_compiled_anew(tmp_path):
+    source = tmp_path / "src"
+    shutil.copytree(
+        Path(carom.__file__).parent, source / "carom", ignore=shutil.ignore_patterns("__pycache__")
+    )
+    settings = {"source": source, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    first = run_tiny(**settings)
+    assert first == run_tiny()
+    pair = source / "carom" / "models" / "hard_cores.py"
+    text = pair.read_text()
+    # A little too elastic: half of the impulse would leave pairs at rest at contact, and the run never ends.
+    edited = text.replace("    factor = rv / rr\n", "    factor = 1.0000001 * rv / rr\n")
+    assert edited != text
+    pair.write_text(edited)  # a module that the entry points only call into
+    assert run_tiny(**settings) != first
+
+
+COMPILES = r"from carom\.compiling(?! import news|\.news|\.reasons|\.held|\.cache)|(?m:^@\w+\.register)"
+"""What stands in modules that are compiled. Who asks for news of compiling, why it failed, keeps code on
+disk, or holds a signal back is not."""
+
+
+def test_the_digest_covers_every_module_of_the_kernel(tmp_path, monkeypatch):
+    package = Path(carom.__file__).parent
+    compiled = [path for path in package.rglob("*.py") if re.search(COMPILES, path.read_text())]
+    assert len(compiled) > 20
+    before = dispatch.source_digest.__wrapped__()
+    here = Path(dispatch.__file__).relative_to(package)
+    copy = tmp_path / "carom"
+    shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(dispatch, "__file__", str(copy / here))
+    assert dispatch.source_digest.__wrapped__() == before
+    for path in compiled:
+        target = copy / path.relative_to(package)
+        text = target.read_text()
+        target.write_text(text + "\n")
+        assert dispatch.source_digest.__wrapped__() != before, f"{path} belongs to COMPILED"
+        target.write_text(text)
+    (copy / here.parent / "models").mkdir()
+    (copy / here.parent / "models" / "new.py").write_text("")  # in a folder within
+    assert dispatch.source_digest.__wrapped__() != before
+
+
+def test_an_inlined_function_is_compiled_once_for_all_its_callers():
+    @registry.inner
+    def half(x):
+        return 0.5 * x
+
+    @registry.inner
+    def quarter(x):
+        return half(half(x))
+
+    @numba.njit(**dispatch.ENTRY)
+    def both(x):
+        return half(x) + quarter(x)
+
+    compiled = []
+
+    class Listener(event.Listener):
+        def on_start(self, begun):
+            compiled.append(begun.data["dispatcher"].py_func.__name__)
+
+        def on_end(self, ended):
+            pass
+
+    with event.install_listener("numba:compile", Listener()):
+        assert both(4.0) == 3.0
+    assert sorted(compiled) == ["both", "half", "quarter"]
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86-64 instructions")
+@pytest.mark.parametrize("kind", ["lists", "sectors"])
+def test_the_search_for_a_partner_is_vectorised(kind):
+    from numba import njit
+
+    from carom.compiling.borrowed import borrowed
+    from carom.engine import cycle
+
+    sim = carom.Simulation(carom.Scene.fcc(cells=5, packing_fraction=0.3), seed=1, neighbors=kind)
+    engine = sim.machine.engine
+
+    @njit(**dispatch.STRICT)
+    def search(model, state, neighbors, i, now):
+        model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
+        return cycle.search(model, state, neighbors, i, now, 0, cycle.NOBODY_MET)
+
+    search(engine.model, engine.state, engine.neighbors, 0, 0.0)
+    (listing,) = search.inspect_asm().values()
+    for instruction in ("sqrtpd", "divpd"):  # packed doubles: a scalar one ends in sd
+        lines = [line for line in listing.splitlines() if instruction in line]
+        assert lines, f"no {instruction}: the loop over candidates is not vectorised"
+
+
+def test_a_cache_that_names_a_vanished_model_is_compiled_anew(tmp_path):
+    # As after an upgrade that renamed a model, or without the module of somebody's own obstacle.
+    (tmp_path / "doubling.py").write_text(
+        "from carom.compiling.dispatch import entry\n"
+        "def _double(digest):\n"
+        "    def double(model):\n"
+        "        digest\n"
+        "        return 2.0 * model[0]\n"
+        "    return double\n"
+        "double = entry(_double)\n"
+    )
+    models = tmp_path / "models.py"
+    own = "from typing import NamedTuple\nclass Own(NamedTuple):\n    x: float\n"
+    plain = "from doubling import double; print(double((1.5,)))"
+    for content, program, expected in (
+        (own, "from doubling import double; from models import Own; print(double(Own(1.0)))", "2.0"),
+        ("", plain, "3.0"),
+        (own, "from doubling import double; from models import Own; print(double(Own(2.0)))", "4.0"),
+        (None, plain, "3.0"),
+    ):
+        models.unlink(missing_ok=True)
+        if content is not None:
+            models.write_text(content)
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", program],
+            cwd=tmp_path,
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.stdout.strip() == expected, done.stderr
+    # Files are named after what is in them: processes that save at the same time do not mix them up.
+    assert len(list((tmp_path / "cache").rglob("*.nbc"))) == 2

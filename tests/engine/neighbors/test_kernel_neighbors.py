@@ -1,0 +1,235 @@
+"""Sectors and lists against a search among all pairs, while a run goes on."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+from helpers.marks import slow
+from helpers.neighbors import check_invariants, check_lists, go, present
+from helpers.oracle import engine_collisions, moving
+
+import carom
+from carom.engine import neighborhood
+from carom.engine.neighbors import choice as scheme
+from carom.engine.neighbors.prefetch import HUGE, LARGE
+from carom.scene import lattices
+
+STEPS = np.int64(1)
+
+
+@pytest.fixture
+def simulation(tmp_path):
+    """Make simulations with a log, as the comparisons with the oracle do: nothing more has to be compiled."""
+    made = itertools.count()
+    return lambda scene, **settings: carom.Simulation(
+        scene, event_log=tmp_path / f"events{next(made)}.h5", **settings
+    )
+
+
+def check_sectors(sim):
+    """Everyone is a member of one sector, and no further from where it lies than its slack."""
+    sectors, n, edges = sim.machine.engine.neighbors, sim.scene.n, np.array(sim.scene.box)
+    shape = np.array(sectors.shape)
+    slacks = np.broadcast_to(sectors.slacks, (n + 1, len(edges)))
+    if sectors.spare is not None:
+        slacks = np.where(slacks > 0.0, slacks + sectors.spare[:, None], 0.0)
+    members = [(int(i), cell) for cell, row in enumerate(sectors.members) for i in row[: row[-1]]]
+    assert sorted(i for i, _ in members) == list(range(n))
+    # Two that touch are in neighbouring sectors, however far beyond theirs: from the scene's diameters.
+    sides = np.array(sim.scene.box) / shape
+    most = np.where(slacks[:n] > 0.0, slacks[:n] + 0.5 * sim.scene.diameters[:, None], 0.5 * sides)
+    assert (2.0 * most <= sides).all()
+    x, v, now = present(sim)
+    leave = sim.machine.engine.state.leave
+    for i, cell in members:
+        place = sectors.place[i].astype(int)
+        assert ((place >= 0) & (place < shape)).all()
+        assert np.ravel_multi_index(place, shape) == cell
+        low = (place + sectors.turn[i] * shape) * np.array(sectors.sides)
+        # By rounding, a component may be on either side of a face.
+        slack = slacks[i] + 1e-12 * edges
+        assert (x[i] >= low - slack).all()
+        assert (x[i] <= low + sides + slack).all()
+        ahead = x[i] + v[i] * (leave[i] - now)
+        assert (ahead >= low - slack).all()
+        assert (ahead <= low + sides + slack).all()
+
+
+CASES = [
+    (1, 12, 0.4, "sectors"),
+    (1, 20, 0.4, "lists"),
+    (2, 30, 0.5, "sectors"),
+    (2, 40, 0.5, "lists"),
+    (2, 5, 0.4, "sectors"),
+    (3, 40, 0.3, "sectors"),
+    (3, 60, 0.4, "lists"),
+    (3, 4, 0.2, "sectors"),
+    (4, 12, 0.1, "sectors"),
+    (2, 60, 0.1, "sectors"),
+    (3, 130, 0.1, "sectors"),
+]
+
+
+@pytest.mark.parametrize(("dimension", "n", "packing_fraction", "kind"), CASES)
+def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind, simulation):
+    scene = moving(carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=n), n)
+    sim = simulation(scene, neighbors=kind, shell=1.2 if kind == "lists" else None)
+    assert sim.machine.scheme.kind == kind
+    for _ in range(200):
+        check_invariants(sim)
+        go(sim, 1)
+    assert sim.collisions >= n // 3
+
+
+@pytest.mark.parametrize(("dimension", "n"), [(1, 40), (2, 100), (3, 150), slow(4, 160)])
+def test_lists_stay_symmetric_and_complete(dimension, n, simulation):
+    eta = {1: 0.5, 2: 0.5, 3: 0.4, 4: 0.1}[dimension]
+    scene = moving(carom.Scene.random(n, dimension, packing_fraction=eta, seed=1), 2)
+    sim = simulation(scene, neighbors="lists", shell=1.15)
+    for _ in range(12):
+        check_lists(sim)
+        go(sim, 5 * n)
+    check_lists(sim)
+    assert sim.statistics.transits > 2 * n
+
+
+@pytest.mark.parametrize(
+    "box", [(9.0,), (1.2, 8.0), (5.5, 2.3), (7.0, 7.0), (3.4, 1.1, 4.0), (4.5, 2.2, 6.0)]
+)
+def test_members_of_sectors_are_where_their_positions_are(box, simulation):
+    n = max(2, int(0.25 * np.prod(box)))
+    sim = simulation(moving(carom.Scene.random(n, box=box, seed=1), 2), neighbors="sectors")
+    for _ in range(40):
+        check_sectors(sim)
+        go(sim, 3 * n)
+    assert sim.statistics.transits > 10 * n
+
+
+@pytest.mark.parametrize(
+    ("dimension", "n", "mixed"),
+    [
+        (3, 160, False),
+        *(slow(d, n, True) for d, n in ((1, 20), (2, 60), (3, 160), (4, 800))),
+        *(slow(d, n, False) for d, n in ((1, 20), (2, 60), (4, 800))),
+    ],
+)
+def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed, monkeypatch, simulation):
+    eta = {1: 0.2, 2: 0.1, 3: 0.05, 4: 0.03}[dimension]
+    scene = carom.Scene.random(n, dimension, packing_fraction=eta, seed=1)
+    if mixed:
+        sizes = {"diameters": [1.0, 0.5], "masses": [1.0, 0.5**dimension], "dimension": dimension}
+        scene = carom.Scene.mixture([n // 2, n // 2], packing_fraction=eta, seed=1, **sizes)
+    scene = moving(scene, 2)
+    loose = simulation(scene, neighbors="sectors")
+    monkeypatch.setattr(neighborhood, "slacks_of", lambda scheme, contents: [0.0] * dimension)
+    strict = simulation(scene, neighbors="sectors")
+    sectors = loose.machine.engine.neighbors
+    sides, slacks = np.array(sectors.sides), np.array(sectors.slacks)
+    assert (slacks > 0.0).all()
+    # Two that touch are in neighbouring sectors.
+    most = np.broadcast_to(slacks, (n, dimension))
+    if mixed:
+        most = most + sectors.spare[:n, None]
+        assert (most[scene.diameters == 0.5].min(axis=0) > slacks).all()
+    contact = 0.5 * scene.diameters
+    assert (sides - (most + contact[:, None])[:, None] - (most + contact[:, None])[None] >= 0.0).all()
+    outside = 0
+    for _ in range(10):
+        for sim in (loose, strict):
+            go(sim, 2 * n)
+            check_sectors(sim)
+        place = np.floor(present(loose)[0] / sides).astype(int) % np.array(sectors.shape)
+        outside += int((place != sectors.place[:n]).any(axis=1).sum())
+    assert outside > n
+    # The same collisions, found with fewer crossings.
+    for sim in (loose, strict):
+        sim.run(collisions_per_particle=20)
+    assert loose.statistics.transits < 0.7 * strict.statistics.transits
+
+
+@pytest.mark.parametrize("kind", ["lists", "sectors"])
+def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
+    scene = moving(carom.Scene.random(150, 3, packing_fraction=0.4, seed=1), 2)
+    settings = {"neighbors": kind, "shell": 1.2 if kind == "lists" else None}
+    usual = simulation(scene, **settings)
+    choose = scheme.choose
+    # Large sectors, or they could not hold more than fits into the smallest room.
+    tiny = {"capacity": 8} if kind == "lists" else {"shape": (2, 2, 2)}
+    monkeypatch.setattr(
+        scheme, "choose", lambda *a: dataclasses.replace(choose(*a), cell_capacity=1, heap=16, **tiny)
+    )
+    small = simulation(scene, **settings)
+    assert small.machine.scheme.cell_capacity > 1, "grown before the first event"
+    for sim in (usual, small):
+        sim.run(collisions=2000)
+        (check_lists if kind == "lists" else check_sectors)(sim)
+        check_invariants(sim)
+    # Room is no physics: the same collisions, up to the rounding of times predicted anew where arrays grew.
+    assert small.statistics.energy_drift < 1e-13
+    assert small.statistics.worst_overlap < 1e-13
+
+
+@pytest.mark.parametrize("kind", ["lists", "sectors"])
+def test_room_changes_no_collision(kind, monkeypatch, simulation):
+    # The initial capacities are found too small before the first event: nothing is predicted twice then.
+    scene = moving(carom.Scene.random(60, 2, packing_fraction=0.5, seed=1), 2)
+    right = simulation(scene, neighbors=kind)
+    choose = scheme.choose
+    monkeypatch.setattr(scheme, "choose", lambda *a: dataclasses.replace(choose(*a), heap=1))
+    sim = simulation(scene, neighbors=kind)
+    right.run(collisions=500)
+    sim.run(collisions=500)
+    np.testing.assert_array_equal(sim.frame().positions, right.frame().positions)
+
+
+@pytest.mark.parametrize("mixed", [False, slow(True)])
+@pytest.mark.parametrize("n", [LARGE, HUGE])
+def test_looking_ahead_changes_no_collision(n, mixed, tmp_path):
+    # Lists and sectors look ahead to other things, and both to more from one size on, and from the next.
+    edge = math.ceil(n ** (1 / 3))
+    assert edge**3 >= n > (edge - 2) ** 3
+    block = carom.Scene.on(lattices.cubic(3), edge, packing_fraction=0.3)
+    sizes = 1.0 - 0.5 * (np.arange(block.n) % 2) if mixed else 1.0
+    scene = moving(carom.Scene(block.positions, block.box, diameter=sizes), 3)
+    found = []
+    for kind in ("lists", "sectors"):
+        folder = tmp_path / kind
+        folder.mkdir()
+        sim, events, times = engine_collisions(scene, n, folder, neighbors=kind)
+        assert sim.statistics.transits > 20
+        found.append((events.i, events.j, times))
+    (i, j, times), (other_i, other_j, other_times) = found
+    np.testing.assert_array_equal(i, other_i)
+    np.testing.assert_array_equal(j, other_j)
+    np.testing.assert_allclose(times, other_times, rtol=1e-9)
+
+
+def test_a_new_epoch_changes_neither_place_nor_order(simulation):
+    scene = moving(carom.Scene.random(30, 2, packing_fraction=0.3, seed=1), 2)
+    sim = simulation(scene)
+    start = sim.machine.engine.state.clock[0].epoch
+    while sim.machine.engine.state.clock[0].epoch < start + 5:
+        before, epoch = present(sim), int(sim.machine.engine.state.clock[0].epoch)
+        due = sim.machine.engine.state.rows["due"][: scene.n].copy()
+        collisions = sim.collisions
+        go(sim, 1)
+        if sim.machine.engine.state.clock[0].epoch > epoch and sim.collisions == collisions:
+            x, _, now = present(sim)
+            moved = x - before[0] - before[1] * (now + sim.epoch_length - before[2])
+            edges = np.array(scene.box)
+            assert np.abs(moved - edges * np.rint(moved / edges)).max() < 1e-13 * edges.max()
+            later = sim.machine.engine.state.rows["due"][: scene.n]
+            # The rows were advanced, and their contacts computed anew: to rounding.
+            kept = np.isclose(later + sim.epoch_length, due, rtol=0.0, atol=2.0**-39 * sim.epoch_length)
+            assert kept.sum() >= scene.n - 3  # those of the event itself have new times
+
+
+@pytest.mark.slow
+def test_lists_whose_places_would_be_too_coarse_are_refused():
+    # Four axes share 64 bits: 2^16 steps of a box of 1e5 diameters are longer than the margin.
+    scene = carom.Scene([[1.0, 2.0, 2.0, 2.0], [5.0, 2.0, 2.0, 2.0]], box=[1e5, 4.0, 4.0, 4.0])
+    with pytest.raises(carom.InputError, match="too coarse"):
+        carom.Simulation(scene, seed=1, neighbors="lists", shell=1.4)
+    assert carom.Simulation(scene, seed=1, shell=1.4).run(collisions=10).collisions == 10

@@ -1,0 +1,179 @@
+"""Thin systems: paths through many images of the box, beside the oracle, and what is chosen for them."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from helpers.oracle import assert_equal_to_oracle, moving
+from helpers.oracle_scenes import case, check, placed
+
+import carom
+from carom.engine.neighbors import choice as scheme
+from carom.engine.neighbors import sides, thin
+from carom.engine.neighbors.contacts import ROOM, best_of, contact_of, keep, make_contacts
+from carom.engine.state import State
+from carom.models.interface import NEVER
+from carom.simulation.preparation import prepare
+
+
+@pytest.mark.parametrize(
+    ("dimension", "n", "size"),
+    [
+        (2, 9, {"packing_fraction": 0.01}),
+        (2, 70, {"packing_fraction": 0.02}),
+        (2, 7, {"box": (9.0, 47.0), "diameter": 1.0}),
+        pytest.param(3, 8, {"packing_fraction": 1e-3}, marks=pytest.mark.slow),
+        (3, 70, {"packing_fraction": 0.02}),
+    ],
+)
+def test_looking_at_everybody_finds_the_oracle_s_collisions(dimension, n, size, tmp_path):
+    scene = moving(carom.Scene.random(n, dimension, seed=n, **size), n + 100)
+    assert_equal_to_oracle(scene, 3 * n, tmp_path, at_least=n, neighbors="all")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("box", [(8.0, 9.0), (4.3, 4.9)])
+def test_so_it_does_for_sizes_and_masses_of_their_own(box):
+    check(case(placed(6, box, 3)), "all")
+
+
+@pytest.mark.slow
+def test_so_it_does_for_a_contact_matrix():
+    contact = [[1.0, 0.65], [0.65, 0.6]]
+    scene = carom.Scene.mixture([4, 4], diameters=[1.0, 0.6], contact=contact, box=(8.0, 9.0), seed=30)
+    check(case(moving(scene, 5)), "all")
+
+
+def chosen(n, dimension, packing_fraction, **more):
+    scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1, **more)
+    return scheme.choose(prepare(scene, np.ones_like(scene.positions)), dimension**0.5)
+
+
+@pytest.mark.parametrize(("n", "dimension"), [(500, 3), (100, 2), (10, 3), (10, 2)])
+def test_where_flights_cross_the_box_everybody_is_looked_at(n, dimension):
+    assert chosen(n, dimension, 1e-6).kind == "all"
+
+
+def test_wider_sectors_where_flights_are_long():
+    for n, dimension in ((2000, 2), (10_000, 3)):
+        found = chosen(n, dimension, 1e-4)
+        members = n / np.prod(found.shape)
+        assert found.kind == "sectors"
+        assert members > 1.5 * sides.SECTOR**dimension
+
+
+@pytest.mark.parametrize(("dimension", "packing_fraction"), [(2, 0.05), (2, 0.3), (3, 0.05), (3, 0.2)])
+def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
+    n = 1000
+    found = chosen(n, dimension, packing_fraction)
+    scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1)
+    side = max(sides.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
+    assert found.shape == tuple(int(edge / side) for edge in scene.box)
+
+
+def test_what_everybody_needs_is_said():
+    scene = carom.Scene.random(5, 2, packing_fraction=0.01, seed=1, periodic=False)
+    with pytest.raises(carom.InputError, match="needs a box that is periodic"):
+        carom.Simulation(scene, neighbors="all")
+    with pytest.raises(carom.InputError, match="3 times the largest diameter"):
+        carom.Simulation(carom.Scene.random(2, 2, packing_fraction=0.3, seed=1), neighbors="all")
+
+
+def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
+    scene = carom.Scene.random(6, 3, box=(1000.0,) * 3, diameter=1.0, seed=1)
+    sim = carom.Simulation(scene, seed=1)
+    block = sim.run(collisions=30)
+    assert block.collisions == 30
+    # A collision takes 3e4 boxes of flight: sectors were crossed a hundred thousand times for it.
+    assert sim.statistics.transits < 30 * 6 * 1000
+
+
+def test_contacts_that_are_kept_pass_through_a_checkpoint(tmp_path):
+    """Between two collisions of an epoch the contacts kept are all that is known of the next ones."""
+    scene = carom.Scene.random(70, 3, packing_fraction=1e-3, seed=2)
+    straight = carom.Simulation(scene, seed=3, neighbors="all")
+    straight.run(collisions=33)
+    straight.save(tmp_path / "on_the_way.h5")
+    resumed = carom.Simulation.load(tmp_path / "on_the_way.h5")
+    blocks = [sim.run(collisions=200) for sim in (straight, resumed)]
+    assert blocks[0] == blocks[1]
+    one, other = (sim.frame() for sim in (straight, resumed))
+    np.testing.assert_array_equal(one.positions, other.positions)
+    np.testing.assert_array_equal(one.velocities, other.velocities)
+
+
+def known(contacts, dues):
+    """Return which of the contacts of component 0 is first, where others are due at the times given."""
+    rows = np.zeros(len(dues), [("due", "f8")]).view(np.recarray)
+    rows.due = dues
+    k, complete = best_of(contacts, State(rows, None, None, None, None, None), 0, False)
+    return (contact_of(contacts, 0, k).other if k >= 0 else None), complete
+
+
+def test_the_next_contact_is_the_earliest_with_whom_nothing_has_happened_to():
+    contacts = make_contacts(4, np.float64)
+    for j, due in ((1, 3.0), (2, 1.0), (3, 2.0)):
+        keep(contacts, 0, j, due - 0.5, due)
+    later = [NEVER] * 4
+    assert known(contacts, later) == (2, True)
+    contacts.versions[2] += 1  # it has collided
+    assert known(contacts, later) == (3, True)
+    assert known(contacts, [NEVER, NEVER, NEVER, 1.5]) == (1, True)  # it has an earlier event
+    assert known(contacts, [NEVER, 2.5, NEVER, 1.5]) == (None, True)
+    keep(contacts, 0, 2, 0.5, 4.0)  # found again, in the place of the contact of before
+    assert contacts.counts[0] == 3
+
+
+def test_who_has_too_many_contacts_knows_until_when_they_are_complete():
+    n = ROOM + 3
+    contacts = make_contacts(n, np.float64)
+    for j in range(n - 1, 0, -1):
+        keep(contacts, 0, j, 0.0, float(j))
+    dues = np.full(n, NEVER)
+    assert known(contacts, dues) == (1, True)
+    dues[1:ROOM] = 0.5
+    assert known(contacts, dues) == (ROOM, True)
+    dues[ROOM] = 0.5  # the next one found no room
+    assert known(contacts, dues) == (None, False)
+
+
+CROWDED = """
+import sys
+import carom.engine.neighbors.contacts as contacts
+contacts.ROOM = int(sys.argv[1])
+import carom
+sim = carom.Simulation(carom.Scene.random(8, 2, packing_fraction=0.03, seed=2), seed=3, neighbors="all")
+sim.run(collisions=25)
+print(sim.statistics.advancements, sim.time, sim.frame().positions.tolist())
+"""
+
+
+@pytest.mark.slow
+def test_contacts_that_find_no_room_are_found_again():
+    """The engine as Python, because compiled code holds the room as a constant."""
+    told = []
+    for room in (16, 1):
+        done = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", CROWDED, str(room)],
+            env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        told.append(done.stdout.split(maxsplit=1))
+    assert told[0][1] == told[1][1]
+    assert int(told[1][0]) > int(told[0][0])  # who has lost one searches again, by an advancement
+
+
+def test_what_is_thin_costs_what_the_mean_free_path_says():
+    assert thin.crossings(2) == pytest.approx(4 / np.pi)
+    assert thin.crossings(3) == pytest.approx(1.5)
+
+
+def test_in_high_dimension_sectors_are_small_enough_to_tell_most_images_apart():
+    # One sector would be seen in 3^10 images, with all 100 in each of them.
+    scene = carom.Scene.random(100, box=(2.3,) * 10, diameter=1.0, seed=1)
+    found = scheme.choose(prepare(scene, np.ones_like(scene.positions)), 10**0.5)
+    assert (found.kind, found.shape) == ("sectors", (2,) * 10)

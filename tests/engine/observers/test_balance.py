@@ -1,0 +1,257 @@
+"""Where contacts change the energy: sums that survive everything, beside exact cases and the oracle."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.oracle_scenes import placed
+
+import carom
+from carom.engine.neighbors.choice import choose
+from carom.engine.parts import arrays, build
+from carom.reference import NaiveSystem
+from carom.scene.temperature import degrees_of_freedom, peculiar, temperature
+from carom.simulation.preparation import prepare
+
+
+def cooling_rods():
+    """Two rods on a ring that lose half of their speed in every contact, until it is 2^-12 of the first.
+
+    Their common velocity is no heat, however many epochs pass.
+    """
+    length, e, u, common = 5.0, 0.5, 2.0, 0.25
+    velocities = [[common + u / 2], [common - u / 2]]
+    scene = carom.Scene([[0.75], [3.25]], length, velocities=velocities, restitution=e, elastic_below=1e-30)
+    sim = carom.Simulation(scene)
+    found, right = [], []
+    for _ in range(12):
+        # From the middle between two contacts to the next: m u^2 / 2 is kT, with one degree of freedom.
+        half = 0.5 * (length - 2.0)
+        block = sim.run(time=half / u + half / (e * u))
+        found.append((block.kT_time, block.virial, sim.kT))
+        right.append((0.5 * u * half * (1 + e), 0.5 * (1 + e) * u, 0.5 * (e * u) ** 2))
+        u *= e
+    assert sim.time > 100 * sim.epoch_length
+    return found, right
+
+
+def growing_rods():
+    """Two rods on a ring that grow: contacts are elastic between surfaces that approach each other faster."""
+    length, u, rate, duration = 50.0, 1.0, 0.25, 30.0
+    scene = carom.Scene([[1.0], [26.0]], length, velocities=[[7.0 + u / 2], [7.0 - u / 2]])
+    sim = carom.Simulation(scene, growth=rate)
+    block = sim.run(time=duration)
+    # Both gaps of the ring close at once, each by the rate of growth and one of them by the centres.
+    time = right = virial = 0.0
+    gaps = [24.0, 24.0]
+    while True:
+        wait = gaps[0] / (u + rate)
+        right += 0.5 * u * u * min(wait, duration - time)
+        time += wait
+        if time > duration:
+            break
+        gaps = [gaps[1] + (u - rate) * wait, 0.0]
+        virial += (u + rate) * (1.0 + rate * time)
+        u += 2 * rate
+    return [(block.kT_time, block.virial, sim.kT)], [(right, virial, 0.5 * u * u)]
+
+
+def growing_between_walls():
+    """One rod that grows between two walls, which give it twice its rate of growth whenever they are hit."""
+    length, v, rate, duration = 20.0, 1.0, 0.25, 40.0
+    sim = carom.Simulation(carom.Scene([[10.0]], length, periodic=False, velocities=[[v]]), growth=rate)
+    block = sim.run(time=duration)
+    time = right = 0.0
+    wait = 9.5 / (v + rate / 2)
+    while True:
+        right += v * v * min(wait, duration - time)
+        time += wait
+        if time > duration:
+            break
+        v += rate
+        wait = (length - 1.0 - rate * time) / (v + rate / 2)
+    return [(block.kT_time, block.virial, sim.kT)], [(right, 0.0, v * v)]
+
+
+def everything(size, seed):
+    """Return a scene of species that grow and lose energy, many of their contacts elastic, with a wall."""
+    box, sizes = (6.0 * size, 5.0 * size), (0.6 * size, 1.1 * size)
+    scene = placed(10, box, seed, diameters=sizes, periodic=[True, False])
+    scene = scene.with_(velocities=scene.velocities + np.array([0.4, 0.0]), species=np.arange(10) % 3)
+    return scene.with_(restitution=0.7, elastic_below=0.8), 0.05 * scene.diameters / size
+
+
+def beside_the_oracle(size, seed, growing):
+    """Return sums of the engine, and of the oracle: integral of kT, contacts of species, spared contacts."""
+    scene, growth = everything(size, seed)
+    growth = growth if growing else 0.0 * growth
+    settings = {"neighbors": "lists", "shell": 1.3} if growing else {}
+    # In doubles: both trajectories agree for the few collisions that are looked at.
+    oracle = NaiveSystem(
+        scene.positions,
+        scene.velocities,
+        scene.box,
+        diameter=scene.diameters,
+        masses=scene.masses,
+        growth=growth,
+        periodic=scene.periodic,
+        restitution=scene.restitution,
+        elastic_below=scene.elastic_below,
+        arithmetic="float",
+    )
+    end, counts, spared, heat = 0.0, np.zeros((3, 3), np.int64), 0, 0.0
+    while oracle.collisions < COLLISIONS:
+        before, time = oracle.velocities.astype(float), float(oracle.time)
+        event = oracle.step()
+        end = float(oracle.time)
+        heat += temperature(scene, before) * (end - time)
+        if event.j < scene.n:
+            a, b = sorted((event.i % 3, event.j % 3))
+            counts[a, b] += 1
+            counts[b, a] = counts[a, b]
+            # Which image of the other it was, both know: the nearest.
+            r = (oracle.positions[event.j] - oracle.positions[event.i]).astype(float)
+            r[0] -= scene.box[0] * round(r[0] / scene.box[0])
+            approach = -(before[event.j] - before[event.i]) @ r / math.sqrt(r @ r)
+            spared += approach + 0.5 * (growth[event.i] + growth[event.j]) < scene.elastic_below
+    sim = carom.Simulation(scene, growth=growth if growing else None, **settings)
+    # Cut where nothing happens, saved, and resumed: nothing of the sums may be lost.
+    sim.run(time=0.4 * end)
+    sim.run(time=end * (1 + 1e-9) - sim.time)
+    assert not growing or sim.machine.clock.base > 0, "the engine was built anew on the way"
+    found = {
+        "heat": sim.tally.kT_time,
+        "virial": sim.tally.virial,
+        "counts": sim.collisions_by_species.tolist(),
+        "virial by species": float(np.triu(sim.virial_by_species).sum()),
+        "spared": sim.spared_contacts,
+        "hits": [impact.hits for impact in sim.obstacles],
+    }
+    right = {
+        "heat": heat,
+        "virial": float(oracle.virial),
+        "counts": counts.tolist(),
+        "virial by species": float(oracle.virial),
+        "spared": int(spared),
+        "hits": oracle.hits.tolist(),
+    }
+    return found, right
+
+
+COLLISIONS = 50
+SIZES = {"0.02": 0.02, "1": 1.0, "30": 30.0}
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """What all of these find, without compilation of so many kinds of scenes."""
+    return run_plain()
+
+
+def run_plain(*arguments):
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-m", "engine.observers.test_balance", *map(str, arguments)],
+        cwd=Path(__file__).parents[2],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("name", ["cooling_rods", "growing_rods", "growing_between_walls"])
+def test_the_integral_of_kT_is_exact(plain, name):
+    # The rods cool by seven decades: no digit of what is left may be lost to the rounding of what was.
+    found, right = plain[name]
+    np.testing.assert_allclose(found, right, rtol=1e-11)
+
+
+@pytest.mark.parametrize("growing", [False, True])
+@pytest.mark.parametrize("size", SIZES)
+def test_sums_survive_everything_and_agree_with_the_oracle(plain, size, growing):
+    # Diameters from 0.02 to 30: what counts of a contact is the speed of the surfaces, r.v over r.
+    found, right = plain[f"{size} {growing}"]
+    assert found["counts"] == right["counts"]
+    assert found["spared"] == right["spared"]
+    assert 5 < right["spared"] < 55
+    assert found["hits"] == right["hits"]
+    for name in ("heat", "virial", "virial by species"):
+        assert found[name] == pytest.approx(right[name], rel=1e-6)
+
+
+def test_a_checkpoint_keeps_all_sums(tmp_path):
+    assert run_plain("checkpoint", tmp_path / "half.h5")
+
+
+def checkpoint(path):
+    """Compare a run with one that is saved and loaded on the way."""
+    scene, growth = everything(1.0, 3)
+    whole, parts = (carom.Simulation(scene, growth=growth) for _ in range(2))
+    whole.run(time=4.0)
+    for _ in range(4):
+        parts.run(time=1.0)
+        parts.save(path)
+        parts = carom.Simulation.load(path)
+    assert whole.tally == parts.tally
+    assert whole.tally.kT_time > 0.0
+    assert whole.spared_contacts == parts.spared_contacts > 0
+    assert (whole.collisions_by_species == parts.collisions_by_species).all()
+    assert (whole.virial_by_species == parts.virial_by_species).all()
+    assert whole.collisions_by_species.sum() > 0
+    return True
+
+
+def test_rescaling_takes_the_momentum_away_where_it_is_conserved_and_leaves_the_rest(tmp_path):
+    assert run_plain("rescaled", tmp_path)
+
+
+def rescaled(_):
+    """Look at the momentum, and at every velocity."""
+    scene, _ = everything(1.0, 3)
+    sim = carom.Simulation(scene)
+    before = scene.masses @ scene.velocities
+    assert abs(before[0]) > 1.0
+    sim.rescale(kT=0.5)
+    after = sim.frame().velocities
+    momentum = scene.masses @ after
+    assert abs(momentum[0]) < 1e-14 * scene.masses.sum()
+    # Across the walls every component keeps its direction and its part: nothing is subtracted there.
+    factor = after[:, 1] / scene.velocities[:, 1]
+    np.testing.assert_allclose(factor, factor[0], rtol=1e-13)
+    np.testing.assert_allclose(after, factor[0] * peculiar(scene, scene.velocities), rtol=1e-12)
+    twice = float(np.sum(scene.masses[:, None] * after**2))
+    assert twice == pytest.approx(0.5 * degrees_of_freedom(scene), rel=1e-13)
+    return True
+
+
+def test_a_plain_scene_has_no_balance():
+    # Scenes whose energy is constant are compiled without it.
+    scene = placed(6, (4.0, 4.0), 1, periodic=[True, False])
+    contents = prepare(scene, scene.velocities)
+    scheme = choose(contents, 1.0, "auto", None)
+    engine = build(scheme, contents, scene.positions, scene.velocities)
+    assert engine.model.impact is None
+    assert engine.model.balance is None
+    assert not any("balance" in name for name in arrays(engine))
+
+
+if __name__ == "__main__":
+    np.seterr(all="ignore")
+    if sys.argv[1:]:
+        print(json.dumps({"checkpoint": checkpoint, "rescaled": rescaled}[sys.argv[1]](sys.argv[2])))
+    else:
+        exact = {case.__name__: case() for case in (cooling_rods, growing_rods, growing_between_walls)}
+        sums = {
+            f"{name} {growing}": beside_the_oracle(size, 3, growing)
+            for name, size in SIZES.items()
+            for growing in (False, True)
+        }
+        print(json.dumps({**exact, **sums}))

@@ -1,0 +1,13 @@
+"""What a run adds up to survives every cut: the engine's sums, cut in five ways, beside the oracle's."""
+
+import pytest
+from helpers import oracle_sums
+from helpers.plain import plain_python
+
+
+@pytest.mark.parametrize("kind", oracle_sums.KINDS)
+def test_sums_survive_chunks_samples_checkpoints_refits_and_larger_arrays(kind):
+    assert plain_python("-m", "helpers.oracle_sums", kind).split() == [
+        kind,
+        str(oracle_sums.KINDS[kind]().count),
+    ]

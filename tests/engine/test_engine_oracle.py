@@ -1,0 +1,142 @@
+"""The order of collisions against the naive algorithm with 50 digits, the paper's correct trajectory."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from helpers.marks import slow
+from helpers.oracle import assert_equal_to_oracle, engine_collisions, moving, oracle_of
+
+import carom
+
+PER_PARTICLE = 10
+
+
+def packed(n, dimension, packing_fraction, seed):
+    return moving(carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=seed), seed + 100)
+
+
+RANDOM = [
+    # dimension, n, packing fractions: as dilute as double precision can follow for 10 collisions a particle
+    # (a longer flight amplifies rounding more), fluid, nearly all that random placement can do
+    (1, 2, (0.05, 0.5, 0.9)),
+    (1, 17, (0.05, 0.5, 0.9)),
+    (1, 64, (0.1, 0.7)),
+    (2, 2, (0.2, 0.3)),
+    (2, 9, (0.15, 0.3, 0.6)),
+    (2, 32, (0.2, 0.45, 0.65)),
+    (2, 64, (0.2, 0.6)),
+    (3, 2, (0.05, 0.15)),
+    (3, 8, (0.05, 0.3)),
+    (3, 32, (0.1, 0.45)),
+    (3, 64, (0.1, 0.49)),
+    (4, 2, (0.03, 0.08)),
+    (4, 16, (0.05, 0.2)),
+    (4, 64, (0.05, 0.25)),
+]
+
+
+KERNELS = ((1, 2), (4, 2), (4, 16), (4, 64))
+"""Dimensions and numbers that need kernels of their own, or long."""
+
+
+@pytest.mark.parametrize(
+    ("dimension", "n", "packing_fraction"),
+    [slow(d, n, eta) if (d, n) in KERNELS else (d, n, eta) for d, n, etas in RANDOM for eta in etas],
+)
+def test_collisions_come_in_the_oracle_s_order(dimension, n, packing_fraction, tmp_path):
+    scene = packed(n, dimension, packing_fraction, seed=n)
+    assert_equal_to_oracle(scene, PER_PARTICLE * n // 2, tmp_path, neighbors="sectors")
+
+
+@pytest.mark.parametrize(
+    ("dimension", "n", "packing_fraction"), [(2, 9, 0.02), slow(3, 8, 0.01), slow(4, 16, 0.01)]
+)
+def test_dilute_gases_follow_the_oracle_as_far_as_double_precision_can(
+    dimension, n, packing_fraction, tmp_path
+):
+    scene = packed(n, dimension, packing_fraction, seed=n)
+    assert_equal_to_oracle(scene, PER_PARTICLE * n // 2, tmp_path, at_least=2 * n)
+
+
+LISTED = [
+    slow(1, 12, 0.3),
+    slow(1, 40, 0.8),
+    (2, 32, 0.3),
+    (2, 64, 0.65),
+    (3, 64, 0.25),
+    (3, 64, 0.45),
+    slow(4, 64, 0.05),
+]
+
+
+@pytest.mark.parametrize(("dimension", "n", "packing_fraction"), LISTED)
+@pytest.mark.parametrize("shell", [None, 1.2])
+def test_lists_give_the_oracle_s_order(dimension, n, packing_fraction, shell, tmp_path):
+    scene = packed(n, dimension, packing_fraction, seed=3 * n)
+    if dimension == 4:
+        shell = 1.2  # a larger one does not fit into the box
+    assert_equal_to_oracle(scene, PER_PARTICLE * n // 2, tmp_path, neighbors="lists", shell=shell)
+
+
+@pytest.mark.parametrize("dimension", [2, 3, 4])
+@pytest.mark.parametrize("edge", [1.05, 1.5, 2.05, 3.05, 3.9, 4.1])
+@pytest.mark.parametrize("other", [1.05, 2.3, 7.0])
+def test_two_spheres_in_small_boxes(dimension, edge, other, tmp_path):
+    # The other edges: 1, 2, 3 or more sectors. Centres half a box apart along the longest edge never overlap,
+    # or along all edges where the box is small.
+    box = np.array([edge] + [other] * (dimension - 1))
+    if np.linalg.norm(box / 2) <= 1.0:
+        pytest.skip("no room for two spheres")
+    scene = moving(carom.Scene([0.1 * box, 0.6 * box], tuple(box)), seed=int(100 * edge + other))
+    # Up to a hundred diameters of flight between two collisions: rounding grows as much at each.
+    assert_equal_to_oracle(scene, 12, tmp_path, at_least=4, neighbors="sectors")
+
+
+@pytest.mark.parametrize(
+    ("n", "box"),
+    [
+        (3, (1.05, 4.0)),
+        (4, (1.05, 1.05, 6.0)),
+        (6, (2.1, 4.2)),
+        (5, (2.2, 1.1, 5.0)),
+        (10, (2.5, 2.5, 3.7)),
+        pytest.param(2, (1.05, 2.05, 3.05, 2.0), marks=pytest.mark.slow),
+        (5, (7.3,)),
+        (2, (2.0000001,)),
+        (1, (1.05, 1.05)),
+    ],
+)
+def test_few_spheres_in_small_boxes_with_different_edges(n, box, tmp_path):
+    scene = moving(carom.Scene.random(n, box=box, seed=4), seed=5)
+    if n == 1:
+        sim = carom.Simulation(scene)
+        sim.run(time=10.0)
+        assert sim.collisions == 0
+        return
+    assert_equal_to_oracle(scene, PER_PARTICLE * n // 2 + 2, tmp_path, at_least=n)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("dimension", "n"), [(5, 8), (6, 4)])
+def test_five_and_six_dimensions(dimension, n, tmp_path):
+    scene = packed(n, dimension, 0.02, seed=1)
+    assert_equal_to_oracle(scene, 3 * n // 2, tmp_path)
+
+
+def test_two_spheres_collide_under_two_images_at_one_time(tmp_path):
+    # 5 = |(3, 4)|: sphere 1 is met above and below at once, and the first impulse drives it into the other.
+    velocities = [[1.0, 0.0], [-1.0, 0.0]]
+    scene = carom.Scene([[1.0, 1.0], [12.0, 5.0]], (32.0, 8.0), diameter=5.0, velocities=velocities)
+    sim, _, times = engine_collisions(scene, 6, tmp_path)
+    right = [float(c.time) for c in islice(oracle_of(scene), 6)]
+    assert times[0] == times[1] == 4.0
+    np.testing.assert_allclose(times, right, rtol=1e-9)  # 4 free flights of up to 5 diameters
+    assert sim.statistics.worst_overlap < 1e-14
+
+
+@pytest.mark.parametrize("mass", [0.125, 3.0])
+@pytest.mark.parametrize("diameter", [0.3, 7.0])
+def test_diameter_and_mass_are_in_the_right_places(diameter, mass, tmp_path):
+    scene = carom.Scene.random(20, 2, packing_fraction=0.4, diameter=diameter, mass=mass, seed=7)
+    assert_equal_to_oracle(moving(scene, 8), 100, tmp_path)

@@ -1,0 +1,361 @@
+"""Mixtures, walls, obstacles, lost energy and growth: the engine beside the oracle, and what always holds.
+
+Compiling takes seconds for every combination of models, so the comparisons run as plain Python, which gives
+the same bits, and compiled for a few combinations; for one of each kind with ``pytest -m slow``.
+"""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from helpers import oracle_scenes
+from helpers.neighbors import check_invariants, check_lists, go
+from helpers.oracle_scenes import CASES, assert_no_overlap, compare, moving, placed
+from helpers.plain import TESTS, plain_python
+
+import carom
+from carom.models.gravity import Gravity
+from carom.models.obstacles import Ball, Plane
+from carom.simulation.machine import Machine
+
+
+# In three and four dimensions sectors have many neighbours, and plain Python is slow.
+def suits(name, scheme):
+    dimension = int(name[-1])
+    quick = scheme == "lists" or name[:-2] in ("lorentz", "flask", "boxed")
+    return dimension <= 2 or (dimension == 3 and quick)
+
+
+@pytest.mark.parametrize("kind", [make.__name__ for make in oracle_scenes.KINDS])
+def test_events_come_in_the_oracle_s_order(kind):
+    names = [
+        f"{name}-{scheme}"
+        for name in CASES
+        for scheme in ("sectors", "lists")
+        if name.startswith(f"{kind}-") and suits(name, scheme)
+    ]
+    done = plain_python("-m", "helpers.oracle_scenes", *names)
+    assert [line.split()[0] for line in done.splitlines()] == names
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in CASES if not suits(name, "sectors")])
+def test_events_come_in_the_oracle_s_order_in_more_dimensions(name):
+    plain_python("-m", "helpers.oracle_scenes", f"{name}-sectors", f"{name}-lists")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("k", range(len(oracle_scenes.KINDS)))
+def test_compiled_events_come_in_the_oracle_s_order(k):
+    # One dimension and scheme of every kind, each in turn.
+    make, dimensions = list(oracle_scenes.KINDS.items())[k]
+    compare(f"{make.__name__}-{dimensions[k % len(dimensions)]}-{('sectors', 'lists')[k // 2 % 2]}")
+
+
+# The compiled combinations of the fast tests.
+
+
+def binary(n, ratio, eta, seed=1, mass=None, dimension=2):
+    """Disks of two species, as much area of each."""
+    small = round(n / (1 + ratio**-dimension))
+    sizes = [1.0, 1.0 / ratio]
+    scene = carom.Scene.mixture(
+        [n - small, small], diameters=sizes, masses=mass, packing_fraction=eta, dimension=dimension, seed=seed
+    )
+    return moving(scene, seed)
+
+
+def everything(n=24, seed=3):
+    """Disks that grow at rates of their own, and lose energy, between walls, a fixed disk and a slope."""
+    obstacles = (Ball((4.0, 3.0), 0.5), Plane((1.0, 1.0), 1.5, "slope"))
+    scene = placed(n, (8.0, 7.0), seed, diameters=(0.3, 0.6), periodic=False, obstacles=obstacles)
+    return scene.with_(restitution=0.9, elastic_below=0.01), 0.05 * scene.diameters
+
+
+def growing_simulation(**settings):
+    scene, growth = everything()
+    return carom.Simulation(scene, growth=growth, neighbors="lists", shell=1.3, **settings)
+
+
+def same(one, other):
+    """Whether two simulations are in the same state, to the bit."""
+    a, b = one.frame(), other.frame()
+    for name in ("positions", "velocities", "images", "diameters"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    assert (a.time, a.step) == (b.time, b.step)
+    assert one.tally == other.tally
+    return True
+
+
+@pytest.mark.slow
+def test_compiled_and_plain_python_give_the_same_bits():
+    program = (
+        "import numpy, hashlib; numpy.seterr(all='ignore')\n"
+        "from engine.test_engine_scenes import growing_simulation\n"
+        "sim = growing_simulation(); sim.run(time=3.0); frame = sim.frame()\n"
+        "print(hashlib.sha256(frame.positions.tobytes() + frame.velocities.tobytes()).hexdigest(), sim.tally)"
+    )
+    plain = plain_python("-c", program)
+    compiled = subprocess.run(
+        [sys.executable, "-c", program], cwd=TESTS, capture_output=True, text=True, check=True
+    )
+    assert compiled.stdout == plain
+
+
+def test_growth_goes_on_through_refits_without_overlap():
+    sim = growing_simulation()
+    scene, growth = everything()
+    before = sim.packing_fraction
+    bases = set()
+    for frame in sim.sample(every=0.5, count=60):
+        np.testing.assert_allclose(frame.diameters, scene.diameters + growth * frame.time, rtol=1e-13)
+        assert_no_overlap(scene, frame)
+        check_lists(sim)
+        bases.add(sim.machine.clock.base)
+    assert len(bases) > 3, "the neighbour scheme was renewed on the way"
+    assert sim.packing_fraction == pytest.approx(before * 2.5**2, rel=1e-12)  # 1 + 0.05 * 30
+    assert sim.collisions > 10 * scene.n
+    assert sum(impact.hits for impact in sim.obstacles) > 5 * scene.n
+
+
+def test_samples_and_chunks_leave_no_trace_where_diameters_grow():
+    whole, parts = growing_simulation(), growing_simulation()
+    whole.run(time=12.0)
+    for k in range(16):
+        for _ in parts.sample(times=[0.7 * k, 0.7 * k + 0.1]):
+            parts.run(time=0.0)
+        parts.run(collisions=3, time=0.5)
+    next(parts.sample(times=[12.0]))
+    assert same(whole, parts)
+    assert whole.obstacles == parts.obstacles
+    assert whole.spared_contacts == parts.spared_contacts
+
+
+def test_a_checkpoint_of_everything_continues_with_the_same_bits(tmp_path):
+    whole, parts = growing_simulation(), growing_simulation()
+    whole.run(time=12.0)
+    for k in range(8):
+        parts.run(time=1.5)
+        parts.save(tmp_path / f"{k}.h5")
+        parts = carom.Simulation.load(tmp_path / f"{k}.h5")
+        assert parts.obstacles
+    assert same(whole, parts)
+    assert whole.obstacles == parts.obstacles
+    assert whole.spared_contacts == parts.spared_contacts
+
+
+def test_rescaling_leaves_momentum_of_free_axes_alone_and_gives_the_temperature():
+    sim = growing_simulation()
+    sim.run(time=2.0)
+    heated = sim.kT
+    sim.rescale(kT=0.5)
+    assert heated != pytest.approx(0.5)
+    assert sim.kT == pytest.approx(0.5, rel=1e-14)
+    before = sim.collisions
+    sim.run(collisions=200)
+    assert sim.collisions == before + 200
+
+
+@pytest.mark.parametrize("ratio", [2, 20])
+def test_lists_of_several_levels_are_complete(ratio):
+    scene = binary(160 if ratio == 2 else 604, ratio, 0.4)
+    sim = carom.Simulation(scene, neighbors="lists")
+    levels = sim.machine.engine.neighbors.bounds.grids
+    assert levels > 1 if ratio == 20 else levels >= 1
+    steps = 6 if ratio == 2 else 2
+    for _ in range(steps):
+        check_lists(sim)
+        if ratio == 2:
+            check_invariants(sim)
+        go(sim, 5 * scene.n)
+    check_lists(sim)
+    sim.run(collisions=1)  # the simulation did not know of those cycles
+    assert sim.statistics.transits > scene.n
+    assert sim.statistics.energy_drift < 1e-12
+    assert sim.statistics.worst_overlap < 1e-12
+    assert_no_overlap(scene, sim.frame())
+
+
+@pytest.mark.slow
+def test_sizes_from_one_to_twenty_keep_their_cores():
+    rng = np.random.default_rng(5)
+    sizes = np.exp(rng.uniform(np.log(0.05), 0.0, 400))
+    scene = carom.Scene.mixture([1] * 400, diameters=sizes, packing_fraction=0.5, dimension=2, seed=2)
+    sim = carom.Simulation(moving(scene, 3), neighbors="lists")
+    for _ in range(4):
+        sim.run(collisions_per_particle=20)
+        check_lists(sim)
+        assert_no_overlap(scene, sim.frame())
+    assert sim.statistics.energy_drift < 1e-12
+    assert sim.statistics.worst_overlap < 1e-12
+
+
+def test_masses_from_one_to_a_million_keep_energy_and_momentum():
+    scene = binary(100, 2, 0.4, mass=[1e6, 1.0])
+    sim = carom.Simulation(scene, neighbors="lists")
+    sim.run(collisions=20_000)
+    assert sim.statistics.energy_drift < 1e-12
+    assert sim.statistics.momentum_drift < 1e-12
+    assert sim.statistics.worst_overlap < 1e-12
+
+
+def test_sums_by_species_add_up_to_the_whole():
+    sim = carom.Simulation(binary(100, 2, 0.4, mass=[2.0, 0.5]), neighbors="lists")
+    sim.run(collisions=1000)
+    counts, sums = sim.collisions_by_species, sim.virial_by_species
+    assert (counts == counts.T).all()
+    assert np.triu(counts).sum() == 1000
+    assert np.triu(sums).sum() == pytest.approx(sim.tally.virial, rel=1e-12)
+
+
+def test_limits_of_a_run_hold_for_mixtures():
+    sim = carom.Simulation(binary(100, 2, 0.4), neighbors="lists")
+    block = sim.run(time=0.3)
+    assert block.duration == 0.3
+    block = sim.run(collisions=17, time=100.0)
+    assert block.collisions == 17
+    assert sim.run(time=1.0, collisions=10**9).duration == 1.0
+
+
+# In a process of their own, as plain Python: too small to be worth compiling for.
+
+LOGGED = """
+import sys
+from itertools import islice
+import numpy as np
+np.seterr(all="ignore")
+import carom
+from carom.io.events import read_events
+from helpers.oracle_scenes import flask, oracle_of
+scene = flask(2).scene
+with carom.Simulation(scene, event_log=sys.argv[1], neighbors="sectors") as sim:
+    sim.run(collisions=4)
+    logged = sim.collisions + sum(impact.hits for impact in sim.obstacles)
+events = read_events(sys.argv[1])
+right = list(islice(oracle_of(scene), logged))
+assert len(events.i) == logged
+assert list(zip(events.i.tolist(), events.j.tolist())) == [(event.i, event.j) for event in right]
+assert max(event.j for event in right) == scene.n + 4 + 3  # 4 walls and 4 obstacles, the last of them a plane
+np.testing.assert_allclose(events.impulse, [float(event.impulse) for event in right], rtol=1e-6)
+print([impact.name for impact in sim.obstacles])
+"""
+
+
+def test_the_event_log_numbers_walls_and_obstacles_from_n_on(tmp_path):
+    # The kernel keeps obstacles by kind: two balls apart in the scene are neighbours there.
+    done = plain_python("-c", LOGGED, str(tmp_path / "events.h5"))
+    assert done.strip() == str(
+        [f"{side} wall of axis {axis}" for axis in (0, 1) for side in ("lower", "upper")]
+        + ["ball", "sphere", "second", "floor"]
+    )
+
+
+COLLAPSE = """
+import numpy as np
+np.seterr(all="ignore")
+import carom
+from helpers.oracle_scenes import moving
+scene = moving(carom.Scene.random(12, 1, packing_fraction=0.5, seed=1), 2).with_(restitution=0.1)
+sim = carom.Simulation(scene, neighbors="sectors")
+before = sim.kT
+block = sim.run(time=200.0 / before**0.5, collisions=20_000)
+print(sim.spared_contacts, block.collisions, sim.kT / before, sim.machine.contents.threshold / before**0.5)
+"""
+
+
+def test_the_default_threshold_follows_the_thermal_speed(monkeypatch):
+    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    scene = carom.Scene.fcc(cells=3, packing_fraction=0.3).with_(restitution=0.7)
+
+    def threshold(scene, kT=None, rescale=None, **settings):
+        sim = carom.Simulation(scene, kT=kT, seed=1, **settings)
+        if rescale is not None:
+            sim.rescale(rescale)
+        return sim.machine.contents.impact.elastic_below
+
+    assert threshold(scene, 1.0) == pytest.approx(1e-3)
+    assert threshold(scene, 1.0, rescale=1e-8) == pytest.approx(1e-7)
+    assert threshold(scene.with_(elastic_below=0.5), 1.0, rescale=1e-8) == 0.5
+    still = scene.with_(velocities=np.zeros((scene.n, 3)))
+    assert threshold(still) == 0.0  # nothing will ever move
+    assert threshold(still, growth=0.25) == 0.25e-3
+    assert threshold(still.with_(motion=Gravity((0.0, 0.0, -4.0)))) == 2e-3
+
+
+def test_no_collapse_at_a_restitution_of_a_tenth():
+    # Rods collapse from a few on at so low a restitution: without the elastic contacts the run would not end.
+    spared, collisions, cooled, threshold = map(float, plain_python("-c", COLLAPSE).split())
+    assert collisions < 20_000, "the time was reached"
+    assert spared > 0, "reported"
+    assert threshold == pytest.approx(1e-3)
+    assert cooled < 0.05
+
+
+ONE_BALL = """
+import numpy as np
+np.seterr(all="ignore")
+import carom
+from carom.errors import CaromWarning
+scene = carom.Scene([[1.0, 1.2]], 4.0, periodic=False, velocities=[[1.0, 0.5]])
+sim = carom.Simulation(scene)
+sim.run(time=1000.0)
+hits = [impact.hits for impact in sim.obstacles]
+assert abs(hits[0] - 1000 / 6) <= 1 and abs(hits[2] - 500 / 6) <= 1, hits
+assert sim.kT == 0.625 and sim.degrees_of_freedom == 2
+assert np.abs(sim.frame().positions - 2.0).max() <= 1.5
+print(sim.statistics.momentum_drift)
+"""
+
+
+def test_one_ball_in_a_box():
+    assert plain_python("-c", ONE_BALL).strip() == "nan"
+
+
+GROWING_SECTORS = """
+import sys
+import numpy as np
+np.seterr(all="ignore")
+import carom
+from engine.test_engine_scenes import same
+from helpers.oracle_scenes import placed
+# One component outgrows sectors that fitted all of them, and those after.
+scene = placed(12, (6.0, 5.2), 1, diameters=(0.2, 0.3), periodic=[True, False])
+growth = np.zeros(12)
+growth[3] = 0.3
+whole, parts = (carom.Simulation(scene, neighbors="sectors", growth=growth) for _ in range(2))
+whole.run(time=9.0)
+for k in range(6):
+    next(parts.sample(times=[1.5 * k + 0.7]))
+    parts.run(collisions=1, time=0.5)
+    parts.save(sys.argv[1])
+    parts = carom.Simulation.load(sys.argv[1])
+    next(parts.sample(times=[1.5 * (k + 1)]))
+assert same(whole, parts) and whole.obstacles == parts.obstacles
+assert whole.machine.clock.base > 0, "sectors were renewed"
+print(whole.collisions)
+"""
+
+
+def test_sectors_that_are_renewed_leave_no_trace_of_samples_and_checkpoints(tmp_path):
+    assert int(plain_python("-c", GROWING_SECTORS, str(tmp_path / "parts.h5"))) > 10
+
+
+LORENTZ = """
+import numpy as np
+np.seterr(all="ignore")
+import carom
+from helpers.oracle_scenes import assert_no_overlap
+from carom.obstacles import Ball
+obstacles = [Ball((0.1, 0.1, 0.1), 0.3), Ball((0.6, 0.6, 0.6), 0.3)]
+scene = carom.Scene.random(1, 3, box=1.0, diameter=0.06, obstacles=obstacles, seed=0)
+sim = carom.Simulation(scene, seed=0, neighbors="sectors")
+for frame in sim.sample(every=0.05, count=2000):
+    assert_no_overlap(scene, frame)
+print(sum(impact.hits for impact in sim.obstacles))
+"""
+
+
+def test_fixed_balls_are_seen_from_a_face_of_the_box():
+    # One that rounding leaves a hair before the face that it passes flies through all of the next box.
+    assert int(plain_python("-c", LORENTZ)) > 100

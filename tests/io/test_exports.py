@@ -1,0 +1,108 @@
+"""What LAMMPS, DCD and PDB files hold, as other programs read them."""
+
+from __future__ import annotations
+
+import ase.io
+import MDAnalysis
+import numpy as np
+import pytest
+from helpers.frames import frames_of
+
+import carom.io
+from carom.errors import InputError
+
+
+def exported(tmp_path, name, frames):
+    with carom.io.open(tmp_path / "a.h5md", "w") as writer:
+        for frame in frames:
+            writer.write(frame)
+    count = carom.io.convert(tmp_path / "a.h5md", tmp_path / name)
+    return tmp_path / name, count
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_lammps_dump_has_walls_types_radii_and_times(tmp_path, dimension):
+    frames = frames_of(dimension)
+    path, count = exported(tmp_path, "a.lammpstrj", frames)
+    assert count == 3
+    lines = path.read_text().splitlines()
+    assert lines[1] == "0"
+    flags = ["pp"] * (dimension - 1) + ["ff"] + ["pp"] * (3 - dimension)
+    assert lines[6] == "ITEM: BOX BOUNDS " + " ".join(flags)
+    names = lines[10].split()[2:]
+    table = np.array([line.split() for line in lines[11:18]], dtype=float)
+    np.testing.assert_allclose(table[:, 2 : 2 + dimension], frames[0].positions, rtol=1e-8)
+    np.testing.assert_array_equal(table[:, 1], frames[0].species + 1)
+    np.testing.assert_allclose(2 * table[:, names.index("radius")], frames[0].diameters, rtol=1e-8)
+    np.testing.assert_allclose(table[:, names.index("mass")], frames[0].masses, rtol=1e-8)
+    assert frames[0].masses.min() < frames[0].masses.max()  # momenta would be something else
+    vx = names.index("vx")
+    np.testing.assert_allclose(table[:, vx : vx + dimension], frames[0].velocities, rtol=1e-8)
+    assert float(lines[18 + 3]) == frames[1].time
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_lammps_data_file_holds_the_last_frame_with_its_masses(tmp_path, dimension):
+    """A disk has the density of the sphere around it: LAMMPS knows no other in two dimensions."""
+    frames = frames_of(dimension)
+    path, count = exported(tmp_path, "a.data", frames)
+    assert count == 1
+    text = path.read_text()
+    assert "7 atoms" in text
+    assert "2 atom types" in text
+    rows = np.array([line.split() for line in text.split("Atoms # sphere\n\n")[1].splitlines()[:7]], float)
+    np.testing.assert_allclose(rows[:, 4 : 4 + dimension], frames[-1].positions, rtol=1e-8)
+    np.testing.assert_allclose(rows[:, 3] * np.pi / 6 * rows[:, 2] ** 3, frames[-1].masses, rtol=1e-8)
+    moving = np.array([line.split() for line in text.split("Velocities\n\n")[1].splitlines()], float)
+    np.testing.assert_allclose(moving[:, 1 : 1 + dimension], frames[-1].velocities, rtol=1e-8)
+
+
+def test_dcd_and_pdb_hold_unwrapped_positions(tmp_path):
+    frames = frames_of(3)
+    pdb, _ = exported(tmp_path, "a.pdb", frames)
+    (tmp_path / "a.h5md").unlink()
+    dcd, count = exported(tmp_path, "a.dcd", frames)
+    assert count == 3
+    universe = MDAnalysis.Universe(str(pdb), str(dcd))
+    # Times go through a unit of CHARMM and a float32.
+    assert universe.trajectory.dt == pytest.approx(0.1, rel=1e-5)
+    for frame, ts in zip(frames, universe.trajectory, strict=True):
+        np.testing.assert_allclose(ts.positions, frame.unwrapped, atol=2e-6)
+        np.testing.assert_allclose(ts.dimensions[:3], frame.box, rtol=1e-6)
+    assert len(MDAnalysis.Universe(str(pdb)).trajectory) == 3
+
+
+@pytest.mark.parametrize(
+    ("names", "written", "elements"),
+    [
+        (("small", "big"), ["smal", "big"], ["", ""]),  # no samarium and no bismuth
+        (("large one", "large two"), ["lar1", "lar2"], ["", ""]),
+        (("Ar", "Kr"), ["Ar", "Kr"], ["Ar", "Kr"]),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:Unknown element X:UserWarning")
+def test_a_pdb_file_names_every_species_and_no_element_that_is_none(tmp_path, names, written, elements):
+    frames = frames_of(3, names)
+    path, _ = exported(tmp_path, "a.pdb", frames)
+    universe = MDAnalysis.Universe(str(path))
+    assert universe.atoms.names.tolist() == [written[k] for k in frames[0].species]
+    assert universe.atoms.elements.tolist() == [elements[k] for k in frames[0].species]
+    assert ase.io.read(path, index=0).get_chemical_symbols() == [
+        elements[k] or "X" for k in frames[0].species
+    ]
+
+
+@pytest.mark.parametrize(("names", "labelled"), [(("small", "big"), True), (("1st", "2nd"), False)])
+def test_a_lammps_data_file_labels_its_types_where_lammps_takes_the_names(tmp_path, names, labelled):
+    frames = frames_of(3, names)
+    path, _ = exported(tmp_path, "a.data", frames)
+    text = path.read_text()
+    assert ("Atom Type Labels\n\n1 small\n2 big\n\nAtoms" in text) == labelled
+    assert len(MDAnalysis.Universe(str(path), format="DATA", atom_style="id type diam den x y z").atoms) == 7
+
+
+def test_what_is_only_written_is_not_opened(tmp_path):
+    with pytest.raises(InputError, match=r"convert\(\) alone"):
+        carom.io.open(tmp_path / "a.dcd", "w")
+    with pytest.raises(InputError, match="at most 3"):
+        exported(tmp_path, "a.pdb", frames_of(4))

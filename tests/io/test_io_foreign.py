@@ -1,0 +1,431 @@
+"""Trajectories that other programs wrote, and that they read: what they say is understood, or refused."""
+
+import dataclasses
+import os
+import time
+import warnings
+
+import numpy as np
+import pytest
+from helpers.frames import make_frames, write
+from typer.testing import CliRunner
+
+import carom
+from carom.cli import app
+from carom.errors import FileError, InputError
+
+mda = pytest.importorskip("MDAnalysis")
+
+CELL = 'Lattice="10 0 0 0 10 0 0 0 10"'
+ROWS = ("1 2 3", "4 5 6")
+
+
+@pytest.fixture(autouse=True)
+def bridge():
+    import carom.io.mdanalysis  # noqa: F401
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        yield
+
+
+def world(tmp_path, second, rows, frames=1):
+    """Return what MDAnalysis makes of a file with this second line."""
+    path = tmp_path / "other.extxyz"
+    path.write_text("".join(f"{len(rows)}\n{second}\n" + "\n".join(rows) + "\n" for _ in range(frames)))
+    return mda.Universe(str(path))
+
+
+def full(second, *, pos=3, velo=3):
+    """Return a frame that carom.io can read: all columns, in the words of another program."""
+    properties = f"Properties=pos:R:{pos}:velo:R:{velo}:masses:R:1:radius:R:1:id:I:1"
+    rows = [" ".join([number] * (pos + velo)) + f" 1 0.5 {k}" for k, number in ((1, "1.5"), (2, "4"))]
+    return f"2\n{properties} {second}\n{rows[0]}\n{rows[1]}\n"
+
+
+FLAGS = {
+    '"T T F"': (True, True, False),
+    '"true true false"': (True, True, False),
+    '"True TRUE False"': (True, True, False),
+    "T,T,F": (True, True, False),
+    '"T, F, T"': (True, False, True),
+    "[T, T, F]": (True, True, False),
+    "[true,false,true]": (True, False, True),
+    '"[1, 1, 0]"': (True, True, False),
+    "{T F F}": (True, False, False),
+    "'1 0 1'": (True, False, True),
+    '"0 0 0"': (False, False, False),
+    '"F F F"': (False, False, False),
+}
+
+
+@pytest.mark.parametrize("word", FLAGS)
+def test_periodic_axes_are_understood_however_they_are_written(tmp_path, word):
+    for key in ("pbc", "PBC"):
+        found = world(tmp_path, f"{CELL} Properties=pos:R:3 {key}={word}", ROWS)
+        assert found.trajectory.ts.data["periodic"] == FLAGS[word]
+        path = tmp_path / "full.extxyz"
+        path.write_text(full(f"{CELL} {key} = {word} time=0 step=0"))
+        assert carom.io.read(path).periodic == FLAGS[word]
+
+
+@pytest.mark.parametrize(
+    "word", ['"yes no no"', '"T T"', "T", '"T T F F"', '"2 1 0"', '""', '"TTF"', '"on on off"']
+)
+def test_periodic_axes_that_nobody_understands_are_refused(tmp_path, word):
+    with pytest.raises((FileError, ValueError), match="expected three flags"):
+        world(tmp_path, f"{CELL} Properties=pos:R:3 pbc={word}", ROWS)
+    path = tmp_path / "full.extxyz"
+    path.write_text(full(f"{CELL} pbc={word} time=0 step=0"))
+    with pytest.raises(FileError, match="expected three flags"):
+        carom.io.read(path)
+
+
+def test_two_flags_are_enough_in_two_dimensions(tmp_path):
+    path = tmp_path / "full.extxyz"
+    path.write_text(full(f'{CELL} pbc="T F" time=0 step=0', pos=2, velo=2))
+    frame = carom.io.read(path)
+    assert frame.periodic == (True, False)
+    np.testing.assert_array_equal(frame.positions, [[1.5, 1.5], [4.0, 4.0]])
+
+
+def test_axes_without_a_length_are_not_periodic(tmp_path):
+    found = world(tmp_path, "Properties=pos:R:3 time=0.5", ROWS).trajectory.ts
+    assert found.data["periodic"] == (False, False, False)
+    assert found.dimensions is None
+    for second in ('pbc="T F F"', 'Lattice="0 0 0 0 10 0 0 0 10" pbc="T T T"'):
+        with pytest.raises((FileError, ValueError), match="axis 0 is periodic, and has no length"):
+            world(tmp_path, f"{second} Properties=pos:R:3", ROWS)
+    slab = world(tmp_path, 'Lattice="9 0 0 0 9 0 0 0 0" pbc="T T F" Properties=pos:R:3', ROWS)
+    assert slab.trajectory.ts.data["periodic"] == (True, True, False)
+    (tmp_path / "full.extxyz").write_text(full("time=0 step=0"))
+    with pytest.raises(FileError, match="no 'Lattice'"):
+        carom.io.read(tmp_path / "full.extxyz")
+
+
+def test_frames_with_and_without_a_cell_do_not_share_it(tmp_path):
+    path = tmp_path / "a.extxyz"
+    frames = (f"{CELL} Properties=pos:R:3", "Properties=pos:R:3")
+    path.write_text("".join(f"2\n{second}\n{ROWS[0]}\n{ROWS[1]}\n" for second in frames))
+    found = mda.Universe(str(path)).trajectory
+    assert found[0].data["periodic"] == (True, True, True)
+    assert found[1].data["periodic"] == (False, False, False)
+    assert found[1].dimensions is None
+
+
+@pytest.mark.parametrize("cell", ['"10 0 0"', '"a b c d e f g h i"', '"nan 0 0 0 1 0 0 0 1"', '""', "10"])
+def test_a_cell_that_is_none_is_refused(tmp_path, cell):
+    for second in (f"Lattice={cell}", f"lattice={cell}"):
+        with pytest.raises((FileError, ValueError), match="expected nine numbers"):
+            world(tmp_path, f"{second} Properties=pos:R:3", ROWS)
+
+
+def test_a_cell_in_brackets_is_a_cell(tmp_path):
+    for cell in ("[[10, 0, 0], [0, 11, 0], [0, 0, 12]]", '"10, 0, 0, 0, 11, 0, 0, 0, 12"'):
+        found = world(tmp_path, f"Lattice={cell} Properties=pos:R:3", ROWS)
+        np.testing.assert_allclose(found.dimensions, [10, 11, 12, 90, 90, 90])
+
+
+@pytest.mark.parametrize("pos", [1, 2, 3])
+@pytest.mark.parametrize("velo", [1, 2, 3])
+def test_vectors_have_as_many_columns_as_there_are_dimensions(tmp_path, pos, velo):
+    rows = ["1 " * pos + "0.5 " * velo, "4 " * pos + "0.25 " * velo]
+    second = f"{CELL} Properties=pos:R:{pos}:velo:R:{velo} Time=0.50"
+    if velo < pos:
+        with pytest.raises((FileError, ValueError), match=f"no vectors of {pos} numbers"):
+            world(tmp_path, second, rows)
+        return
+    ts = world(tmp_path, second, rows).trajectory.ts
+    np.testing.assert_array_equal(ts.positions[:, pos:], 0.0)
+    np.testing.assert_array_equal(ts.velocities[:, :pos], [[0.5] * pos, [0.25] * pos])
+    np.testing.assert_array_equal(ts.velocities[:, pos:], 0.0)
+    assert ts.data["positions"].shape == ts.data["velocities"].shape == (2, pos)
+    assert ts.time == 0.5
+
+
+def test_coordinates_beyond_the_dimension_are_not_thrown_away(tmp_path):
+    with pytest.raises((FileError, ValueError), match="along other axes are not 0"):
+        world(tmp_path, f"{CELL} Properties=pos:R:3 dimension=2", ROWS)
+    with pytest.raises((FileError, ValueError), match="expected 1 to 2"):
+        world(tmp_path, f"{CELL} Properties=pos:R:2 dimension=3", ["1 2", "3 4"])
+    with pytest.raises((FileError, ValueError), match="expected an integer"):
+        world(tmp_path, f"{CELL} Properties=pos:R:2 dimension=flat", ["1 2", "3 4"])
+
+
+SHUFFLED = [
+    ("1 1 1 1 .5 a", "2 5 5 5 .25 b", "3 7 7 7 1 c"),
+    ("3 7 7 7 1 c", "1 1 1 1 .5 a", "2 5 5 5 .25 b"),
+]
+
+
+@pytest.mark.parametrize("name", ["id", "ID"])
+def test_components_are_followed_by_their_ids(tmp_path, name):
+    head = f"3\n{CELL} Properties={name}:I:1:pos:R:3:radius:R:1:species:S:1\n"
+    for order in (SHUFFLED, SHUFFLED[::-1]):
+        path = tmp_path / "a.extxyz"
+        path.write_text("".join(head + "\n".join(rows) + "\n" for rows in order))
+        universe = mda.Universe(str(path))
+        for ts in universe.trajectory:
+            np.testing.assert_array_equal(ts.positions[:, 0], [1.0, 5.0, 7.0])
+        np.testing.assert_array_equal(universe.atoms.radii, [0.5, 0.25, 1.0])
+        assert list(universe.atoms.names) == ["a", "b", "c"]
+        assert list(universe.atoms.ids) == [1, 2, 3]
+
+
+@pytest.mark.parametrize("index", [0, 1, -1, ":"])
+def test_carom_follows_ids_in_its_own_words(tmp_path, index):
+    frames = make_frames(2, count=3)
+    path = write(tmp_path / "a.extxyz", frames)
+    lines, n = path.read_text().split("\n"), frames[0].n
+    for k in range(3):  # each frame in another order
+        begin = k * (n + 2) + 2
+        order = np.random.default_rng(k).permutation(n)
+        lines[begin : begin + n] = [lines[begin + m] for m in order]
+    path.write_text("\n".join(lines))
+    found = carom.io.read(path, index)
+    right = frames if index == ":" else [frames[index]]
+    for a, b in zip(right, found if index == ":" else [found], strict=True):
+        for field in ("positions", "velocities", "diameters", "images"):
+            np.testing.assert_array_equal(getattr(a, field), getattr(b, field))
+
+
+@pytest.mark.parametrize(
+    ("rows", "text"),
+    [
+        (("1 1 1 1", "1 5 5 5"), "the same id"),
+        (("1 1 1 1", "3 5 5 5"), "not those of the first frame"),
+        (("1.5 1 1 1", "2 5 5 5"), "column of integers"),
+    ],
+)
+def test_ids_that_name_nobody_are_refused(tmp_path, rows, text):
+    path = tmp_path / "a.extxyz"
+    first = ("1 1 1 1", "2 5 5 5")
+    head = f"2\n{CELL} Properties=id:I:1:pos:R:3\n"
+    path.write_text("".join(head + "\n".join(each) + "\n" for each in (first, rows)))
+    with pytest.raises((FileError, ValueError), match=text):
+        list(mda.Universe(str(path)).trajectory)
+
+
+def test_ids_that_come_or_go_are_refused(tmp_path):
+    whole = full(f"{CELL} time=0 step=0")
+    bare = whole.replace(":id:I:1", ":mark:I:1")
+    for texts in ((whole, bare), (bare, whole)):
+        path = tmp_path / "a.extxyz"
+        path.write_text("".join(texts))
+        if texts[0] is whole:
+            with pytest.raises(FileError, match="no column 'id'"):
+                carom.io.read(path, ":")
+        else:  # nobody can be followed, and nobody has changed places
+            assert len(carom.io.read(path, ":")) == 2
+
+
+def test_a_header_that_no_trajectory_has_is_refused_by_itself(tmp_path):
+    path = tmp_path / "a.extxyz"
+    row = " ".join(["1.25"] * 200) + "\n"
+    took = []
+    for rows in (40, 20_000):
+        path.write_text(f"{rows}\n{CELL} Properties=pos:R:100:velo:R:100\n" + row * rows)
+        begin = time.perf_counter()
+        with pytest.raises(FileError, match="100 columns of kind R for 'pos'; expected 1 to 3"):
+            carom.io.read(path)
+        took.append(time.perf_counter() - begin)
+    # The longer file holds 20 MB, which take ten times as long to read at the least.
+    assert took[1] < 0.05 + 10.0 * took[0]
+
+
+@pytest.mark.parametrize(
+    ("properties", "text"),
+    [
+        ("pos:R:3:radius:R:2", "2 columns of kind R for 'radius'"),
+        ("pos:R:3:pos:R:3", "'pos' twice"),
+        ("pos:S:3", "no vectors"),
+        ("pos:Q:3", "of kind Q"),
+        ("pos:R:x", "x columns"),
+        ("pos:R", "no multiple of 3"),
+        ("velo:R:3", "no column 'pos'"),
+    ],
+)
+def test_columns_that_are_none_are_refused(tmp_path, properties, text):
+    with pytest.raises((FileError, ValueError), match=text):
+        world(tmp_path, f"{CELL} Properties={properties}", ROWS)
+
+
+@pytest.mark.parametrize("second", ["time=soon step=0", "time=0 step=1.5", 'time=0 step=0 Origin="1 0 0"'])
+def test_a_second_line_of_others_is_refused_in_a_sentence_by_every_command(tmp_path, second):
+    path = tmp_path / "a.extxyz"
+    path.write_text(full(f"{CELL} {second}"))
+    with pytest.raises(FileError, match="expected") as caught:
+        carom.io.read(path)
+    assert "\n" not in str(caught.value)
+    for words in (["export", path, tmp_path / "b.h5md"], ["rdf", path], ["view", path, "--no-open"]):
+        done = CliRunner().invoke(app, [str(word) for word in words])
+        assert done.exit_code == 2, done.output
+
+
+def test_a_second_line_of_letters_takes_no_time(tmp_path):
+    path = tmp_path / "a.extxyz"
+    path.write_text("1\n" + "a" * 1_000_000 + "\n1 1 1\n")
+    begin = time.perf_counter()
+    with pytest.raises(FileError):
+        carom.io.read(path)
+    assert time.perf_counter() - begin < 5.0  # 10^12 comparisons take hours
+
+
+def test_tilted_cells_unwrap_along_their_edges(tmp_path):
+    rows = ["1 1 1 2 1 0"]
+    second = 'Lattice="10 0 0 3 10 0 0 0 10" Properties=pos:R:3:images:I:3'
+    path = tmp_path / "a.extxyz"
+    path.write_text(f"1\n{second}\n{rows[0]}\n")
+    found = mda.Universe(str(path), unwrapped=True).trajectory.ts
+    np.testing.assert_allclose(found.positions, [[1 + 20 + 3, 11, 1]])
+
+
+# ------------------------------------------------------------------------------------------------ ASE
+
+ase = pytest.importorskip("ase")
+
+
+def test_atoms_come_in_the_order_of_their_ids():
+    frame = make_frames(3)[0]
+    atoms = frame.to_ase()[np.random.default_rng(1).permutation(frame.n)]
+    found = carom.io.from_ase(atoms)
+    np.testing.assert_array_equal(found.positions, frame.positions)
+    np.testing.assert_array_equal(found.velocities, frame.velocities)
+    atoms.arrays["id"][:2] = 7
+    with pytest.raises(InputError, match=r"del atoms\.arrays\['id'\]"):
+        carom.io.from_ase(atoms)
+
+
+@pytest.mark.parametrize("width", [1, 2, 3])
+def test_atoms_whose_program_wrote_velocities_and_no_momenta_move(width):
+    atoms = ase.Atoms("Ar2", positions=[[1, 1, 1], [5, 5, 5]], cell=[9, 9, 9], pbc=True)
+    velocities = np.arange(1.0, 2 * width + 1).reshape(2, width)
+    atoms.set_array("velo", velocities)
+    found = carom.io.from_ase(atoms, diameter=1.0).velocities
+    np.testing.assert_array_equal(found[:, :width], velocities)
+    np.testing.assert_array_equal(found[:, width:], 0.0)
+
+
+def test_a_file_of_others_keeps_its_velocities_and_ids_through_ase(tmp_path):
+    import ase.io
+
+    path = tmp_path / "a.extxyz"
+    head = f'2\n{CELL} Properties=species:S:1:pos:R:3:velo:R:3:id:I:1 pbc="T T T"\n'
+    path.write_text(head + "Ar 5 5 5 2 2 2 2\nAr 1 1 1 1 1 1 1\n")
+    frame = carom.io.from_ase(ase.io.read(path), diameter=1.0)
+    np.testing.assert_array_equal(frame.positions[:, 0], [1.0, 5.0])
+    np.testing.assert_array_equal(frame.velocities[:, 0], [1.0, 2.0])
+
+
+# ------------------------------------------------------------------------------------------------ H5MD
+
+
+@pytest.mark.parametrize(("unit", "ps"), [("fs", 1e-3), ("ps", 1.0), ("ns", 1e3), ("s", 1e12)])
+def test_h5md_of_others_keeps_its_units(tmp_path, unit, ps):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "other.h5md", "w") as file:
+        file.create_group("h5md").attrs["version"] = np.array([1, 1])
+        atoms = file.create_group("particles/trajectory")
+        atoms.create_group("box").attrs["dimension"] = 3
+        atoms["box"].attrs["boundary"] = np.array([b"none"] * 3)
+        for name, units in (("position", "nm"), ("velocity", "nm ps-1")):
+            group = atoms.create_group(name)
+            group["value"] = np.arange(18.0).reshape(3, 2, 3)
+            group["value"].attrs["unit"] = units
+            group["step"] = np.arange(3)
+            group["time"] = 50.0 * np.arange(3)
+            group["time"].attrs["unit"] = unit
+    found = mda.Universe(str(tmp_path / "other.h5md")).trajectory
+    assert found.dt == pytest.approx(50.0 * ps)
+    assert found.totaltime == pytest.approx(100.0 * ps)
+    assert [ts.time for ts in found] == pytest.approx([0.0, 50.0 * ps, 100.0 * ps])
+    np.testing.assert_allclose(found[1].positions[0], [60.0, 70.0, 80.0])
+    np.testing.assert_allclose(found[1].velocities[0], [60.0, 70.0, 80.0])
+    plain = mda.Universe(str(tmp_path / "other.h5md"), convert_units=False).trajectory
+    assert plain.dt == 50.0
+
+
+# ------------------------------------------------------------------------------------------------ GSD
+
+
+def frames_of(diameters, dimension=3):
+    """Return a frame of each of the diameters, all else alike."""
+    frame = make_frames(dimension, count=1, n=4)[0]
+    frame.positions[:] = np.arange(1.0, 8.0, 2.0)[:, np.newaxis] / 1.2  # apart, on a diagonal
+    return [dataclasses.replace(frame, diameters=np.array(each, float)) for each in diameters]
+
+
+SIZES = {
+    "unit spheres": [[1, 1, 1, 1]] * 2,
+    "at first unit spheres": [[1, 1, 1, 1], [1, 2, 1, 2], [1, 1, 1, 1]],
+    "at first others": [[1, 2, 1, 2], [1, 1, 1, 1], [3, 3, 3, 3]],
+    "of one size": [[0.5] * 4] * 2,
+}
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3])
+@pytest.mark.parametrize("name", SIZES)
+def test_gsd_says_how_large_the_spheres_of_every_frame_are(tmp_path, name, dimension):
+    fl = pytest.importorskip("gsd.fl")
+    frames = frames_of(SIZES[name], dimension)
+    path = write(tmp_path / "a.gsd", frames)
+    with carom.io.open(path, "a", keep=1) as writer:  # which writes the first frame anew
+        for frame in frames[1:]:
+            writer.write(frame)
+    with fl.open(str(path), "r") as file:
+        for k, frame in enumerate(frames):
+            # What a frame lacks is what the first has.
+            at = k if file.chunk_exists(k, "particles/diameter") else 0
+            np.testing.assert_array_equal(file.read_chunk(at, "particles/diameter"), frame.diameters)
+        assert file.chunk_exists(0, "particles/mass")
+    for frame, found in zip(frames, carom.io.read(path, ":"), strict=True):
+        np.testing.assert_array_equal(found.diameters, frame.diameters)
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_ovito_draws_the_spheres_of_gsd_as_large_as_they_are(tmp_path, name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        ovito = pytest.importorskip("ovito.io")
+    pytest.importorskip("gsd")
+    frames = frames_of(SIZES[name])
+    pipeline = ovito.import_file(str(write(tmp_path / "a.gsd", frames)))
+    for k, frame in enumerate(frames):
+        np.testing.assert_allclose(pipeline.compute(k).particles["Radius"], frame.diameters / 2)
+
+
+# ------------------------------------------------------------------------------------------------ modes
+
+
+@pytest.mark.parametrize(("mask", "mode"), [(0o022, 0o644), (0o077, 0o600), (0o002, 0o664)])
+def test_every_file_has_the_mode_that_the_mask_leaves(tmp_path, mask, mode):
+    """Trajectories, those cut and those converted; a checkpoint, a log, and what takes another's place."""
+    pytest.importorskip("gsd")
+    before = os.umask(mask)
+    try:
+        frames = frames_of(SIZES["unit spheres"])
+        for suffix in ("h5md", "extxyz", "gsd"):
+            write(tmp_path / f"a.{suffix}", frames)
+            carom.io.open(tmp_path / f"a.{suffix}", "a", keep=1).close()
+            carom.io.convert(tmp_path / "a.h5md", tmp_path / f"b.{suffix}")
+        for suffix in ("lammpstrj", "data", "dcd", "pdb"):
+            carom.io.convert(tmp_path / "a.h5md", tmp_path / f"b.{suffix}")
+        sim = carom.Simulation(
+            carom.Scene.random(8, 2, packing_fraction=0.1, seed=1), seed=1, event_log=tmp_path / "events.h5"
+        )
+        for _ in range(2):
+            sim.save(tmp_path / "state.h5")
+        sim.close()
+        for words in (
+            ["init", "scene.toml"],
+            ["rdf", "a.h5md", "--out", "g.csv", "--png"],
+            ["view", "a.h5md"],
+        ):
+            given = [str(tmp_path / word) if "." in word else word for word in words]
+            done = CliRunner().invoke(app, [*given, *(["--no-open"] if words[0] == "view" else [])])
+            assert done.exit_code == 0, done.output
+    finally:
+        os.umask(before)
+    modes = {path.name: path.stat().st_mode & 0o777 for path in tmp_path.iterdir()}
+    assert len(modes) == 16
+    assert set(modes.values()) == {mode}, {name: oct(each) for name, each in modes.items()}

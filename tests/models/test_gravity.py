@@ -1,0 +1,370 @@
+"""Gravity, shaken floors and losses: beside the oracle, exact balances, files and replays."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from helpers.round_things import around_a_ball
+
+import carom
+from carom.errors import InputError
+from carom.models.gravity import Gravity
+from carom.models.losses import Loss
+from carom.models.paths import Sine
+from carom.models.planes import Plane
+from carom.models.shaken import Shaken
+from carom.models.surfaces import Surface, Thermal
+from carom.reference.falling import Floor, fall
+from carom.simulation.replay import Replay
+
+HEIGHT = 12.0
+EDGE = 8.5
+
+
+def bed(restitution=0.9, *, n=6, amplitude=0.3, period=2.0, contact_time=1e-3, g=1.0, seed=1) -> carom.Scene:
+    """Return disks over a shaken floor that loses energy, too: one type of scene for all of these tests."""
+    rng = np.random.default_rng(seed)
+    columns = 5
+    places = np.array([[1.0 + 1.6 * (k % columns), 2.0 + 1.6 * (k // columns)] for k in range(n)])
+    loss = Loss(restitution, contact_time=contact_time)
+    floor = Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(amplitude, period))
+    return carom.Scene(
+        places,
+        (EDGE, HEIGHT),
+        velocities=rng.normal(size=places.shape),
+        periodic=(True, False),
+        motion=Gravity((0.0, -g)),
+        obstacles=[Surface(floor, loss)],
+        impact=loss,
+    )
+
+
+def oracle(scene, restitution, contact_time):
+    path = scene.obstacles[0].obstacle.path
+    floors = [
+        Floor((0, 1), 0),
+        Floor((0, -1), -HEIGHT),
+        Floor((0, 1), 0.5, path.amplitude, path.period, restitution),
+    ]
+    return fall(
+        scene.positions.tolist(),
+        scene.velocities.tolist(),
+        scene.motion.g,
+        floors,
+        box=(EDGE, 0),
+        restitution=restitution,
+        contact_time=contact_time,
+    )
+
+
+def simulation(scene, folder):
+    """Return a simulation with an event log, as all here have: they share one compilation."""
+    return carom.Simulation(scene, event_log=folder / "log.h5")
+
+
+def events_of(scene, path, time):
+    """Return the events of a run: time, component, partner."""
+    from carom.io.events import read_events
+
+    with carom.Simulation(scene, event_log=path) as sim:
+        sim.run(time=time)
+        length = sim.epoch_length
+    found = read_events(path)
+    return [
+        (epoch * length + t, i, j)
+        for epoch, t, i, j in zip(found.epoch, found.time, found.i, found.j, strict=True)
+    ], sim
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.9])
+def test_events_over_a_shaken_floor_are_those_of_the_oracle(tmp_path, restitution):
+    scene = bed(restitution)
+    found, _ = events_of(scene, tmp_path / "log.h5", 30.0)
+    assert len(found) > 50
+    # A disk amplifies errors by some ten a collision, and every event is one of two of six: 1.5 on average.
+    for k, (step, (time, i, j)) in enumerate(zip(oracle(scene, restitution, 1e-3), found[:50], strict=False)):
+        assert {step.i, step.j} == {i, j}
+        assert abs(float(step.time) - time) < 1e-14 * 1.5**k
+
+
+def test_the_floor_bears_the_weight(tmp_path):
+    # Exact: impulse of floor and walls = N m g t + change of momentum, at any density and restitution.
+    scene = bed(0.7, n=30)
+    with simulation(scene, tmp_path) as sim:
+        sim.run(time=200.0)
+        frame = sim.frame()
+        lower, upper, floor = sim.obstacles
+    gained = frame.velocities[:, 1].sum() - scene.velocities[:, 1].sum()
+    pushed = lower.impulse - upper.impulse + floor.impulse
+    # Sums of some 1e5 rounded impulses.
+    assert math.isclose(pushed, 30.0 * 200.0 + gained, rel_tol=1e-11)
+    assert floor.hits > 1000
+    assert floor.spared > 0
+    assert sim.spared_contacts > 0
+    assert (frame.positions[:, 1] >= 0.5 + 0.5 - 0.3).all()
+
+
+def test_work_is_accounted(tmp_path):
+    # With elastic contacts what the floor gives is what the disks have gained.
+    scene = bed(1.0, n=12)
+    with simulation(scene, tmp_path) as sim:
+        sim.run(time=50.0)
+        frame, work = sim.frame(), sim.obstacles[2].work
+
+    def energy(x, v):
+        return 0.5 * (v**2).sum() + x[:, 1].sum()
+
+    change = energy(frame.positions, frame.velocities) - energy(scene.positions, scene.velocities)
+    assert abs(work) > 1.0
+    assert math.isclose(work, change, rel_tol=1e-10)
+
+
+def test_contacts_are_spared_by_the_time_since_the_last_one_in_every_epoch(tmp_path):
+    from carom.io.events import read_events
+
+    scene = bed(contact_time=0.02)
+    with simulation(scene, tmp_path) as sim:
+        sim.run(time=6.0 * sim.epoch_length)
+        length, found = sim.epoch_length, sim.spared_contacts
+    log = read_events(tmp_path / "log.h5")
+    last = np.full(scene.n, -math.inf)
+    expected = 0
+    for time, i, j in zip(log.epoch * length + log.time, log.i, log.j, strict=True):
+        if j < scene.n:
+            expected += time - max(last[i], last[j]) < 0.02
+            last[i] = last[j] = time
+    assert log.epoch[-1] == 5
+    assert found == expected > 0
+
+
+def test_a_checkpoint_in_flight_changes_no_bit(tmp_path):
+    scene = bed(0.8, n=12)
+    (tmp_path / "whole").mkdir()
+    with simulation(scene, tmp_path / "whole") as whole, simulation(scene, tmp_path) as half:
+        whole.run(time=300.0)
+        half.run(time=100.0)
+        half.save(tmp_path / "half.h5")
+        half.close()
+        again = carom.Simulation.load(tmp_path / "half.h5")  # its classes are in the file
+        again.run(time=200.0)
+        assert again.scene.motion == scene.motion
+        assert again.scene.obstacles == scene.obstacles
+        one, other = whole.frame(), again.frame()
+        assert (one.positions == other.positions).all()
+        assert (one.velocities == other.velocities).all()
+        assert whole.obstacles == again.obstacles
+        again.close()
+
+
+def test_a_log_is_replayed_bit_for_bit(tmp_path):
+    _, sim = events_of(bed(0.8, n=12), tmp_path / "log.h5", 60.0)
+    frame = sim.frame()
+    run = Replay(tmp_path / "log.h5")
+    run.advance_to(60.0)
+    assert (run.frame().velocities == frame.velocities).all()
+    assert (run.frame().positions == frame.positions).all()
+
+
+@pytest.mark.parametrize(
+    ("g", "amplitude", "period"), [(1e-12, 0.3, 2e6), (1e12, 0.3, 2e-6), (1e-3, 0.4, 0.1)]
+)
+def test_tiny_and_huge_fields_and_fast_shaking_go_on(tmp_path, g, amplitude, period):
+    unit = 1.0 / math.sqrt(g)
+    scene = bed(0.8, g=g, amplitude=amplitude, period=period, contact_time=1e-3 * min(unit, period))
+    scene = scene.with_(velocities=scene.velocities / unit)
+    with simulation(scene, tmp_path) as sim:
+        sim.run(time=5.0 * unit)
+        frame = sim.frame()
+        assert sum(each.hits for each in sim.obstacles) > 0
+    assert (frame.positions[:, 1] >= 1.0 - amplitude - 1e-9).all()
+    assert np.isfinite(frame.velocities).all()
+
+
+def test_what_rests_on_the_floor_goes_on_resting(tmp_path):
+    # Acceleration of the floor below g: the disk is carried, and never more than t_c's flight above it.
+    scene = bed(0.5, n=1, amplitude=0.05, period=2.0, contact_time=1e-2)
+    scene = scene.with_(positions=[[1.0, 1.0]], velocities=[[0.0, 0.0]])
+    with simulation(scene, tmp_path) as sim:
+        for time in np.linspace(0.5, 20.0, 40):
+            sim.run(time=0.5)
+            height = sim.frame().positions[0, 1] - 1.0 - 0.05 * math.sin(math.pi * time)
+            assert -1e-12 < height < 0.05
+        assert sim.obstacles[2].hits > 1000
+
+
+@pytest.mark.slow
+def test_ten_million_bounces_without_one_that_sinks(tmp_path):
+    scene = bed(0.8, n=1, amplitude=0.05, period=2.0, contact_time=1e-4)
+    floor, period = 1.0, 2.0
+    with simulation(scene, tmp_path) as sim:
+        time = 0
+        while sim.obstacles[2].hits < 10_000_000:
+            sim.run(time=7.0)
+            time += 7
+            height = (
+                sim.frame().positions[0, 1]
+                - floor
+                - 0.05 * math.sin(2.0 * math.pi * (time % period) / period)
+            )
+            assert height > -1e-12
+        assert sim.obstacles[0].hits == 0
+        # The floor's force on average is the weight: none was missed.
+        gained = sim.frame().velocities[0, 1] - scene.velocities[0, 1]
+        pushed = sim.obstacles[2].impulse - sim.obstacles[1].impulse
+        assert math.isclose(pushed, time + gained, rel_tol=1e-9)
+
+
+def test_bad_input_is_refused_in_a_sentence():
+    places = [[1.0, 1.0], [3.0, 1.0]]
+    with pytest.raises(InputError, match="g of Gravity must have 2"):
+        carom.Scene(places, 8.0, motion=Gravity((0.0, 0.0, -1.0)))
+    with pytest.raises(InputError, match="contact_time or elastic_below"):
+        Loss(0.5)
+    with pytest.raises(InputError, match="direction"):
+        Shaken(Plane((0.0, 1.0), 0.0), (0.0, 0.0), Sine(0.1, 1.0))
+    with pytest.raises(InputError, match="must have lowest"):
+        Shaken(Plane((0.0, 1.0), 0.0), (0.0, 1.0), 3.0)
+    with pytest.raises(InputError, match="amplitude of a Sine"):
+        Sine(-1.0, 1.0)
+    scene = bed()
+    with pytest.raises(InputError, match="Single precision"):
+        carom.Simulation(scene, precision="single")
+    with pytest.raises(InputError, match="growth"):
+        carom.Simulation(scene, growth=0.1)
+    with pytest.raises(InputError, match="straight flight"):
+        carom.Simulation(scene, neighbors="lists")
+
+
+def test_a_scene_file_holds_field_floor_and_loss():
+    from carom.plan.plan import Plan
+
+    text = """
+[scene]
+initial = "random"
+n = 20
+box = [8.5, 12.0]
+periodic = [true, false]
+
+[scene.motion]
+type = "gravity"
+g = [0.0, -1.0]
+
+[scene.impact]
+type = "loss"
+restitution = 0.9
+contact_time = 1e-3
+
+[[scene.obstacles]]
+kind = "surface"
+loss = { restitution = 0.8, contact_time = 1e-3 }
+
+[scene.obstacles.obstacle]
+kind = "shaken"
+direction = [0.0, 1.0]
+path = { type = "sine", amplitude = 0.3, period = 2.0 }
+obstacle = { kind = "plane", normal = [0.0, 1.0], offset = 0.5, name = "floor" }
+"""
+    plan = Plan.from_toml(text)
+    assert Plan.from_toml(plan.to_toml()) == plan
+    scene = plan.build_scene()
+    assert scene.motion == Gravity((0.0, -1.0))
+    assert scene.impact == Loss(0.9, contact_time=1e-3)
+    assert scene.obstacles[0] == Surface(
+        Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(0.3, 2.0)), Loss(0.8, contact_time=1e-3)
+    )
+    with pytest.raises(InputError, match="type of a motion must be one of gravity"):
+        Plan.from_toml('[scene]\nmotion = { type = "warp" }')
+    with pytest.raises(InputError, match="A gravity needs g"):
+        Plan.from_toml('[scene]\nmotion = { type = "gravity" }')
+
+
+def test_the_conditions_hold():
+    assert carom.check(Gravity((0.3, -0.5, 0.0, 0.1)), dimensions=(4,)).passed
+    assert carom.check(Gravity((-0.7,)), dimensions=(1,)).passed
+    assert carom.check(Loss(0.8, contact_time=1.0)).passed
+    assert carom.check(Loss(0.8, elastic_below=0.1, at_speed=1.0)).passed
+
+
+def test_the_oracle_bounces_as_a_ball_does():
+    # From height 1 with restitution 1/2: flights of 2 u / g with u = sqrt(2), halved each time.
+    steps = fall([[2.0]], [[0.0]], [-1.0], [Floor((1,), 0.5, restitution=0.5)])
+    times = [float(step.time) for step in itertools.islice(steps, 5)]
+    first = math.sqrt(2.0)
+    wanted = list(itertools.accumulate([first, *(2.0 * first * 0.5**k for k in range(1, 5))]))
+    assert np.allclose(times, wanted, rtol=1e-14)
+
+
+def thermal_column(points=20):
+    """Return small disks over a floor of kT = 2 in a field of 1 / 2."""
+    places = [(0.5 + 0.9 * (k % 10), 0.5 + 0.4 * (k // 10)) for k in range(points)]
+    floor = Thermal(Plane((0.0, 1.0), 0.25, "floor"), kT=2.0, seed=3)  # over the wall of the box
+    return carom.Scene(
+        places,
+        (10.0, 400.0),
+        diameter=1e-2,
+        periodic=(True, False),
+        motion=Gravity((0.0, -0.5)),
+        obstacles=[floor],
+    )
+
+
+@pytest.mark.slow
+def test_a_thermal_floor_makes_the_barometric_law(tmp_path):
+    scene = thermal_column()
+    with carom.Simulation(scene, kT=2.0, seed=1, event_log=tmp_path / "log.h5") as sim:
+        sim.run(time=100.0)
+        sim.save(tmp_path / "early.h5")
+        samples = [frame.positions[:, 1] for frame in sim.sample(every=40.0, count=2000)]
+        drawn = sim.obstacles[2]
+    heights = np.concatenate(samples) - 0.255
+    # Ideal but for 20 disks of 1e-2 in an area of 40: n(z) = exp(-z / H) with H = kT / (m g) = 4. Samples are
+    # further apart than flights (of 2 sqrt(2 pi) sqrt(kT) / g / 2 = 7 on average): six standard errors.
+    six = 6.0 / math.sqrt(len(heights))
+    assert abs(heights.mean() / 4.0 - 1.0) < six + 1e-3
+    assert abs((heights > 4.0).mean() - math.exp(-1.0)) < six
+    assert abs((heights > 8.0).mean() - math.exp(-2.0)) < six
+    assert drawn.hits > 10_000
+    # The draws are a part of the state: the same run from the checkpoint.
+    again = carom.Simulation.load(tmp_path / "early.h5")
+    again.run(time=40.0)
+    assert (again.frame().positions[:, 1] == samples[0]).all()
+    again.close()
+    run = Replay(tmp_path / "log.h5")
+    run.advance_to(140.0)
+    assert (run.frame().positions[:, 1] == samples[0]).all()
+
+
+@pytest.mark.slow
+def test_energy_is_kept_in_a_field_among_round_things():
+    # A disk in a round container, around a ball: a million bounces.
+    scene = around_a_ball()
+    sim = carom.Simulation(scene)
+    while sum(each.hits for each in sim.obstacles) < 1_000_000:
+        sim.run(time=100_000.0)
+    drift = sim.statistics.energy_drift
+    # At random, a million roundings of 2^-53 are 1e-13; with places that are a little too deep, 9e-13.
+    assert drift < 1e-12
+    assert sim.obstacles[4].hits > 100_000
+    assert sim.obstacles[5].hits > 1000
+    place = sim.frame().positions[0] - 5.0
+    assert 1.5 - 1e-12 < np.hypot(*place) < 4.0 + 1e-12
+
+
+@pytest.mark.parametrize("g", [(0.0, -2.0), (0.0, 2.0), (0.5, -1.5), (-0.25, 0.75, 3.0)])
+def test_the_energy_in_a_field_is_mass_times_strength_times_height_over_the_lower_end(g):
+    field, masses, edges = Gravity(g), np.array([2.0, 3.0]), (4.0, 8.0, 16.0)[: len(g)]
+    places, velocities = np.array([[1.0, 2.0, 3.0], [3.0, 7.0, 5.0]])[:, : len(g)], np.ones((2, len(g)))
+
+    def energy(time):
+        x = places + velocities * time + 0.5 * np.array(g) * time**2
+        v = velocities + np.array(g) * time
+        kinetic = 0.5 * float(np.sum(masses[:, None] * v**2))
+        return kinetic + field.potential_energy(masses, x, edges)
+
+    # Binary fractions: exact, wherever the parabola is, in the box or out of it.
+    assert energy(0.0) == energy(0.5) == energy(4.0)
+    heights = np.where(np.array(g) > 0.0, np.array(edges) - places, places)
+    assert field.potential_energy(masses, places, edges) == float(masses @ heights @ np.abs(g)) > 0.0
+    down = np.where(np.array(g) > 0.0, edges, 0.0)
+    assert field.potential_energy(masses, np.array([down, down]), edges) == 0.0

@@ -1,0 +1,101 @@
+"""Gravity over a shaken floor in one, three and four dimensions: the oracle's events in its order."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.plain import plain_python
+
+import carom
+from carom.io.events import read_events
+from carom.models.gravity import Gravity
+from carom.models.losses import Loss
+from carom.models.paths import Sine
+from carom.models.planes import Plane
+from carom.models.shaken import Shaken
+from carom.models.surfaces import Surface
+from carom.reference.falling import Floor, fall
+
+HEIGHT, EDGE, OFFSET = 12.0, 4.5, 0.5
+AMPLITUDE, PERIOD, CONTACT_TIME = 0.3, 2.0, 1e-3
+
+
+def bed(d, restitution, n=5):
+    """Return spheres of diameter 1 over a floor; the field is oblique where there is an axis across."""
+    rng = np.random.default_rng(d)
+    places = np.full((n, d), 1.0)
+    for k in range(n):
+        places[k, -1] = 1.6 + 1.4 * k  # a column, a little out of line
+        places[k, :-1] += 0.1 * k
+    loss = Loss(restitution, contact_time=CONTACT_TIME)
+    up = (*[0.0] * (d - 1), 1.0)
+    floor = Shaken(Plane(up, OFFSET, "floor"), up, Sine(AMPLITUDE, PERIOD))
+    return carom.Scene(
+        places,
+        (*[EDGE] * (d - 1), HEIGHT),
+        velocities=0.3 * rng.normal(size=places.shape),
+        periodic=(*[True] * (d - 1), False),
+        motion=Gravity((*[0.1] * (d - 1), -1.0)),
+        obstacles=[Surface(floor, loss)],
+        impact=loss,
+    )
+
+
+def oracle(scene, restitution):
+    across = (0,) * (scene.dimension - 1)
+    return fall(
+        scene.positions.tolist(),
+        scene.velocities.tolist(),
+        scene.motion.g,
+        [
+            Floor((*across, 1), 0),
+            Floor((*across, -1), -HEIGHT),
+            Floor((*across, 1), OFFSET, AMPLITUDE, PERIOD, restitution),
+        ],
+        box=(*[EDGE] * (scene.dimension - 1), 0),
+        restitution=restitution,
+        contact_time=CONTACT_TIME,
+    )
+
+
+def assert_events_are_the_oracles(d, restitution, count, time=60.0):
+    scene = bed(d, restitution)
+    with tempfile.TemporaryDirectory() as folder:
+        with carom.Simulation(scene, event_log=Path(folder) / "log.h5") as sim:
+            sim.run(time=time)
+            length = sim.epoch_length
+        found = read_events(Path(folder) / "log.h5")
+    rows = zip(found.epoch, found.time, found.i, found.j, strict=True)
+    events = [(epoch * length + t, i, j) for epoch, t, i, j in rows]
+    assert len(events) >= count
+    pairs = 0
+    for k, (step, (at, i, j)) in enumerate(zip(oracle(scene, restitution), events[:count], strict=False)):
+        assert {step.i, step.j} == {i, j}
+        # A sphere flies some five diameters and amplifies errors by twenty at a collision. Half of the events
+        # are collisions, of two of five.
+        assert abs(float(step.time) - at) < 1e-14 * 20.0 ** (0.2 * k + 1)
+        pairs += step.j < scene.n
+    return pairs
+
+
+def in_plain_python():
+    assert assert_events_are_the_oracles(3, 0.9, 18, time=16.0) > 3
+
+
+def test_events_in_space_are_those_of_the_oracle():
+    plain_python("-c", "import models.test_gravity_oracle as t; t.in_plain_python()")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("d", [1, 3, 4])
+@pytest.mark.parametrize("restitution", [1.0, 0.9])
+def test_compiled_events_in_any_dimension_are_those_of_the_oracle(d, restitution):
+    assert assert_events_are_the_oracles(d, restitution, 40) > 5
+
+
+def test_an_oracle_that_nobody_would_end_says_so():
+    """Two that fly past each other in a box for ever, but for nothing to fall on."""
+    run = fall([[1.0, 1.0], [3.0, 3.0]], [[1.0, 0.0], [0.0, 0.0]], (0.0, -1.0), [], box=(EDGE, 0))
+    with pytest.raises(ValueError, match="falls on a floor"):
+        next(run)

@@ -1,0 +1,690 @@
+"""Models from outside of the package: the page docs/models, as it stands, and what is refused."""
+
+import enum
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from helpers.magnetic import charges, least_gap
+from helpers.plain import plain_python
+
+import carom
+from carom.compiling.borrowed import borrowed
+from carom.compiling.dispatch import entry
+from carom.compiling.lanes import asked_of, make_lanes
+from carom.errors import InputError
+from carom.models.balls import Ball
+from carom.models.contact import exchange, first_contact
+from carom.models.free_flight import FreeFlight
+from carom.models.growing_cores import Growing
+from carom.models.hard_cores import HardCores
+from carom.models.interface import (
+    NEVER,
+    contact_time,
+    core_square,
+    encounter,
+    exchanged_part,
+    exit_time,
+    growth,
+    interaction_time,
+    jump,
+    lanes,
+    mass,
+    outward,
+    position,
+    radius,
+    recoil,
+    step_time,
+    transfer,
+    velocity,
+)
+from carom.models.restitution import Restitution
+from carom.simulation.replay import Replay
+
+PAGE = Path(__file__).parents[2] / "docs" / "models.md"
+DEPTH = 1e-12
+"""Overlap that rounding leaves: places up to 10 diameters, flights of some boxes."""
+
+SCENE = carom.Scene.random(6, 2, packing_fraction=0.1, seed=1)
+
+
+def test_the_page_runs_as_it_stands(tmp_path):
+    cells = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert len(cells) >= 8
+    # A file: Numba's cache on disk names the module of every type, and reads its sources.
+    script = tmp_path / "own.py"
+    script.write_text("\n".join(cells), encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore::RuntimeWarning", script],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0] == "True"
+    assert sum(line.startswith("holds") for line in lines) == 8
+    assert lines[-4:] == ["False ['V', 'momentum', 'virial']", "True", "True", "UnlikeCores"]
+
+
+def test_a_definition_on_the_page_is_short():
+    cells = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for cell in cells:
+        if "register" in cell and "def model" in cell:
+            lines = [line for line in cell.splitlines() if line.strip() and "import" not in line]
+            assert len(lines) < 40, lines[0]
+
+
+@pytest.mark.parametrize(
+    "value",
+    [HardCores(), Growing(), FreeFlight(), Restitution(0.7, 0.1), HardCores([[1.0, 0.7], [0.7, 0.8]])],
+)
+def test_the_models_of_the_package_keep_all_conditions(value):
+    found = carom.check(value, pairs=100)
+    assert found.passed, str(found)
+    assert min(found.tried.values()) >= 100
+
+
+class Bad(NamedTuple):
+    """Hard cores with one thing wrong."""
+
+    wrong: str
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+@interaction_time.register
+def _(pair: Bad, i, j, rr, rv, vv, now):
+    contact = 1.0 + (0.1 if pair.wrong == "I" and i < j else 0.0)
+    t = first_contact(rr - contact, rv, vv)
+    return 1.5 * t if pair.wrong == "IV" else t
+
+
+@jump.register
+def _(pair: Bad, i, j, rr, rv, now):
+    a, b, virial = exchange(pair, i, j, rr, rv)
+    if pair.wrong == "II" and i < j:
+        return 1.5 * a, 1.5 * b, 1.5 * virial
+    if pair.wrong == "momentum":
+        return a, 2.0 * b, virial
+    if pair.wrong == "V":
+        return 0.1 * a, 0.1 * b, 0.1 * virial
+    return a, b, virial
+
+
+class BadCores:
+    def __init__(self, wrong):
+        self.wrong = wrong
+
+    def reach(self, scene):
+        return 1.05
+
+    def model(self, particles):
+        return Bad(self.wrong, particles.with_ghost(particles.radii), particles.with_ghost(particles.masses))
+
+
+@pytest.mark.parametrize("condition", ["I", "II", "IV", "V", "momentum"])
+def test_a_broken_condition_of_a_pair_is_named_with_its_numbers(condition):
+    found = carom.check(BadCores(condition))
+    assert condition in {failure.condition for failure in found.failures}
+    assert {failure.dimension for failure in found.failures} == {1, 2, 3, 4}
+    assert f"FAILS {condition}" in str(found)
+    assert "time = " in str(found)
+
+
+def test_a_pair_without_fault_passes():
+    assert carom.check(BadCores("nothing")).passed
+
+
+class BadFlight(NamedTuple):
+    """Free flight with one thing wrong."""
+
+    wrong: str
+
+
+@position.register
+def _(motion: BadFlight, axis, x, v, t):
+    if motion.wrong == "III":
+        return x + v * t * t
+    if motion.wrong == "relative":
+        return x + v * (1.0 - np.exp(-t))
+    return x + v * t
+
+
+@velocity.register
+def _(motion: BadFlight, axis, v, t):
+    return v * np.exp(-t) if motion.wrong == "relative" else v
+
+
+@exit_time.register
+def _(motion: BadFlight, axis, x, v, low, high):
+    up = int(v > 0.0)
+    t = ((high if up else low) - x) / v
+    return (2.0 * t if motion.wrong == "exit" else t), up
+
+
+class BadMotion:
+    def __init__(self, wrong):
+        self.wrong = wrong
+
+    def model(self, particles):
+        return BadFlight(self.wrong)
+
+
+@pytest.mark.parametrize("condition", ["III", "relative", "exit"])
+def test_a_broken_condition_of_a_motion_is_named(condition):
+    found = carom.check(BadMotion(condition))
+    assert condition in {failure.condition for failure in found.failures}
+
+
+class Gain(NamedTuple):
+    """A contact law that makes energy."""
+
+    part: float
+
+
+@transfer.register
+def _(impact: Gain, rr, rv):
+    return impact.part
+
+
+class Gaining:
+    def model(self, particles):
+        return Gain(1.2)
+
+
+def test_a_contact_that_makes_energy_is_named():
+    assert {failure.condition for failure in carom.check(Gaining()).failures} == {"gain"}
+
+
+class Silent(NamedTuple):
+    """A model that answers nothing."""
+
+    masses: np.ndarray
+
+
+class SilentCores:
+    def reach(self, scene):
+        return 1.0
+
+    def model(self, particles):
+        return Silent(particles.with_ghost(particles.masses))
+
+
+def test_a_model_without_its_required_answers_is_refused_in_a_sentence():
+    scene = SCENE.with_(interaction=SilentCores())
+    with pytest.raises(InputError, match=r"Silent does not answer interaction_time: register a function"):
+        carom.Simulation(scene)
+    with pytest.raises(InputError, match="does not answer"):
+        carom.check(SilentCores())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"interaction": SilentCores}, "found the class SilentCores, not a value of it"),
+        ({"interaction": 3}, "interaction must be a value with reach and model"),
+        ({"motion": object()}, "which has no model"),
+        ({"impact": "soft"}, "impact must be a value with model"),
+        ({"impact": Gaining(), "restitution": 0.5}, "impact and restitution say the same thing in two ways"),
+    ],
+)
+def test_what_is_no_model_is_refused_in_a_sentence(arguments, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        SCENE.with_(**arguments)
+
+
+def test_the_usual_models_may_be_given_by_name():
+    scene = SCENE.with_(interaction=HardCores(), motion=FreeFlight(), impact=Restitution(0.9, 0.01))
+    assert (scene.restitution, scene.elastic_below) == (0.9, 0.01)
+    assert scene.usual("interaction")
+    assert scene.usual("motion")
+    assert not scene.simple
+    assert SCENE.with_(interaction=HardCores()).simple
+
+
+class Bent:
+    """A motion of which only the value is looked at."""
+
+    straight = False
+
+    def model(self, particles):
+        return BadFlight("nothing")
+
+
+def test_a_motion_that_bends_meets_no_walls_and_has_no_lists():
+    walled = carom.Scene.random(6, 2, packing_fraction=0.1, seed=1, periodic=[True, False])
+    with pytest.raises(InputError, match="met in straight flight only, and Bent bends"):
+        carom.Simulation(walled.with_(motion=Bent()))
+    with pytest.raises(InputError, match="Neighbour lists are for straight flight"):
+        carom.Simulation(SCENE.with_(motion=Bent()), neighbors="lists")
+
+
+@pytest.mark.parametrize("wraps", [(1, 0), (0, 0)])
+def test_charges_in_a_magnetic_field_keep_to_walls_and_balls(wraps):
+    for seed in range(3):
+        scene = charges(20, (10.0, 9.0), wraps, [Ball((5.0, 4.5), 1.0)], seed)
+        sim = carom.Simulation(scene, seed=seed)
+        depth = -min(least_gap(frame, scene) for frame in sim.sample(every=0.1, count=200))
+        assert depth < DEPTH
+        assert sim.statistics.worst_overlap < DEPTH
+        assert sim.statistics.energy_drift < 1e-12
+        assert min(each.hits for each in sim.obstacles) > 0
+
+
+def test_charges_that_grow_keep_to_the_walls():
+    depth, collisions = plain_python("-m", "helpers.magnetic").split()
+    assert -float(depth) < DEPTH
+    assert int(collisions) > 5
+
+
+def test_nothing_else_is_checked():
+    for wrong in (3, HardCores, SCENE):
+        with pytest.raises(InputError, match="check\\(\\) needs the value of an interaction"):
+            carom.check(wrong)
+
+
+def test_a_motion_of_two_axes_is_checked_in_two_dimensions():
+    from carom.models.gravity import Gravity
+
+    report = carom.check(Gravity((0.0, -1.0)))
+    assert report.passed
+    assert report.tried["III"] == 2 * 200
+
+
+# ---------------------------------------------------------------------------------------- indices
+
+
+class Numbered(NamedTuple):
+    """Hard cores whose distance, radii and masses follow from the numbers of the two."""
+
+    table: np.ndarray
+    count: int
+
+
+@interaction_time.register
+def _(pair: Numbered, i, j, rr, rv, vv, now):
+    return first_contact(rr - core_square(pair, i, j, now), rv, vv)
+
+
+@contact_time.register
+def _(pair: Numbered, i, j, rr, rv, vv, now):
+    return max(first_contact(rr - core_square(pair, i, j, now), rv, vv), 0.0), False
+
+
+@core_square.register
+def _(pair: Numbered, i, j, now):
+    smaller = 0.01 * ((i + j) % 3) + (0.01 if min(i, j) & 1 else 0.0)
+    return (pair.table[i, j] - smaller - 0.001 * ((i ^ j) & 1) - 1e-4 * (int(i) + int(j) < pair.count)) ** 2
+
+
+@jump.register
+def _(pair: Numbered, i, j, rr, rv, now):
+    ours, theirs = mass(pair, i), mass(pair, j)
+    factor = 2.0 * ours * theirs / (ours + theirs) * rv / rr
+    return factor / ours, factor / theirs, -factor * rr
+
+
+@mass.register
+def _(pair: Numbered, i):
+    return 1.0 + ((i & 3) + (i - pair.count) % 2)
+
+
+@radius.register
+def _(pair: Numbered, i, now):
+    return 0.5 - 0.01 * (i & 1) - 0.01 * ((i - pair.count) & 2)
+
+
+@growth.register
+def _(pair: Numbered, i):
+    return 0.0 * (i & 1)
+
+
+class NumberedCores:
+    def reach(self, scene):
+        return 1.0
+
+    def model(self, particles):
+        k = np.arange(len(particles.radii) + 1)
+        return Numbered(1.0 - 0.05 * np.abs(np.sin(k[:, None] + k)), len(particles.radii))
+
+
+class Losing(NamedTuple):
+    """A contact law that follows from the numbers of the two."""
+
+    least: float
+
+
+@transfer.register
+def _(impact: Losing, rr, rv):
+    return impact.least
+
+
+@exchanged_part.register
+def _(impact: Losing, i, j, rr, rv, now):
+    return impact.least + 0.01 * ((i * j + (i - j)) & 3)
+
+
+class NumberedLoss:
+    def model(self, particles):
+        return Losing(0.95)
+
+
+class Lower(NamedTuple):
+    """A floor that throws components back by their numbers."""
+
+    height: float
+
+
+@encounter.register
+def _(obstacle: Lower, x, v, radius, growth):
+    return max((x[1] - obstacle.height - radius) / -v[1], 0.0) if v[1] < 0.0 else NEVER
+
+
+@outward.register
+def _(obstacle: Lower, x, axis):
+    return 1.0 if axis == 1 else 0.0
+
+
+@recoil.register
+def _(obstacle: Lower, motion, i, mass, x, v, normal, growth, now):
+    v[1] = -v[1] * (1.0 - 0.1 * ((i & 1) + (i - 7) % 2))
+
+
+class Floor:
+    name = "floor"
+
+    def __init__(self, height=1.0):
+        self.height = height
+
+    def check(self, box, periodic):
+        pass
+
+    def gap(self, positions, radii, box, periodic):
+        return positions[:, 1] - self.height - radii
+
+    def model(self):
+        return Lower(self.height)
+
+
+BY_NUMBERS = {
+    "lists": ({"impact": NumberedLoss()}, {"neighbors": "lists"}),
+    "everybody": ({}, {"neighbors": "all"}),
+    "a small box": ({}, {}),
+    "a floor": ({}, {"neighbors": "sectors"}),
+}
+
+
+@pytest.mark.parametrize("kind", BY_NUMBERS)
+def test_indices_are_whole_numbers_for_every_model(kind, tmp_path):
+    """The replay asks the same functions, in Python, and compares every impulse."""
+    changes, options = BY_NUMBERS[kind]
+    scene = carom.Scene.random(20, 2, packing_fraction=0.2, seed=1).with_(interaction=NumberedCores())
+    if kind == "a small box":
+        scene = carom.Scene([[0.5, 0.5], [1.6, 1.7]], (2.3, 2.3), interaction=NumberedCores())
+    elif kind == "a floor":
+        k = np.arange(6.0)
+        scene = carom.Scene(np.stack([2.0 * k + 1.0, 1.6 * k + 2.5], axis=1), 12.0, periodic=[True, False])
+        scene = scene.with_(interaction=NumberedCores(), obstacles=[Floor()])
+    velocities = np.random.default_rng(1).normal(size=scene.positions.shape)
+    numbers = np.arange(scene.n)
+    masses = 1.0 + (numbers & 3) + (numbers - scene.n) % 2  # those that the model answers
+    scene = scene.with_(velocities=velocities, mass=masses, **changes)
+    with carom.Simulation(scene, event_log=tmp_path / "log.h5", **options) as sim:
+        sim.run(collisions=60)
+    run = Replay(
+        tmp_path / "log.h5",
+        interaction=scene.interaction,
+        impact=changes.get("impact"),
+        obstacles=scene.obstacles or None,
+    )
+    while run.step():
+        pass
+    assert run.collisions == 60
+    np.testing.assert_array_equal(run.frame().velocities, sim.frame().velocities)
+
+
+@lanes("radii")
+class Plain(NamedTuple):
+    """Cores in lanes that do with their indices what a number of any type can."""
+
+    radii: np.ndarray
+    table: np.ndarray
+
+
+@interaction_time.register
+def _(pair: Plain, i, j, rr, rv, vv, now):
+    smaller, larger = (i, j) if i < j else (j, i)
+    found = (
+        pair.table[i, j]
+        + 1e4 * pair.table[(i + j) % 8, i ^ j]
+        + 10.0 * ((i + j) % 3)
+        + 100.0 * (larger - smaller)
+        + 1000.0 * (j // 2 - i)
+    )
+    return found + 0.5 * pair.radii[i] + pair.radii[j]
+
+
+@lanes("radii")
+class Pedantic(NamedTuple):
+    """Cores in lanes that do with their indices what only numbers of one type can."""
+
+    radii: np.ndarray
+
+
+@interaction_time.register
+def _(pair: Pedantic, i, j, rr, rv, vv, now):
+    found = np.sqrt(j) + float(i)
+    for k in (i, j):
+        found += pair.radii[k]
+    return found
+
+
+@lanes("radii")
+class Stepped(NamedTuple):
+    """Steps in lanes that do arithmetic with their step."""
+
+    radii: np.ndarray
+
+
+@step_time.register
+def _(pair: Stepped, i, j, step, rr, rv, vv, now):
+    return pair.radii[j] + 10.0 * pair.radii[step + 1] + 100.0 * ((step + i - j) % 5)
+
+
+def _ask(digest):
+    def ask(pair, lanes, i, j):
+        digest  # noqa: B018
+        return asked_of(interaction_time, borrowed(pair), borrowed(lanes), 3, i, j, (0.0, 0.0, 0.0, 0.0))
+
+    return ask
+
+
+def _ask_stepped(digest):
+    def ask(pair, lanes, i, j, step):
+        digest  # noqa: B018
+        return asked_of(step_time, borrowed(pair), borrowed(lanes), 3, i, j, (step, 0.0, 0.0, 0.0, 0.0))
+
+    return ask
+
+
+def in_lanes(pair, j):
+    """Return the lanes of a model in which the third candidate is j, with a radius of its own."""
+    found = make_lanes(pair)
+    found.room[3] = pair.radii[j] + 0.25
+    return found
+
+
+@pytest.mark.parametrize(("i", "j"), [(2, 5), (5, 2)])
+def test_indices_are_whole_numbers_in_lanes_too(i, j):
+    pair = Plain(np.arange(8.0), np.arange(64.0).reshape(8, 8))
+    expected = interaction_time(pair, i, j, 0.0, 0.0, 0.0, 0.0)
+    indices = np.uint64(i), np.uint32(j)  # as the engine's are
+    assert entry(_ask)(pair, None, *indices) == expected
+    assert entry(_ask)(pair, in_lanes(pair, j), *indices) == expected + 0.25  # which the lane holds
+    stepped = Stepped(np.arange(8.0))
+    expected = step_time(stepped, i, j, 1, 0.0, 0.0, 0.0, 0.0)
+    assert entry(_ask_stepped)(stepped, None, *indices, np.int64(1)) == expected
+    assert entry(_ask_stepped)(stepped, in_lanes(stepped, j), *indices, np.int64(1)) == expected + 0.25
+
+
+def test_a_model_that_needs_indices_of_one_type_does_without_lanes():
+    pair = Pedantic(np.arange(8.0))
+    expected = interaction_time(pair, 2, 5, 0.0, 0.0, 0.0, 0.0)
+    assert entry(_ask)(pair, in_lanes(pair, 5), np.uint64(2), np.uint32(5)) == expected
+
+
+# ---------------------------------------------------------------------------------------- what is no number
+
+
+class Colour(enum.Enum):
+    RED = 1
+
+
+class Pocket(NamedTuple):
+    thing: object
+
+
+class Holding(NamedTuple):
+    """A model that holds something."""
+
+    thing: Any
+    masses: np.ndarray
+    radii: np.ndarray
+
+
+@interaction_time.register
+def _(pair: Holding, i, j, rr, rv, vv, now):
+    return first_contact(rr - 1.0, rv, vv)
+
+
+@jump.register
+def _(pair: Holding, i, j, rr, rv, now):
+    return exchange(pair, i, j, rr, rv)
+
+
+@position.register
+def _(motion: Holding, axis, x, v, t):
+    return x + v * t
+
+
+@velocity.register
+def _(motion: Holding, axis, v, t):
+    return v
+
+
+@transfer.register
+def _(impact: Holding, rr, rv):
+    return 1.0
+
+
+class Holder:
+    """An interaction, a motion or a contact law whose model holds something."""
+
+    def __init__(self, thing):
+        self.thing = thing
+
+    def model(self, particles):
+        return Holding(
+            self.thing, particles.with_ghost(particles.masses), particles.with_ghost(particles.radii)
+        )
+
+
+class HoldingCores(Holder):
+    def reach(self, scene):
+        return 1.0
+
+
+class HoldingFloor(Floor):
+    def __init__(self, thing):
+        super().__init__()
+        self.thing = thing
+
+    def model(self):
+        return Holding(self.thing, np.ones(1), np.ones(1))
+
+
+def holding(kind, thing):
+    """Return a scene one of whose models holds something."""
+    if kind == "obstacle floor":
+        return carom.Scene([[1.0, 5.0]], 10.0, periodic=[True, False], obstacles=[HoldingFloor(thing)])
+    return SCENE.with_(**{kind: HoldingCores(thing) if kind == "interaction" else Holder(thing)})
+
+
+@pytest.mark.parametrize("kind", ["interaction", "motion", "impact", "obstacle floor"])
+@pytest.mark.parametrize(
+    ("thing", "name", "what"),
+    [
+        (object(), "thing", "a object"),
+        ([1.0, 2.0], "thing", "a list of 2"),
+        ({"a": 1.0}, "thing", "a table"),
+        (np.array([None, 1.0]), "thing", "an array of object"),
+        (np.ones(3, ">f8"), "thing", "an array of >f8"),
+        (Pocket(Pocket((1.0, SimpleNamespace()))), "thing.thing.thing[1]", "a SimpleNamespace"),
+        (2**70, "thing", "an integer of more than 18 digits"),
+        (lambda x: x, "thing", "a function"),
+    ],
+)
+def test_a_field_that_no_compiler_knows_is_named(kind, thing, name, what):
+    words = (
+        f"The field {name} of Holding, the model of the {kind}, is {what}, which the compiler does not know"
+    )
+    with pytest.raises(InputError, match=re.escape(words)):
+        carom.Simulation(holding(kind, thing), seed=1)
+
+
+@pytest.mark.parametrize(
+    "thing", [1, 2.0, True, None, np.float32(1.0), (1, (2.0, None)), np.ones((2, 2), np.int8)]
+)
+def test_numbers_arrays_and_tuples_of_these_are_known(thing):
+    carom.explain(holding("interaction", thing))
+
+
+def test_a_model_that_is_no_tuple_is_refused():
+    class Value(Holder):
+        def model(self, particles):
+            return SimpleNamespace()
+
+    with pytest.raises(
+        InputError, match="The model of the motion is a SimpleNamespace; expected a NamedTuple"
+    ):
+        carom.Simulation(SCENE.with_(motion=Value(None)))
+
+
+class Misspelt(NamedTuple):
+    """A model one of whose answers reads what it has not."""
+
+    height: float
+
+
+@encounter.register
+def _(obstacle: Misspelt, x, v, radius, growth):
+    above = x - obstacle.heigth
+    return above / -v
+
+
+def _meet(digest):
+    def meet(obstacle):
+        digest  # noqa: B018
+        return encounter(obstacle, 0.0, 0.0, 0.0, 0.0)
+
+    return meet
+
+
+def test_what_cannot_be_compiled_is_one_sentence_with_the_name_of_the_model():
+    with pytest.raises(InputError) as refused:
+        entry(_meet)(Misspelt(1.0))
+    text = str(refused.value)
+    words = r"encounter of Misspelt cannot be compiled: line \d+ of test_own_models.py, `above = x"
+    assert re.match(words, text)
+    assert "heigth" in text.partition("`: ")[2]
+    assert len(text) < 400
+    assert "\n" not in text

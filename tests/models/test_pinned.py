@@ -1,0 +1,252 @@
+"""Pinned components: fixed balls by the thousand, found like anyone else."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.marks import slow
+
+import carom
+from carom.errors import InputError, OverlapError
+from carom.models.obstacles import Ball
+from carom.models.pinned import Pinned
+from carom.models.to_tables import obstacle_to_table
+from carom.reference import NaiveSystem
+from carom.simulation.replay import Replay
+
+EPS = np.finfo(float).eps
+
+
+def porous(dimension=2, n=40, fixed=15, packing_fraction=0.25, seed=3, **settings):
+    """Return a scene of which the first are pinned, with velocities."""
+    scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=seed)
+    v = np.random.default_rng(seed).normal(size=(n, dimension))
+    v[:fixed] = 0.0
+    return scene.with_(velocities=v, pinned=np.arange(fixed), **settings)
+
+
+def as_balls(scene):
+    """Return the movers of a scene, and its pinned components as obstacles."""
+    free = ~scene.pinned
+    balls = [
+        Ball(tuple(x), 0.5 * d)
+        for x, d in zip(
+            scene.positions[scene.pinned].tolist(), scene.diameters[scene.pinned].tolist(), strict=True
+        )
+    ]
+    return free, balls
+
+
+@pytest.mark.parametrize("neighbors", ["sectors", slow("lists")])
+@pytest.mark.parametrize("dimension", [2, slow(3)])
+def test_the_order_of_events_is_the_oracles_with_fixed_balls(dimension, neighbors, tmp_path):
+    scene = porous(dimension, n=60 if dimension == 2 else 120, fixed=25, packing_fraction=0.15)
+    free, balls = as_balls(scene)
+    names = np.flatnonzero(free)
+    oracle = iter(
+        NaiveSystem(
+            scene.positions[free],
+            scene.velocities[free],
+            scene.box,
+            obstacles=[obstacle_to_table(ball) for ball in balls],
+            arithmetic="float",
+        )
+    )
+    log = tmp_path / "log.h5"
+    sim = carom.Simulation(scene, neighbors=neighbors, event_log=log)
+    sim.run(collisions=150)
+    sim.close()
+    events = carom.io.events.read_events(log)
+    for k in range(150):
+        event = next(oracle)
+        i = names[event.i]
+        # The oracle numbers its balls after the movers; in the scene they are the first.
+        j = names[event.j] if event.j < len(names) else event.j - len(names)
+        assert {int(events.i[k]), int(events.j[k])} == {int(i), int(j)}, k
+        # Eight collisions a mover, each of which multiplies an error by ten or so: 1e-15 becomes 1e-7.
+        assert events.time[k] == pytest.approx(float(event.time), abs=1e-6)
+
+
+@pytest.mark.parametrize("dimension", [slow(1), 2, slow(3), slow(4)])
+def test_pinned_components_stay_and_take_up_what_the_others_lose(dimension):
+    n, fixed = (12, 3) if dimension == 1 else (40, 10)
+    scene = porous(dimension, n=n, fixed=fixed, packing_fraction=0.1 if dimension > 1 else 0.4)
+    sim = carom.Simulation(scene)
+    sim.run(collisions=3000)
+    frame = sim.frame()
+    assert (frame.positions[:fixed] == scene.positions[:fixed]).all()
+    assert (frame.velocities[:fixed] == 0.0).all()
+    assert sim.statistics.energy_drift < 1e-12
+    assert np.isnan(sim.statistics.momentum_drift)  # it is not conserved
+    taken = sim.pinned_impulse
+    assert (taken[:fixed] > 0.0).any()
+    assert (taken[fixed:] == 0.0).all()
+    assert sim.kT == pytest.approx(float((scene.velocities**2).sum()) / (dimension * (n - fixed)), rel=1e-12)
+
+
+@pytest.mark.parametrize(("speed", "first"), [(1.0, True), (2.0**40, True), (1.0, False)])
+def test_the_impulse_is_that_of_the_events(tmp_path, speed, first):
+    """In the scene's unit of time, which is another one than the engine's where all is fast; and whether the
+    pinned ones come first or last: an event is processed by the one that comes first.
+    """
+    scene = porous()
+    order = np.arange(scene.n) if first else np.arange(scene.n)[::-1]
+    scene = carom.Scene(
+        scene.positions[order],
+        scene.box,
+        velocities=speed * scene.velocities[order],
+        pinned=scene.pinned[order],
+    )
+    sim = carom.Simulation(scene, event_log=tmp_path / "log.h5")
+    sim.run(collisions=500)
+    sim.close()
+    events = carom.io.events.read_events(tmp_path / "log.h5")
+    taken = np.zeros(scene.n)
+    for who in (events.i, events.j):
+        np.add.at(taken, who, events.impulse)
+    pinned = scene.pinned
+    assert taken[pinned].all()
+    np.testing.assert_allclose(sim.pinned_impulse[pinned], taken[pinned], rtol=1e-12)
+
+
+def test_velocities_that_are_drawn_are_of_those_that_move_only():
+    scene = porous().with_(velocities=None)
+    sim = carom.Simulation(scene, kT=2.0, seed=4)
+    v = sim.frame().velocities
+    assert (v[:15] == 0.0).all()
+    assert (v[15:] ** 2).sum() == pytest.approx(2.0 * 2 * 25, rel=1e-12)
+    assert sim.degrees_of_freedom == 50
+    assert sim.kT == pytest.approx(2.0, rel=1e-12)
+
+
+def test_checkpoints_and_replays_give_the_same_bits(tmp_path):
+    scene = porous()
+    whole = carom.Simulation(scene, event_log=tmp_path / "log.h5")
+    whole.run(collisions=400)
+    half = carom.Simulation(scene)
+    half.run(collisions=150)
+    half.save(tmp_path / "half.h5")
+    again = carom.Simulation.load(tmp_path / "half.h5")
+    assert (again.scene.pinned == scene.pinned).all()
+    again.run(collisions=250)
+    whole.close()
+    run = Replay(tmp_path / "log.h5")
+    while run.step():
+        pass
+    for frame in (again.frame(), run.frame()):
+        assert (frame.positions == whole.frame().positions).all()
+        assert (frame.velocities == whole.frame().velocities).all()
+    assert (again.pinned_impulse == whole.pinned_impulse).all()
+
+
+@pytest.mark.slow
+def test_pinned_components_may_overlap_each_other_and_nobody_else():
+    places = [[1.0, 1.0], [1.5, 1.0], [4.0, 4.0]]
+    scene = carom.Scene(places, 6.0, pinned=[True, True, False])
+    sim = carom.Simulation(scene, seed=1)
+    sim.run(collisions=300)
+    assert sim.statistics.worst_overlap < 1e-12
+    with pytest.raises(OverlapError, match="spheres 0 and 2 overlap"):
+        carom.Scene([[1.0, 1.0], [1.5, 1.0], [0.5, 1.0]], 6.0, pinned=[True, True, False])
+    with pytest.raises(OverlapError, match="spheres 1 and 2 overlap"):
+        carom.Scene([[1.0, 1.0], [4.0, 4.0], [4.5, 4.0]], 6.0, pinned=[0])
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"pinned": [True]}, "40 bools"),
+        ({"pinned": np.ones(40, bool)}, "nothing can move"),
+        ({"pinned": [40]}, "from 0 to 39"),
+        ({"pinned": "all"}, "found"),
+        ({"velocities": np.ones((40, 2))}, "pinned, and has a velocity"),
+        ({"motion": carom.models.free_flight.FreeFlight()}, "motion is given"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(change, says):
+    with pytest.raises(InputError, match=says):
+        porous().with_(**change)
+
+
+def test_no_pressure_is_made_up():
+    sim = carom.Simulation(porous())
+    with pytest.raises(InputError, match="pinned_impulse"):
+        sim.measure(carom.Pressure(), collisions=1000)
+    with pytest.raises(InputError, match="growth"):
+        carom.Simulation(porous(), growth=0.1)
+    with pytest.raises(InputError, match="no pinned"):
+        carom.Simulation(carom.Scene.fcc(2, packing_fraction=0.3)).pinned_impulse  # noqa: B018
+
+
+def test_the_example_of_the_page_runs(capsys):
+    page = Path(__file__).parents[2].joinpath("docs", "obstacles.md").read_text(encoding="utf-8")
+    (block,) = (each for each in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "pinned" in each)
+    exec(block, {})
+    assert capsys.readouterr().out == "True True\n"
+
+
+def test_nobody_pinned_is_the_scene_without():
+    scene = carom.Scene.random(20, 2, packing_fraction=0.3, seed=1)
+    assert scene.with_(pinned=np.zeros(20, bool)).pinned is None
+    assert scene.with_(pinned=[]).pinned is None
+    assert isinstance(porous().interaction, Pinned)
+    assert "pinned=15" in repr(porous())
+
+
+@pytest.mark.slow
+def test_with_restitution_the_impulse_is_what_contacts_exchange_and_energy_is_accounted(tmp_path):
+    scene = porous().with_(restitution=0.8)
+    sim = carom.Simulation(scene, event_log=tmp_path / "log.h5")
+    begin = sim.kT
+    block = sim.run(collisions=500)
+    sim.save(tmp_path / "later.h5")
+    sim.close()
+    events = carom.io.events.read_events(tmp_path / "log.h5")
+    taken = np.zeros(scene.n)
+    for who in (events.i, events.j):
+        np.add.at(taken, who, events.impulse)
+    np.testing.assert_allclose(sim.pinned_impulse[:15], taken[:15], rtol=1e-12)
+    assert 0.0 < sim.kT < block.kT < begin
+    run = Replay(tmp_path / "log.h5")
+    while run.step():
+        pass
+    assert (run.frame().velocities == sim.frame().velocities).all()
+    again = carom.Simulation.load(tmp_path / "later.h5")
+    whole = carom.Simulation(scene)
+    whole.run(collisions=600)
+    again.run(collisions=100)
+    assert (again.frame().positions == whole.frame().positions).all()
+    assert (again.pinned_impulse == whole.pinned_impulse).all()
+
+
+@pytest.mark.slow
+def test_one_ball_between_pinned_ones_loses_by_every_contact_what_restitution_says():
+    """In one dimension, bounce after bounce between two that stay: v e^k, in closed form."""
+    scene = carom.Scene(
+        [[1.0], [4.0], [7.0]], 20.0, velocities=[[0.0], [1.0], [0.0]], pinned=[0, 2], restitution=0.5
+    )
+    sim = carom.Simulation(scene)
+    sim.run(collisions=6)
+    assert abs(sim.frame().velocities[1, 0]) == 0.5**6
+    # Impulse m (1 + e) v of contacts 0, 2, 4 at the right, of 1, 3, 5 at the left.
+    taken = 1.5 * 0.5 ** np.arange(6)
+    assert sim.pinned_impulse[2] == pytest.approx(taken[::2].sum(), rel=1e-15)
+    assert sim.pinned_impulse[0] == pytest.approx(taken[1::2].sum(), rel=1e-15)
+
+
+def test_a_scene_file_says_how_many_are_pinned_or_who():
+    from carom.plan.plan import Plan
+
+    text = "[scene]\ninitial = 'random'\nn = 30\ndimension = 2\npacking_fraction = 0.2\npinned = {}\n"
+    plan = Plan.from_toml(text.format(12))
+    scene = plan.scene.build(5)
+    assert scene.pinned.sum() == 12
+    assert (plan.scene.build(5).pinned == scene.pinned).all()
+    assert (plan.scene.build(6).pinned != scene.pinned).any()
+    assert Plan.from_toml(plan.to_toml()) == plan
+    named = Plan.from_toml(text.format([3, 4])).scene.build(5)
+    assert np.flatnonzero(named.pinned).tolist() == [3, 4]
+    for wrong, says in ((31, "there are 30"), (-1, "pinned"), ("'all'", "pinned"), ([30], "from 0 to 29")):
+        with pytest.raises(InputError, match=says):
+            Plan.from_toml(text.format(wrong)).scene.build(5)

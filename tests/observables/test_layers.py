@@ -1,0 +1,171 @@
+"""What a run shows of a bed in a field: the granular temperature by layers, weights borne, and work done."""
+
+import json
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from helpers.bed import SCENE
+from helpers.plain import plain_python
+from helpers.screens import NOTHING, printed, summary
+
+import carom
+from carom.cli import screen
+from carom.frame import Frame
+from carom.models.gravity import Gravity
+from carom.observables.layers import GROUPS, MOST, Layers, weight
+from carom.plan.plan import Plan
+from carom.simulation.mechanics import Impacts
+from carom.studies.runs.stretch import Stretch
+
+
+def frame_of(scene, places, velocities, masses):
+    n = len(places)
+    return Frame(0.0, 0, places, velocities, scene.box, diameters=np.ones(n), masses=masses)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_layer_has_the_temperature_of_its_members_relative_to_their_mean(axis, sign):
+    g = sign * np.eye(2)[axis]
+    scene = carom.Scene([[2.0, 2.0]], (4.0, 4.0), motion=Gravity(g))
+    rng, layers = np.random.default_rng(2), Layers(scene, [])
+    n, kT, looks = 300, np.array([0.5, 2.0, 8.0]), 64
+    masses = rng.uniform(0.5, 4.0, n)
+    for k in range(looks):
+        which = rng.integers(0, 3, n)
+        heights = which + rng.uniform(0.01, 0.99, n)
+        places = np.full((n, 2), 1.0)
+        places[:, axis] = heights if sign < 0.0 else 4.0 - heights
+        velocities = rng.normal(size=(n, 2)) * np.sqrt(kT[which] / masses)[:, None]
+        velocities += np.array([3.0, -1.0]) * (1.0 + which)[:, None] * math.cos(k)  # every layer streams
+        layers.look(frame_of(scene, places, velocities, masses), 1.0 + k)
+    found = layers.found()
+    assert [(each.low, each.high) for each in found] == [(0.0, 1.0), (1.0, 2.0), (2.0, 3.0)]
+    assert sum(each.members for each in found) == pytest.approx(n)
+    assert layers.kT == pytest.approx(1.0 + 0.5 * (looks - 1))
+    for each, right in zip(found, kT, strict=True):
+        # Of 64 looks at 100 members in two dimensions.
+        assert each.kT.error == pytest.approx(right / math.sqrt(looks * 99), rel=0.5)
+        assert abs(each.kT.mean - right) < 5.0 * each.kT.error
+
+
+def test_groups_of_looks_lose_nothing_and_are_continued():
+    scene = carom.Scene([[2.0, 2.0]], (4.0, 4.0), motion=Gravity((0.0, -1.0)))
+    rng, kept = np.random.default_rng(2), []
+    for k in range(3 * GROUPS + 5):
+        layers = Layers(scene, kept)  # as after a checkpoint
+        speeds = rng.normal(size=(6, 2))
+        layers.look(frame_of(scene, np.full((6, 2), 1.5), speeds, np.ones(6)), float(k))
+    assert GROUPS // 2 <= len(kept) <= GROUPS
+    assert sum(group[0][0] for group in kept) == 3 * GROUPS + 5
+    assert layers.kT == pytest.approx(0.5 * (3 * GROUPS + 4))
+    (only,) = layers.found()
+    assert only.members == 6.0
+    assert abs(only.kT.mean - 1.0) < 5.0 * only.kT.error
+
+
+def test_a_high_box_has_so_many_layers_and_one_alone_has_no_temperature():
+    scene = carom.Scene([[2.0, 2.0]], (4.0, 640.0), motion=Gravity((0.0, -1.0)))
+    layers = Layers(scene, [])
+    layers.look(frame_of(scene, np.array([[1.0, 639.9], [1.0, 0.1]]), np.ones((2, 2)), np.ones(2)), 1.0)
+    low, high = layers.found()
+    assert (low.kT, high.kT) == (None, None)
+    assert (high.low, high.high) == (640.0 - 640.0 / MOST, 640.0)
+
+
+def test_only_a_field_has_weights():
+    still = carom.Scene([[1.0, 1.0], [3.0, 3.0]], 4.0, mass=[1.0, 2.0])
+    assert weight(still) is None
+    assert weight(still.with_(motion=Gravity((0.0, 0.0)))) is None
+    assert weight(still.with_(motion=Gravity((3.0, -4.0)))) == 7.5
+    layers = Layers(still, [])
+    layers.look(frame_of(still, still.positions, still.positions, still.masses), 1.0)
+    assert (layers.found(), layers.kT, layers.groups) == ([], None, [])
+
+
+BED = {
+    "reduced_pressure": NOTHING, "collision_rate": NOTHING, "compressibility_factor": NOTHING,
+    "compressibility_factor_infinite": NOTHING, "thermal": False, "weight": 4.0, "kT": 1e-9,
+    "obstacles": [
+        {"name": "upper wall of axis 1", "force": {"mean": 0.0, "error": None},
+         "pressure": {"mean": 0.0, "error": None}, "power": NOTHING},
+        {"name": "floor", "force": {"mean": 80.0, "error": 0.8}, "pressure": {"mean": 8.0, "error": 0.08},
+         "power": {"mean": -0.5, "error": 0.1}},
+        {"name": "shelf", "force": {"mean": 8.0, "error": 0.08}, "pressure": NOTHING, "power": NOTHING},
+    ],
+    "layers": [
+        {"low": 0.0, "high": 1.5, "members": 2.0, "kT": {"mean": 12.0, "error": 0.6}},
+        {"low": 1.5, "high": 3.0, "members": 0.25, "kT": NOTHING},
+    ],
+}  # fmt: skip
+
+
+def test_a_bed_is_shown_in_weights_and_never_in_a_temperature():
+    text = " ".join(printed(screen._physics(summary(**BED))).split())
+    # 8 energy / length^2 times 1.5 / 4; 8 energy / length over 4.
+    assert "P σ/mg on floor 3.00 ± 0.03" in text
+    assert "force/mg on shelf 2.00 ± 0.02" in text
+    assert "work of floor a time -0.50 ± 0.10" in text
+    assert "mg = 4 the mean weight of one" in text
+    for absent in ("kT", "upper wall", "?", "Z counts"):
+        assert absent not in text
+    layers = " ".join(printed(screen._bed(summary(**BED))).split())
+    # 12 over 4 times 1.5.
+    assert "0 to 1 2 2.00 ± 0.10 1 to 2 0.25 -" in layers
+
+
+def test_where_there_is_no_one_temperature_a_pressure_is_in_units_of_the_scene():
+    text = " ".join(printed(screen._physics(summary(**BED | {"weight": None}))).split())
+    assert "P on floor 8.00 ± 0.08" in text
+    assert "force on shelf 8.00 ± 0.08" in text
+    assert "There is no one kT" in text
+
+
+def test_a_run_shows_the_bed_and_a_resumed_one_the_same(tmp_path):
+    printed_text = plain_python("-W", "ignore", "-m", "helpers.bed", tmp_path)
+    whole, cut = json.loads(printed_text.splitlines()[0])
+    assert whole == cut
+    scene = Plan.from_toml(SCENE).build_scene()
+    assert whole["weight"] == 2.0 * 1.5
+    assert not whole["thermal"]
+    assert sum(layer["members"] for layer in whole["layers"]) == pytest.approx(scene.n)
+    upper, floor = whole["obstacles"]  # the lower wall is none
+    assert upper["name"] == "upper wall of axis 1"
+    assert upper["force"]["error"] is None
+    assert floor["pressure"]["mean"] == pytest.approx(floor["force"]["mean"] / 3.0)
+    assert floor["power"]["mean"] != 0.0
+    shown = printed_text.partition("\n")[2]
+    assert "P σ/mg on floor" in shown
+    assert "granular kT/mgσ" in shown
+    assert "±  ?" not in shown
+    assert "± ?" not in shown
+
+
+def test_a_block_has_what_each_wall_took_up_and_gave_in_it():
+    scene = carom.Scene([[2.0, 2.0]], 4.0, periodic=[True, False])
+    still = frame_of(scene, scene.positions, np.zeros((1, 2)), np.ones(1))
+    stretch = Stretch(1, 1, 1, step=2.0)
+    for k in (1, 3):
+        walls = [Impacts("lower", k, 1.0 * k, 10.0 * k), Impacts("upper", k, 2.0 * k, 20.0 * k)]
+        tally = carom.Block(1.0, k, 0.5 * k, kT_time=None)
+        sim = SimpleNamespace(
+            tally=tally, scene=scene, obstacles=walls, frame=lambda: still,
+            machine=SimpleNamespace(scene=scene), degrees_of_freedom=2,
+        )  # fmt: skip
+        stretch.mark(sim)
+    (block,) = stretch.blocks(sim)
+    assert (block.collisions, block.virial, block.impulses, block.works) == (2, 1.0, (2.0, 4.0), (20.0, 40.0))
+    assert block.momentum_changes == (0.0, 0.0)
+
+
+def test_a_pressure_on_what_nothing_hit_says_so():
+    block = carom.Block(1.0, 0, 0.0, (0.0, 0.0), (0.0, 0.0))
+    scene = carom.Scene([[2.0, 2.0]], 4.0, periodic=[True, False])
+    found = carom.WallPressure(0).of_scene([block, block], scene, kT=1.0)
+    assert str(found) == "P on lower wall of axis 1: nothing hit it"
+    assert "inf" not in found._repr_html_()
+    hit = block._replace(impulses=(1.0, 2.0))
+    blocks = [hit, block._replace(impulses=(2.0, 1.0))] * 8
+    assert "nothing" not in str(carom.WallPressure(0).of_scene(blocks, scene, kT=1.0))

@@ -1,0 +1,306 @@
+"""g(r): ideal gas, lattices, the exact Tonks gas, reference histograms, MDAnalysis, files and refusals."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from carom import theory
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.observables.contact import contact_value
+from carom.observables.interrdf import rdf_mdanalysis
+from carom.observables.rdf import rdf
+
+DATA = Path(__file__).parents[1] / "data"
+SIX_SIGMA = 6.0
+
+
+def frame(positions, box, diameter=1.0, time=0.0):
+    positions = np.asarray(positions, dtype=float)
+    n = len(positions)
+    return Frame(
+        time, 0, positions, np.zeros_like(positions), tuple(map(float, box)), np.full(n, diameter), np.ones(n)
+    )
+
+
+def ideal_gas(dimension, n, frames, seed, diameter=0.0):
+    rng = np.random.default_rng(seed)
+    box = np.linspace(1.0, 1.5, dimension) if dimension > 1 else np.ones(1)
+    return [frame(rng.random((n, dimension)) * box, box, diameter) for _ in range(frames)]
+
+
+def tonks_frames(n, rho, frames, seed):
+    """Exact samples of n rods on a ring: the gaps are uniform on the simplex of the free length."""
+    rng = np.random.default_rng(seed)
+    length = n / rho
+    for k in range(frames):
+        gaps = rng.dirichlet(np.ones(n)) * (length - n)
+        x = np.mod(np.cumsum(gaps + 1.0) + rng.uniform(0, length), length)
+        yield frame(x[:, None], (length,), time=float(k))
+
+
+def exact_tonks(r, n, rho):
+    """g_N(r) below two diameters: the law of one gap, (1 - s / L_free)^(n - 2), normalised by (n - 1) / L."""
+    length = n / rho
+    free = length - n
+    return length / free * (1.0 - (r - 1.0) / free) ** (n - 2)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5, 6])
+def test_an_ideal_gas_has_g_one_in_every_dimension(dimension):
+    frames = ideal_gas(dimension, 200, 40, dimension)
+    result = rdf(frames, bins=10)
+    # Counts of independent pairs are Poisson; the shell is known, so that their mean is.
+    volume = theory.ball_volume(dimension) * np.diff((2 * result.edges) ** dimension)
+    expected = 40 * 200 * 199 / 2 * volume / math.prod(frames[0].box)
+    assert (np.abs(result.counts - expected) < SIX_SIGMA * np.sqrt(expected) + 1).all()
+    np.testing.assert_allclose(result.g, result.counts / expected, rtol=1e-13)
+    assert result.edges[0] == 0.0
+    assert result.contact_value is None
+
+
+def test_errors_of_an_ideal_gas_are_those_of_independent_pairs():
+    result = rdf(ideal_gas(2, 100, 256, 1), bins=20)
+    poisson = np.sqrt(result.counts) * result.g / result.counts
+    # A standard error from about 256 blocks is known to 1 / sqrt(512); 20 bins, six sigma.
+    assert (np.abs(result.error / poisson - 1) < SIX_SIGMA / math.sqrt(512)).all()
+
+
+def test_correlated_frames_have_larger_errors():
+    independent = ideal_gas(2, 100, 64, 2)
+    once = rdf(independent, bins=10)
+    repeated = rdf([f for f in independent for _ in range(8)], bins=10)
+    np.testing.assert_array_equal(once.g, repeated.g)
+    # Eight copies of a frame are one sample. Each ratio is known to about 1 / sqrt(blocks) = 0.25.
+    assert np.mean(repeated.error / once.error) == pytest.approx(1.0, abs=SIX_SIGMA * 0.25 / math.sqrt(10))
+
+
+@pytest.mark.parametrize(
+    ("dimension", "shells"),
+    # Neighbours of a site of the (hyper)cubic lattice at squared distances 1, 2, 3.
+    [(1, (2, 0, 0)), (2, (4, 4, 0)), (3, (6, 12, 8)), (4, (8, 24, 32))],
+)
+def test_cubic_lattices_have_their_shells(dimension, shells):
+    cells = 6
+    sites = np.stack(np.meshgrid(*[np.arange(cells)] * dimension, indexing="ij"), axis=-1).reshape(
+        -1, dimension
+    )
+    n = len(sites)
+    # The lattice is one of contacts; the shift makes pairs meet across every face.
+    result = rdf([frame(np.mod(sites + 0.75, cells), (cells,) * dimension)], width=0.05, rmax=1.8)
+    assert result.counts[0] == n * shells[0] // 2
+    for squared, neighbours in zip((2, 3), shells[1:], strict=True):
+        k = int(np.searchsorted(result.edges, math.sqrt(squared)) - 1)
+        assert result.counts[k] == n * neighbours // 2
+    assert result.counts.sum() == n * sum(shells) // 2
+    # g is the number of neighbours over that of the ideal gas in the shell.
+    volume = theory.ball_volume(dimension, 2 * result.edges[1]) - theory.ball_volume(dimension, 2.0)
+    assert result.g[0] == pytest.approx(shells[0] / ((n - 1) / n * volume), rel=1e-13)
+
+
+def test_boxes_of_unequal_edges_count_images_along_each():
+    result = rdf([frame([[0.1, 0.1], [3.9, 0.1], [0.1, 6.8]], (4.0, 7.0), diameter=0.1)], bins=20, rmax=1.0)
+    # 0.2 apart through one face, 0.3 through the other, and their diagonal.
+    distances = np.sort([0.2, 0.3, math.hypot(0.2, 0.3)])
+    np.testing.assert_array_equal(result.counts, np.histogram(distances, result.edges)[0])
+
+
+def test_rods_have_the_exact_g_and_contact_value():
+    n, rho, count = 50, 0.5, 400
+    result = rdf(tonks_frames(n, rho, count, 3), width=0.05, rmax=2.0)
+    exact = np.array(
+        [
+            np.mean(exact_tonks(np.linspace(lo, hi, 101), n, rho))
+            for lo, hi in zip(result.edges[:-1], result.edges[1:], strict=True)
+        ]
+    )
+    # Averages over 101 points of each bin are good to 1e-5, the largest error to 0.02.
+    assert (np.abs(result.g - exact) < SIX_SIGMA * result.error).all()
+    contact = result.contact_value
+    assert abs(contact.mean - 1 / (1 - rho)) < SIX_SIGMA * contact.error
+    # At the end of its range a polynomial of degree k has (k + 1) times the error of the mean of its points.
+    pairs = result.counts[:5].sum()
+    assert contact.error == pytest.approx(3 * contact.mean / math.sqrt(pairs), rel=0.3)
+    z = theory.compressibility_factor(contact.mean, rho, 1, n)
+    assert z == pytest.approx(theory.tonks(rho, n), rel=SIX_SIGMA * contact.error)
+
+
+def test_contact_errors_of_rods_are_their_scatter():
+    n, rho, runs = 50, 0.6, 40
+    values = [rdf(tonks_frames(n, rho, 64, [5, k]), width=0.05, rmax=1.5).contact_value for k in range(runs)]
+    pulls = np.array([(v.mean - 1 / (1 - rho)) / v.error for v in values])
+    # Student t with some 60 degrees of freedom: mean 0, variance 1, each known from 40 runs.
+    assert abs(pulls.mean()) < SIX_SIGMA / math.sqrt(runs)
+    assert abs(np.mean(pulls**2) - 1) < SIX_SIGMA * math.sqrt(2 / runs)
+
+
+def test_contact_errors_do_not_shrink_when_frames_are_repeated():
+    frames = list(tonks_frames(50, 0.6, 128, 8))
+    once = rdf(frames, width=0.05, rmax=1.5).contact_value
+    repeated = rdf([f for f in frames for _ in range(16)], width=0.05, rmax=1.5).contact_value
+    # The histogram is the same in proportion; the fit stops within a hundredth of its error.
+    assert repeated.mean == pytest.approx(once.mean, abs=0.05 * once.error)
+    assert repeated.error > 0.5 * once.error
+
+
+@pytest.mark.parametrize("rho", [0.5, 0.8])
+def test_contact_value_of_reference_histograms_is_the_one_that_z_implies(rho):
+    path = DATA / f"hard_spheres_gr_rho{rho}.csv"
+    with path.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    edges = np.array([float(row["r_lo"]) for row in rows] + [float(rows[-1]["r_hi"])])
+    g = np.array([float(row["g_MD"]) for row in rows])
+    # N = 864 and 12059 snapshots, as the file says.
+    n, snapshots = 864, 12059
+    ideal = snapshots * 0.5 * n * (n - 1) * 4 / 3 * math.pi * np.diff(edges**3) * rho / n
+    fitted = contact_value(np.rint(g * ideal)[None].astype(int), ideal, edges, 3)
+    eta = rho * math.pi / 6
+    z = theory.pieprzyk(eta) + theory.finite_size_shift(eta, n, theory.pieprzyk)
+    # Snapshots are correlated: the file grants 1.5 times the Poisson error that one histogram allows.
+    assert abs(fitted.mean - theory.contact_value(z, eta, 3, n)) < 3 * 1.5 * fitted.error
+    assert fitted.error < 2e-3 * fitted.mean
+
+
+def test_g_does_not_depend_on_the_unit_of_length():
+    small = list(tonks_frames(30, 0.5, 20, 4))
+    large = [frame(4.0 * f.positions, [4.0 * f.box[0]], 4.0) for f in small]
+    one, two = rdf(small, width=0.125, rmax=2.0), rdf(large, width=0.5, rmax=8.0)
+    np.testing.assert_array_equal(one.counts, two.counts)
+    np.testing.assert_array_equal(one.g, two.g)
+    np.testing.assert_array_equal(4.0 * one.edges, two.edges)
+
+
+def test_bins_begin_at_contact_and_end_at_half_the_box():
+    frames = list(tonks_frames(6, 0.5, 2, 1))
+    assert rdf(frames).edges[0] == 1.0
+    # 5 diameters and half of the edge of 12 are both possible; the nearer one is taken.
+    assert rdf(frames).edges[-1] == 5.0
+    assert rdf(frames, rmax=6.0, bins=10).edges[-1] == 6.0
+    np.testing.assert_allclose(rdf(frames, bins=10, width=0.25).edges, 1 + 0.25 * np.arange(11), rtol=1e-15)
+    assert rdf(frames, width=0.7, rmax=2.0).edges[-1] == pytest.approx(1.7, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"rmax": 2.6}, "half of the shortest box edge"),
+        ({"rmax": 1.0}, "must exceed"),
+        ({"rmax": math.nan}, "rmax must be finite"),
+        ({"rmax": "a"}, "rmax must be a number"),
+        ({"bins": 10, "width": 0.1, "rmax": 2.0}, "give two"),
+        ({"bins": 0}, "positive integer"),
+        ({"width": -0.1}, "positive length"),
+        ({"width": "a"}, "width must be a number"),
+        ({"width": 1e-300}, "more than 10000000 bins"),
+        ({"width": 1e-8}, "more than 10000000 bins"),
+        ({"bins": 10**8}, "more than 10000000 bins"),
+        ({"bins": 40, "width": 0.1}, "half of the shortest box edge"),
+    ],
+)
+def test_impossible_bins_are_refused(arguments, message):
+    frames = [frame([[0.5, 0.5], [2.5, 2.5]], (5.0, 8.0))]
+    with pytest.raises(InputError, match=message):
+        rdf(frames, **arguments)
+
+
+def test_unusable_frames_are_refused():
+    good = frame([[0.5, 0.5], [2.5, 2.5]], (5.0, 8.0))
+    with pytest.raises(InputError, match="No frame"):
+        rdf([])
+    for frames in (good, 3):
+        with pytest.raises(InputError, match="list or an iterator of frames"):
+            rdf(frames)
+    with pytest.raises(InputError, match="two or more"):
+        rdf([frame([[0.5, 0.5]], (5.0, 8.0))])
+    with pytest.raises(InputError, match="Particles 0 and 1 overlap"):
+        rdf([frame([[0.5, 0.5], [0.5, 1.25]], (5.0, 8.0))])
+    with pytest.raises(InputError, match="Frame 1 has box"):
+        rdf([good, frame(good.positions, (5.0, 9.0))])
+    unequal = Frame(0.0, 0, good.positions, good.velocities, good.box, np.array([1.0, 0.5]), good.masses)
+    with pytest.raises(InputError, match=r"from 0\.5 to 1"):
+        rdf([unequal])
+    with pytest.raises(InputError, match="other diameters"):
+        rdf([good, frame(good.positions, good.box, 0.5)])
+
+
+def test_a_box_too_small_for_any_bin_is_refused():
+    with pytest.raises(InputError, match="must exceed"):
+        rdf([frame([[0.0, 0.0], [0.9, 0.9]], (1.8, 1.8))])
+
+
+def test_csv_holds_every_digit(tmp_path):
+    result = rdf(tonks_frames(30, 0.5, 20, 4), width=0.1, rmax=2.0)
+    result.save(tmp_path / "g.csv")
+    lines = (tmp_path / "g.csv").read_text().splitlines()
+    assert "# n: 30" in lines
+    table = np.array([[float(x) for x in line.split(",")] for line in lines if line[0].isdigit()])
+    np.testing.assert_array_equal(table[:, 0], result.edges[:-1])
+    np.testing.assert_array_equal(table[:, 2], result.g)
+    np.testing.assert_array_equal(table[:, 4], result.counts)
+    assert len(table) == result.g.size
+
+
+def test_npz_is_read_without_pickle(tmp_path):
+    result = rdf(tonks_frames(30, 0.5, 20, 4), width=0.1, rmax=2.0)
+    result.save(tmp_path / "g.npz")
+    with np.load(tmp_path / "g.npz", allow_pickle=False) as stored:
+        np.testing.assert_array_equal(stored["g"], result.g)
+        assert stored["n"] == 30
+        assert stored["contact_value"] == result.contact_value.mean
+
+
+def test_unwritable_and_unknown_files_are_refused(tmp_path):
+    result = rdf(tonks_frames(30, 0.5, 2, 4), width=0.1, rmax=2.0)
+    with pytest.raises(FileError, match="cannot be written"):
+        result.save(tmp_path / "missing" / "g.csv")
+    with pytest.raises(FileError, match=r"\.csv or \.npz"):
+        result.save(tmp_path / "g.pickle")
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_mdanalysis_finds_the_same_pairs(dimension):
+    import MDAnalysis
+
+    box = (8.0, 7.0, 9.0)[:dimension]
+    rng = np.random.default_rng(dimension)
+    frames, count, n = [], 5, 150
+    coordinates = np.zeros((count, n, 3), dtype=np.float32)
+    for k in range(count):
+        coordinates[k, :, :dimension] = rng.random((n, dimension)) * box
+        # The same float32 numbers for both, so that only its distances are rounded.
+        frames.append(frame(coordinates[k, :, :dimension].astype(float), box, diameter=0.0))
+    universe = MDAnalysis.Universe.empty(n, trajectory=True)
+    # In the plane the third edge is a placeholder.
+    universe.load_new(coordinates, order="fac", dimensions=[*(*box, 8.0)[:3], 90, 90, 90])
+    ours = rdf(frames, bins=30, rmax=3.0)
+    theirs = rdf_mdanalysis(universe, bins=30, rmax=3.0)
+    assert theirs.dimension == dimension
+    # A distance within float32 rounding of an edge may fall on its other side: of 5 * 11175 pairs, some
+    # 1e5 * 30 edges * 1e-6 / 3 = 1 do; six are allowed in all.
+    assert np.abs(ours.counts - theirs.counts).sum() <= 6
+    np.testing.assert_allclose(theirs.edges, ours.edges, rtol=1e-14)
+    # Same counts, same g: the norm is right in this dimension.
+    same = ours.counts == theirs.counts
+    np.testing.assert_allclose(theirs.g[same], ours.g[same], rtol=1e-5)
+    with pytest.raises(InputError, match="half of the shortest"):
+        rdf_mdanalysis(universe, rmax=4.0)
+    with pytest.raises(InputError, match="two or more"):
+        rdf_mdanalysis(universe, selection="index 0")
+
+
+def test_mdanalysis_says_which_file_it_cannot_open(tmp_path):
+    (tmp_path / "foreign.h5md").write_text("nothing")
+    with pytest.raises(FileError, match=r"foreign\.h5md"):
+        rdf_mdanalysis(tmp_path / "foreign.h5md")
+
+
+def test_the_quadrature_over_a_shell_is_exact_for_polynomials():
+    from carom.observables.contact import NODES, WEIGHTS
+
+    for power in range(6):
+        exact = 2.0 / (power + 1) if power % 2 == 0 else 0.0
+        found = sum(w * x**power for x, w in zip(NODES, WEIGHTS, strict=True))
+        assert found == pytest.approx(exact, abs=4 * np.finfo(float).eps)

@@ -1,0 +1,134 @@
+"""Observables of one's own: one protocol for measure and sample, and sentences for what has it not."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import InputError
+
+PAGE = Path(__file__).parents[2] / "docs" / "transport.md"
+
+
+@pytest.fixture
+def sim():
+    return carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+
+
+class Energies:
+    """Kinetic energy of every frame."""
+
+    blocks = 8
+
+    def update(self, frame):
+        return 0.5 * np.sum(frame.masses[:, None] * frame.velocities**2)
+
+
+class Rates:
+    """Collisions and virial by time."""
+
+    def update(self, block):
+        return [block.collisions / block.duration, block.virial / block.duration]
+
+
+class Displacements:
+    """Mean square displacement from the first frame, by hand."""
+
+    blocks = 4
+
+    def __init__(self):
+        self.start, self.values = None, []
+
+    def update(self, frame):
+        if self.start is None:
+            self.start = frame.unwrapped
+        self.values.append(np.mean(np.sum((frame.unwrapped - self.start) ** 2, axis=1)))
+
+    def result(self):
+        return np.array(self.values)
+
+
+def test_what_update_returns_gets_an_error_bar(sim):
+    energy = sim.measure(Energies(), time=2.0)
+    assert energy.mean == pytest.approx(1.5 * 107)  # d (n - 1) / 2 kT, conserved
+    assert energy.error < 1e-9 * energy.mean
+    rate, virial = sim.measure(Rates(), time=20.0)
+    assert rate.blocks >= 16
+    assert 0.0 < rate.error < 0.1 * rate.mean
+    z = 1.0 + virial.mean / (3 * 108 * sim.kT)
+    right = carom.theory.carnahan_starling(0.3)
+    assert z == pytest.approx(right, abs=6.0 * virial.error / 324 + 0.02)  # N = 108
+
+
+def test_measure_and_sample_show_an_observable_the_same_frames(sim):
+    measured = sim.measure(Displacements(), time=2.0)
+    assert len(measured) == 5  # at the start, and after each block
+    again = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    seen = Displacements()
+    seen.update(again.frame())
+    for frame in again.sample(every=0.5, count=4):
+        seen.update(frame)
+    assert (seen.result() == measured).all()
+
+
+def test_error_bars_of_a_loop_are_those_of_measure(sim):
+    measured = sim.measure(Energies(), time=2.0)
+    again = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    energies = Energies()
+    values = [energies.update(again.frame())]
+    values += [energies.update(frame) for frame in again.sample(every=0.25, count=8)]
+    assert carom.observables.averages(values) == measured
+
+
+def test_a_number_of_collisions_is_as_good_as_a_time(sim):
+    assert len(sim.measure(Displacements(), collisions_per_particle=20)) == 5
+
+
+class Nothing:
+    def update(self, frame):
+        return None
+
+
+class Nameless:
+    def update(self, state):
+        return 1.0
+
+
+class Words:
+    def update(self, block):
+        return "much"
+
+
+class Phases:
+    def update(self, frame):
+        return np.exp(1j * frame.positions[:, 0]).mean()
+
+
+@pytest.mark.parametrize(
+    ("observable", "says"),
+    [
+        (object(), r"update\(frame\) or update\(block\)"),
+        (Energies, "the class Energies"),
+        (Nothing(), r"no result\(\)"),
+        (Nameless(), "name its one parameter frame or block"),
+        (Words(), "expected a number"),
+        (Phases(), "real and imaginary part"),
+    ],
+)
+def test_what_is_no_observable_is_told_what_is_missing(sim, observable, says):
+    with pytest.raises(InputError, match=says):
+        sim.measure(observable, time=0.5)
+
+
+def test_no_error_is_asked_of_what_has_none_on_the_way(sim):
+    with pytest.raises(InputError, match="name a length"):
+        sim.measure(Energies(), relative_error=0.1)
+
+
+def test_the_page_runs_as_it_stands(tmp_path, monkeypatch):
+    cells = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert len(cells) >= 3
+    monkeypatch.chdir(tmp_path)
+    exec("\n".join(cells), {"__name__": "page"})

@@ -1,0 +1,325 @@
+"""The potential energy with its error, of two rods, of fluids and in a field; and how a fluid comes to kT."""
+
+import json
+import math
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from helpers import full_run
+
+import carom
+from carom import studies
+from carom.block import Block, Energy
+from carom.errors import InputError
+from carom.models.gravity import Gravity
+from carom.observables import Estimate
+from carom.plan.plan import Plan
+from carom.scene.description import kind
+from carom.simulation.precise import merged
+from carom.studies.runs.report import _other_temperature
+from carom.studies.runs.stretch import Stretch
+from carom.wells import Bonds, SquareWell, Steps, StepTable, chains
+
+EDGE = 5.0
+
+FIVE = 5.0
+"""Standard errors: one in two million."""
+
+INF = math.inf
+
+
+def two_rods(depth, interaction):
+    """Return two rods on a ring, not in a well; the part of time in the well; and the mean kT."""
+    speed = 1.5
+    scene = carom.Scene(
+        [[0.0], [2.5]], EDGE, velocities=[[0.5 * speed], [-0.5 * speed]], interaction=interaction
+    )
+    # The distance goes to and fro between 1 and the edge less 1; within 1.75, either way round, it is faster.
+    inside = math.sqrt(speed**2 + 4.0 * depth)
+    within, beyond = 1.5 / inside, (EDGE - 3.5) / speed
+    share = within / (within + beyond)
+    return carom.Simulation(scene), share, 0.5 * (share * inside**2 + (1.0 - share) * speed**2)
+
+
+@pytest.mark.parametrize(
+    ("depth", "interaction"),
+    [
+        (1.0, SquareWell(1.75, 1.0)),
+        (-0.4, SquareWell(1.75, -0.4)),
+        (0.3, StepTable(Steps([1.0, 1.75], [INF, -0.3]))),
+    ],
+    ids=["well", "shoulder", "steps"],
+)
+def test_two_rods_spend_the_exact_time_in_their_well(depth, interaction):
+    sim, share, kT = two_rods(depth, interaction)
+    found = sim.measure(carom.PotentialEnergy(blocks=64), time=4000.0)
+    # What is left of a period at the end is a part of 1e-3 of the time.
+    assert found.per_particle.mean == pytest.approx(-0.5 * depth * share, rel=2e-3)
+    assert found.total.mean == 2.0 * found.per_particle.mean
+    assert found.kT.mean == pytest.approx(kT, rel=2e-3)
+    assert found.per_particle.error < 2e-3
+    assert found.primary == found.per_particle
+
+
+@pytest.mark.parametrize("g", [0.5, -0.5])
+def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
+    position = 2.0 if g < 0.0 else 6.0
+    scene = carom.Scene(
+        [[4.0, position]],
+        8.0,
+        mass=3.0,
+        velocities=[[0.0, 0.0]],
+        periodic=[True, False],
+        motion=Gravity((0.0, g)),
+    )
+    sim = carom.Simulation(scene)
+    assert sim.potential_energy == pytest.approx(3.0 * 0.5 * 2.0, rel=1e-12)
+    found = sim.measure(carom.PotentialEnergy(blocks=1000), time=3000.0)
+    # Of 1.5 above the floor, on which the centre is half a diameter high; the mean of a parabola.
+    exact = 3.0 * 0.5 * (0.5 + 1.5 * 2.0 / 3.0)
+    # A thousand looks at incommensurate times miss a period by some thousandths.
+    assert found.per_particle.mean == pytest.approx(exact, rel=5e-3)
+    assert found.kT.mean == pytest.approx(2.0 * (3.0 * 0.5 * 2.0 - exact) / 2.0, rel=1e-2)
+
+
+@pytest.fixture(scope="module")
+def fluid():
+    """Return a fluid of wells that was brought to kT = 3 at a density of 0.3."""
+    scene = carom.Scene.fcc(4, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+    sim = carom.Simulation(scene, seed=3)
+    sim.equilibrate(3.0, collisions_per_particle=600)
+    return sim
+
+
+def test_a_fluid_of_wells_has_the_published_energy(fluid):
+    found = fluid.measure(carom.PotentialEnergy(), collisions_per_particle=3000)
+    # tests/data/square_well_eos.csv, with the slope by kT; the fit is good to some 3 %.
+    expected = -2.07423 + 0.09186 * (found.kT.mean - 3.0)
+    assert found.per_particle.mean == pytest.approx(expected, rel=0.035)
+    assert 0.0 < found.per_particle.error < 0.01
+
+
+# Of 32 runs one may be flagged by chance: one of some hundreds is.
+@pytest.mark.filterwarnings("ignore:The potential energy (drifts|relaxes)")
+def test_the_error_of_the_energy_is_the_scatter_of_runs(fluid):
+    request = carom.PotentialEnergy()
+    runs = [fluid.measure(request, collisions_per_particle=1500).per_particle for _ in range(32)]
+    means = np.array([run.mean for run in runs])
+    rms = math.sqrt(float(np.mean([((run.mean - means.mean()) / run.error) ** 2 for run in runs])))
+    # A standard deviation of 32 normal numbers is known to 12.5 %; one of them is the mean.
+    assert abs(rms - 1.0) < 4.0 * 0.125
+
+
+def test_the_energy_can_be_measured_to_an_error(fluid):
+    found = fluid.measure(carom.PotentialEnergy(blocks=16), relative_error=3e-3)
+    assert found.per_particle.error <= 3e-3 * abs(found.per_particle.mean)
+    longer = fluid.measure(carom.PotentialEnergy(blocks=64), collisions_per_particle=1000)
+    error = math.hypot(found.per_particle.error, longer.per_particle.error)
+    assert abs(found.per_particle.mean - longer.per_particle.mean) < FIVE * error
+
+
+def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
+    pulls = []
+    for seed in range(6):
+        scene = carom.Scene.fcc(3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+        sim = carom.Simulation(scene, kT=3.0, seed=seed)
+        sim.equilibrate(3.0, collisions_per_particle=1600)
+        kT = sim.measure(carom.PotentialEnergy(), collisions_per_particle=600).kT
+        pulls.append((kT.mean - 3.0) / kT.error)  # what it misses is the error of a stretch as long
+    # Six sums of two errors: their root mean square is sqrt(2), known to 29 %.
+    assert math.sqrt(float(np.mean(np.square(pulls)))) < math.sqrt(2.0) * (1.0 + 3.0 * 0.29)
+
+
+def test_hard_spheres_are_brought_to_a_temperature_too():
+    sim = carom.Simulation(carom.Scene.fcc(3, packing_fraction=0.2), seed=1)
+    sim.equilibrate(0.5, collisions_per_particle=5)
+    assert sim.kT == pytest.approx(0.5, rel=1e-12)
+    assert sim.collisions == round(2.5 * sim.scene.n)
+
+
+def falling():
+    return carom.Scene([[4.0, 2.0]], 8.0, periodic=[True, False], motion=Gravity((0.0, -1.0)))
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings", "reason"),
+    [
+        (lambda: carom.Scene.fcc(2, packing_fraction=0.2).with_(restitution=0.9), {}, "contacts or rules"),
+        (lambda: carom.Scene.fcc(2, packing_fraction=0.2), {"growth": 0.01}, "leave out growth"),
+        (falling, {}, "mean of kT"),
+        (
+            lambda: carom.Scene.fcc(3, density=0.3).with_(
+                interaction=StepTable(Steps([1.0, 1.3], [INF, -0.2], leaving=[INF, -0.6]))
+            ),
+            {},
+            "contacts or rules",
+        ),
+    ],
+    ids=["restitution", "growth", "gravity", "hysteresis"],
+)
+def test_a_run_without_a_lasting_temperature_is_not_brought_to_one(scene, settings, reason):
+    with pytest.raises(InputError, match=reason):
+        carom.Simulation(scene(), **settings).equilibrate(1.0, collisions_per_particle=10)
+
+
+def test_where_nothing_has_a_potential_energy_none_is_measured():
+    sim = carom.Simulation(carom.Scene.fcc(2, packing_fraction=0.2))
+    with pytest.raises(InputError, match="no steps"):
+        sim.measure(carom.PotentialEnergy(), collisions_per_particle=10)
+    well = carom.Simulation(carom.Scene.fcc(3, density=0.3).with_(interaction=SquareWell()))
+    with pytest.raises(InputError, match=r"Simulation\.blocks"):
+        well.estimate(carom.PotentialEnergy(), [well.run(collisions=10)])
+
+
+def test_neighbouring_blocks_of_any_length_have_the_means_of_both():
+    one, other = (Block(t, 3, 1.0, energy=Energy(u, kT)) for t, u, kT in ((1.0, -2.0, 1.0), (3.0, -4.0, 2.0)))
+    assert merged(one, other).energy == Energy(-3.5, 1.75)
+    assert merged(one, other._replace(energy=None)).energy is None
+
+
+@pytest.mark.parametrize("heat", [None, 3.0])
+def test_a_segment_has_the_mean_energy_of_both_of_its_ends(heat):
+    # Collisions, virial, integral of kT; potential energy and kT now: the energy rises from -4 to 0.
+    marks = [(0, 0.0, heat and 1.0, (-10.0, 1.0)), (5, 2.0, heat and 1.0 + heat, (-8.0, 4 / 3))]
+    stretch = Stretch(1, 1, 1, step=2.0, marks=marks)
+    (block,) = stretch.blocks(SimpleNamespace(degrees_of_freedom=12))
+    assert block.energy.kT == pytest.approx(1.5 if heat else 7 / 6)
+    assert block.energy.potential == pytest.approx(-2.0 - 9.0 if heat else -9.0)
+    assert stretch.energy_drift(SimpleNamespace(degrees_of_freedom=12)) == pytest.approx(4.0 / 6.0)
+
+
+@pytest.mark.parametrize(("kT", "told"), [(1.98, True), (1.995, False), (2.005, False), (2.02, True)])
+def test_a_temperature_that_is_missed_either_way_is_told(kT, told):
+    plan = SimpleNamespace(scene=SimpleNamespace(kT=2.0), output=SimpleNamespace(event_log=False))
+    sim = SimpleNamespace(scene=SimpleNamespace(velocities=None))
+    said = _other_temperature(SimpleNamespace(plan=plan, sim=sim, energy_drift=1e-15), Estimate.exact(kT))
+    assert (said is not None) == told
+    assert not told or f"its mean is {kT}" in said
+
+
+WELLS = """
+[scene]
+cells = 3
+density = 0.3
+kT = 3.0
+
+[scene.interaction]
+type = "square-well"
+
+[run]
+seed = 2
+equilibration = {equilibration}
+collisions_per_particle = {measured}
+frames = 2
+checkpoint_every = 0.02
+
+[output]
+pictures = false
+event_log = {log}
+"""
+
+
+def wells(equilibration=2000, measured=1000, log=False):
+    return Plan.from_toml(
+        WELLS.format(equilibration=equilibration, measured=measured, log="true" if log else "false")
+    )
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the summary of an uninterrupted run of wells."""
+    return studies.run(wells(), tmp_path_factory.mktemp("wells") / "run").summary
+
+
+def test_a_run_of_wells_is_at_its_temperature_and_tells_its_energy(whole):
+    kT, u = whole["temperature"], whole["potential_energy"]
+    assert abs(kT["mean"] - 3.0) < FIVE * math.sqrt(2.0) * kT["error"]
+    assert kT["mean"] == pytest.approx(whole["kT"], rel=1e-12)
+    # The published fit, as above; 108 spheres.
+    assert u["mean"] == pytest.approx(-2.07423 + 0.09186 * (kT["mean"] - 3.0), rel=0.035)
+    assert 0.0 < u["error"] < 0.02
+    assert whole["system"] == "spheres with square wells of width 1.5 and depth 1"
+    assert whole["energy_drift"] < 1e-12
+    assert "was asked for" not in whole["note"]
+
+
+@pytest.mark.parametrize(
+    ("stage", "after"), [("Equilibrating", 0.2), ("Equilibrating", 0.5), ("Measuring", 0.5)]
+)
+def test_a_run_of_wells_goes_on_from_every_round(whole, tmp_path, stage, after):
+    out = full_run.stopped(wells(), tmp_path / "run", stage, after)
+    again = studies.resume(out).summary
+    for name in ("potential_energy", "temperature", "compressibility_factor", "collisions", "energy_drift"):
+        assert again[name] == whole[name], name
+
+
+def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_path):
+    summary = studies.run(wells(500, 1000, log=True), tmp_path / "run").summary
+    assert abs(summary["kT"] - 3.0) > 0.1
+    assert summary["note"].startswith(f"kT = 3 was asked for, and its mean is {summary['kT']:.4g}")
+    assert "event log" in summary["note"]
+
+
+def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(tmp_path):
+    plan = Plan.from_toml("""
+[scene]
+initial = "random"
+dimension = 2
+n = 40
+packing_fraction = 0.1
+periodic = [true, false]
+kT = 1.0
+
+[scene.motion]
+type = "gravity"
+g = [0.0, -0.5]
+
+[run]
+equilibration = 50
+collisions_per_particle = 800
+frames = 2
+
+[output]
+pictures = false
+""")
+    summary = studies.run(plan, tmp_path / "run").summary
+    u, kT = summary["potential_energy"], summary["temperature"]
+    assert summary["kT"] == kT["mean"]
+    assert "kT = 1 was asked for" in summary["note"]
+    # Total energy is conserved: both ends of the run belong to the means.
+    scene = plan.build_scene()
+    before = scene.motion.potential_energy(scene.masses, scene.positions, scene.box) + 0.5 * (2 * 40 - 1)
+    after = 40.0 * u["mean"] + 0.5 * (2 * 40 - 1) * kT["mean"]
+    assert after == pytest.approx(before, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("interaction", "words"),
+    [
+        (None, "hard disks"),
+        (SquareWell(1.5, 1.0), "disks with square wells of width 1.5 and depth 1"),
+        (SquareWell(1.2, -2.0), "disks with square shoulders of width 1.2 and height 2"),
+        (StepTable(Steps([1.0, 1.2, 1.8], [INF, 0.5, -1.0])), "disks with wells and shoulders"),
+        (StepTable(Steps([1.0], [INF])), "disks with hard cores"),
+        (Bonds(chains(1, 3), inner=1.0, outer=1.2), "disks with bonds"),
+        (Bonds(chains(1, 3), inner=1.0, outer=1.2, others=SquareWell()), "disks with wells and bonds"),
+        (StepTable(Steps([1.0, 1.3], [INF, -0.2], leaving=[INF, -0.6])), "disks with wells that lose energy"),
+        (object(), "disks with object"),
+    ],
+)
+def test_what_is_simulated_is_called_by_its_interaction(interaction, words):
+    assert kind(2, 5, interaction) == words
+
+
+def test_the_screen_shows_wells_with_their_energy_and_temperature(whole, tmp_path, capsys):
+    from carom.cli.screen import results
+    from carom.studies.runs.execution import RunResult
+
+    results(RunResult(tmp_path, whole, new=True), as_json=False)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "108 spheres with square wells of width 1.5 and depth 1 at packing fraction" in shown
+    assert re.search(rf"U / N {whole['potential_energy']['mean']:.3f}"[:-1] + r"\d* ± 0\.0\d+ kT 3\.", shown)
+    assert "hard" not in shown
+    json.dumps(whole, allow_nan=False)

@@ -1,0 +1,172 @@
+"""Movies and pictures in space: light, depth, obstacles, and a file that other programs play."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from helpers.frames import crystal, frame_of, frames_of
+
+import carom
+from carom.bridges.palette import FACES, rgb
+from carom.errors import InputError
+from carom.models.obstacles import Ball, Plane
+from carom.pictures import plots
+from carom.pictures.movie import _colours
+from carom.pictures.render import Camera, rendered
+
+
+def test_a_disk_covers_the_points_that_its_area_says_in_the_colour_of_its_species():
+    frame = frame_of([[2.0, 2.0]], (4.0, 4.0), 2.0)
+    camera = Camera.on(frame, 200)
+    picture = rendered(frame, camera) / 255.0
+    covered = np.abs(picture - 1.0).max(axis=2) > 0.1
+    reach = round(1.5 * camera.scale)
+    inside = covered[100 - reach : 100 + reach, 100 - reach : 100 + reach]  # within the edges of the box
+    # A pixel of the rim is wrong by one half at most: the circumference, in pixels.
+    assert inside.sum() == pytest.approx(np.pi * camera.scale**2, abs=np.pi * camera.scale)
+    middle = picture[camera.height // 2, camera.width // 2]
+    np.testing.assert_allclose(middle / middle.sum(), np.array(rgb(FACES[0])) / sum(rgb(FACES[0])), atol=0.02)
+
+
+def test_a_sphere_is_lit_from_the_upper_left():
+    frame = frame_of([[2.0, 2.0, 2.0]], (4.0, 4.0, 4.0), 2.0)
+    camera = Camera.on(frame, 200)
+    picture = rendered(frame, camera).astype(float).sum(axis=2)
+    row, column, off = camera.height // 2, camera.width // 2, round(0.6 * camera.scale)
+    assert picture[row - off, column - off] > 1.3 * picture[row + off, column + off]
+
+
+def test_obstacles_in_space_are_drawn_before_and_behind_spheres():
+    frame = frame_of([[5.0, 5.0, 5.0]], (10.0, 10.0, 10.0), 1.0)
+    camera = Camera.on(frame, 200)
+    middle = camera.height // 2, camera.width // 2
+    plain = rendered(frame, camera)[middle].astype(int)
+    near, far = (tuple(5.0 + side * camera.axes[2]) for side in (2.0, -2.0))
+    hidden = rendered(frame, camera, obstacles=[Ball(near, 1.0)])[middle].astype(int)
+    assert np.ptp(hidden) < 20 < np.ptp(plain)  # grey before blue
+    assert np.abs(rendered(frame, camera, obstacles=[Ball(far, 1.0)])[middle] - plain).max() == 0
+    floor = rendered(frame, camera, obstacles=[Plane((0.0, 0.0, 1.0), 1.0)])
+    assert (np.abs(floor.astype(int) - rendered(frame, camera)).max(axis=2) > 20).mean() > 0.05
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".mp4"])
+def test_a_movie_has_every_frame_at_its_time(tmp_path, suffix):
+    if suffix == ".mp4":
+        imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    frames = frames_of(3, count=5)
+    done = []
+    count = carom.movie(frames, tmp_path / f"a{suffix}", size=96, fps=10, progress=lambda *k: done.append(k))
+    assert count == 5
+    assert done == [(k, 5) for k in range(1, 6)]
+    if suffix == ".gif":
+        from PIL import Image
+
+        with Image.open(tmp_path / "a.gif") as film:
+            assert film.n_frames == 5
+            assert film.info["duration"] == 100
+            assert film.convert("RGB").getcolors(100_000) is not None
+    else:
+        reader = imageio_ffmpeg.read_frames(str(tmp_path / "a.mp4"))
+        facts = next(reader)
+        assert facts["fps"] == 10
+        pictures = [np.frombuffer(raw, np.uint8) for raw in reader]
+        assert len(pictures) == 5
+        assert not np.array_equal(pictures[0], pictures[4])
+
+
+def test_colours_of_speed_and_of_psi_6_differ_from_those_of_species(tmp_path):
+    frame = crystal(2, 6)
+    moving = carom.Frame(**{**vars(frame), "velocities": np.random.default_rng(1).normal(size=(frame.n, 2))})
+    pages = []
+    for colour in ("species", "speed", "psi_6"):
+        carom.movie([moving], tmp_path / "a.gif", size=64, colour=colour)
+        pages.append((tmp_path / "a.gif").read_bytes())
+    assert len(set(pages)) == 3
+
+
+def test_rattlers_have_a_colour_of_their_own(tmp_path):
+    frame = crystal(2, 6)
+    diameters = np.full(frame.n, frame.diameters[0])
+    diameters[14] *= 0.9  # held by nobody
+    loose = carom.Frame(**{**vars(frame), "diameters": diameters})
+    camera = Camera.on(loose, 400)
+    carom.movie([loose], tmp_path / "a.gif", size=400, colour="rattlers")
+    from PIL import Image
+
+    with Image.open(tmp_path / "a.gif") as film:
+        picture = np.asarray(film.convert("RGB"), float)
+    assert picture.shape[:2] == (camera.height, camera.width)
+    colours = picture / picture.sum(axis=2, keepdims=True)
+    wanted = np.array(rgb(FACES[1])) / sum(rgb(FACES[1]))
+    seen = (np.abs(colours - wanted).max(axis=2) < 0.03).sum()
+    area = np.pi * (0.5 * diameters[14] * camera.scale) ** 2
+    assert seen == pytest.approx(area, rel=0.2)  # one disk; its rim is mixed with what is behind
+
+
+def test_a_gif_has_the_colours_of_all_its_frames(tmp_path):
+    """At first one disk moves; later all do, at speeds that the first frame has no colours for."""
+    from PIL import Image, ImageSequence
+
+    start = crystal(2, 6)
+    velocities = np.zeros_like(start.velocities)
+    velocities[0] = 1.0, 0.0
+    later = np.random.default_rng(1).normal(size=velocities.shape)
+    frames = [carom.Frame(**{**vars(start), "velocities": v}) for v in (velocities, 0.5 * later, later)]
+    carom.movie(frames, tmp_path / "a.gif", size=128, colour="speed")
+    top = 2.5 * np.sqrt(np.mean([np.sum(f.velocities**2, axis=1) for f in frames]))
+    with Image.open(tmp_path / "a.gif") as film:
+        shown = [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
+    for frame, picture in zip(frames, shown, strict=True):
+        wanted = rendered(frame, Camera.on(frame, 128), colours=_colours(frame, "speed", top, ()))
+        off = np.abs(picture - wanted).max(axis=2)
+        assert off.max() < 48  # 255 colours; with those of the first frame it was 88
+        assert off.mean() < 6
+
+
+@pytest.mark.parametrize("fps", [24, 30, 50])
+def test_a_gif_lasts_as_long_as_it_should(tmp_path, fps):
+    from PIL import Image, ImageSequence
+
+    frames = frames_of(2, count=13)
+    carom.movie(frames, tmp_path / "a.gif", size=48, fps=fps)
+    with Image.open(tmp_path / "a.gif") as film:
+        each = [picture.info["duration"] for picture in ImageSequence.Iterator(film)]
+    assert sum(each) == pytest.approx(1000 * 13 / fps, abs=5.0)  # half a hundredth of a second
+    assert min(each) >= 20
+    with pytest.raises(InputError, match="at most 50 frames a second"):
+        carom.movie(frames, tmp_path / "b.gif", fps=51)
+
+
+def test_what_makes_no_movie_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"expected one of .mp4, .gif"):
+        carom.movie(frames_of(2), tmp_path / "a.avi")
+    with pytest.raises(InputError, match="expected one of species"):
+        carom.movie(frames_of(2), tmp_path / "a.gif", colour="mood")
+    with pytest.raises(InputError, match="psi_6"):
+        carom.movie(frames_of(3), tmp_path / "a.gif", colour="psi_6")
+    apart = frame_of([[1.0, 1.0], [3.0, 3.0]], (4.0, 4.0), 0.5)
+    with pytest.raises(InputError, match="this is no packing"):
+        carom.movie([apart], tmp_path / "a.gif", colour="rattlers")
+    with pytest.raises(InputError, match="no frames"):
+        carom.movie([], tmp_path / "a.gif")
+    near = frame_of([[1.0, 1.0], [1.6, 1.0], [1.3, 1.5]], (4.0, 4.0), 0.5)  # a gas: nobody holds anybody
+    with pytest.raises(InputError, match=r"Frame 0 .* this is no packing"):
+        carom.movie([near], tmp_path / "a.gif", colour="rattlers")
+    with pytest.raises(InputError, match="psi_6 needs 7 disks at least, found 3"):
+        carom.movie([near], tmp_path / "a.gif", colour="psi_6")
+    wider = frame_of([[1.0, 1.0]], (5.0, 4.0), 0.5)
+    with pytest.raises(InputError, match="Frame 1 has another box"):
+        carom.movie([near, wider], tmp_path / "a.gif")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.timing
+def test_a_snapshot_of_2048_spheres_takes_less_than_three_tenths_of_a_second(tmp_path):
+    frame = crystal(3, 8)
+    assert frame.n == 2048
+    plots.snapshot(frame, path=tmp_path / "a.png")  # imports matplotlib
+    began = time.process_time()
+    plots.snapshot(frame, path=tmp_path / "a.png")
+    assert time.process_time() - began < 0.3

@@ -1,0 +1,288 @@
+"""Pictures: what they show, that they are drawn to scale, and that they leave no trace in pyplot."""
+
+import dataclasses
+import math
+import sys
+
+import numpy as np
+import pytest
+from helpers.drawn import outside, segments
+from helpers.estimates import estimate
+from matplotlib.collections import EllipseCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from carom import theory
+from carom.block import Block
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.observables.pressure import Pressure
+from carom.observables.rdf import rdf
+from carom.observables.statistics import Estimate
+from carom.pictures import plots
+from carom.pictures.paper import WARM
+
+
+def frame(positions, box, diameter=1.0):
+    x = np.asarray(positions, dtype=float)
+    return Frame(0.0, 0, x, np.zeros_like(x), tuple(box), np.full(len(x), diameter), np.ones(len(x)))
+
+
+def dashed(figure):
+    """Labels and heights of the lines of theory."""
+    lines = [line for line in figure.axes[0].lines if line.get_color() == WARM]
+    return {line.get_label().rpartition(",")[0]: line.get_ydata()[0] for line in lines}
+
+
+def lattice(dimension, cells=4):
+    sites = np.stack(np.meshgrid(*[1.1 * np.arange(cells)] * dimension, indexing="ij"), axis=-1)
+    return frame(sites.reshape(-1, dimension), (1.1 * cells,) * dimension)
+
+
+def is_png(path):
+    return path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 7])
+def test_pressure_draws_the_mean_and_theory_at_finite_n(dimension, tmp_path):
+    result = estimate(dimension) if dimension < 7 else estimate(7, n=5)
+    figure = plots.pressure(result, path=tmp_path / "p.png")
+    axes = figure.axes[0]
+    lines = {line.get_label(): line for line in axes.lines}
+    running = next(line for label, line in lines.items() if label.startswith("running"))
+    assert running.get_ydata()[-1] == pytest.approx(result.compressibility_factor.mean, rel=1e-12)
+    if dimension == 3:
+        shown = next(line.get_ydata()[0] for label, line in lines.items() if label.startswith("Carnahan"))
+        eta = result.packing_fraction
+        shift = theory.finite_size_shift(eta, result.n, theory.carnahan_starling)
+        assert shown == pytest.approx(theory.carnahan_starling(eta) + shift, rel=1e-12)
+    if dimension == 7:
+        # No equation of state is known there, and none is drawn.
+        assert len(lines) == 2
+    low, high = axes.get_ylim()
+    assert low < result.compressibility_factor.mean < high
+    assert is_png(tmp_path / "p.png")
+
+
+def test_no_equation_of_the_fluid_is_drawn_for_what_is_no_fluid_of_equal_spheres():
+    assert dashed(plots.pressure(estimate(3, eta=0.6))) == {}  # a crystal
+    assert dashed(plots.pressure(estimate(2, eta=0.71))) == {}  # coexisting phases
+    assert dashed(plots.pressure(estimate(3, simple=False))) == {}  # a mixture, or walls
+    crystal = {"Almarza (fcc)": 15.25}
+    assert dashed(plots.pressure(estimate(3, eta=0.6), equations=crystal)) == crystal  # as it is
+    assert list(dashed(plots.pressure(estimate(2, eta=0.69)))) == ["Henderson", "Padé of ten virials"]
+
+
+def test_the_axis_of_time_claims_no_unit_that_its_numbers_do_not_have():
+    axes = plots.pressure(estimate(3, blocks=30)).axes[0]
+    assert axes.get_xlim()[1] == 30.0  # as in the scene, whatever its diameter and temperature
+    assert axes.get_xlabel() == "time t"
+
+
+@pytest.mark.parametrize(("virial", "scatter"), [(300.0, 9.0), (3e7, 1e3), (1e-3, 1e-5), (0.0, 1e-9)])
+def test_all_numbers_and_labels_stand_inside_the_picture(virial, scatter):
+    """Room is made for the longest number without drawing it."""
+    rng = np.random.default_rng(1)
+    data = [Block(1.0, 200, float(rng.normal(virial, scatter))) for _ in range(64)]
+    result = Pressure.estimate(data, n=50, dimension=3, volume=100.0, diameter=1.0, kT=1.0)
+    figure = plots.pressure(result, equations={})
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    for part in (axes.xaxis, axes.yaxis, axes.title):
+        box = part.get_tightbbox(figure.canvas.get_renderer())
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
+
+
+def test_many_blocks_are_drawn_as_means_that_keep_the_mean():
+    result = estimate(3, blocks=1000)
+    points = plots.pressure(result, equations={}).axes[0].lines[0]
+    assert len(points.get_ydata()) <= 64
+    # 1000 blocks in groups of 16: the last one has 8.
+    weights = np.append(np.full(62, 16), 8)
+    mean = np.average(points.get_ydata(), weights=weights)
+    assert mean == pytest.approx(result.compressibility_factor.mean, rel=1e-12)
+
+
+def test_a_pressure_of_infinite_error_is_drawn_without_a_band():
+    one = Pressure.estimate([Block(1.0, 0, 0.0)] * 4, n=1, dimension=3, volume=2.0, diameter=1.0, kT=1.0)
+    assert len(plots.pressure(one).axes[0].lines) >= 2
+    result = estimate(3)
+    unknown = Estimate(2.0, math.inf, 0.0, math.inf, 1)
+    figure = plots.pressure(type(result)(**{**vars(result), "compressibility_factor": unknown}))
+    assert not figure.axes[0].collections
+
+
+def test_an_estimate_without_blocks_is_refused():
+    result = estimate(3)
+    with pytest.raises(InputError, match="no block"):
+        plots.pressure(type(result)(**{**vars(result), "block_values": (), "block_durations": ()}))
+
+
+def test_rdf_draws_g_and_both_contact_values(tmp_path):
+    rng = np.random.default_rng(1)
+    frames = []
+    for _ in range(20):
+        gaps = rng.dirichlet(np.ones(30)) * 30.0
+        frames.append(frame(np.mod(np.cumsum(gaps + 1.0), 60.0)[:, None], (60.0,)))
+    distribution = rdf(frames, width=0.05)
+    implied = Estimate(2.0, 0.01, 100.0, 1.0, 64)
+    figure = plots.rdf(distribution, contact_value=implied, path=tmp_path / "g.png")
+    axes = figure.axes[0]
+    curve = max(axes.lines, key=lambda line: len(line.get_ydata()))
+    np.testing.assert_array_equal(curve.get_ydata(), distribution.g)
+    inset = axes.child_axes[0]
+    labels = inset.get_legend_handles_labels()[1]
+    assert any("pressure 2.000" in label for label in labels)
+    assert any(distribution.contact_value.value_text[:4] in label for label in labels)
+    assert is_png(tmp_path / "g.png")
+
+
+def test_rdf_of_point_particles_has_no_contact():
+    rng = np.random.default_rng(2)
+    figure = plots.rdf(rdf([frame(rng.random((50, 2)), (1.0, 1.0), diameter=0.0)], bins=20))
+    assert not figure.axes[0].child_axes
+
+
+def test_disks_are_drawn_to_scale_with_copies_at_the_border():
+    # One inside, one across the left edge, one across a corner: 1 and 3 copies.
+    figure = plots.snapshot(frame([[2.0, 2.0], [0.2, 2.5], [3.9, 4.9]], (4.0, 5.0), diameter=0.8))
+    axes = figure.axes[0]
+    circles = [c for c in axes.collections if isinstance(c, EllipseCollection)]
+    copies, originals = sorted(circles, key=lambda c: np.mean(c.get_facecolor()[0, :3]), reverse=True)
+    np.testing.assert_allclose(sorted(originals.get_offsets().tolist()), [[0.2, 2.5], [2.0, 2.0], [3.9, 4.9]])
+    expected = [[-0.1, -0.1], [-0.1, 4.9], [3.9, -0.1], [4.2, 2.5]]
+    np.testing.assert_allclose(sorted(copies.get_offsets().tolist()), expected, atol=1e-15)
+    # Data units, in both directions alike.
+    np.testing.assert_allclose(originals.get_widths(), 0.8)
+    assert originals._units == "xy"
+    assert axes.get_aspect() == 1.0
+
+
+def test_rods_across_the_border_are_drawn_at_both_ends():
+    figure = plots.snapshot(frame([[0.25], [3.0]], (6.0,)))
+    rods = next(c for c in figure.axes[0].collections if isinstance(c, PolyCollection))
+    spans = sorted((path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in rods.get_paths())
+    np.testing.assert_allclose(spans, [(-0.25, 0.75), (2.5, 3.5), (5.75, 6.75)])
+
+
+def test_near_spheres_are_drawn_over_far_ones():
+    from carom.pictures.render import Camera, rendered
+
+    camera = Camera.on(frame([[5.0, 5.0, 5.0]], (10.0, 10.0, 10.0)), 200)
+    pair = np.array([5.0, 5.0, 5.0]) + np.outer([1.0, -1.0], camera.axes[2])
+    both = frame(pair, (10.0, 10.0, 10.0))
+    middle = camera.height // 2, camera.width // 2
+    # Both project to the same point; and the far one alone is hazier.
+    red, blue = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    picture = rendered(both, camera, colours=np.array([red, blue]))[middle]
+    assert picture[0] > picture[2]
+    picture = rendered(both, camera, colours=np.array([blue, red]))[middle]
+    assert picture[2] > picture[0]
+    near, far = (rendered(frame([x], (10.0, 10.0, 10.0)), camera)[middle].mean() for x in pair)
+    assert far > near
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4, 6])
+def test_snapshots_of_every_dimension_are_saved(dimension, tmp_path):
+    figure = plots.snapshot(lattice(dimension, 4 if dimension < 5 else 2), path=tmp_path / "s.png")
+    assert isinstance(figure, Figure)
+    assert is_png(tmp_path / "s.png")
+    assert ("first two coordinates" in figure.axes[0].get_title()) is (dimension > 3)
+
+
+def test_pictures_leave_pyplot_alone():
+    import subprocess
+
+    script = (
+        "import sys; from carom import plots; from carom.frame import Frame; import numpy as np; "
+        "x = np.zeros((1, 2)); plots.snapshot(Frame(0.0, 0, x, x, (2.0, 2.0), np.ones(1), np.ones(1))); "
+        "sys.exit('matplotlib.pyplot' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
+
+
+def test_unwritable_pictures_are_refused(tmp_path):
+    with pytest.raises(FileError, match="cannot be written"):
+        plots.snapshot(lattice(2), path=tmp_path / "missing" / "s.png")
+    with pytest.raises(FileError, match="cannot be written"):
+        plots.snapshot(lattice(2), path=tmp_path / "s.nonsense")
+
+
+def test_every_picture_of_numbers_holds_its_data_within_its_axes():
+    from carom.observables.packing import packing_network
+    from carom.studies.packings.packing import HISTORY
+
+    found = estimate(simple=True)
+    figure = plots.pressure(found)
+    # Most of the blocks and of the wide band at the beginning, on purpose: they would flatten the mean.
+    strays = {*figure.axes[0].collections, figure.axes[0].lines[0]}
+    assert not outside(figure, but=lambda artist: artist in strays)
+    (running,) = [line for line in figure.axes[0].lines if "running" in line.get_label()]
+    assert running.get_ydata()[-1] == pytest.approx(found.compressibility_factor.mean, rel=1e-12)
+    rng = np.random.default_rng(1)
+    places = [lattice(3, 5).positions + 0.1 * rng.random((125, 3)) for _ in range(20)]
+    g = rdf([frame(each, (5.5,) * 3, 1.0 - 0.1 * 3**0.5) for each in places])
+    figure = plots.rdf(g)
+    # Errors reach below zero where few pairs are seen, and the zero below contact is cut off at the left.
+    cut = {c for axes in (figure.axes[0], *figure.axes[0].child_axes) for c in axes.collections}
+    cut |= {line for line in figure.axes[0].lines if line.get_xdata()[0] == 0.0}
+    assert not outside(figure, but=lambda artist: artist in cut)
+    drawn = [line.get_data() for line in figure.axes[0].lines if len(line.get_xdata()) == len(g.g)]
+    np.testing.assert_array_equal(drawn[0], [g.r / g.diameter, g.g])
+    assert (
+        np.max((g.g + g.error)[g.r > 0.5 * sum(figure.axes[0].get_xlim())])
+        < 0.4 * figure.axes[0].get_ylim()[1]
+    )
+    figure = plots.rdf(dataclasses.replace(g, contact_value=None))
+    assert np.max(g.g + g.error) <= figure.axes[0].get_ylim()[1]
+    figure = plots.partial_rdf({"a-b": g})
+    assert not outside(figure, but=lambda artist: artist in figure.axes[0].collections)
+    np.testing.assert_array_equal(figure.axes[0].lines[1].get_ydata()[2:], g.g)
+    network = packing_network(lattice(2, 6), gap=0.2)
+    figure = plots.gaps(network)
+    assert not outside(figure)
+    assert figure.axes[0].lines[0].get_ydata()[-1] == len(network.gaps)
+    history = np.zeros(9, dtype=HISTORY)
+    history["pressure"] = np.geomspace(10.0, 1e6, 9)
+    history["packing_fraction"] = 0.64 * (1.0 - 2.0 / history["pressure"])
+    for jammed in (0.64, math.nan):
+        figure = plots.compression(history, jammed, 3)
+        assert not outside(figure)
+        assert len(figure.axes[0].lines[0].get_ydata()) == 9
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 4])
+def test_every_particle_of_a_snapshot_is_drawn_within_its_axes(dimension):
+    sites = lattice(dimension)
+    figure = plots.snapshot(frame(sites.positions + 0.55, sites.box))  # in one dimension the border cuts rods
+    assert not outside(figure)
+    shown = sum(
+        len(c.get_paths()) if isinstance(c, PolyCollection) else len(c.get_offsets())
+        for c in figure.axes[0].collections
+    )
+    assert shown >= 4**dimension
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
+    from carom.observables.packing import packing_network
+    from carom.pictures import drawing
+
+    places = lattice(dimension, 3)
+    places = frame(places.positions, places.box, 1.1 - 1e-9)
+    network = packing_network(places)
+    assert network.contacts == dimension * 3**dimension
+    figure = plots.packing(network)
+    assert not outside(figure)
+    if dimension == 3:
+        right, up, _ = drawing._camera()
+        plane, centre = np.stack([right, up], axis=1), 0.5 * np.asarray(places.box)
+    else:
+        plane, centre = np.eye(2), 0.0
+    middles = (places.positions - centre) @ plane
+    expected = []
+    for (i, j), step in zip(network.bonds, network.vectors @ plane, strict=True):
+        expected += [[middles[i], middles[i] + step], [middles[j], middles[j] - step]]
+    drawn = np.array([each for each in segments(figure) if len(each) == 2])
+    off = np.abs(np.array(expected)[:, None] - drawn).max(axis=(2, 3))
+    assert off.min(axis=1).max() < 1e-12

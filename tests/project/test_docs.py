@@ -1,0 +1,289 @@
+"""What the texts say is so: docstring examples run, commands exist, pages build, links lead somewhere."""
+
+import doctest
+import importlib
+import importlib.util
+import json
+import os
+import pkgutil
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import carom
+
+ROOT = Path(__file__).parents[2]
+PAGES = [*ROOT.glob("*.md"), *ROOT.joinpath("docs").rglob("*.md")]
+# The pages of the gallery are written by the build, from the examples.
+PAGES = sorted(page for page in PAGES if not {"_build", "gallery"} & set(page.parts))
+
+# Modules that teach a foreign program something when imported, or need an extra that may be missing.
+NEEDS = {"carom.io.gsd": "gsd", "carom.io.mdanalysis": "MDAnalysis"}
+
+MODULES = sorted(
+    module.name
+    for module in pkgutil.walk_packages(carom.__path__, "carom.")
+    if not module.name.endswith("__main__")
+)
+
+
+def source_of(name: str) -> str:
+    return Path(importlib.util.find_spec(name).origin).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if ">>> " in source_of(name)])
+def test_docstring_examples_run(name):
+    if name in NEEDS:
+        pytest.importorskip(NEEDS[name])
+    module = importlib.import_module(name)
+    options = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+    done = doctest.testmod(module, optionflags=options)
+    assert done.failed == 0
+    assert done.attempted > 0
+
+
+def undocumented(name: str) -> list[str]:
+    """Return what of a module has no docstring: the module itself, or public names."""
+    module = importlib.import_module(name)
+    own = (vars(module)[n] for n in vars(module) if not n.startswith("_"))
+    callables = [x for x in own if callable(x) and getattr(x, "__module__", None) == name]
+    found = [f"{name}.{x.__name__}" for x in callables if not (x.__doc__ or "").strip()]
+    return found if (module.__doc__ or "").strip() else [name, *found]
+
+
+def test_every_module_and_its_public_names_are_documented():
+    missing = []
+    for name in MODULES:
+        if name not in NEEDS or importlib.util.find_spec(NEEDS[name]):
+            missing += undocumented(name)
+    assert missing == []
+
+
+TEXTS = {".py", ".md", ".toml", ".json", ".csv", ""}
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    """Return the fenced blocks of a page in one language."""
+    return re.findall(
+        rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    )
+
+
+def test_readme_has_the_two_commands_alone_on_their_lines():
+    lines = ROOT.joinpath("README.md").read_text(encoding="utf-8").splitlines()
+    assert "pip install . && carom run" in lines
+    assert 'pip install ".[test]" && pytest' in lines
+
+
+def test_readme_python_runs(tmp_path):
+    code = "\n".join(blocks(ROOT / "README.md", "python"))
+    assert "import carom" in code
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("Z")
+
+
+def test_commands_and_options_in_the_pages_exist():
+    """Every `carom ...` line of a shell block names a command and long options that its help knows."""
+    exe = shutil.which("carom", path=str(Path(sys.executable).parent)) or shutil.which("carom")
+    assert exe, "the command carom is not installed"
+    used: dict[str, set[str]] = {}
+    for page in PAGES:
+        for block in [*blocks(page, "bash"), *blocks(page, "sh"), *blocks(page, "console")]:
+            for line in re.findall(r"(?:^|&& |\$ )carom ([^#|&\n]*)", block, re.MULTILINE):
+                words = line.split()
+                used.setdefault(words[0], set()).update(w.split("=")[0] for w in words if w.startswith("--"))
+    assert "run" in used
+    environment = {**os.environ, "COLUMNS": "200", "NO_COLOR": "1", "TERM": "dumb"}
+    for command, options in used.items():
+        if command.startswith("--"):
+            continue
+        done = subprocess.run(
+            [exe, command, "--help"], capture_output=True, text=True, env=environment, timeout=60
+        )
+        assert done.returncode == 0, f"carom {command}: {done.stderr}"
+        missing = {option for option in options if option not in done.stdout}
+        assert not missing, f"carom {command} has no {missing}"
+
+
+def test_only_commands_that_take_a_scene_file_say_that_their_options_override_it():
+    from typer.main import get_command
+
+    from carom.cli import app
+
+    for name, command in get_command(app).commands.items():
+        panels = {getattr(parameter, "rich_help_panel", None) or "" for parameter in command.params}
+        takes = {parameter.name for parameter in command.params}
+        for file in ("scene", "study"):
+            assert file in takes or not any(f" {file} file)" in panel for panel in panels), name
+
+
+def test_every_option_is_described_and_no_bracket_lost():
+    """``[study]`` in a help text is markup, and gone, unless its bracket is escaped."""
+    from rich.markup import render
+    from typer.main import get_command
+
+    from carom.cli import app
+
+    texts = {"carom": get_command(app).help}
+    for name, command in get_command(app).commands.items():
+        texts[name] = command.help.replace("[bold]Examples[/bold]", "")
+        for parameter in command.params:
+            texts[f"{name} {parameter.name}"] = getattr(parameter, "help", None)
+    assert "eos study" in texts
+    for where, text in texts.items():
+        assert text, f"{where} is not described"
+        assert render(text).plain == text.replace("\\[", "["), where
+
+
+def test_relative_links_lead_somewhere():
+    dead = []
+    for page in PAGES:
+        text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+        for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
+            if not re.match(r"[a-z]+:", target) and not (page.parent / target).exists():
+                dead.append(f"{page.relative_to(ROOT)} links to {target}")
+    assert dead == []
+
+
+ROOMS = {
+    folder.name for folder in ROOT.joinpath("src/carom").iterdir() if folder.joinpath("__init__.py").exists()
+}
+
+
+def resolves(dotted: str) -> bool:
+    """Tell whether a dotted name is a module, or something in one."""
+    words = dotted.split(".")
+    for k in range(len(words), 0, -1):
+        try:
+            found = importlib.import_module(".".join(words[:k]))
+        except ModuleNotFoundError:
+            continue
+        for at in range(k, len(words)):
+            word = words[at]
+            if not hasattr(found, word):  # a field of a dataclass or a NamedTuple
+                return at == len(words) - 1 and word in getattr(found, "__annotations__", {})
+            found = getattr(found, word)
+        return True
+    return False
+
+
+# The changelog may name what is no more.
+NAMING = [page for page in PAGES if page.name != "CHANGELOG.md"]
+
+
+def missing_names(page: Path) -> list[str]:
+    """Return what a page names and is not there: modules and their names in backticks, with `carom.` or from
+    a room on; and paths of sources.
+    """
+    text = page.read_text(encoding="utf-8")
+    missing = []
+    names = re.findall(r"`~?((?:[A-Za-z_]\w*\.)+[A-Za-z_]\w*)(?:\([^`]*\))?`", text)
+    names += re.findall(r"^\s*(?:from|import) (carom[\w.]*)", text, re.MULTILINE)
+    for name in names:
+        first = name.split(".")[0]
+        whole = f"carom.{name}" if first in ROOMS and not name.endswith((".py", ".toml")) else name
+        if whole.startswith("carom.") and not resolves(whole):
+            missing.append(name)
+    for path in re.findall(r"`((?:\w+/)+[\w.-]*\w\.(?:py|md|toml))`", text):
+        if not any(base.joinpath(path).exists() for base in (ROOT, ROOT / "src/carom", ROOT / "docs")):
+            missing.append(path)
+    return [f"{page.relative_to(ROOT)} names {each}" for each in missing]
+
+
+def test_every_name_of_carom_in_the_pages_exists():
+    assert [each for page in NAMING for each in missing_names(page)] == []
+
+
+def test_no_text_names_a_place_on_one_machine():
+    """No absolute path of a home, a scratch or a mount folder in anything that is read."""
+    # Spelled so that this file does not find itself.
+    places = re.compile(r"(?<![\w.])/(?:home|Users|root|work|mnt|scratch)" + r"/\w")
+    # In a second worktree .git is a file, and says where the first one is.
+    texts = [path for path in ROOT.glob("*.*") if path.is_file() and path.name != ".git"]
+    for folder in ("src", "tests", "examples", "docs", ".ci"):
+        texts += [
+            path for path in ROOT.joinpath(folder).rglob("*") if path.suffix in TEXTS and path.is_file()
+        ]
+    read = {path.relative_to(ROOT): path.read_text(encoding="utf-8", errors="replace") for path in texts}
+    found = [str(path) for path, text in read.items() if "_build" not in path.parts and places.search(text)]
+    assert found == []
+
+
+def test_version_dates_and_licence_agree():
+    citation = ROOT.joinpath("CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {carom.__version__}\n" in citation
+    assert f"## [{carom.__version__}]" in ROOT.joinpath("CHANGELOG.md").read_text(encoding="utf-8")
+    project = tomllib.loads(ROOT.joinpath("pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert f"\nlicense: {project['license']}\n" in citation
+
+
+def test_decision_records_have_their_three_parts():
+    decisions = sorted(ROOT.joinpath("docs/decisions").glob("0*.md"))
+    assert decisions
+    for decision in decisions:
+        text = decision.read_text(encoding="utf-8")
+        for heading in ("## Context", "## Decision", "## Consequences"):
+            assert text.count(heading) == 1, f"{decision.name} lacks {heading}"
+
+
+def dead_links(html: Path) -> list[str]:
+    """Return the links within a built documentation that lead to no file or no anchor."""
+    anchors, links = {}, []
+    for page in html.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        anchors[page.resolve()] = set(re.findall(r'\bid="([^"]+)"', text))
+        links += [(page, link) for link in re.findall(r'<a\b[^>]*\bhref="([^"]+)"', text)]
+    assert len(links) > 1000
+    dead = []
+    for page, link in links:
+        if re.match(r"[a-z]+:", link):
+            continue
+        target, _, anchor = link.partition("#")
+        to = (page.parent / target).resolve() if target else page.resolve()
+        if not to.exists() or (anchor and to in anchors and anchor not in anchors[to]):
+            dead.append(f"{page.relative_to(html)} -> {link}")
+    return dead
+
+
+@pytest.mark.slow
+def test_documentation_builds_without_a_warning(tmp_path):
+    for module in ("sphinx", "myst_nb", "furo", "sphinx_copybutton", "sphinx_design"):
+        pytest.importorskip(module)
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-t",
+        "stored",
+        "-b",
+        "html",
+        ROOT / "docs",
+        tmp_path,
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert "Carom" in tmp_path.joinpath("index.html").read_text(encoding="utf-8")
+    assert dead_links(tmp_path) == []
+    index = tmp_path.joinpath("searchindex.js").read_text(encoding="utf-8")
+    terms = json.loads(index.removeprefix("Search.setIndex(").removesuffix(")"))["terms"]
+    assert "diffus" in terms, "a search for diffusion finds nothing"
+
+
+def test_no_page_shows_data_that_slipped_in():
+    """A table made by a script once brought the JSON of its program along."""
+    found = []
+    for page in PAGES:
+        text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+        found += [page.name for line in text.splitlines() if line.strip() in ("{", "}", "[", "]")]
+    assert not found

@@ -1,0 +1,67 @@
+"""The gallery of the pages runs examples, keeps what they made, and stops where one fails."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "_extensions"))
+from execution import AT_FULL_SIZE, package_digest, result_of
+from pictures import Failed
+
+SCRIPT = '''"""Count the runs, and draw one point."""
+import sys
+from pathlib import Path
+
+out = Path(sys.argv[sys.argv.index("--out") + 1])
+out.mkdir()
+runs = Path(COUNTER)
+runs.write_text(runs.read_text() + "x")
+from PIL import Image
+
+Image.new("RGB", (1, 1)).save(out / "point.png")
+Image.new("P", (1, 1)).save(out / "point.gif")
+out.joinpath("table.csv").write_text("1,2")
+print("--smoke" in sys.argv, out)
+'''
+
+
+@pytest.fixture
+def script(tmp_path):
+    tmp_path.joinpath("runs").write_text("")
+    path = tmp_path / "a_point.py"
+    path.write_text(SCRIPT.replace("COUNTER", repr(str(tmp_path / "runs"))))
+    return path
+
+
+def test_an_example_runs_once_until_it_or_carom_changes(script, tmp_path):
+    kept, runs = tmp_path / "kept", script.parent / "runs"
+    first = result_of(script, "one Carom", kept)
+    assert [path.name for path in first.pictures] == ["a-point-point.gif", "a-point-point.png"]
+    assert first.printed == "True results\n"
+    assert result_of(script, "one Carom", kept) == first
+    assert runs.read_text() == "x"
+    second = result_of(script, "another Carom", kept)
+    assert runs.read_text() == "xx"
+    script.write_text(script.read_text() + "\n# changed\n")
+    third = result_of(script, "another Carom", kept)
+    assert runs.read_text() == "xxx"
+    assert second.pictures != third.pictures
+    assert len(list(kept.iterdir())) == 1, "results of what was before are kept no longer"
+
+
+def test_an_example_that_fails_leaves_nothing_that_looks_like_a_result(script, tmp_path):
+    script.write_text(script.read_text() + "\nraise ValueError('on purpose')\n")
+    for _ in range(2):
+        with pytest.raises(Failed, match="on purpose"):
+            result_of(script, "one Carom", tmp_path / "kept")
+    assert script.parent.joinpath("runs").read_text() == "xx"
+
+
+def test_the_digest_of_the_package_is_the_same_in_every_build():
+    assert package_digest() == package_digest()
+
+
+def test_examples_that_run_at_full_size_exist():
+    examples = {path.stem for path in Path(__file__).parents[2].joinpath("examples").glob("*.py")}
+    assert examples >= AT_FULL_SIZE

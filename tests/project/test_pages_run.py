@@ -1,0 +1,106 @@
+"""Every Python block of every page runs: the blocks of a page one after the other, as a reader types them.
+
+Some blocks need what a page does not show: a simulation, a file, a cluster. ``BEFORE`` makes it. What only
+has to be small for the test is made small there, too.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+# Pages with tests of their own, which also look at what they print.
+ELSEWHERE = {"models.md", "obstacles.md"}
+
+FLUID = """
+import carom
+scene = carom.Scene.fcc(cells=3, packing_fraction=0.3)
+sim = carom.Simulation(scene, seed=1)
+sim.run(collisions_per_particle=20)
+"""
+
+SMALL_STUDY = """
+import carom
+from carom.studies.eos import study as _study
+_whole = carom.studies.equation_of_state
+def _small(etas=(0.1, 0.2), **asked):
+    asked |= {"n": 32, "replicas": 2, "relative_error": None, "collisions_per_particle": 50}
+    return _whole(list(etas), **asked)
+carom.studies.equation_of_state = _small
+"""
+
+BEFORE = {
+    "architecture.md": "from carom.compiling.registry import required\n",
+    "cli.md": """
+from pathlib import Path
+text = "[scene]\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
+Path("scene.toml").write_text(text + "collisions_per_particle = 20\\nframes = 3\\n")
+""",
+    "clusters.md": SMALL_STUDY
+    + """
+import contextlib, distributed
+distributed.Client = lambda address: contextlib.nullcontext(None)
+""",
+    "files.md": FLUID
+    + """
+with carom.Simulation(scene, seed=2, event_log="events.h5") as logged:
+    logged.run(collisions=20)
+""",
+    "looking.md": FLUID
+    + """
+from carom.plan.plan import Plan
+text = "[scene]\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
+carom.studies.run(Plan.from_toml(text + "collisions_per_particle = 20\\nframes = 3\\n"), "carom-run")
+""",
+    "packings.md": """
+from carom import studies
+_points, _pack = studies.points, studies.pack
+studies.points = lambda n, dimension, seed: _points(40, dimension=dimension, seed=seed)
+studies.pack = lambda start, until_pressure, seed: _pack(start, rate=0.05, until_pressure=1e4, seed=seed)
+""",
+    "studies.md": SMALL_STUDY,
+    "trade.md": FLUID,
+}
+
+
+def python_blocks(page: Path) -> list[str]:
+    return re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+PAGES = sorted(
+    page
+    for page in DOCS.rglob("*.md")
+    if page.name not in ELSEWHERE and not {"_build", "gallery"} & set(page.parts) and python_blocks(page)
+)
+
+LONG = ("gravity.md", "packings.md", "range-rules.md", "spherical-codes.md", "transport.md")
+"""Pages whose blocks take more than half a minute."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=page.name, marks=[pytest.mark.slow] if page.name in LONG else [])
+        for page in PAGES
+    ],
+)
+def test_the_blocks_of_a_page_run_in_turn(page, tmp_path):
+    if page.name == "clusters.md":
+        pytest.importorskip("distributed")
+    code = BEFORE.get(page.name, "") + "\n".join(python_blocks(page))
+    script = tmp_path / "page.py"
+    script.write_text(code, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, script],
+        cwd=tmp_path,
+        env={**os.environ, "MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        timeout=900,
+    )
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,409 @@
+"""Scene: the one place where input is checked."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import ase
+import numpy as np
+import pytest
+from helpers.marks import slow
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from carom.errors import CaromWarning, InputError, OverlapError
+from carom.frame import Frame
+from carom.scene import overlaps
+from carom.scene.box import LONGEST_EDGE
+from carom.scene.overlaps import Room
+from carom.scene.scene import Scene
+from carom.scene.species import Contacts
+
+EPS = np.finfo(float).eps
+
+
+def frame_of(scene: Scene, velocities: np.ndarray | None = None, **changes: object) -> Frame:
+    fields = {
+        "time": 0.0,
+        "step": 0,
+        "positions": scene.positions,
+        "velocities": np.zeros_like(scene.positions) if velocities is None else velocities,
+        "box": scene.box,
+        "diameters": scene.diameters,
+        "masses": scene.masses,
+        "images": np.ones(scene.positions.shape, dtype=np.int32),
+    }
+    return Frame(**{**fields, **changes})
+
+
+def test_positions_are_wrapped_copied_and_read_only():
+    given = np.array([[-0.25, 5.5], [2.0, 9.0]])
+    scene = Scene(given, (4.0, 5.0))
+    np.testing.assert_array_equal(scene.positions, [[3.75, 0.5], [2.0, 4.0]])
+    assert given[0, 0] == -0.25
+    with pytest.raises(ValueError, match="read-only"):
+        scene.positions[0, 0] = 1.0
+
+
+def test_a_tiny_negative_coordinate_stays_inside_the_box():
+    scene = Scene([[-1e-20, 5.0]], 5.0)
+    np.testing.assert_array_equal(scene.positions, [[0.0, 0.0]])
+
+
+def test_a_scalar_box_is_a_cube_and_properties_follow():
+    scene = Scene([[0, 0, 0], [1, 1, 1]], 2, diameter=0.5, mass=3)
+    assert scene.box == (2.0, 2.0, 2.0)
+    assert (scene.n, scene.dimension, scene.volume, scene.number_density) == (2, 3, 8.0, 0.25)
+    assert scene.packing_fraction == pytest.approx(2 * math.pi / 6 * 0.125 / 8, rel=4 * EPS)
+    np.testing.assert_array_equal(scene.diameters, [0.5, 0.5])
+    np.testing.assert_array_equal(scene.masses, [3, 3])
+    assert "n=2" in repr(scene)
+    assert "<table>" in scene._repr_html_()
+
+
+NAN, INF = math.nan, math.inf
+BAD = [
+    ({"positions": [], "box": 5}, "shape"),
+    ({"positions": np.zeros((0, 3)), "box": 5}, "at least one particle"),
+    ({"positions": np.zeros((3, 0)), "box": 5}, "at least one particle and one dimension"),
+    ({"positions": [[1.0] * 13], "box": 5}, "dimension must be between 1 and 12, found 13"),
+    ({"positions": [0.0, 1.0], "box": 5}, r"shape \(n, d\)"),
+    ({"positions": [[0.0, NAN]], "box": 5}, r"nan at \[0, 1\]"),
+    ({"positions": [[INF, 0.0]], "box": 5}, r"inf at \[0, 0\]"),
+    ({"positions": [[0, 0], [0]], "box": 5}, "unequal length"),
+    ({"positions": [["0", "1"]], "box": 5}, "strings"),
+    ({"positions": "atoms", "box": 5}, "strings"),
+    ({"positions": [[True, 2.0]], "box": 5}, "booleans"),
+    ({"positions": np.ones((1, 2), dtype=bool), "box": 5}, "booleans"),
+    ({"positions": [[1j, 0]], "box": 5}, "complex"),
+    ({"positions": None, "box": 5}, "no numbers"),
+    ({"positions": [[0, 0]], "box": 0}, "positive, found 0"),
+    ({"positions": [[0, 0]], "box": (5, -1)}, "positive, found -1"),
+    ({"positions": [[0, 0]], "box": (5, NAN)}, "finite"),
+    ({"positions": [[0, 0]], "box": (5, INF)}, "finite"),
+    ({"positions": [[0, 0]], "box": (5, 5, 5)}, "one edge or 2"),
+    ({"positions": [[0, 0]], "box": np.eye(2) * 5}, "number"),
+    ({"positions": [[0, 0]], "box": [[5], [5, 5]]}, "number"),
+    ({"positions": [[0, 0]], "box": "5"}, "reduced units"),
+    ({"positions": [[0, 0]], "box": True}, "boolean"),
+    ({"positions": [[0, 0]], "box": None}, "found nothing"),
+    ({"positions": [[0, 0]], "box": 1.0}, "greater than the diameter"),
+    ({"positions": [[0, 0]], "box": 0.9}, "greater than the diameter"),
+    ({"positions": [[0, 0]], "box": 2 * LONGEST_EDGE}, "at most 1e"),
+    ({"positions": [[0, 0]], "box": 5, "diameter": 0}, "positive"),
+    ({"positions": [[0, 0]], "box": 5, "diameter": -1}, "positive"),
+    ({"positions": [[0, 0]], "box": 5, "diameter": "1 nm"}, "reduced units"),
+    ({"positions": [[0, 0]], "box": 5, "diameter": 1e-200}, "at least 1e-30"),
+    ({"positions": [[0, 0]], "box": 5, "mass": 0}, "mass must be positive"),
+    ({"positions": [[0, 0]], "box": 5, "mass": NAN}, "finite"),
+    ({"positions": [[0, 0]], "box": 5, "mass": 10**400}, "finite"),
+    ({"positions": [[0, 0]], "box": 5, "velocities": [[1]]}, "shape of positions"),
+    ({"positions": [[0, 0]], "box": 5, "velocities": [[1, NAN]]}, "velocities must be finite"),
+    ({"positions": [[0, 0]], "box": 5, "velocities": [[1, 1e200]]}, "at most"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "says"), BAD)
+def test_bad_input_is_named_in_one_sentence(arguments, says):
+    with pytest.raises(InputError, match=says) as caught:
+        Scene(**arguments)
+    assert "\n" not in str(caught.value)
+
+
+anything = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=5),
+    st.lists(st.floats() | st.integers() | st.booleans() | st.text(max_size=2), max_size=4),
+    st.lists(st.lists(st.floats(-5, 5) | st.booleans(), max_size=3), max_size=4),
+    hnp.arrays(
+        st.sampled_from(["f8", "f4", "i8", "u1", "?", "c16", "U3", "M8[s]"]),
+        hnp.array_shapes(min_dims=0, max_dims=3, max_side=4),
+    ),
+)
+
+
+@settings(max_examples=200, deadline=1000)
+@given(positions=anything, box=anything | st.just(5.0), diameter=anything | st.just(1.0), velocities=anything)
+def test_whatever_is_given_becomes_a_scene_or_an_input_error(positions, box, diameter, velocities):
+    try:
+        scene = Scene(positions, box, diameter=diameter, velocities=velocities)
+    except InputError:
+        return
+    assert (scene.positions >= 0).all()
+    assert (scene.positions < scene.box).all()
+    assert min(scene.box) > scene.diameter
+
+
+@settings(max_examples=200, deadline=1000)
+@given(
+    positions=hnp.arrays(
+        "f8", st.tuples(st.integers(1, 4), st.integers(1, 4)), elements=st.floats(-1e300, 1e300)
+    ),
+    edge=st.floats(1e-300, 1e300),
+    diameter=st.floats(1e-300, 1e300),
+)
+def test_numbers_of_any_size_become_a_scene_or_an_input_error(positions, edge, diameter):
+    try:
+        scene = Scene(positions, edge, diameter=diameter)
+    except InputError:
+        return
+    assert 0 < scene.packing_fraction < math.inf
+    assert (scene.positions < scene.box).all()
+
+
+def test_the_error_names_the_pair_the_distance_and_the_depth():
+    positions = np.arange(20)[:, None] * [2.0, 0.0] + [0.5, 0.5]
+    positions[17] = positions[3] + [0.0, 0.987]
+    with pytest.raises(OverlapError) as caught:
+        Scene(positions, (40.0, 5.0))
+    assert str(caught.value).startswith(
+        "spheres 3 and 17 overlap by 0.013 (distance 0.98700, contact 1.0000). Start from Scene.random(...)"
+    )
+
+
+def test_of_several_overlaps_the_deepest_is_named():
+    with pytest.raises(OverlapError, match="spheres 2 and 3 overlap"):
+        Scene([[0.0, 0.0], [0.9, 0.0], [3.0, 3.0], [3.0, 3.75]], 6.0)
+
+
+def test_overlap_across_the_faces_is_found():
+    with pytest.raises(OverlapError, match=r"distance 0\.6"):
+        Scene([[0.25, 2.0], [4.625, 2.0]], 5.0)
+
+
+def test_contact_is_legal_and_rounding_is_let_through_but_no_more():
+    """The bound is ENGINE_OVERLAP + 64 eps |L|: half of it passes, twice of it does not."""
+    bound = overlaps.tolerance(np.array([5.0, 5.0]))
+    assert overlaps.ENGINE_OVERLAP < bound < 2 * overlaps.ENGINE_OVERLAP
+    for depth in (0.0, 0.5 * bound):
+        Scene([[1.0, 1.0], [2.0 - depth, 1.0]], 5.0)
+    with pytest.raises(OverlapError):
+        Scene([[1.0, 1.0], [2.0 - 2 * bound, 1.0]], 5.0)
+
+
+def test_contacts_far_from_the_origin_are_legal():
+    """Coordinates of 10^8 are spaced by 1.5e-8; touching rods rounded to them must pass."""
+    rng = np.random.default_rng(5)
+    starts = 1e8 + rng.random(50)[:, None] * 2 + np.arange(50)[:, None] * 5
+    positions = np.concatenate([starts, starts + 1.0])
+    Scene(positions, 2e8)
+
+
+@pytest.mark.parametrize("scale", [2.0**-60, 2.0**7, 2.0**60])
+def test_a_scene_scaled_by_a_power_of_two_is_judged_alike(scale):
+    bound = overlaps.tolerance(np.array([5.0, 5.0]))
+    for depth, legal in ((0.9 * bound, True), (1.2 * bound, False)):
+        positions = np.array([[1.0, 1.0], [2.0 - depth, 1.0]]) * scale
+        if legal:
+            np.testing.assert_array_equal(
+                Scene(positions, 5.0 * scale, diameter=scale).positions / scale, positions / scale
+            )
+        else:
+            with pytest.raises(OverlapError):
+                Scene(positions, 5.0 * scale, diameter=scale)
+
+
+def nearest_of_all_images(positions: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Distances (n, n) over all images up to two boxes away."""
+    shifts = np.array(list(itertools.product((-2, -1, 0, 1, 2), repeat=len(box)))) * box
+    separation = positions[None, :, None, :] - positions[:, None, None, :] + shifts
+    return np.sqrt((separation**2).sum(axis=-1)).min(axis=-1)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_overlaps_in_small_boxes_are_those_of_a_search_over_all_images(dimension):
+    rng = np.random.default_rng(dimension)
+    legal = 0
+    for _ in range(150):
+        box = 1.01 + 2.5 * rng.random(dimension)
+        positions = rng.random((rng.integers(2, 5), dimension)) * box
+        distances = nearest_of_all_images(positions, box)
+        np.fill_diagonal(distances, np.inf)
+        closest = distances.min()
+        found = overlaps.deepest(
+            positions, Room(box, np.ones(len(box), bool)), Contacts(np.ones(len(positions)))
+        )
+        if closest >= 1:
+            assert found is None
+            legal += 1
+        else:
+            assert found is not None
+            # sharing a cell is reported first, and is then not the deepest; in these scenes it mostly is
+            assert found.distance < 1
+            assert distances[found.i, found.j] == pytest.approx(found.distance, rel=1e-12)
+    assert 5 < legal < 145
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_near_pairs_are_those_of_a_search_over_all_pairs_and_each_is_found_once(dimension):
+    """In boxes from half of the distance asked for to ten times as wide, with walls along some axes."""
+    rng = np.random.default_rng(dimension)
+    for trial in range(60):
+        box = (0.5, 4.1, 10.0)[trial % 3] * (1.0 + rng.random(dimension))
+        room = Room(box, rng.random(dimension) < 0.7)
+        places = rng.random((100, dimension)) * box
+        places[: 2 * dimension] *= np.repeat([0.0, 1.0 - 2.0**-53], dimension)[:, None]
+        every = np.stack(np.triu_indices(100, 1), axis=1)
+        expected = every[room.distances(places, every) < 1.0]
+        found = np.sort(room.near(places, 1.0), axis=1)
+        assert len(expected) > 0
+        np.testing.assert_array_equal(found[np.lexsort(found.T[::-1])], expected)
+
+
+def test_a_crowd_of_spheres_in_one_place_is_refused_quickly():
+    with pytest.raises(OverlapError, match="overlap by 1 "):
+        Scene(np.full((200_000, 3), 1.5), 100.0)
+
+
+@pytest.mark.parametrize("masses_given", [True, False])
+def test_atoms_with_momenta_masses_and_radii_become_a_scene(masses_given):
+    atoms = ase.Atoms("Ar3", positions=[[0, 0, 0], [2, 0, 0], [-1.5, 3, 0]], cell=[5, 6, 7], pbc=True)
+    if masses_given:
+        atoms.set_masses([2.0, 2.0, 2.0])
+    atoms.set_momenta([[1, 2, 3], [4, 5, 6], [7, 8, 9]])
+    atoms.set_array("radius", np.full(3, 0.25))
+    scene = Scene.from_ase(atoms)
+    assert scene.box == (5.0, 6.0, 7.0)
+    assert scene.diameter == 0.5
+    assert scene.mass == (2.0 if masses_given else atoms.get_masses()[0])
+    np.testing.assert_array_equal(scene.velocities, atoms.get_momenta() / scene.mass)
+    np.testing.assert_array_equal(scene.positions[2], [3.5, 3, 0])
+
+
+def test_atoms_in_a_plane_become_disks():
+    atoms = ase.Atoms("X2", positions=[[0, 0, 1], [2, 0, 1]], cell=[5, 6, 0], pbc=[True, True, False])
+    with pytest.warns(CaromWarning, match="diameter of 1 was assumed"):
+        scene = Scene.from_ase(atoms)
+    assert scene.box == (5.0, 6.0)
+    assert (scene.diameter, scene.mass, scene.velocities) == (1.0, 1.0, None)
+    assert Scene.from_ase(atoms, diameter=0.5).diameter == 0.5
+
+
+def atoms_with(**changes: object) -> ase.Atoms:
+    base = {"symbols": "Ar2", "positions": [[0, 0, 0], [2, 0, 1]], "cell": [5, 6, 7], "pbc": True}
+    return ase.Atoms(**{**base, **changes})
+
+
+@pytest.mark.parametrize(
+    ("atoms", "says"),
+    [
+        (atoms_with(pbc=False), "no periodic axis"),
+        (atoms_with(pbc=[True, True, False]), "differ along z"),
+        (atoms_with(cell=[[5, 0, 0], [1, 6, 0], [0, 0, 7]]), "right angles"),
+        (atoms_with(cell=None), "positive, found 0"),
+        (ase.Atoms(cell=[5, 5, 5], pbc=True), "at least one particle"),
+        ([[0, 0, 0]], "must be an ase.Atoms"),
+    ],
+)
+def test_atoms_that_are_no_scene_are_refused(atoms, says):
+    with pytest.raises(InputError, match=says):
+        Scene.from_ase(atoms, diameter=1.0)
+
+
+def test_radii_and_a_diameter_contradict_each_other():
+    atoms = atoms_with()
+    atoms.set_array("radius", np.full(2, 0.5))
+    with pytest.raises(InputError, match="leave one of them out"):
+        Scene.from_ase(atoms, diameter=1.0)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_a_frame_becomes_a_scene_bit_for_bit(dimension):
+    scene = Scene.random(20, dimension, diameter=0.7, mass=2.0, seed=1)
+    velocities = np.random.default_rng(0).standard_normal(scene.positions.shape)
+    again = Scene.from_frame(frame_of(scene, velocities))
+    np.testing.assert_array_equal(again.positions, scene.positions)
+    np.testing.assert_array_equal(again.velocities, velocities)
+    assert (again.box, again.diameter, again.mass) == (scene.box, 0.7, 2.0)
+
+
+def test_a_frame_without_a_mass_for_each_is_refused():
+    scene = Scene.fcc(2, density=0.5)
+    with pytest.raises(InputError, match="masses must hold one value"):
+        Scene.from_frame(frame_of(scene, masses=np.ones(3)))
+
+
+def test_a_frame_of_single_precision_is_moved_apart_with_a_warning():
+    """Forty touching pairs in random directions, three diameters apart; rounded, about half overlap."""
+    rng = np.random.default_rng(2)
+    angles = rng.random(40) * 2 * math.pi
+    first = np.stack([1.5 + 3.0 * np.arange(40), np.full(40, 4.0)], axis=1)
+    start = np.concatenate([first, first + np.stack([np.cos(angles), np.sin(angles)], axis=1)])
+    exact = Scene(start, (121.0, 8.0))
+    assert Scene.from_frame(frame_of(exact)).n == 80
+    rounded = start.astype(np.float32).astype(float)
+    with pytest.raises(OverlapError):
+        Scene(rounded, exact.box)
+    with pytest.warns(CaromWarning, match="single precision"):
+        moved = Scene.from_frame(frame_of(exact, positions=rounded))
+    # Each of a pair moves by half of what is missing to the clearance, twice the bound.
+    bound = overlaps.rounding(np.array(exact.box), np.finfo(np.float32).eps)
+    assert 0 < np.abs(moved.positions - start).max() < 2 * bound
+    assert bound < 1e-4
+    with pytest.raises(OverlapError):
+        Scene.from_frame(frame_of(exact, positions=start * (1 - 1e-4)))
+
+
+@pytest.mark.parametrize(("n", "dimension", "fraction"), [(300, 2, 0.79), (300, 3, 0.6), slow(100, 4, 0.43)])
+def test_dense_random_scenes_are_grown(n, dimension, fraction):
+    scene = Scene.random(n, dimension, packing_fraction=fraction, seed=1)
+    assert scene.packing_fraction == pytest.approx(fraction, rel=1e-12)
+    again = Scene.random(n, dimension, packing_fraction=fraction, seed=1)
+    assert (again.positions == scene.positions).all()
+    other = Scene.random(n, dimension, packing_fraction=fraction, seed=2)
+    assert (other.positions != scene.positions).any()
+    assert scene.velocities is None
+
+
+@pytest.mark.slow
+def test_dense_random_mixtures_between_walls_are_grown():
+    scene = Scene.mixture(
+        [150, 150], diameters=[1.0, 0.5], packing_fraction=0.56, periodic=False, masses=[1.0, 0.1], seed=1
+    )
+    assert scene.packing_fraction == pytest.approx(0.56, rel=1e-12)
+    assert sorted(set(scene.diameters.tolist())) == [0.5, 1.0]
+    assert sorted(set(scene.masses.tolist())) == [0.1, 1.0]
+
+
+def test_beyond_what_growth_reaches_the_limit_is_named():
+    with pytest.raises(InputError, match=r"up to packing fraction 0\.608"):
+        Scene.random(100, 3, packing_fraction=0.63)
+
+
+@pytest.mark.slow
+def test_spheres_that_jam_on_the_way_are_refused():
+    with pytest.raises(InputError, match="jam at packing fraction"):
+        Scene.random(100, 3, packing_fraction=0.605, periodic=False, seed=1)
+
+
+def test_positions_put_in_order_are_the_same_of_each_kind():
+    from carom.scene import placement
+
+    rng = np.random.default_rng(1)
+    positions, kinds = rng.random((500, 3)), rng.integers(0, 3, 500)
+    ordered = placement.ordered(positions, np.ones(3), kinds)
+    for kind in range(3):
+        before, after = positions[kinds == kind], ordered[kinds == kind]
+        assert (np.unique(before, axis=0) == np.unique(after, axis=0)).all()
+    apart = np.linalg.norm(np.diff(ordered[kinds == 0], axis=0), axis=1).mean()
+    assert apart < 0.7 * np.linalg.norm(np.diff(positions[kinds == 0], axis=0), axis=1).mean()
+
+
+def test_neighbours_in_a_large_random_scene_are_neighbours_in_memory():
+    from carom.scene import placement
+
+    counts = [placement.MANY // 2] * 2
+    scene = Scene.mixture(counts, diameters=[1.0, 1.0], masses=[1.0, 2.0], packing_fraction=0.1, seed=1)
+    edge = scene.box[0]
+    for kind in range(2):
+        places = scene.positions[scene.species == kind]
+        steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        # Most steps are of the size of a cell of eight, far below a random one (0.66 edges).
+        assert np.median(steps) < 2.0 * edge * (8.0 / scene.n) ** (1.0 / 3.0)
+        # Each kind is everywhere: its mean place is the middle, to 5 standard errors.
+        assert np.abs(places.mean(axis=0) / edge - 0.5).max() < 5.0 * (12.0 * len(places)) ** -0.5

@@ -1,0 +1,151 @@
+"""Only what a scene requires: which models, arrays and neighbours a scene gets, and what is not there."""
+
+import numpy as np
+import pytest
+from helpers.commands import carom as command
+
+import carom
+from carom.errors import InputError
+from carom.wells import SquareWell
+
+PLAIN = carom.Scene.fcc(cells=5, packing_fraction=0.45)
+
+
+def names(explanation):
+    return {array.name for array in explanation.arrays}
+
+
+def with_radii():
+    return PLAIN.with_(diameter=np.linspace(0.8, 1.0, PLAIN.n))
+
+
+FEATURES = {
+    "diameters of their own": (with_radii, {}),
+    "masses of their own": (lambda: PLAIN.with_(mass=np.linspace(1.0, 2.0, PLAIN.n)), {}),
+    "growth": (lambda: PLAIN, {"growth": 0.01}),
+    "species": (lambda: PLAIN.with_(species=np.arange(PLAIN.n) % 2), {}),
+    "a contact matrix": (
+        lambda: PLAIN.with_(species=np.arange(PLAIN.n) % 2, contact=[[1.0, 0.9], [0.9, 1.0]]),
+        {},
+    ),
+    "restitution": (lambda: PLAIN.with_(restitution=0.9), {}),
+    "steps of pairs": (lambda: PLAIN.with_(interaction=SquareWell(1.2)), {}),
+    "currents": (lambda: carom.Simulation(PLAIN, currents=True), {}),
+    "free flights": (lambda: carom.Simulation(PLAIN, flights=True), {}),
+    "walls and obstacles": (lambda: carom.Scene([[1.0] * 3, [3.0] * 3], 4.0, periodic=False), {}),
+}
+
+
+def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
+    found = carom.explain(PLAIN, images=False)
+    assert found.models == {
+        "pair": "EqualCores",
+        "motion": "Inertial",
+        "boundary": "NearestImage",
+        "sight": "RowSight",
+        "neighbours": "Lists",
+    }
+    assert {*FEATURES, "image counts", "an event log"} == {*found.absent}
+    # Nothing belongs to the pair, to walls, to restitution, to species; nothing counts images.
+    assert not any(name.startswith(("model", "by_species")) for name in names(found))
+    assert "state.images" not in names(found)
+    assert {name for name in names(found) if name.startswith("state")} == {
+        "state.rows", "state.partner", "state.leave", "state.clock", "state.block",
+    }  # fmt: skip
+
+
+def test_a_component_of_the_plain_scene_is_one_cache_line_and_what_schedules_it():
+    arrays = {array.name: array.nbytes / PLAIN.n for array in carom.explain(PLAIN, images=False).arrays}
+    per_component = (PLAIN.n + 1) / PLAIN.n  # the ghost has a row, too
+    assert arrays["state.rows"] == 64 * per_component
+    assert arrays["state.partner"] == 4
+    assert arrays["state.leave"] == 8
+
+
+def test_images_are_counted_only_where_they_are_asked_for():
+    without, counted = carom.explain(PLAIN, images=False), carom.explain(PLAIN)
+    assert names(counted) - names(without) == {"state.images"}
+    assert counted.bytes_per_particle - without.bytes_per_particle == 3 * 4
+    assert "image counts" not in counted.absent
+
+
+@pytest.mark.parametrize("feature", FEATURES)
+def test_a_feature_that_a_scene_has_is_there(feature):
+    scene, settings = FEATURES[feature]
+    assert feature not in carom.explain(scene(), **settings).absent
+
+
+def test_nothing_is_compiled_and_the_simulation_agrees():
+    scene = PLAIN
+    before, sim = carom.explain(scene), carom.Simulation(scene, seed=1)
+    now = carom.explain(sim)
+    assert (now.models, now.absent, now.neighbors) == (before.models, before.absent, before.neighbors)
+    assert names(now) == names(before)
+
+
+def test_single_precision_is_explained_as_it_runs():
+    found, double = carom.explain(PLAIN, precision="single"), carom.explain(PLAIN)
+    assert found.arrays == carom.explain(carom.Simulation(PLAIN, seed=1, precision="single")).arrays
+    rows, twice = (
+        next(array.nbytes for array in each.arrays if array.name == "state.rows") for each in (found, double)
+    )
+    assert 2 * rows == twice
+
+
+def test_an_event_log_is_there_where_it_is_asked_for(tmp_path):
+    assert "an event log" not in carom.explain(PLAIN, event_log=True).absent
+    with carom.Simulation(PLAIN, event_log=tmp_path / "events.h5") as sim:
+        assert carom.explain(sim) == carom.explain(PLAIN, event_log=True)
+
+
+@pytest.mark.parametrize(
+    ("wish", "says"),
+    [
+        ({"precision": "half"}, "'double' or 'single'"),
+        ({"neighbors": "trees"}, "'auto', 'lists', 'sectors' or 'all'"),
+        ({"shell": 0.5}, "shell must be"),
+    ],
+)
+def test_what_no_simulation_takes_is_not_explained(wish, says):
+    for refuse in (carom.explain, carom.Simulation):
+        with pytest.raises(InputError, match=says):
+            refuse(PLAIN, **wish)
+
+
+@pytest.mark.parametrize("kind", ["lists", "sectors"])
+def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
+    found = carom.explain(PLAIN, neighbors=kind)
+    assert found.models["neighbours"].lower() == kind
+    assert "asked for" in found.neighbors
+
+
+@pytest.mark.parametrize(
+    ("scene", "says"),
+    [
+        (carom.Scene.fcc(cells=5, packing_fraction=0.45), "lists.*faster above a packing fraction of 0.36"),
+        (carom.Scene.fcc(cells=5, packing_fraction=0.1), "sectors: faster below a packing fraction of 0.36"),
+        (carom.Scene.fcc(cells=1, packing_fraction=0.5), "box is too small for lists.*told apart"),
+    ],
+)
+def test_the_choice_of_neighbours_has_a_reason(scene, says):
+    import re
+
+    assert re.search(says, carom.explain(scene).neighbors)
+
+
+def test_lists_that_do_not_fit_are_refused_as_by_the_simulation():
+    scene = carom.Scene.fcc(cells=1, packing_fraction=0.5)
+    with pytest.raises(InputError, match="use neighbors='sectors'"):
+        carom.explain(scene, neighbors="lists")
+
+
+def test_the_command_line_explains_and_runs_nothing(tmp_path):
+    done = command("run", "--cells", "4", "--packing-fraction", "0.4", "--explain", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "EqualCores" in done.stdout
+    assert "bytes a particle" in done.stdout
+    assert "masses of their own" in done.stdout
+    assert "an event log" in done.stdout
+    logged = command("run", "--cells", "4", "--event-log", "--explain", cwd=tmp_path)
+    assert "an event log" not in logged.stdout
+    assert not list(tmp_path.iterdir())

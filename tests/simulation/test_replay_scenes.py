@@ -1,0 +1,104 @@
+"""Event logs of mixtures, walls, obstacles and lost energy hold all there is to know, to the bit."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+from helpers.oracle import moving
+from helpers.replays import assert_same_frame, round_up
+
+import carom
+from carom import Scene
+from carom.errors import FileError
+from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.simulation.replay import Replay, replay, replays
+
+MIXTURE = {"diameters": [1.0, 0.4], "masses": [3.0, 0.7], "seed": 2}
+
+
+def scenes():
+    """Return a scene of every kind."""
+    return {
+        "mixture": Scene.mixture([10, 30], **MIXTURE, packing_fraction=0.35),
+        "small box": Scene.mixture([1, 6], **MIXTURE, box=(1.2, 2.5, 2.5), names=["a", "b"]),
+        "contact": Scene.mixture(
+            [10, 20], **MIXTURE, dimension=2, packing_fraction=0.3, contact=[[1.0, 0.9], [0.9, 0.4]]
+        ),
+        "masses": Scene.random(20, 2, packing_fraction=0.4).with_(mass=1.0 + np.arange(20) % 3),
+        "walls": Scene.mixture([5, 20], **MIXTURE, box=(7.0, 6.0), periodic=[True, False]),
+        "hard box": Scene.random(20, 3, packing_fraction=0.2, periodic=False),
+        "balls": Scene.random(
+            15, 2, box=7.0, obstacles=[Ball((0.2, 6.8), 1.1), Ball((8.5, 3.0), 0.6, "far")]
+        ),
+        "plane": Scene.random(15, 2, box=8.0, periodic=False, obstacles=[Plane((1.0, 2.0), 5.0)]),
+        "jar": Scene.random(
+            15, 3, box=6.0, periodic=False, obstacles=[SphericalContainer((3.0, 3.0, 3.0), 2.8)]
+        ),
+        "tube": Scene.random(
+            15,
+            3,
+            box=(5.0, 6.0, 6.0),
+            periodic=[True, False, False],
+            obstacles=[CylindricalContainer(0, (0.0, 3.0, 3.0), 2.7)],
+        ),
+        "lossy": Scene.mixture([10, 20], **MIXTURE, dimension=2, packing_fraction=0.3).with_(restitution=0.8),
+        "lossy equals": Scene.random(30, 2, packing_fraction=0.3).with_(restitution=0.7, elastic_below=0.5),
+    }
+
+
+# Each is compiled for itself, which takes half a minute: the others are for `pytest -m slow`.
+SOON = ("walls",)
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=() if kind in SOON else pytest.mark.slow) for kind in scenes()]
+)
+def test_every_frame_of_every_kind_of_scene_is_rebuilt_to_the_bit(kind, tmp_path):
+    scene, path = moving(scenes()[kind], 3), tmp_path / "events.h5"
+    with carom.Simulation(scene, event_log=path) as sim:
+        frames = [sim.frame(), *sim.sample(times=[0.2719 * k for k in range(1, 9)])]
+        sim.run(collisions=5 * scene.n)
+        frames += sim.sample(times=[round_up(sim), round_up(sim) + 2.0 * sim.epoch_length])
+        hits = sum(impact.hits for impact in sim.obstacles) if scene.walls or scene.obstacles else 0
+    assert sim.collisions > 0
+    assert hits > 0 or not (scene.walls or scene.obstacles)
+    for mine, right in zip(replays(path, [f.time for f in frames]), frames, strict=True):
+        assert_same_frame(mine, right)
+        np.testing.assert_array_equal(mine.species, right.species)
+        assert (mine.species_names, mine.periodic) == (right.species_names, right.periodic)
+
+
+def test_the_log_counts_what_hits_a_wall_apart(tmp_path):
+    scene, path = moving(scenes()["walls"], 1), tmp_path / "events.h5"
+    with carom.Simulation(scene, event_log=path) as sim:
+        sim.run(collisions=50)
+        hits = sum(impact.hits for impact in sim.obstacles)
+    run, steps = Replay(path), 0
+    while run.step():
+        steps += 1
+    assert (run.collisions, steps) == (50, 50 + hits)
+
+
+def test_a_changed_impulse_on_a_wall_is_found(tmp_path):
+    scene, path = moving(scenes()["walls"], 1), tmp_path / "events.h5"
+    with carom.Simulation(scene, event_log=path) as sim:
+        sim.run(collisions=50)
+    with h5py.File(path, "r+") as file:
+        k = int(np.flatnonzero(file["j"][:] >= scene.n)[3])
+        file["impulse"][k] *= 1 + 2.0**-40
+    with pytest.raises(FileError, match=f"impulse of collision {k} between .* wall of axis"):
+        replay(path, time=1e3)
+
+
+def test_an_obstacle_of_one_s_own_cannot_be_replayed(tmp_path):
+    scene, path = moving(scenes()["walls"], 1), tmp_path / "events.h5"
+    with carom.Simulation(scene, event_log=path) as sim:
+        sim.run(collisions=5)
+    with h5py.File(path, "r+") as file:
+        attributes = json.loads(bytes(file["initial/scene"][:]))
+        attributes["obstacles"] = [{"kind": "own", "class": "Mine", "name": "mine"}]
+        del file["initial/scene"]
+        file["initial/scene"] = np.frombuffer(json.dumps(attributes).encode(), np.uint8)
+    with pytest.raises(FileError, match="class Mine, which no file holds"):
+        Replay(path)

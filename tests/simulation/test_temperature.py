@@ -1,0 +1,183 @@
+"""Temperature and pressure are the same to everyone who moves along an axis of conserved momentum."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.oracle_scenes import placed
+
+import carom
+from carom import theory
+from carom.models.obstacles import CylindricalContainer, Plane
+from carom.scene.temperature import conserved, peculiar, temperature
+
+EPS = np.finfo(float).eps
+SIX_SIGMA = 6.0
+
+
+def boosted(scene, boost):
+    """Return the scene as somebody sees it who moves at that speed along the axes of conserved momenta."""
+    along = np.where(conserved(scene), boost, 0.0)
+    return scene.with_(velocities=scene.velocities + along)
+
+
+BOOSTS = (0.0, 0.3, 5.0)
+BOXES = {1: (10.0,), 2: (4.0, 3.6), 3: (2.7, 2.6, 2.5), 4: (2.1, 2.2, 2.1, 2.2)}
+
+
+def fluid(d):
+    return placed(6, BOXES[d], d, diameters=None, masses=None)
+
+
+def mixture(d):
+    sizes, masses = [1.0, 0.6], [1.0, 20.0]
+    rng = np.random.default_rng(3)
+    scene = carom.Scene.mixture([2, 4], diameters=sizes, masses=masses, box=BOXES[d], seed=rng)
+    return scene.with_(velocities=np.random.default_rng(4).normal(size=(6, d)))
+
+
+def between_walls(d):
+    return placed(6, BOXES[d], d, periodic=[True] * (d - 1) + [False])
+
+
+def above_a_plane():
+    return placed(5, (5.0, 4.0), 2, periodic=[True, False], obstacles=[Plane((0.0, 1.0), 0.2)])
+
+
+def in_a_tube():
+    tube = CylindricalContainer(0, (0.0, 2.0, 2.0), 1.9)
+    return placed(5, (5.0, 4.0, 4.0), 3, periodic=[True, False, False], obstacles=[tube])
+
+
+SCENES = {
+    **{f"equal, d = {d}": (fluid, d) for d in (1, 2, 3)},
+    **{f"mixture, d = {d}": (mixture, d) for d in (1, 2, 3)},
+    **{f"walls, d = {d}": (between_walls, d) for d in (2, 3)},
+    "plane": (above_a_plane,),
+    "tube": (in_a_tube,),
+}
+
+
+def measured(name, boost):
+    """Return kT, Z and the pressure of walls from a short run, and what was seen of its chaos."""
+    build, *arguments = SCENES[name]
+    return measured_of(build(*arguments), boost)
+
+
+def measured_of(scene, boost):
+    sim = carom.Simulation(boosted(scene, boost))
+    kT = sim.kT
+    blocks = list(sim.blocks(0.1, 20))
+    found = sim.estimate(carom.Pressure(), blocks)
+    assert sim.collisions > 4
+    assert sim.kT == pytest.approx(kT, rel=1e-12)
+    if sim.scene.species is not None:
+        assert sim.virial_by_species.sum() > 0.0
+    sim.rescale(0.7)
+    momentum = sim.scene.masses @ sim.frame().velocities
+    assert np.abs(momentum[list(conserved(sim.scene))]).max() < 1e-13
+    assert sim.kT == pytest.approx(0.7, rel=1e-13)
+    z = found.compressibility_factor
+    return kT, z.mean, z.error, sim.collisions
+
+
+@pytest.fixture(scope="module")
+def seen():
+    """What everybody measures, without compilation of so many kinds of scenes."""
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-m", "simulation.test_temperature"],
+        cwd=Path(__file__).parents[1],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=True,
+    )
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_net_momentum_changes_no_temperature_and_no_pressure(seen, name):
+    # The same trajectories, seen by others: what differs is rounding, amplified by a few collisions each.
+    check(seen[name])
+
+
+def test_nor_does_it_in_four_dimensions():
+    check([measured_of(fluid(4), boost) for boost in BOOSTS])
+
+
+def check(found):
+    rest, *moving = found
+    assert len(moving) == 2
+    assert rest[1] > 1.0
+    for found in moving:
+        assert found[0] == pytest.approx(rest[0], rel=1e-13)
+        assert found[1:3] == pytest.approx(rest[1:3], rel=1e-6)
+        assert found[3] == rest[3]
+
+
+@pytest.mark.parametrize("boost", [0.0, 0.3, 5.0, 1e3])
+def test_two_rods_on_a_ring_have_the_exact_pressure_in_every_frame(boost):
+    # They meet 2 v / (L - 2) times a time, with a virial of 2 m v each: Z = 1 + 1 / (L - 2), for any N the
+    # Tonks gas of N rods on a ring. The temperature has one degree of freedom, not two.
+    length, speed = 5.0, 0.75
+    scene = carom.Scene([[1.0], [3.0]], length, velocities=[[speed + boost], [boost - speed]])
+    sim = carom.Simulation(scene)
+    assert sim.kT == pytest.approx(2 * speed**2, rel=4 * EPS * (1 + boost / speed))
+    period = (length - 2) / (2 * speed)
+    found = sim.estimate(carom.Pressure(), list(sim.blocks(8 * period, 64)))
+    assert found.compressibility_factor.mean == pytest.approx(1 + 1 / (length - 2), rel=1e-12 * (1 + boost))
+
+
+@pytest.mark.parametrize(("d", "boost"), [(2, 0.0), (2, 5.0), (3, 0.0), (3, 5.0)])
+def test_two_spheres_have_the_exact_pressure_by_virial_and_by_count(d, boost):
+    # The configurations of one beside the other fill V - v, v being the ball of radius sigma: canonical
+    # Z = 1 + v / (V - v) / 2. A degree of freedom more or less would be a half, or a third, of Z - 1.
+    edge = 2.6
+    volume, excluded = edge**d, theory.ball_volume(d, 2.0)
+    velocities = np.array([[0.3, 0.8, -0.5][:d], [-0.4, 0.1, 0.7][:d]]) + boost
+    scene = carom.Scene([[0.2] * d, [1.5] * d], edge, velocities=velocities)
+    sim = carom.Simulation(scene)
+    found = sim.measure(carom.Pressure(), collisions=60_000)
+    exact = 1 + excluded / (volume - excluded) / 2
+    for z in (found.compressibility_factor, found.compressibility_factor_from_rate):
+        assert abs(z.mean - exact) < SIX_SIGMA * z.error
+        assert z.error < 0.01 * (exact - 1)
+
+
+def test_equal_velocities_have_no_temperature_at_all():
+    scene = carom.Scene.random(40, 3, packing_fraction=0.1, seed=1).with_(mass=np.linspace(0.1, 7.0, 40))
+    velocities = np.tile([0.1, 1e9 / 3.0, -7e-5], (40, 1))
+    assert temperature(scene, velocities) == 0.0
+    assert not peculiar(scene, velocities).any()
+
+
+@pytest.mark.parametrize("boost", [1.0, 1e4, 1e8])
+def test_a_huge_boost_costs_the_digits_that_the_velocities_have_lost_and_no_more(boost):
+    scene = carom.Scene.random(200, 3, packing_fraction=0.1, seed=1)
+    velocities = np.random.default_rng(2).normal(size=(200, 3))
+    right = temperature(scene, velocities)
+    # Every velocity is rounded to eps / 2 of the boost, at random: 600 of them, of one size.
+    lost = EPS * boost * 2 / math.sqrt(600)
+    assert temperature(scene, velocities + boost) == pytest.approx(right, rel=SIX_SIGMA * (lost + EPS))
+
+
+def test_along_an_axis_with_walls_a_common_velocity_is_heat():
+    scene = between_walls(2)
+    still = scene.velocities
+    for axis, heat in ((0, 0.0), (1, 1.0)):
+        rest = peculiar(scene, still)
+        moving = rest + np.where(np.arange(2) == axis, 3.0, 0.0)
+        cross = 2 * 3.0 * float(scene.masses @ rest[:, 1])
+        added = heat * (scene.masses.sum() * 9.0 + cross) / (2 * scene.n - 1)
+        assert temperature(scene, moving) == pytest.approx(temperature(scene, rest) + added, rel=1e-13)
+
+
+if __name__ == "__main__":
+    np.seterr(all="ignore")
+    print(json.dumps({name: [measured(name, boost) for boost in BOOSTS] for name in SCENES}))

@@ -1,0 +1,989 @@
+"""Equation-of-state studies: what is asked for, what is kept, what is flagged, what is fitted."""
+
+import csv
+import dataclasses
+import itertools
+import json
+import math
+import re
+import sys
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from helpers.drawn import outside
+from helpers.marks import slow
+from scipy.stats import linregress, norm
+
+import carom
+from carom import studies, theory
+from carom.errors import CaromWarning, FileError, InputError
+from carom.models.gravity import Gravity
+from carom.models.hard_cores import HardCores
+from carom.models.losses import Loss
+from carom.observables import Estimate, drift
+from carom.plan.sections import SceneSpec
+from carom.scene import lattices
+from carom.studies import StudySpec, tasks
+from carom.studies import executors as engines
+from carom.studies.eos import fits, pictures, spec, table, toml
+from carom.studies.eos.order import OrderParameter, psi_6, q_6
+from carom.studies.eos.simulate import Planned, simulate
+from carom.studies.eos.start import start as start_of
+from carom.studies.eos.study import load
+from carom.studies.session import Failure
+from carom.wells import SquareWell, Steps, StepTable
+
+SMALL = {"n": 108, "collisions_per_particle": 100, "equilibration": 20, "blocks": 64, "executor": "serial"}
+
+
+def results(study):
+    return {tasks.key(record["task"]): record["result"] for record in study.records}
+
+
+# What is asked for.
+
+
+def test_the_default_study_has_twelve_densities_of_the_fluid():
+    spec = StudySpec()
+    assert len(spec.packing_fractions) == 12
+    assert max(spec.packing_fractions) < theory.FREEZING[3]
+    for d in range(1, 7):
+        assert len(StudySpec(dimension=d).packing_fractions) == 12
+
+
+def test_tasks_come_longest_first_and_are_plain_values():
+    asked = StudySpec(packing_fractions=(0.1, 0.4), n=(108, 500), replicas=2, relative_error=1e-3)
+    found = asked.tasks()
+    work = [task["scene"]["n"] * (task["equilibration"] + task["collisions_per_particle"]) for task in found]
+    assert work == sorted(work, reverse=True)
+    assert json.loads(tasks.canonical(found)) == found
+    assert len({tasks.key(task) for task in found}) == 8
+
+
+def test_the_length_of_a_run_follows_from_the_error_asked_for():
+    """Noise falls as one over the root of the collisions, which the replicas share."""
+    eta = 0.3
+    z = theory.best(3)(eta)
+    for error, replicas in ((1e-3, 1), (1e-3, 4), (5e-4, 2)):
+        (task, *_) = StudySpec(
+            packing_fractions=(eta,), n=(500,), replicas=replicas, relative_error=error
+        ).tasks()
+        collisions = 0.5 * 500 * replicas * task["collisions_per_particle"]
+        assert 1.2 * (z - 1) / z / math.sqrt(collisions) == pytest.approx(error, rel=1e-3)
+
+
+def test_auto_starts_at_random_in_the_fluid_and_from_a_crystal_beyond():
+    for d, eta, start in (
+        (3, 0.49, "random"),
+        (3, 0.55, "fcc"),
+        (2, 0.70, "random"),
+        (2, 0.73, "triangular"),
+    ):
+        (task, *_) = StudySpec(packing_fractions=(eta,), dimension=d).tasks()
+        assert task["scene"]["initial"] == start
+    # 4000 = 4 x 10^3 fills fcc; a triangular lattice nearly square has 2 x 48 x 42 sites nearby.
+    (task, *_) = StudySpec(packing_fractions=(0.73,), dimension=2, n=(4096,)).tasks()
+    assert abs(task["scene"]["n"] - 4096) < 100
+
+
+def test_numbers_that_fill_the_same_lattice_are_one_point():
+    """Both are nearest to 108: run as replicas of each other, they halved the variance with the same bits."""
+    spec = StudySpec(packing_fractions=(0.2, 0.6), n=(100, 108), replicas=2)
+    points = [(task["scene"]["packing_fraction"], task["scene"]["n"]) for task in spec.tasks()]
+    assert sorted(points) == [(0.2, 100)] * 2 + [(0.2, 108)] * 2 + [(0.6, 108)] * 2
+    assert len({tasks.key(task) for task in spec.tasks()}) == 6
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        ({"packing_fractions": (0.8,)}, "packing_fractions must be"),
+        ({"packing_fractions": (0.1, 0.1)}, "twice"),
+        ({"packing_fractions": ("0.1",)}, "must be a number"),
+        ({"n": (1,)}, "n must be at least 2|n must be between 2"),
+        ({"replicas": 0}, "replicas must be"),
+        ({"relative_error": 1e-3, "collisions_per_particle": 10}, "contradict"),
+        ({"relative_error": 0.0}, "relative_error must be"),
+        ({"initial": "file"}, "initial must be one of"),
+        ({"neighbors": "magic"}, "neighbors must be one of"),
+        ({"dimension": 7}, "packing_fractions are needed"),
+        ({"scene": {"packing_fraction": 0.1}}, r"section \[study\]"),
+        ({"scene": {"diametre": 1.0}}, "did you mean diameter"),
+        ({"scene": {"mass": -1.0}}, "mass"),
+        ({"frames": 1000}, "frames must be"),
+        ({"initial": "fcc", "dimension": 2}, "dimension is 3"),
+        ({"scene": {"species": [{"count": 5}, {"count": 7, "diameter": 0.5}]}}, "give each a fraction"),
+    ],
+)
+def test_studies_that_cannot_be_are_refused_before_anything_runs(words, text):
+    with pytest.raises(InputError, match=text):
+        StudySpec(**words)
+
+
+def test_unknown_arguments_are_refused():
+    with pytest.raises(InputError, match="takes no densities"):
+        studies.equation_of_state(densities=[0.1])
+
+
+def test_a_study_is_a_toml_file_and_back():
+    spec = StudySpec(
+        packing_fractions=(0.1, 0.55), n=(108, 256), relative_error=1e-3, scene={"mass": 2.0, "kT": 0.5}
+    )
+    assert toml.parse(toml.text(spec)) == spec
+    assert toml.parse("") == StudySpec()
+    for text, message in (
+        ("[study]\nreplica = 2", "did you mean replicas"),
+        ("[run]\nseed = 1", "no section"),
+        ("study = 1", "must be a section"),
+        ("[study", "no valid TOML"),
+    ):
+        with pytest.raises(InputError, match=message):
+            toml.parse(text)
+
+
+# The stream of a task.
+
+
+def test_adding_densities_sizes_and_replicas_changes_no_other_task():
+    one = studies.equation_of_state([0.2], replicas=1, **SMALL)
+    more = studies.equation_of_state([0.1, 0.2, 0.3], replicas=2, **{**SMALL, "n": (32, 108)})
+    assert results(one).items() <= results(more).items()
+    assert len(results(more)) == 12
+
+
+def test_replicas_and_seeds_differ():
+    study = studies.equation_of_state([0.2], replicas=2, **SMALL)
+    other = studies.equation_of_state([0.2], replicas=2, seed=2, **SMALL)
+    means = [r["result"]["compressibility_factor"]["mean"] for s in (study, other) for r in s.records]
+    assert len(set(means)) == 4
+
+
+def test_a_heavier_and_hotter_gas_has_the_same_z_within_five_errors():
+    plain = studies.equation_of_state([0.2], replicas=1, **SMALL)
+    (task,) = StudySpec(
+        packing_fractions=(0.2,), n=(108,), replicas=1, collisions_per_particle=100, scene={"mass": 4.0}
+    ).tasks()
+    assert task["scene"]["mass"] == 4.0
+    heavy = studies.equation_of_state([0.2], replicas=1, scene={"mass": 4.0, "kT": 2.0}, **SMALL)
+    # Another scene has another stream; both measure the same gas.
+    (a,), (b,) = plain.table, heavy.table
+    assert abs(a.compressibility_factor - b.compressibility_factor) < 5.0 * math.hypot(a.error, b.error)
+
+
+# What is kept.
+
+
+def test_a_study_that_was_cut_short_runs_only_what_is_missing(tmp_path, monkeypatch):
+    out = tmp_path / "study"
+    whole = studies.equation_of_state([0.1, 0.2], **SMALL)
+    studies.equation_of_state([0.1, 0.2], out=out, **SMALL)
+    files = sorted((out / "tasks").glob("*.json"))
+    assert len(files) == 4
+    files[0].unlink()
+    files[1].write_text(files[1].read_text()[:-200])
+    damaged = json.loads(files[2].read_text())
+    damaged["result"]["compressibility_factor"]["mean"] += 1e-9
+    files[2].write_text(json.dumps(damaged))
+    ran = []
+    monkeypatch.setattr(
+        "carom.studies.eos.study.simulate", lambda task, stop: ran.append(task) or simulate(task)
+    )
+    again = studies.equation_of_state([0.1, 0.2], out=out, **SMALL)
+    assert len(ran) == 3
+    assert results(again) == results(whole)
+    assert again.complete
+    assert results(load(out)) == results(whole)
+
+
+def test_a_grid_may_grow_and_shrink(tmp_path):
+    out = tmp_path / "study"
+    studies.equation_of_state([0.1, 0.2], replicas=1, out=out, **SMALL)
+    more = studies.equation_of_state([0.2, 0.3], replicas=1, out=out, **SMALL)
+    assert [round(row.packing_fraction, 9) for row in more.table] == [0.2, 0.3]
+    assert len(list((out / "tasks").glob("*.json"))) == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"seed": 2}, "seed was 1 and is 2 now"),
+        ({"collisions_per_particle": 200}, "collisions_per_particle was 100.0 and is 200.0 now"),
+        ({"scene": {"mass": 2.0}}, "scene was"),
+        ({"dimension": 2}, "dimension was 3 and is 2 now"),
+    ],
+)
+def test_a_changed_study_refuses_to_mix_and_says_what_differs(tmp_path, change, text):
+    studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.json")}
+    with pytest.raises(FileError, match=text):
+        studies.equation_of_state([0.1], replicas=1, out=tmp_path, **{**SMALL, **change})
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.json")} == before
+
+
+def test_another_version_does_not_mix(tmp_path, monkeypatch):
+    studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+    monkeypatch.setattr(spec, "__version__", "99.0.0")
+    with pytest.raises(FileError, match="version was"):
+        studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+
+
+def test_a_worker_of_another_version_is_refused():
+    (task,) = StudySpec(packing_fractions=(0.1,), n=(32,), replicas=1).tasks()
+    with pytest.raises(InputError, match="same version everywhere"):
+        simulate({**task, "version": "0.0.0"})
+
+
+def test_folders_that_hold_no_study_are_refused(tmp_path):
+    with pytest.raises(FileError, match="holds no study"):
+        load(tmp_path)
+    (tmp_path / "study.json").write_text("{}")
+    with pytest.raises(FileError, match="not the description of a study"):
+        studies.equation_of_state([0.1], out=tmp_path, **SMALL)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileError, match="is a file"):
+        studies.equation_of_state([0.1], out=tmp_path / "file", **SMALL)
+
+
+def test_only_one_study_at_a_time_runs_in_a_folder(tmp_path):
+    from carom.studies.runs.folder import owned
+
+    studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+    with owned(tmp_path), pytest.raises(FileError, match="Another process"):
+        studies.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
+
+
+def test_a_task_that_raises_is_reported_and_the_rest_goes_on(tmp_path, monkeypatch):
+    def fail(task, stop):
+        if task["replica"] == 1:
+            raise RuntimeError("out of luck")
+        return simulate(task)
+
+    monkeypatch.setattr("carom.studies.eos.study.simulate", fail)
+    with pytest.warns(CaromWarning, match=r"2 of 4 runs failed.*RuntimeError: out of luck"):
+        study = studies.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL)
+    assert len(study.records) == 2
+    assert not study.complete
+    assert {failure.reason for failure in study.failures} == {"RuntimeError: out of luck"}
+    monkeypatch.undo()
+    assert studies.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL).complete
+
+
+def test_a_full_disk_keeps_the_results_in_memory_and_writes_them_when_it_can(tmp_path, monkeypatch):
+    store, calls = tasks.TaskFolder.store, []
+
+    def full(self, record):
+        calls.append(record)
+        # Room again when the first two have failed, as after an old file was deleted.
+        if len(calls) <= 2:
+            raise FileError("disk full")
+        store(self, record)
+
+    monkeypatch.setattr(tasks.TaskFolder, "store", full)
+    study = studies.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL)
+    assert study.complete
+    assert len(list((tmp_path / "tasks").glob("*.json"))) == 4
+
+
+def test_a_disk_that_stays_full_is_told_and_the_results_are_in_the_table(tmp_path, monkeypatch):
+    def full(self, record):
+        raise FileError("disk full")
+
+    monkeypatch.setattr(tasks.TaskFolder, "store", full)
+    with pytest.warns(CaromWarning, match=r"2 results could not be kept: disk full"):
+        study = studies.equation_of_state([0.1], out=tmp_path, **SMALL)
+    assert study.complete
+    assert not list((tmp_path / "tasks").glob("*"))
+    monkeypatch.undo()
+    assert studies.equation_of_state([0.1], out=tmp_path, **SMALL).complete
+    assert len(list((tmp_path / "tasks").glob("*.json"))) == 2
+
+
+def test_progress_counts_work_and_shows_the_table_so_far():
+    seen = []
+    studies.equation_of_state([0.1, 0.2], progress=seen.append, **SMALL)
+    assert [p.done for p in seen] == [0, 1, 2, 3, 4]
+    assert all(p.total == 4 for p in seen)
+    assert seen[-1].fraction == 1.0
+    assert [p.fraction for p in seen] == sorted(p.fraction for p in seen)
+    assert len(seen[-1].so_far.table) == 2
+
+
+# The table.
+
+
+def made(
+    values,
+    *,
+    eta=0.2,
+    n=108,
+    d=3,
+    order=None,
+    moved=5.0,
+    initial="random",
+    z=2.0,
+    error=0.01,
+    replica=0,
+    time=100.0,
+):
+    """A record as a worker would send it."""
+    estimate = {"mean": z, "error": error, "n_eff": 500.0, "tau": 1.0, "blocks": 512}
+    return {
+        "task": {"scene": {"packing_fraction": eta, "n": n, "initial": initial}, "replica": replica},
+        "result": {
+            "n": n, "dimension": d, "packing_fraction": eta, "kT": 1.0, "compressibility_factor": estimate,
+            "reduced_pressure": estimate, "block_values": list(values), "moved": moved, "moved_at_end": moved,
+            "order": order, "time": time, "collisions": 1000, "species": [[1.0, n]], "confined": False,
+        },
+        "provenance": {"seconds": 1.0},
+    }  # fmt: skip
+
+
+def test_replicas_are_weighted_and_their_chi_squared_told():
+    rng = np.random.default_rng(1)
+    records = [
+        made(rng.normal(size=64), z=2.0, error=0.1, replica=0, time=4.0),
+        made(rng.normal(size=64), z=2.3, error=0.2, replica=1, time=1.0),
+    ]
+    for several in (records, records[::-1]):
+        (row,) = table.table(several)
+        assert row.compressibility_factor == pytest.approx((2.0 / 0.01 + 2.3 / 0.04) / (100 + 25), rel=1e-15)
+        assert row.error == pytest.approx(1 / math.sqrt(125), rel=1e-15)
+        assert row.chi2 == pytest.approx(0.09 / (0.01 + 0.04), rel=1e-12)
+    assert row.equilibrated
+    shift = theory.finite_size_shift(0.2, 108, theory.pieprzyk)
+    assert row.infinite == row.compressibility_factor - shift
+    assert row.deviation == pytest.approx((row.infinite - theory.pieprzyk(0.2)) / row.error)
+
+
+def test_the_error_of_an_order_parameter_is_that_of_the_mean_of_replicas():
+    rng = np.random.default_rng(1)
+    means = [0.10, 0.14, 0.12, 0.20]
+    records = [
+        made(rng.normal(size=64), replica=k, order={"name": "Q_6", "values": [mean - 0.01, mean + 0.01] * 16})
+        for k, mean in enumerate(means)
+    ]
+    (row,) = table.table(records)
+    assert row.order == pytest.approx(np.mean(means), rel=1e-14)
+    assert row.order_error == pytest.approx(np.std(means, ddof=1) / math.sqrt(4), rel=1e-12)
+    assert row.susceptibility == pytest.approx(108 * (np.var(means) + 0.01**2), rel=1e-12)
+    (alone,) = table.table(records[:1])
+    assert math.isnan(alone.order_error)
+
+
+def test_what_has_not_equilibrated_is_flagged():
+    rng = np.random.default_rng(2)
+    noise = rng.normal(size=512)
+    falling = noise + np.linspace(1.0, 0.0, 512)
+    order = {"name": "Q_6", "values": list(0.3 - 0.01 * np.arange(32) + 1e-3 * rng.normal(size=32))}
+    cases = {
+        "the pressure drifts": [made(falling)],
+        "particles are where they began": [made(noise, moved=0.1)],
+        "the crystal has melted": [made(noise, eta=0.6, initial="fcc", moved=3.0)],
+        "Q_6 drifts": [made(noise, order=order)],
+        "replicas disagree": [made(noise, z=2.0), made(noise, z=2.1, replica=1)],
+    }
+    for remark, records in cases.items():
+        (row,) = table.table(records)
+        assert row.remarks == (remark,)
+        assert not row.equilibrated
+    for records in ([made(noise)], [made(noise, eta=0.6, initial="fcc", moved=0.1)]):
+        (row,) = table.table(records)
+        assert row.equilibrated, row.remarks
+
+
+def test_a_crystal_that_should_have_melted_is_seen():
+    """Spheres that start from fcc at 0.49 stay a crystal, with a pressure that never drifts."""
+    study = studies.equation_of_state(
+        [0.49], initial="fcc", n=256, replicas=1, equilibration=100, collisions_per_particle=300,
+        executor="serial", frames=0,
+    )  # fmt: skip
+    (row,) = study.table
+    assert row.phase == "fluid"
+    assert "particles are where they began" in row.remarks
+
+
+@pytest.mark.slow
+def test_fluids_just_below_freezing_have_really_melted():
+    study = studies.equation_of_state(
+        [0.45, 0.48], n=256, replicas=1, equilibration=500, collisions_per_particle=500, executor="serial",
+        frames=8,
+    )  # fmt: skip
+    for row in study.table:
+        assert row.moved > drift.STUCK
+        assert row.equilibrated, row.remarks
+        if math.isfinite(row.order):
+            # A crystal has 0.5; a fluid of n bonds' directions some n^(-1/2).
+            assert row.order < 0.2
+
+
+def test_crystals_stay_and_are_compared_with_the_crystal():
+    study = studies.equation_of_state(
+        [0.56], n=256, replicas=2, equilibration=100, collisions_per_particle=2000, executor="serial"
+    )
+    (row,) = study.table
+    assert row.phase == "solid"
+    assert row.equilibrated, row.remarks
+    # Equations of the crystal are known to 6e-4 there (their spread), and a small one is seen through the
+    # correction of order 1/N only.
+    assert row.infinite == pytest.approx(
+        theory.almarza(0.56), abs=5 * row.error + 12 * 6e-4 + 12 * 3 / 256**2
+    )
+
+
+def test_drift_is_a_standard_normal_number_in_equilibrium():
+    rng = np.random.default_rng(3)
+    found = np.array([drift.drift(rng.normal(size=512)) for _ in range(2000)])
+    # Mean and variance of 2000 standard normal numbers, within five of their own errors.
+    assert abs(found.mean()) < 5 / math.sqrt(2000)
+    assert abs(found.var() - 1.0) < 5 * math.sqrt(2 / 2000)
+    alarms = sum(drift.drifts(list(pair)) for pair in found.reshape(-1, 2))
+    # One in a thousand; of 1000, more than 8 come with a probability of 1e-6.
+    assert alarms <= 8
+
+
+@pytest.mark.parametrize("parts", [4, 5, 16])
+def test_drift_has_the_probability_of_the_slope_of_a_line(parts):
+    """Against SciPy's regression, whose p-value knows that few points leave few degrees of freedom."""
+    values = np.random.default_rng(parts).normal(size=7 * parts + 3)
+    means = values[3:].reshape(parts, 7).mean(axis=1)
+    line = linregress(np.arange(parts), means)
+    found = drift.drift(values, parts)
+    assert 2 * norm.sf(abs(found)) == pytest.approx(line.pvalue, rel=1e-9)
+    assert math.copysign(1.0, found) == math.copysign(1.0, line.slope)
+
+
+def test_drift_sees_a_relaxation_and_ignores_constants():
+    rng = np.random.default_rng(4)
+    decay = np.exp(-np.arange(512) / 100.0)
+    assert drift.drift(rng.normal(size=512) + 3.0 * decay) < -4.0
+    assert drift.drift(np.full(64, 1 / 3)) == 0.0
+    assert drift.drift([1.0, 2.0]) == 0.0
+
+
+def test_tables_are_written_and_read(tmp_path):
+    study = studies.equation_of_state([0.1, 0.2], replicas=1, **SMALL)
+    study.save(tmp_path / "eos.csv")
+    with (tmp_path / "eos.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["compressibility_factor"]) for row in rows] == [
+        row.compressibility_factor for row in study.table
+    ]
+    assert rows[0]["chi2"] == ""
+    assert str(study).count("\n") == 2
+    assert "2 of 2 runs done" in repr(study)
+    with pytest.raises(InputError, match=r"expected one of \.csv"):
+        study.save(tmp_path / "eos.xls")
+
+
+def test_tables_become_data_frames():
+    pytest.importorskip("pandas")
+    study = studies.equation_of_state([0.1, 0.2], replicas=1, **SMALL)
+    frame = study.to_pandas()
+    assert list(frame.columns) == [f.name for f in dataclasses.fields(table.Row)]
+    assert list(frame["n"]) == [108, 108]
+
+
+# Starts.
+
+
+@pytest.mark.parametrize(("n", "eta", "dimension"), [(500, 0.45, 3), (300, 0.3, 3), slow(600, 0.2, 4)])
+def test_a_random_start_well_below_freezing_is_a_crystal_that_melts(n, eta, dimension):
+    asked = SceneSpec(initial="random", n=n, packing_fraction=eta, dimension=dimension, mass=2.0)
+    scene = start_of(asked, np.random.default_rng(1))
+    assert (scene.n, scene.dimension, scene.mass) == (n, dimension, 2.0)
+    assert scene.packing_fraction == pytest.approx(eta, rel=1e-12)
+    planes = np.unique(scene.positions[:, 0].round(9)).size
+    assert planes < 20
+    again = start_of(asked, np.random.default_rng(1))
+    assert np.array_equal(scene.positions, again.positions)
+    sim = carom.Simulation(scene, kT=1.0, seed=1)
+    sim.run(collisions_per_particle=100)
+    # The structure factor at reciprocal vectors of the lattice: n in a crystal, of the order of 1 in a fluid.
+    signs = np.array([*itertools.product((-1.0, 1.0), repeat=dimension)])
+    vectors = np.pi * planes / scene.box[0] * signs
+    before, after = (
+        np.mean(np.abs(np.exp(1j * where @ vectors.T).sum(axis=0)) ** 2) / n
+        for where in (scene.positions, sim.frame().positions)
+    )
+    assert before == pytest.approx(n, rel=1e-6)
+    assert after < 10.0
+
+
+@pytest.mark.parametrize(
+    ("n", "eta", "dimension"), [slow(500, 0.49, 3), (450, 0.52, 3), (32, 0.475, 3), slow(600, 0.3, 4)]
+)
+def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, eta, dimension):
+    asked = SceneSpec(
+        initial="random", n=n, packing_fraction=eta, dimension=dimension, mass=2.0, diameter=3.0
+    )
+    scene = start_of(asked, np.random.default_rng(1))
+    assert (scene.n, scene.dimension, scene.mass, scene.diameter) == (n, dimension, 2.0, 3.0)
+    assert scene.packing_fraction == pytest.approx(eta, rel=1e-12)
+    again = start_of(asked, np.random.default_rng(1))
+    assert np.array_equal(scene.positions, again.positions)
+    # Nothing is left of the planes of the lattice, of which there are few.
+    assert np.unique(scene.positions[:, 0].round(6)).size > 0.9 * n
+    if dimension == 3 and n > 100:
+        # The mean of a fluid is that of as many bonds of random directions, some six a sphere: sqrt(1 / 6 n).
+        # Neighbouring bonds are not independent, near freezing by a factor of two; a crystal has 0.4 or more.
+        assert q_6(carom.Simulation(scene).frame()) < 3.0 / np.sqrt(6.0 * n)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"packing_fraction": 0.55},
+        {"dimension": 2},
+        {"n": 33},  # 108 sites of a lattice would have to fit
+        {"n": 300, "packing_fraction": 0.45},  # 500 sites, as many as fit at a lower density
+        {"periodic": (True, True, False)},
+        {"restitution": 0.9},
+    ],
+)
+def test_other_random_starts_are_placed_at_random(more):
+    words = {"initial": "random", "n": 256, "packing_fraction": 0.4, "dimension": 3, **more}
+    asked = SceneSpec(**words)
+    scene = start_of(asked, np.random.default_rng(1))
+    assert np.array_equal(scene.positions, asked.build(np.random.default_rng(1)).positions)
+
+
+# Fits.
+
+
+def rows_of(dimension, etas, error, rng, *, sizes=(10**9,)):
+    """Rows as a perfect study would give them."""
+    equation = theory.best(dimension)
+    rows = []
+    for eta in etas:
+        for n in sizes:
+            z = equation(eta) + theory.finite_size_shift(eta, n, equation)
+            sigma = error * z
+            noisy = z + sigma * rng.normal()
+            record = made(rng.normal(size=64), eta=eta, n=n, d=dimension, z=noisy, error=sigma)
+            rows += table.table([record])
+    return rows
+
+
+@pytest.mark.parametrize("dimension", [2, 3, 4])
+def test_virial_coefficients_come_out_within_honest_errors(dimension):
+    rng = np.random.default_rng(dimension)
+    pulls = []
+    for _ in range(40):
+        rows = rows_of(dimension, StudySpec(dimension=dimension).packing_fractions, 1e-4, rng)
+        found = fits.virials([dataclasses.replace(r, equilibrated=True, remarks=()) for r in rows])
+        pulls.append([(v - k) / e for v, k, e in zip(found.values, found.known, found.errors, strict=True)])
+        # Honest, and still of use.
+        assert found.errors[0] < 5e-3 * found.values[0]
+        assert found.errors[2] < 0.2 * found.values[2]
+    # Root mean square of 40 pulls: one would have scattered to 1.4 with a probability below 1e-4.
+    assert (np.sqrt(np.mean(np.square(pulls), axis=0)) < 1.4).all()
+    assert np.abs(pulls).max() < 4.5
+
+
+def test_virials_need_points():
+    rows = rows_of(3, [0.1, 0.2], 1e-4, np.random.default_rng(1))
+    with pytest.raises(InputError, match="need at least 3"):
+        fits.virials(rows)
+    with pytest.raises(InputError, match="order"):
+        fits.virials(rows, order=9)
+
+
+def test_extrapolation_finds_the_infinite_system_and_the_slope():
+    rng = np.random.default_rng(7)
+    rows = rows_of(3, [0.2, 0.4], 1e-5, rng, sizes=(500, 1000, 2000, 4000))
+    for fit in fits.extrapolate(rows):
+        eta = fit.packing_fraction
+        assert fit.sizes == (500, 1000, 2000, 4000)
+        assert abs(fit.compressibility_factor - theory.pieprzyk(eta)) < 4 * fit.error
+        assert abs(fit.slope - fit.theory_slope) < 4 * fit.slope_error
+        assert fit.theory_slope == pytest.approx(theory.finite_size_shift(eta, 1, theory.pieprzyk))
+        assert fit.chi2 < 20.0
+    assert fits.extrapolate(rows_of(3, [0.2], 1e-4, rng)) == []
+
+
+def test_the_slope_by_theory_is_that_of_the_theory_compared_with():
+    rng = np.random.default_rng(9)
+    sizes = (500, 2000)
+    records = [made(rng.normal(size=64), eta=0.3, n=n) for n in sizes]
+    (fit,) = fits.extrapolate(table.table(records, theory.carnahan_starling))
+    shift = theory.finite_size_shift(0.3, 1, theory.carnahan_starling)
+    assert fit.theory_slope == pytest.approx(shift, rel=1e-9)
+    crystals = [made(rng.normal(size=64), eta=0.6, n=n, initial="fcc", moved=0.1) for n in sizes]
+    (fit,) = fits.extrapolate(table.table(crystals))
+    assert fit.theory_slope == theory.crystal_finite_size_shift(0.6, 1, theory.almarza)
+    for record in records:
+        record["result"]["confined"] = True
+    (fit,) = fits.extrapolate(table.table(records))
+    assert math.isnan(fit.theory_slope)
+
+
+def test_extrapolation_leaves_out_sizes_at_which_the_next_order_shows():
+    rng = np.random.default_rng(8)
+    rows = rows_of(3, [0.4], 1e-5, rng, sizes=(100, 250, 1000, 2000, 4000))
+    # Far off the line, by a term of 1 / N^2.
+    bent = [
+        dataclasses.replace(r, compressibility_factor=r.compressibility_factor - 40.0 / r.n**2) for r in rows
+    ]
+    (fit,) = fits.extrapolate([*reversed(bent)])
+    assert fit.sizes in [(250, 1000, 2000, 4000), (1000, 2000, 4000)]
+    assert abs(fit.compressibility_factor - theory.pieprzyk(0.4)) < 4 * fit.error
+    # Two points are all there is: nothing is left to judge them by.
+    (fit,) = fits.extrapolate(bent[:2])
+    assert fit.sizes == (100, 250)
+
+
+def test_combining_leaves_out_what_has_no_error():
+    assert table.combined([1.0, 5.0], [0.1, math.inf], [1.0, 1.0])[:2] == (1.0, pytest.approx(0.1))
+    mean, error, chi2 = table.combined([1.0, 3.0], [math.inf, math.inf], [1.0, 1.0])
+    assert (mean, error) == (2.0, math.inf)
+    assert math.isnan(chi2)
+
+
+def test_an_error_that_came_out_too_small_does_not_decide_the_mean():
+    mean, error, chi2 = table.combined([1.0, 2.0], [0.3, 1.0], [5.0, 5.0])
+    assert mean == 1.5
+    assert error == pytest.approx(math.sqrt(0.09 + 1.0) / 2)
+    assert chi2 == pytest.approx(2 * 0.25 / (0.5 * 1.09))
+
+
+def test_engines_that_do_not_exist_are_refused():
+    for choice in ("magic", object(), True):
+        with pytest.raises(InputError, match="executor must be"), engines.engine(choice):
+            pass
+    with pytest.raises(InputError, match="workers"), engines.engine("threads", 0):
+        pass
+
+
+# Order parameters.
+
+
+@pytest.mark.parametrize(
+    ("scene", "perfect"),
+    [
+        # Steinhardt, Nelson and Ronchetti, Phys. Rev. B 28, 784 (1983).
+        (carom.Scene.triangular(12, packing_fraction=0.8), 1.0),
+        (carom.Scene.fcc(5, packing_fraction=0.6), 0.57452),
+        (carom.Scene.on(lattices.cubic(3), 6, packing_fraction=0.4), 0.35355),
+    ],
+    ids=lambda value: value if isinstance(value, float) else value.dimension,
+)
+def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene, perfect):
+    order = OrderParameter(scene.dimension)
+    order.add(carom.Simulation(scene).frame())
+    # Published to five digits.
+    assert order.values()["values"][0] == pytest.approx(perfect, abs=1e-5)
+    fluid = carom.Simulation(carom.Scene.random(1000, scene.dimension, packing_fraction=0.45)).frame()
+    other = OrderParameter(scene.dimension)
+    for _ in range(5):
+        other.add(fluid)
+    assert len(set(other.values()["values"])) == 1
+    assert other.values()["values"][0] < 0.2
+
+
+def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
+    frame = carom.Simulation(carom.Scene.random(1000, 2, packing_fraction=0.6), seed=1).frame()
+    own = psi_6(frame)
+    freud = pytest.importorskip("freud")
+    system = frame.to_freud()
+    near = freud.locality.Voronoi().compute(system).nlist
+    theirs = freud.order.Hexatic(k=6).compute(system, neighbors=near).particle_order
+    assert own == pytest.approx(abs(np.mean(theirs.astype(complex))), rel=1e-4)  # single precision
+    monkeypatch.setitem(sys.modules, "freud", None)
+    assert psi_6(frame) == own
+
+
+def test_no_order_parameter_is_measured_in_other_dimensions():
+    nothing = OrderParameter(4)
+    nothing.add(carom.Simulation(carom.Scene.random(8, 4, packing_fraction=0.05)).frame())
+    assert nothing.values() is None
+
+
+@pytest.mark.parametrize("periodic", [(True, True, True), (True, False, True)])
+def test_q_6_is_the_sum_over_spherical_harmonics_of_all_bonds(periodic):
+    from scipy.special import sph_harm_y
+
+    frame = carom.Simulation(carom.Scene.random(200, 3, packing_fraction=0.4, periodic=periodic)).frame()
+    ways = frame.positions[:, None] - frame.positions[None]
+    box = np.asarray(frame.box)
+    ways -= np.where(periodic, box * np.rint(ways / box), 0.0)
+    distance = np.linalg.norm(ways, axis=2)
+    near = (distance > 0.0) & (distance < 1.2 * 2 ** (1 / 6) * (box.prod() / 200) ** (1 / 3))
+    x, y, z = (ways[near] / distance[near][:, None]).T
+    means = [np.mean(sph_harm_y(6, m, np.arccos(z), np.arctan2(y, x))) for m in range(-6, 7)]
+    exact = np.sqrt(4 * np.pi / 13 * np.sum(np.abs(means) ** 2))
+    # Terms of order one cancel down to the square of Q_6, some 1e-3.
+    assert q_6(frame) == pytest.approx(exact, rel=1e-11)
+
+
+def balanced(page):
+    """Whether every element of a page that is opened is closed, in order."""
+    from html.parser import HTMLParser
+
+    class Nesting(HTMLParser):
+        stack: ClassVar[list[str]] = []
+
+        def handle_starttag(self, tag, attrs):
+            if tag not in ("meta", "img"):
+                self.stack.append(tag)
+
+        def handle_endtag(self, tag):
+            assert self.stack.pop() == tag
+
+    parser = Nesting()
+    parser.feed(page)
+    return not parser.stack
+
+
+def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
+    rng = np.random.default_rng(5)
+    order = {"name": "Q_6", "values": [0.1] * 32}
+    records = [
+        made(rng.normal(size=64), eta=eta, n=n, z=2.0 + eta, order=order, moved=moved)
+        for eta in (0.1, 0.2, 0.3, 0.4)
+        for n, moved in ((108, 5.0), (500, 5.0), (1000, 0.1))
+    ]
+    for record in records:
+        record["provenance"].update(
+            began=0.0, engine_seconds=1.0, host="<here>", process=1, python="3", numpy="2"
+        )
+    spec = StudySpec(packing_fractions=(0.1, 0.2, 0.3, 0.4), n=(108, 500, 1000), replicas=1)
+    failures = [Failure(spec.tasks()[0], "it <failed>")]
+    study = studies.EquationOfState(spec, records, failures)
+    study.plot(tmp_path / "eos.png", equations={"CS": theory.carnahan_starling})
+    study.with_theory(theory.carnahan_starling).plot(tmp_path / "own.svg")
+    assert (tmp_path / "eos.png").stat().st_size > 10_000
+    study.save(tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    # Self-contained: nothing is fetched, and what others wrote is text.
+    assert not re.findall(r"https?:|<script|<link|<iframe|@import|url\(", page)
+    assert all(
+        source.startswith("data:image/svg+xml;base64,") for source in re.findall(r'src="([^"]*)', page)
+    )
+    assert "href" not in page
+    assert balanced(page)
+    assert page.count("data:image/svg+xml;base64,") == 3
+    assert "it &lt;failed&gt;" in page
+    assert "&lt;here&gt;" in page
+    assert page.count('class="flagged"') == 5
+    assert "particles are where they began" in page
+    assert "packing_fractions = [0.1, 0.2, 0.3, 0.4]" in page
+    with pytest.raises(InputError, match="nothing to draw"):
+        studies.EquationOfState(spec).plot()
+    # The four points with 1000 particles are flagged: hollow in each picture.
+    for figure in (study.plot(), pictures.order(study), pictures.sizes(study)):
+        assert not outside(figure)
+        hollow = [
+            point
+            for line in figure.axes[0].get_lines()
+            if line.get_markerfacecolor() == "white"
+            for point in line.get_xdata()
+            if point > 0.0  # where 1 / N is 0 stands what is extrapolated
+        ]
+        assert len(hollow) == (1 if figure.axes[0].get_xlabel() == "$1/N$" else 4)
+    studies.EquationOfState(spec).report(tmp_path / "empty.html")
+
+
+def test_a_report_opens_in_a_browser_without_a_network(tmp_path):
+    import shutil
+    import subprocess
+
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    browser = next((path for name in names if (path := shutil.which(name))), None)
+    if browser is None:
+        pytest.skip("no Chromium is installed")
+    study = studies.equation_of_state([0.1, 0.2, 0.3], replicas=1, **SMALL)
+    study.report(tmp_path / "report.html")
+    picture = tmp_path / "page.png"
+    done = subprocess.run(
+        [browser, "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
+         f"--user-data-dir={tmp_path / 'profile'}", "--window-size=1100,2400", f"--screenshot={picture}",
+         (tmp_path / "report.html").as_uri()],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert picture.stat().st_size > 20_000
+
+
+# Mixtures, and other dimensions.
+
+
+@pytest.mark.parametrize(("dimension", "eta"), [(1, 0.5), (2, 0.4), slow(4, 0.1)])
+def test_studies_of_other_dimensions_agree_with_theory(dimension, eta):
+    study = studies.equation_of_state(
+        [eta], dimension=dimension, n=256, relative_error=1e-2, executor="serial", seed=3
+    )
+    (row,) = study.table
+    assert row.equilibrated, row.remarks
+    assert row.error < 1.1e-2 * row.compressibility_factor
+    assert abs(row.deviation) < 4.0
+
+
+MIXTURE = {"species": [{"diameter": 1.0, "fraction": 0.5}, {"diameter": 0.5, "fraction": 0.5, "mass": 0.125}]}
+
+
+def test_mixtures_are_compared_with_the_theory_of_mixtures():
+    study = studies.equation_of_state(
+        [0.1, 0.3], n=256, relative_error=4e-3, scene=MIXTURE, executor="serial", seed=2
+    )
+    dilute, dense = study.table
+    assert dilute.theory == pytest.approx(theory.bmcsl(0.1, [0.5, 0.5], [1.0, 0.5]), rel=1e-12)
+    # An independent simulation, N = 864: tests/data/mixtures.json.
+    found = dense.infinite + theory.finite_size_shift(0.3, 864, theory.pieprzyk)
+    assert abs(found - 3.5124) < 4.0 * math.hypot(dense.error, 0.0018)
+    assert toml.parse(toml.text(study.spec)) == study.spec
+    with pytest.raises(InputError, match="need at least 3"):
+        study.virials()
+
+
+def test_walls_are_simulated_and_compared_with_nothing():
+    study = studies.equation_of_state([0.2], replicas=1, scene={"periodic": [True, True, False]}, **SMALL)
+    (row,) = study.table
+    assert math.isnan(row.theory)
+    assert math.isnan(row.infinite)
+    assert row.compressibility_factor > 1.0
+    assert "nan" in str(study)
+
+
+def mixed(record, diameters, **scene):
+    """A record of equally many of each diameter, with more words of its scene."""
+    record["result"]["species"] = [[s, record["result"]["n"] // len(diameters)] for s in diameters]
+    record["task"]["scene"].update(scene)
+    return record
+
+
+WELL = {"type": "square-well", "width": 1.5, "depth": 1.0}
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"restitution": 0.9}, {"interaction": WELL}, {"pinned": 10}],
+)
+def test_what_has_no_theory_is_compared_with_none(scene):
+    """That of additive mixtures was 20 errors off for one that is not additive."""
+    noise = np.random.default_rng(3).normal(size=64)
+    (row,) = table.table([mixed(made(noise), (0.5, 1.0))])
+    assert row.theory == theory.bmcsl(0.2, [0.5, 0.5], [0.5, 1.0])
+    record = mixed(made(noise), (0.5, 1.0), **scene)
+    (row,) = table.table([record])
+    assert math.isnan(row.theory)
+    assert math.isnan(row.deviation)
+    study = studies.EquationOfState(StudySpec(packing_fractions=(0.2,)), [record])
+    # What the size does to a crystal is known of crystals without walls and the like only.
+    (row,) = table.table([mixed(made(noise, eta=0.6, initial="fcc", moved=0.1), (0.5, 1.0), **scene)])
+    assert row.phase == "solid"
+    assert math.isnan(row.infinite)
+    figure = study.plot()
+    assert len(figure.axes) == 2
+    # One of points with its error bars, and no curve.
+    assert len(figure.axes[0].get_legend().get_texts()) == 1
+    (row,) = study.with_theory(theory.carnahan_starling).table
+    assert row.theory == theory.carnahan_starling(0.2)
+
+
+@pytest.mark.slow
+def test_wells_are_brought_to_the_temperature_asked_for():
+    study = studies.equation_of_state(
+        [0.3],
+        n=400,
+        replicas=1,
+        dimension=1,
+        equilibration=400,
+        collisions_per_particle=100,
+        scene={"interaction": SquareWell(1.5, 1.0)},
+        executor="serial",
+    )
+    (row,) = study.table
+    # The mean kT of 400 rods scatters by some 2 %; without rescaling it is 1.22 to 1.29.
+    assert row.kT == pytest.approx(1.0, abs=0.1)
+    assert math.isnan(row.theory)
+    assert math.isnan(row.infinite)
+
+
+def test_the_error_of_a_negative_z_is_relative_to_its_size():
+    """Wells can pull harder than cores push; no error would be small enough for such a Z."""
+    assert Planned(0.1, 16).reached(Estimate(-1.0, 0.05, 100.0, 1.0, 64))
+    assert not Planned(0.1, 16).reached(Estimate(-1.0, 0.2, 100.0, 1.0, 64))
+
+
+def test_a_point_at_another_temperature_is_flagged():
+    record = made(np.random.default_rng(3).normal(size=64))
+    record["task"]["scene"].update(interaction=WELL, kT=0.9)
+    (row,) = table.table([record])
+    assert (row.equilibrated, row.remarks) == (False, ("kT is 1, not 0.9",))
+
+
+@pytest.mark.parametrize(
+    ("scene", "text"),
+    [
+        ({"motion": Gravity((0.0, 0.0, -1.0))}, "motion leaves no uniform phase"),
+        ({"impact": Loss(0.9, contact_time=1e-3)}, "impact leaves no uniform phase"),
+        ({"interaction": HardCores()}, "must be of steps, found a HardCores"),
+        (
+            {"interaction": StepTable(Steps([1.0, 1.5], [math.inf, 0.0], leaving=[math.inf, -1.0]))},
+            "hysteretic",
+        ),
+    ],
+)
+def test_scenes_without_an_equation_of_state_are_refused(scene, text):
+    with pytest.raises(InputError, match=text):
+        StudySpec(packing_fractions=(0.2,), n=100, scene=scene)
+
+
+def test_a_result_names_every_diameter():
+    """The first 64 of 100 gave theory another mixture than the one simulated."""
+    species = [{"diameter": 0.5 + 0.01 * k, "fraction": 1} for k in range(100)]
+    (task,) = StudySpec(
+        packing_fractions=(0.1,), n=(100,), replicas=1, collisions_per_particle=1, equilibration=1,
+        blocks=16, scene={"species": species},
+    ).tasks()  # fmt: skip
+    assert sum(count for _, count in simulate(task)["result"]["species"]) == 100
+
+
+def test_mixtures_of_disks_do_not_freeze_where_equal_disks_do():
+    noise = np.random.default_rng(4).normal(size=64)
+    (equal,) = table.table([made(noise, eta=0.71, d=2)])
+    (unequal,) = table.table([mixed(made(noise, eta=0.71, d=2), (0.7, 1.0))])
+    assert (equal.phase, unequal.phase) == ("coexistence", "fluid")
+    assert unequal.theory == theory.santos_yuste_lopez_de_haro(0.71, [0.5, 0.5], [0.7, 1.0], 2)
+
+
+@pytest.mark.parametrize(("dimension", "name"), [(2, "Santos"), (3, "Mansoori")])
+def test_pictures_of_mixtures_show_the_theory_of_mixtures(dimension, name):
+    """Z and the pressure, in units of the largest diameter, lie on the curves beside them."""
+    equation = theory.bmcsl if dimension == 3 else theory.santos_yuste_lopez_de_haro
+    more = () if dimension == 3 else (dimension,)
+    noise = np.random.default_rng(5).normal(size=64)
+    z = equation(0.3, [0.5, 0.5], [0.5, 1.0], *more)
+    record = mixed(made(noise, eta=0.3, d=dimension, z=z), (0.5, 1.0))
+    pressure = z * 0.3 / theory.ball_volume(dimension) / (0.5 * (1.0 + 0.5**dimension))
+    study = studies.EquationOfState(StudySpec(dimension=dimension), [record])
+    figure = study.plot()
+    assert figure.axes[0].get_title().startswith("Mixture of hard")
+    for axes, height in zip((figure.axes[0], figure.axes[2]), (z, pressure), strict=True):
+        (curve,) = (line for line in axes.get_lines() if len(line.get_xdata()) > 2)
+        assert name in curve.get_label()
+        assert curve.get_xdata()[-1] == 0.3
+        assert curve.get_ydata()[-1] == pytest.approx(height, rel=1e-12)
+
+
+def test_a_run_goes_on_until_its_error_is_small_enough():
+    """A third of the length that the plan has: the error asked for is reached all the same."""
+    spec = StudySpec(packing_fractions=(0.3,), n=(108,), replicas=1, relative_error=5e-3)
+    (task,) = spec.tasks()
+    short = {**task, "collisions_per_particle": task["collisions_per_particle"] / 3}
+    result = simulate(short)["result"]
+    z = result["compressibility_factor"]
+    assert len(result["block_values"]) > task["blocks"]
+    assert z["error"] <= 5e-3 * z["mean"]
+    # Not much more was run than had to be.
+    assert z["error"] > 0.5 * 5e-3 * z["mean"]
+    limited = simulate({**short, "relative_error": 1e-6, "blocks": 32, "collisions_per_particle": 10.0})[
+        "result"
+    ]
+    assert len(limited["block_values"]) == 16 * 32
+    (row,) = table.table(
+        [{"task": {**short, "relative_error": 1e-6}, "result": limited, "provenance": {"seconds": 1.0}}]
+    )
+    assert "the error asked for was not reached" in row.remarks
+    assert row.equilibrated

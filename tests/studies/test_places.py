@@ -1,0 +1,189 @@
+"""Folders of results hold one kind each, failures have exit codes, and standard streams may be full."""
+
+import os
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import pytest
+from helpers.commands import CAROM
+from helpers.options import COMMANDS, PLAN
+from typer.testing import CliRunner
+
+from carom import cli, studies
+from carom.cli.studies import farewell, reserve
+from carom.errors import FileError, InputError
+from carom.io.paths import remnants
+from carom.studies import StudySpec
+from carom.studies.places import OWN, of_the_user, title
+from carom.studies.tasks import TaskFolder
+
+INTO = {
+    "run": ("a run", ["--n", "32", "--overwrite"]),
+    "pack": ("a packing", ["--n", "20", "--overwrite"]),
+    "eos": ("a study", ["--eta", "0.1", "--n", "32"]),
+    "transport": ("a study", ["--eta", "0.1", "--n", "32"]),
+    "plan": ("a plan", ["--eta", "0.1", "-t", "Z=0.1"]),
+    "trade": ("a comparison", ["--overwrite"]),
+}
+"""Commands that fill a folder: what they put there, and their arguments."""
+
+
+def content(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("command", INTO)
+def test_a_folder_holds_one_kind_of_results(tmp_path, command):
+    kind, words = INTO[command]
+    for other, names in OWN.items():
+        for name in names:
+            if other == kind:
+                continue
+            folder = tmp_path / name
+            folder.mkdir()
+            (folder / name).write_text("{}")
+            before = content(folder)
+            done = CliRunner().invoke(cli.app, [command, *words, "--out", str(folder)])
+            assert (done.exit_code, type(done.exception)) == (2, SystemExit), (name, done.output)
+            assert f"holds {other} already ({name})" in done.output.replace("\n", " ")
+            assert content(folder) == before
+
+
+def test_every_command_with_a_folder_is_looked_at():
+    with_folder = {
+        name for name, command in COMMANDS.items()
+        if any("older for" in (getattr(each, "help", None) or "") for each in command.params)
+    }  # fmt: skip
+    assert with_folder == INTO.keys()
+
+
+def test_a_folder_with_a_run_and_a_packing_is_not_resumed_as_one_of_them(tmp_path):
+    for name in ("checkpoint.h5", "compression.h5"):
+        (tmp_path / name).write_text("")
+    done = CliRunner().invoke(cli.app, ["resume", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "holds a run (checkpoint.h5) and a packing" in done.output.replace("\n", " ")
+
+
+def test_a_scene_file_of_the_user_is_not_replaced_by_a_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "# Mine.\n[scene]\ninitial = 'random'\nn = 32\npacking_fraction = 0.1\n"
+    (tmp_path / "scene.toml").write_text(text)
+    for options in ([], ["--overwrite"]):
+        done = CliRunner().invoke(cli.app, ["run", "scene.toml", "--out", ".", *options])
+        assert done.exit_code == 2
+        assert "written or annotated by somebody" in done.output
+        assert content(tmp_path) == {"scene.toml": text.encode()}
+
+
+def test_what_somebody_wrote_is_known_by_its_comments(tmp_path):
+    path = tmp_path / "study.toml"
+    assert not of_the_user(path)
+    for text, theirs in [
+        (f'{title("carom eos")}\n\n[study]\nn = 3\nname = "a # b \\" # c"\n', False),
+        (f"{title('carom eos')}\n\n[study]\nn = 3 # mine\n", True),
+        (f"{title('carom eos')}\n# mine\n[study]\nn = 3\n", True),
+        ("[study]\nn = 3\n", True),
+        ("", True),
+    ]:
+        path.write_text(text)
+        assert of_the_user(path) == theirs, text
+
+
+def test_files_that_no_study_wrote_are_not_replaced_by_one(tmp_path):
+    spec = StudySpec(packing_fractions=(0.1,), n=(32,), replicas=1)
+    for name in ("eos.csv", "eos.png", "report.html"):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / name).write_text("mine")
+        with pytest.raises(FileError, match=f"{name} exists already"):
+            reserve(spec, folder, "eos")
+        TaskFolder(folder).make()
+        TaskFolder(folder).begin(spec.settings(), {})
+        reserve(spec, folder, "eos")
+    (tmp_path / "checkpoint.h5").write_text("")
+    with pytest.raises(FileError, match="holds a run already"):
+        studies.equation_of_state(0.1, n=32, out=tmp_path)
+
+
+def test_a_plan_replaces_a_plan_and_nothing_else(tmp_path):
+    PLAN.save(tmp_path)
+    PLAN.save(tmp_path)
+    for name in ("plan.json", "outcome.json"):
+        folder = tmp_path / name[0]
+        folder.mkdir()
+        (folder / name).write_text('{"mine": 1}')
+        with pytest.raises(FileError):
+            PLAN.save(folder)
+        assert content(folder) == {name: b'{"mine": 1}'}
+
+
+def test_only_what_a_killed_process_left_of_our_files_is_a_remnant(tmp_path):
+    for name in (
+        ".rdf.12.tmp.csv",
+        ".rdf.tmp.csv",
+        ".rdf.12.tmp",
+        ".notes.12.tmp.csv",
+        "rdf.12.tmp.csv",
+        ".rdf.1x.tmp.csv",
+    ):
+        (tmp_path / name).write_text("")
+    assert [path.name for path in remnants(tmp_path, {"rdf.csv"}.__contains__)] == [".rdf.12.tmp.csv"]
+
+
+# Exit codes.
+
+WRONG = {
+    "run": ["nowhere.toml"], "resume": ["nowhere"], "pack": ["--n", "1"],
+    "plan": ["-t", "Y=1", "--eta", "0.1"], "eos": ["--eta", "2"], "transport": ["--eta", "2"], "code": ["1"],
+}  # fmt: skip
+
+
+def test_a_command_that_fails_says_so_in_its_exit_code_with_json_as_well(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert WRONG.keys() == {
+        name for name, each in COMMANDS.items() if any("--json" in one.opts for one in each.params)
+    }
+    for name, words in WRONG.items():
+        for options in ([], ["--json"]):
+            done = CliRunner().invoke(cli.app, [name, *words, *options])
+            assert (done.exit_code, done.stdout) == (2, ""), (name, options, done.output)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_a_study_that_is_not_complete_is_a_failure(tmp_path, capsys, as_json):
+    spec = SimpleNamespace(tasks=lambda: [1, 2])
+    with pytest.raises(InputError, match="1 of 2 runs are done"):
+        farewell(SimpleNamespace(complete=False, records=[1], spec=spec), tmp_path, False, as_json)
+    farewell(SimpleNamespace(complete=True, records=[1, 2], spec=spec), tmp_path, False, as_json)
+    assert (capsys.readouterr().out == "") == as_json
+
+
+# Streams.
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such shell")
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ("--help > /dev/full", 2),
+        ("--version > /dev/full", 2),
+        ("init scene.toml > /dev/full", 2),
+        ("init scene.toml 2> /dev/full", 0),
+        ("init scene.toml 2>&-", 0),
+        ("init scene.toml >&- 2>&- <&-", 0),
+        ("rdf nowhere.h5md 2>&-", 2),
+        ("rdf nowhere.h5md 2> /dev/full", 2),
+    ],
+)
+def test_full_and_closed_streams_are_no_traceback(tmp_path, words, code):
+    if "/dev/full" in words and not os.path.exists("/dev/full"):
+        pytest.skip("there is no /dev/full")
+    command = " ".join([*CAROM, words])
+    done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == code, done
+    assert "Traceback" not in done.stderr
+    if code == 2 and "2>" not in words:
+        assert done.stderr.startswith("Error: The output cannot be written: No space left on device")
+    assert (tmp_path / "scene.toml").exists() == ("init" in words)

@@ -1,0 +1,386 @@
+"""The planner: what a target means, which size is the cheapest, what is refused, and whether promises hold.
+
+Forty plans, run: ``pytest -m slow -s tests/studies/test_planner.py`` (some four CPU minutes).
+"""
+
+import json
+import math
+import statistics
+import time
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import carom
+from carom import cli, studies, theory
+from carom.errors import FileError, InputError
+from carom.observables.statistics import blocking
+from carom.simulation.simulation import Simulation
+from carom.studies import RunPlan, Target
+from carom.studies.planner import measures
+from carom.studies.planner.choice import LEAST, Costs, afford, cheapest, design, filled, on_cores
+from carom.studies.planner.diffusion import DiffusionMethod
+from carom.studies.planner.measures import Blocks, estimates
+from carom.studies.planner.pressure import PressureMethod
+from carom.studies.planner.sizes import residual, sizes
+from carom.studies.planner.system import System, of_scene
+from carom.theory.mixture_size import mixture_finite_size_shift
+
+FIVE = 5.0  # errors: by chance in one of two million
+PAIR = ({"fraction": 0.5, "diameter": 1.0}, {"fraction": 0.5, "diameter": 1.4, "mass": 3.0})
+
+
+def costs(n, *, bias=0.0, equilibration=100.0, setup=0.0):
+    """Return costs of a size where every collision counts the same."""
+    return Costs(n, 1.0, bias, 1e6, setup, 0.0, equilibration, 512.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "error", "relative"),
+    [
+        ("Z=1e-4", "Z", 1e-4, True),
+        ("Z = 0.01%", "Z", 1e-4, True),
+        ("Z=+-0.002", "Z", 0.002, False),
+        ("g(contact)=±0.01", "g(contact)", 0.01, False),
+        ("pressure=1e-3", "P", 1e-3, True),
+        ("D=0.01", "D", 0.01, True),
+    ],
+)
+def test_a_target_names_a_quantity_and_a_relative_or_an_absolute_error(text, quantity, error, relative):
+    found = Target.parse(text)
+    assert (found.quantity, found.relative) == (quantity, relative)
+    assert found.error == pytest.approx(error)
+    assert Target.parse(str(found)) == found
+
+
+@pytest.mark.parametrize(
+    "text", ["Z", "Z=", "Z=0", "Z=-1", "Z=2", "Z=+-1%", "Y=1e-3", "Z=nan", "", "Z=1e-12"]
+)
+def test_a_target_that_means_nothing_is_refused(text):
+    with pytest.raises(InputError, match="target"):
+        Target.parse(text)
+
+
+def test_the_cheapest_size_is_where_more_particles_cost_as_much_as_less_bias_saves():
+    # Bias a / N and cost 1000 N / 2 + 1 / (error^2 - a^2 / N^2): the minimum over all N.
+    def bias(n):
+        return 0.2 / n
+
+    ns = range(201, 2000)
+    found = cheapest([costs(n, bias=bias(n), equilibration=1000.0) for n in ns], 1e-3)
+    collisions = [500.0 * n + 1.0 / (1e-6 - bias(n) ** 2) for n in ns]
+    # Lengths have four digits, which moves a flat minimum a little.
+    assert found.n == pytest.approx(ns[int(np.argmin(collisions))], rel=0.02)
+    assert found.cpu_seconds == pytest.approx(min(collisions) / 1e6, rel=1e-3)
+    assert found.error == pytest.approx(1e-3, rel=1e-3)
+    assert cheapest([costs(100, bias=0.02)], 1e-2) is None
+
+
+def test_replicas_use_the_cores_where_their_equilibration_is_cheap():
+    assert on_cores(costs(500), 1e-4, 4, math.inf).replicas == 4
+    # Short runs stay on one core, and so do those that are mostly equilibration.
+    assert on_cores(costs(500), 1e-2, 4, math.inf).replicas == 1
+    slow = costs(500, equilibration=4e6)
+    alone = on_cores(slow, 1e-4, 4, math.inf)
+    assert alone.replicas == 1
+    # Unless the time demands it.
+    assert on_cores(slow, 1e-4, 4, 0.99 * alone.cpu_seconds).replicas > 1
+
+
+def test_a_budget_that_is_too_small_is_told_what_it_reaches():
+    one = costs(500, bias=1e-6)
+    with pytest.raises(InputError, match="in this time") as refused:
+        afford([one], one, 1e-5, 2, 60.0, "Z=1e-5", lambda error: f"{error:.3g}")
+    error = float(str(refused.value).split("in this time ")[1].split()[0])
+    found = on_cores(one, error, 2, 60.0)
+    assert 0.85 * 60.0 < found.seconds(2) <= 0.95 * 60.0
+    slow = costs(500, equilibration=1e9)
+    with pytest.raises(InputError, match="Equilibration alone"):
+        afford([slow], slow, 1e-2, 2, 60.0, "Z=1e-2", str)
+
+
+def test_no_plan_is_shorter_than_a_second_where_there_is_time_for_it():
+    short = costs(500, setup=0.01)
+    least = design(short, 1e-2)
+    longer = design(filled(short, math.inf), 1e-2)
+    assert least.cpu_seconds < 0.2 * LEAST
+    assert longer.cpu_seconds == pytest.approx(LEAST, rel=1e-3)
+    assert longer.error < least.error <= 1e-2
+    assert filled(short, 0.5) == short
+    # A run that is longer anyway is left alone.
+    assert design(filled(short, math.inf), 1e-4) == design(short, 1e-4)
+
+
+def test_loading_compiled_code_is_no_part_of_the_time_of_a_run(monkeypatch):
+    loaded = []
+
+    def load(task):
+        loaded.append(task["replica"])
+        began = time.thread_time()
+        while time.thread_time() < began + 1.0:
+            pass
+
+    (task,) = PressureMethod(System(0.3), "Z").tasks(64, 1, 50.0, 512.0, 1)
+    measures.load(task)
+    monkeypatch.setattr(measures, "_brief", load)
+    monkeypatch.setattr(measures, "_DONE", set())
+    for _ in range(2):
+        record = measures.measure(task)
+        # 18 000 collisions in 512 blocks: a tenth of a second.
+        assert sum(record["provenance"]["cpu_seconds"].values()) < 0.8
+    assert loaded == [measures.REPLICA]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_species_that_differ_in_name_only_have_the_shift_of_one(dimension):
+    def equation(eta, fractions, diameters):
+        return float(theory.santos_yuste_lopez_de_haro(eta, fractions, diameters, dimension))
+
+    one = float(theory.finite_size_shift(0.3, 100, theory.best(dimension)))
+    split = mixture_finite_size_shift(0.3, [0.3, 0.7], [1.0, 1.0], dimension, 100, equation)
+    # Second differences with a relative step of 2e-3 are good to some 1e-5.
+    assert split == pytest.approx(one, rel=1e-4)
+    with pytest.raises(InputError, match="positive fraction"):
+        mixture_finite_size_shift(0.3, [1.0, 0.0], [1.0, 1.0], dimension, 100, equation)
+
+
+def test_the_residual_bias_falls_with_n_and_rises_with_density():
+    for d in (2, 3):
+        dense, dilute = System(0.45, d), System(0.1, d)
+        falling = [residual(dense, n) for n in sizes(dense)]
+        assert falling == sorted(falling, reverse=True)
+        assert residual(dense, 256) / dense.z() > residual(dilute, 256) / dilute.z()
+
+
+@pytest.mark.slow
+def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
+    # Exact for every N: sixteen spheres, two masses, two sizes.
+    scene = carom.Scene.mixture(
+        [8, 8], diameters=[1.0, 1.4], masses=[1.0, 3.0], packing_fraction=0.2, dimension=3, seed=1
+    )
+    sim = Simulation(scene, kT=2.0, seed=2)
+    sim.run(collisions_per_particle=100)
+    blocks = Blocks(sim)
+    blocks.go_on(sim.time_for(400), 512)
+    found = blocks.result()
+    difference = blocking(np.subtract(found["by_virial"], found["by_rate"]))
+    assert abs(difference.mean) < FIVE * difference.error
+    # And the difference is small: 1 / (4 D) of the collision rate, 6e-3 here, would show.
+    assert difference.error < 3e-3
+    by = {one.estimator: one.z.error for one in estimates(found["by_virial"], found["by_rate"], 3)}
+    assert by["both"] <= 1.1 * min(by.values())
+    assert [one.estimator for one in estimates(found["by_virial"], found["by_rate"], 1)] == ["virial"]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"packing_fraction": 0.52}, "coexist"),
+        ({"packing_fraction": 0.71, "dimension": 2}, "coexist"),
+        ({}, "packing_fraction"),
+        ({"packing_fraction": 0.3, "dimension": 7}, "dimension"),
+        ({"packing_fraction": 0.3, "dimension": 1}, "exact"),
+        ({"packing_fraction": 0.3, "hours": 0.0}, "hours"),
+        ({"packing_fraction": 0.3, "cores": 0}, "cores"),
+        ({"packing_fraction": 0.3, "n": 4}, "n"),
+        ({"packing_fraction": 0.3, "species": [{"fraction": 1.0, "weight": 2.0}]}, "weight"),
+        ({"packing_fraction": 0.3, "scene": System(0.2)}, "contradict"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused_in_a_sentence(given, said):
+    with pytest.raises(InputError, match=said):
+        studies.plan("Z=1e-2", **given)
+
+
+def test_quantities_that_a_system_lacks_are_refused():
+    with pytest.raises(InputError, match="logarithm"):
+        studies.plan("D=1e-2", packing_fraction=0.3, dimension=2)
+    with pytest.raises(InputError, match="carom transport"):
+        studies.plan("D=1e-2", packing_fraction=0.3, species=PAIR)
+    with pytest.raises(InputError, match="every pair of species"):
+        studies.plan("g(contact)=1e-2", packing_fraction=0.3, species=PAIR)
+
+
+def test_a_scene_file_says_what_there_is_and_walls_are_refused(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        '[scene]\ninitial = "random"\ndimension = 2\npacking_fraction = 0.3\nkT = 2.0\n'
+        "[[scene.species]]\ncount = 30\n[[scene.species]]\ncount = 10\ndiameter = 2.0\n"
+    )
+    system, n = of_scene(path)
+    assert (system.dimension, n, system.kT) == (2, 40, 2.0)
+    assert system.fractions == [0.75, 0.25]
+    assert system.packing_fraction == pytest.approx(0.3)
+    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\nperiodic = [true, true, false]\n")
+    with pytest.raises(InputError, match="periodic"):
+        of_scene(path)
+    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\npinned = 3\n")
+    with pytest.raises(InputError, match="pinned"):
+        of_scene(path)
+
+
+def test_one_species_has_the_shift_of_its_mass():
+    named = System(0.3, scene={"species": [{"fraction": 1.0, "diameter": 1.0, "mass": 4.0}]})
+    a, b = (DiffusionMethod(one, "D") for one in (named, System(0.3, scene={"mass": 4.0})))
+    assert a.shift(500, 1.0, 0.1) == b.shift(500, 1.0, 0.1) == pytest.approx(0.0128, abs=5e-5)
+    assert a.block(500) == b.block(500)
+
+
+@pytest.fixture(scope="module")
+def planned():
+    """Return a plan whose size is given, so that the clock decides nothing."""
+    return studies.plan("g(contact)=5e-3", packing_fraction=0.3, n=64, cores=2)
+
+
+def test_a_plan_names_all_that_a_run_needs(planned):
+    one = planned.design
+    assert (one.n, one.replicas) == (64, 1)
+    # A tenth of a percent is what a pilot of 1.5 million collisions knows; g at contact is 1.2431 there.
+    assert planned.value == pytest.approx((theory.best(3)(0.3) - 1.0) / (4.0 * 0.3), rel=5e-3)
+    assert math.hypot(one.statistical, one.bias) == pytest.approx(planned.error)
+    assert planned.error <= 5.001e-3 * planned.value
+    assert one.equilibration >= 50.0
+    assert planned.ratios[planned.estimator] == 1.0 == min(planned.ratios.values())
+    for word in ("N ", "equilibration", "length", "replicas", "estimator", "sampling", "promised", "cost"):
+        assert word in str(planned)
+
+
+def test_a_plan_is_run_in_a_folder_and_goes_on_there(planned, tmp_path):
+    planned.save(tmp_path)
+    again = RunPlan.load(tmp_path)
+    assert again == planned
+    done = again.run(out=tmp_path)
+    # The pilot knows the error to 7 %, the run to 3 %: 1.3 is more than three of both.
+    assert 1 / 1.3 < done.error_ratio < 1.3
+    assert abs(done.value.mean - (theory.best(3)(0.3) - 1.0) / 1.2) < FIVE * done.error
+    assert done.cpu_seconds > 0.0
+    stored = again.run(out=tmp_path)
+    assert (stored.value, stored.cpu_seconds) == (done.value, done.cpu_seconds)
+    assert json.loads(done.save(tmp_path).read_text())["reached"]["error"] == done.error
+    with pytest.raises(FileError, match="does not exist; expected a plan"):
+        RunPlan.load(tmp_path / "elsewhere")
+
+
+def test_what_does_not_move_in_the_pilot_is_not_planned():
+    # Disks of two sizes beyond the glass: a long equilibration that no pilot can see the end of.
+    glass = [{"fraction": 0.5, "diameter": 1.0}, {"fraction": 0.5, "diameter": 1.4}]
+    with pytest.raises(InputError, match="does not come to equilibrium"):
+        studies.plan("Z=1e-2", packing_fraction=0.79, dimension=2, species=glass, n=64, pilot_seconds=0.5)
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        (["--eta", "0.3", "-t", "Y=1"], "QUANTITY=ERROR"),
+        (["--eta", "0.52", "-t", "Z=1e-3"], "coexist"),
+        (["-t", "Z=1e-3"], "packing_fraction"),
+        (["--eta", "0.3", "--species", "1"], "FRACTION:DIAMETER"),
+        (["nowhere.toml"], "does not exist"),
+        (["nowhere.toml", "--eta", "0.3"], "leave out"),
+    ],
+)
+def test_bad_input_is_a_sentence_and_exit_code_2(typed, said):
+    done = CliRunner().invoke(cli.app, ["plan", *typed])
+    assert done.exit_code == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.output
+
+
+@pytest.mark.parametrize(
+    ("target", "eta"), [("Z=1e-2", "0.3"), ("g(contact)=5e-3", "0.2"), ("g(contact)=5e-3", "0.3")]
+)
+def test_a_folder_goes_on_with_its_own_plan_only(planned, tmp_path, target, eta):
+    planned.save(tmp_path)
+    typed = ["plan", "-t", target, "--eta", eta, "--n", "64", "--run", "--out", str(tmp_path)]
+    done = CliRunner().invoke(cli.app, typed)
+    if (target, eta) == ("g(contact)=5e-3", "0.3"):
+        assert done.exit_code == 0
+        assert "promised" in done.stdout
+        assert (tmp_path / "outcome.json").exists()
+        return
+    assert done.exit_code == 2
+    assert "g(contact)=0.005" in done.stderr
+    assert not (tmp_path / "outcome.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--n", "500"], "n is 64"),
+        (["--seed", "7"], "seed is 1"),
+        (["--cores", "8"], "cores is 2"),
+        (["--hours", "3"], "hours is no limit"),
+    ],
+)
+def test_a_folder_goes_on_with_the_size_and_the_seed_of_its_plan_only(planned, tmp_path, given, said):
+    planned.save(tmp_path)
+    typed = ["plan", "-t", "g(contact)=5e-3", "--eta", "0.3", "--run", "--out", str(tmp_path), *given]
+    done = CliRunner().invoke(cli.app, typed)
+    assert done.exit_code == 2
+    assert said in " ".join(done.stderr.split())
+    assert not (tmp_path / "outcome.json").exists()
+
+
+FORTY = [
+    *(("Z=1e-3", eta, 3, None) for eta in (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)),
+    *(("Z=2e-3", eta, 3, None) for eta in (0.4, 0.45, 0.47, 0.49)),
+    *(("Z=1e-3", eta, 2, None) for eta in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5)),
+    *(("Z=2e-3", eta, 2, None) for eta in (0.6, 0.65)),
+    *(("g(contact)=3e-3", eta, 3, None) for eta in (0.1, 0.25, 0.35, 0.45)),
+    *(("g(contact)=3e-3", eta, 2, None) for eta in (0.15, 0.4)),
+    *(("Z=2e-3", eta, 3, PAIR) for eta in (0.1, 0.3, 0.45)),
+    *(("P=2e-3", eta, 2, PAIR) for eta in (0.2, 0.5)),
+    (
+        "P=2e-3",
+        0.3,
+        3,
+        ({"fraction": 0.9, "diameter": 1.0}, {"fraction": 0.1, "diameter": 3.0, "mass": 27.0}),
+    ),
+    ("Z=+-0.003", 0.2, 3, None),
+    ("Z=2e-3", 0.6, 3, None),
+    ("Z=2e-3", 0.2, 4, None),
+    ("Z=2e-3", 0.55, 2, None),
+    *(("D=2e-2", eta, 3, None) for eta in (0.1, 0.2, 0.3, 0.4)),
+    ("D=1e-2", 0.25, 3, None),
+]
+
+
+def exact(quantity, eta, d, kinds):
+    """Return what is known of the infinite system, or None."""
+    if kinds is not None:
+        return None
+    if quantity == "D":
+        z = float(theory.best(3)(eta))
+        return theory.enskog(z, eta, 3).self_diffusion * float(theory.erpenbeck_wood(eta))
+    return System(eta, d).scale(quantity).of(System(eta, d).z())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ten", range(4))
+def test_forty_promises_hold(ten):
+    assert len(FORTY) == 40
+    errors, times, off = [], [], []
+    for k, (target, eta, d, kinds) in list(enumerate(FORTY))[10 * ten : 10 * ten + 10]:
+        plan = studies.plan(target, packing_fraction=eta, dimension=d, species=kinds, cores=1, seed=100 + k)
+        done = plan.run()
+        errors.append(done.error_ratio)
+        times.append(done.time_ratio)
+        known = exact(plan.target.quantity, eta, d, kinds)
+        away = math.nan if known is None else (done.value.mean - known) / done.error
+        off.append(away)
+        print(
+            f"{target:16} d = {d} eta = {eta:<5} {'mixture' if kinds else '':7} N = {plan.design.n:<5} "
+            f"{plan.estimator:14} error {errors[-1]:.2f} of {plan.error:.1e}, CPU {times[-1]:.2f} of "
+            f"{plan.cpu_seconds:5.2f} s, pilot {plan.pilot_seconds:4.1f} s, off {away:+.1f}",
+            flush=True,
+        )
+    print(f"errors {_spread(errors)}; times {_spread(times)}")
+    assert max(errors) <= 1.3
+    assert max(times) <= 1.5
+    # One of twenty is off by more than two errors: by chance four or more of ten in one of a thousand runs.
+    assert sum(abs(x) > 2.0 for x in off if math.isfinite(x)) <= 3
+
+
+def _spread(ratios):
+    return f"{min(ratios):.2f} to {max(ratios):.2f}, median {statistics.median(ratios):.2f}"

@@ -1,0 +1,321 @@
+"""``carom trade``: time-driven stepping, what is asked of each method, and the whole comparison in small."""
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+from helpers.commands import carom as command
+from helpers.commands import complaints
+
+import carom
+from carom import theory
+from carom.errors import FileError, InputError
+from carom.models.gravity import Gravity
+from carom.models.losses import Loss
+from carom.plan.plan import Plan
+from carom.reference import NaiveSystem
+from carom.reference.stepping import SteppedSystem
+from carom.studies.accuracy import measures as trade_measures
+from carom.studies.accuracy import statistics as trade_statistics
+from carom.studies.accuracy.diffusion import EinsteinSlope, looks
+from carom.studies.accuracy.methods import engine, naive, oracle, stepping
+from carom.studies.accuracy.picture import pareto
+from carom.studies.accuracy.trade import LYAPUNOV, median, melted, methods, simple_scene, small_scene, trade
+from carom.wells import SquareWell
+
+EPS = np.finfo(float).eps
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """Sixteen disks in motion, and their mean free time."""
+    return melted(carom.Scene.random(16, 2, packing_fraction=0.3, seed=1), 1)
+
+
+# Stepping.
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_two_spheres_swap_their_velocities_a_step_too_late_at_most(dimension):
+    box, first, second = [10.0] * dimension, [0.5] + [1.0] * (dimension - 1), [9.0] + [1.0] * (dimension - 1)
+    # Towards each other through the face of the box: the gap of 0.5 closes in a time of 0.25.
+    v = np.zeros((2, dimension))
+    v[0, 0], v[1, 0] = -1.0, 1.0
+    system = SteppedSystem([first, second], v, box, step=0.07)
+    (collision,) = system.run(10)
+    assert (collision.i, collision.j) == (0, 1)
+    assert collision.time == pytest.approx(0.25, abs=16 * EPS)
+    np.testing.assert_array_equal(system.velocities, -v)
+    # Found after the fourth step, 0.03 too late: by so much, twice the speed of each, they overlap.
+    assert system.worst_overlap == pytest.approx(0.06, abs=64 * EPS)
+    assert system.virial == pytest.approx(2.0 * (1.0 - 0.06))
+
+
+def test_stepping_conserves_energy_and_momentum(scene):
+    start, mean_free_time = scene
+    system = SteppedSystem(start.positions, start.velocities, start.box, step=0.01 * mean_free_time)
+    system.run(3000)
+    assert system.collisions > 100
+    energy, before = (system.velocities**2).sum(), (start.velocities**2).sum()
+    assert energy == pytest.approx(before, rel=system.collisions * 4 * EPS)
+    np.testing.assert_allclose(system.velocities.sum(axis=0), 0.0, atol=system.collisions * 4 * EPS)
+
+
+def test_the_error_of_stepping_shrinks_with_the_step(scene):
+    start, mean_free_time = scene
+    duration = 2 * mean_free_time  # thirteen collisions
+    exact = NaiveSystem(start.positions, start.velocities, start.box, arithmetic="float")
+    exact.advance_to(duration)
+    errors = []
+    for steps in (10, 100, 1000, 10000):
+        system = SteppedSystem(start.positions, start.velocities, start.box, step=duration / steps)
+        system.run(steps)
+        errors.append(np.abs(system.positions - exact.positions).mean())
+    # Of first order, a factor of 1000 in all, but for one of ten that chance decides.
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < errors[0] / 100
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"step": 0.0}, "positive"),
+        ({"step": math.nan}, "positive"),
+        ({"box": [10.0]}, "2 edges"),
+        ({"box": [10.0, 1.5]}, "at least two diameters"),
+        ({"velocities": [[0.0, 0.0]]}, r"\(n, d\)"),
+    ],
+)
+def test_stepping_refuses_what_it_cannot_do(change, says):
+    arguments = {
+        "positions": [[1.0, 1.0], [3.0, 3.0]],
+        "velocities": [[1.0, 0.0], [0.0, 1.0]],
+        "box": [10.0, 10.0],
+        "step": 0.1,
+        **change,
+    }
+    with pytest.raises(InputError, match=says):
+        SteppedSystem(**arguments)
+
+
+# What is asked.
+
+
+@pytest.fixture(scope="module")
+def track(scene):
+    start, mean_free_time = scene
+    return trade_measures.true_track(start, oracle(), mean_free_time, 12, lambda fraction: None)
+
+
+@pytest.mark.parametrize("method", [engine(), naive()], ids=lambda method: method.name)
+def test_doubles_follow_the_true_trajectory_as_far_as_they_should(scene, track, method):
+    found = trade_measures.faithfulness(scene[0], method, track)
+    # Ten roundings at most enter a collision, and a few of them make an error after one collision a particle.
+    assert found.error < 64 * EPS * max(scene[0].box)
+    assert found.order == found.position == math.inf  # twelve collisions a particle are no challenge
+    assert len(track.order) == track.collisions[-1]
+
+
+def test_a_graze_in_one_of_three_starts_does_not_decide_the_horizon():
+    one, rest = trade_measures.Faithfulness(3.0, 3.4, 2e-7), trade_measures.Faithfulness(11.0, 12.0, 1e-7)
+    never = trade_measures.Faithfulness(math.inf, math.inf, 3e-7)
+    assert median([one, never, rest]) == trade_measures.Faithfulness(11.0, 12.0, 2e-7)
+
+
+def test_a_coarse_step_loses_the_trajectory_at_once_and_a_fine_one_later(scene, track):
+    start, mean_free_time = scene
+    coarse, fine = (
+        trade_measures.faithfulness(start, stepping(step, mean_free_time), track) for step in (1e-1, 1e-4)
+    )
+    assert coarse.position < 2.0
+    assert coarse.position < fine.position < math.inf
+    assert coarse.error > 10 * fine.error
+
+
+def test_runs_come_back_as_far_as_their_arithmetic_allows(scene):
+    start, mean_free_time = scene
+    duration = 3 * mean_free_time
+    assert trade_measures.reversal(start, oracle(), duration) < 4 * EPS * max(start.box)  # as doubles see it
+    assert trade_measures.reversal(start, engine(), duration) < 1e-10
+    assert trade_measures.reversal(start, naive(), duration) < 1e-10
+    assert trade_measures.reversal(start, stepping(0.1, mean_free_time), duration) > 1e-3
+
+
+def test_the_bias_of_coarse_stepping_is_seen_and_the_engine_has_none(scene):
+    start, mean_free_time = scene
+    true = trade_measures.expected_pressure(start)
+    good = trade_measures.measured(start, engine(), mean_free_time, 0.2)
+    bad = trade_measures.measured(start, stepping(0.3, mean_free_time), mean_free_time, 0.2)
+    z, wrong = good.pressure.compressibility_factor, bad.pressure.compressibility_factor
+    # Sixteen disks: what the correction of order 1/N leaves out, beside four errors.
+    assert abs(z.mean - true) < 4 * z.error + 0.02 * true
+    assert abs(wrong.mean - z.mean) > 4 * math.hypot(wrong.error, z.error)
+    assert bad.motion.faults()[0] > 0.05
+
+
+def test_the_front_is_of_those_that_nobody_beats_twice():
+    speeds = [100.0, 10.0, 1.0, 50.0, 5.0]
+    errors = [1e-3, 1e-6, 1e-9, 1e-2, math.nan]
+    assert pareto(speeds, errors) == [2, 1, 0]
+
+
+def test_a_small_scene_has_the_same_density_and_room_for_stepping():
+    for scene in (
+        carom.Scene.fcc(8, density=0.5),
+        carom.Scene.fcc(8, packing_fraction=0.6),
+        carom.Scene.triangular(30, packing_fraction=0.7),
+        carom.Scene.dn(4, 4, packing_fraction=0.2),
+    ):
+        small = small_scene(scene)
+        assert 16 <= small.n <= 64
+        assert small.packing_fraction == pytest.approx(scene.packing_fraction, rel=1e-12)
+        assert min(small.box) >= 2.0
+
+
+def test_every_method_is_one_line():
+    names = [method.name for method in methods(1.0)]
+    assert names[:4] == ["float64", "float32", "50 digits", "float64 naive"]
+    assert names[4:10] == [
+        "step 0.1", "step 0.01", "step 0.001", "step 0.0001", "step 0.1, float32", "step 0.01, float32"
+    ]  # fmt: skip
+    assert names[10:13] == ["Mie 50-49, step 0.0005", "Mie 50-49, step 0.001", "Mie 50-49, step 0.002"]
+
+
+# Diffusion.
+
+
+def test_the_slope_of_a_random_walk_through_the_box_is_its_d():
+    rng, box, duration = np.random.default_rng(1), [3.0, 4.0], 0.5
+    at = rng.uniform(size=(500, 2)) * box
+    slope = EinsteinSlope(at, box, duration)
+    for _ in range(200):
+        for _ in range(3):
+            at = np.mod(at + rng.normal(scale=0.2, size=at.shape), box)
+            slope.look(at)
+        slope.mark()
+    found = slope.estimate()
+    right = 3 * 0.2**2 / (2.0 * duration)
+    assert found.error < 0.02 * right
+    assert abs(found.mean - right) < 5.0 * found.error
+
+
+def test_positions_are_looked_at_before_anybody_crosses_half_of_the_box():
+    assert looks([10.0, 20.0], 1.0, 0.8) == 1
+    assert looks([10.0, 20.0], 1.0, 8.0) == 10  # six thermal velocities, five lengths
+
+
+# The whole.
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("trade") / "out"
+    plan = Plan.from_toml('[scene]\ninitial = "random"\ndimension = 2\nn = 16\npacking_fraction = 0.3\n')
+    patch = pytest.MonkeyPatch()
+    patch.setattr(trade_statistics, "SIZES", (64, 256))
+    patch.setattr("carom.studies.accuracy.trade.STEPS", (1e-1, 1e-2))
+    patch.setattr("carom.studies.accuracy.trade.VERLET", (2e-3,))
+    stages = []
+    result = trade(plan, folder, seconds=0.05, progress=lambda stage, fraction: stages.append(stage))
+    patch.undo()
+    return result, folder, stages
+
+
+def test_the_tables_hold_what_was_found(finished):
+    result, folder, stages = finished
+    for name, rows in (("trade", result.rows), ("sizes", result.sizes), ("sampling", result.sampling)):
+        with (folder / f"{name}.csv").open() as stream:
+            table = list(csv.DictReader(stream))
+        assert len(table) == len(rows)
+        for line, row in zip(table, rows, strict=True):
+            for key, text in line.items():
+                value = getattr(row, key)
+                same = (
+                    value == text
+                    if isinstance(value, str)
+                    else math.isclose(value, float(text), rel_tol=1e-5)
+                )
+                assert same or math.isnan(value), (name, key)
+    assert json.loads((folder / "trade.json").read_text())["horizon"]["to_one"] > 0.0
+    assert (folder / "trade.png").stat().st_size > 10_000
+    assert stages[-1] == "Done"
+
+
+def test_the_comparison_shows_what_the_paper_says(finished):
+    rows = {row.method: row for row in finished[0].rows}
+    event_driven, step = rows["float64"], rows["step 0.1"]
+    assert event_driven.worst_overlap < 1e-12 < step.worst_overlap
+    assert event_driven.error_1 < 1e-12 < step.error_1
+    assert event_driven.energy_drift < 1e-10
+    assert event_driven.error_1 < rows["float32"].error_1 < step.error_1
+    assert rows["float32"].bytes_per_particle < event_driven.bytes_per_particle
+    assert rows["50 digits"].energy_drift < 1e-40
+    # The same observables of all.
+    for row in rows.values():
+        assert math.isfinite(row.contact_bias)
+        assert abs(row.diffusion_bias) < max(6.0 * row.diffusion_error, 0.2)
+        assert row.diffusion_cost > 0.0 < row.z_cost
+    assert event_driven.diffusion_bias == 0.0
+
+
+def test_a_comparison_is_not_replaced_unasked(finished):
+    with pytest.raises(FileError, match="--overwrite"):
+        trade(out=finished[1])
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"periodic": False},
+        {"restitution": 0.9},
+        {"diameter": np.linspace(0.9, 1.0, 4)},
+        {"interaction": SquareWell(1.3, 1.0)},
+        {"impact": Loss(0.9, contact_time=1e-3)},
+        {"motion": Gravity((0.0, -1.0))},
+        {"pinned": [0]},
+    ],
+    ids=["walls", "restitution", "diameters", "well", "loss", "gravity", "pinned"],
+)
+def test_a_scene_that_the_references_cannot_move_is_refused(change):
+    scene = carom.Scene([[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]], 5.0)
+    assert simple_scene(scene) is scene
+    with pytest.raises(InputError, match="equal spheres in a periodic box"):
+        simple_scene(scene.with_(**change))
+
+
+def test_a_lonely_sphere_is_refused_in_one_sentence(tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[scene]\ninitial = "random"\nn = 1\n')
+    done = command("trade", scene, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    (said,) = complaints(done).strip().splitlines()
+    assert "nothing to compare" in said
+
+
+@pytest.mark.parametrize(("dimension", "density"), LYAPUNOV)
+def test_the_published_rates_are_at_our_temperature(dimension, density):
+    # Of 64 particles 2 K / (d N) = 1 is another temperature: all rates are 0.8 % higher.
+    eta, equation = density * theory.ball_volume(dimension, 1.0), theory.best(dimension)
+    z = equation(eta) + theory.finite_size_shift(eta, 64, equation)
+    _, rate = LYAPUNOV[dimension, density]
+    assert rate == pytest.approx(float(theory.collision_rate(z, dimension, n=64)), rel=0.007)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("dimension", "density"), LYAPUNOV)
+def test_the_horizon_is_the_one_of_the_lyapunov_exponent(dimension, density):
+    start, mean_free_time = melted(
+        carom.Scene.cubic(64 if dimension == 1 else 8 if dimension == 2 else 4, dimension, density=density), 1
+    )
+    track = trade_measures.true_track(start, oracle(), mean_free_time, 80, lambda fraction: None)
+    exponent, rate = LYAPUNOV[dimension, density]
+    print(f"d={dimension} density={density}: exponent {track.lyapunov:.3f}, published {exponent}")
+    # A finite-time exponent of some forty mean free times scatters by about a tenth.
+    assert track.lyapunov / track.rate == pytest.approx(exponent / rate, rel=0.25)
+    found = trade_measures.faithfulness(start, engine(), track)
+    theory = math.log(1e-3 / EPS) / track.lyapunov * track.rate
+    print(f"lost after {found.position:.1f} (order {found.order:.1f}), theory {theory:.1f}")
+    assert found.position == pytest.approx(theory, rel=0.25)
+    assert found.order == pytest.approx(found.position, rel=0.25)
