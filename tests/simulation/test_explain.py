@@ -47,7 +47,7 @@ def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
     }
     assert {*FEATURES, "image counts", "an event log"} == {*found.absent}
     # Nothing belongs to the pair, to walls, to restitution, to species; nothing counts images.
-    assert not any(name.startswith(("model", "by_species")) for name in names(found))
+    assert not any(name.startswith(("model", "observers")) for name in names(found))
     assert "state.images" not in names(found)
     assert {name for name in names(found) if name.startswith("state")} == {
         "state.rows", "state.partner", "state.leave", "state.clock", "state.block",

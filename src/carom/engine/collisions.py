@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
-from carom.engine.balance import audit, exchanged, pushed
+from carom.compiling.registry import inner, optional, required
 from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
-from carom.engine.currents import flowed, reckon
 from carom.engine.events import renew
-from carom.engine.flights import flown, ground
 from carom.engine.images import NearestImage, SectorImage, count_images, index, separation
 from carom.engine.live import age_obstacles
 from carom.engine.neighbors.interface import wrapped
+from carom.engine.observers.interface import (
+    ObstacleEvent,
+    PairEvent,
+    after_obstacle,
+    after_pair,
+    at_epoch,
+    before_obstacle,
+    before_pair,
+    count_pair,
+    gain,
+)
 from carom.engine.obstacles import Obstacles, bounce, gained
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
 from carom.engine.rules import consult, heed
-from carom.engine.tallies import count_pair, record
+from carom.engine.tallies import record
 from carom.models.interface import (
     CORE,
     NEVER,
@@ -96,7 +104,7 @@ def _(boundary: SteppedImage, word, kind):
 
 
 @inner
-def collide(model, state, neighbors, tally, by_species, log, i, word, now):
+def collide(model, state, neighbors, tally, log, i, word, now):
     """Process both halves of a collision: advance, jump, settle."""
     rows = state.rows
     j = np.uint64(index(model.boundary, word))
@@ -119,18 +127,18 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     a *= part
     b *= part
     virial *= part
-    exchanged(model.balance, a, b, virial, rr, rv, now)
-    flowed(model.currents, model, state, i, j, word, before, step, a, b, now)
-    flown(model.flights, state, i, j, rr, rv, now)
+    event = PairEvent(i, j, word, now, rr, rv, a, b, virial, kind, before, step)
+    before_pair(model.observers, model, state, event)
     for axis in range(len(model.boundary.edges)):
         r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         me.v[axis] += a * thrust(model.motion, axis, me.x[axis], r, rr)
         other.v[axis] += b * thrust(model.motion, axis, other.x[axis], -r, rr)
     heed(model.rules, model, state, neighbors, i, j, word, kind, now)
+    after_pair(model.observers, model, state, event)
     tally.collisions += 1
     tally.virial += virial
     tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
-    count_pair(by_species, np.int64(i), np.int64(j), virial)
+    count_pair(model.observers, np.int64(i), np.int64(j), virial)
     taken_up(model.pair, np.int64(i), np.int64(j), virial / np.sqrt(rr))
     record(log, state.clock[0], np.int64(i), logged(model.boundary, word, kind), virial / np.sqrt(rr))
     rows[i].due = NEVER
@@ -139,13 +147,9 @@ def collide(model, state, neighbors, tally, by_species, log, i, word, now):
     state.partner[j] = LAMBDA
 
 
-@required
+@optional
 def rebound(obstacles, model, state, neighbors, log, i, partner, now):
     """Process the collision of i with an obstacle; False if its event is an advancement."""
-
-
-@rebound.register
-def _(obstacles: None, model, state, neighbors, log, i, partner, now):
     return False
 
 
@@ -154,20 +158,19 @@ def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
     if partner == LAMBDA:
         return False
     advance(model, state, neighbors, i, now)
+    before_obstacle(model.observers, model, state, i, now)
     momentum = bounce(model, state, i, OBSTACLE - partner, now)
     energy = gained(obstacles.live, momentum, growth(model.pair, np.int64(i)))
-    pushed(model.balance, energy, now)
+    gain(model.observers, energy, now)
+    event = ObstacleEvent(i, OBSTACLE - partner, now, momentum, energy)
+    after_obstacle(model.observers, model, state, event)
     record(log, state.clock[0], np.int64(i), partner, momentum)
     return True
 
 
-@required
+@optional
 def woken(rules, model, state, neighbors, log, i, partner, now):
     """Ask unit i for its decision; False if that is not its event."""
-
-
-@woken.register
-def _(rules: None, model, state, neighbors, log, i, partner, now):
     return False
 
 
@@ -202,9 +205,7 @@ def new_epoch(model, state, neighbors):
     age(model.pair, length)
     age(model.impact, length)
     age_obstacles(model.obstacles, length)
-    audit(model.balance, model.pair, state.rows, length)
-    reckon(model.currents, model.pair, state.rows, length)
-    ground(model.flights, length)
+    at_epoch(model.observers, model, state, length)
     clock.epoch += 1
     clock.now = 0.0
     for i in range(np.uint64(len(state.partner))):

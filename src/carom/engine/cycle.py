@@ -54,7 +54,7 @@ from carom.models.interface import NEVER
 
 
 def _schedule(digest):
-    def schedule(model, state, neighbors, calendar, tallies, by_species, begin, end):
+    def schedule(model, state, neighbors, calendar, tallies, begin, end):
         """Schedule the components from ``begin`` to ``end`` at the present time.
 
         The neighbour scheme is built with the first, and the calendar laid out with the last of them.
@@ -91,9 +91,7 @@ def _schedule(digest):
 
 
 def _run(digest):
-    def run(
-        model, state, neighbors, calendar, tallies, by_species, log, end_epoch, end_time, collisions, cycles
-    ):
+    def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, collisions, cycles):
         """Run the main cycle and return the reason why it ended, and how many of its cycles are left.
 
         Parameters
@@ -109,7 +107,7 @@ def _run(digest):
         digest  # noqa: B018 (part of the cache's key)
         model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
         calendar, tallies = borrowed(calendar), borrowed(tallies)
-        by_species, log = borrowed(by_species), borrowed(log)
+        log = borrowed(log)
         clock = state.clock[0]
         tally = tallies[0]
         control = calendar.control[0]
@@ -209,7 +207,7 @@ def _run(digest):
             if j < i:  # the same bits, whichever of the two was found first
                 word = np.int64(mirror(model.boundary, np.int64(i), word))
                 i, j = j, i
-            collide(model, state, neighbors, tally, by_species, log, i, word, now)
+            collide(model, state, neighbors, tally, log, i, word, now)
             change_home(neighbors, model.motion, model.boundary, state, i, now)
             change_home(neighbors, model.motion, model.boundary, state, j, now)
             schedule_transit(model, state, neighbors, i, now)

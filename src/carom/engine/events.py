@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional, required
+from carom.compiling.registry import inner, optional
 from carom.engine.calendar import insert, time_of
 from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
 from carom.engine.images import index, mirror
@@ -58,13 +58,9 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
         release(model, state, calendar, i, held)
 
 
-@required
+@optional
 def head_for_obstacle(obstacles, model, state, i, now, due, every):
     """Give i an event with the obstacle that it touches before the time ``due``; False if there is none."""
-
-
-@head_for_obstacle.register
-def _(obstacles: None, model, state, i, now, due, every):
     return False
 
 
@@ -104,15 +100,11 @@ def _(motion: Inertial, sight, model, state, i, now, every):
     return meet_resting(model.obstacles.live, sight, model, state, i, now, every)
 
 
-@required
+@optional
 def meet_resting(live, sight, model, state, i, now, every):
     """Return the same, computed from the row of i or from shortly before the contact, where all obstacles
     rest.
     """
-
-
-@meet_resting.register
-def _(live: None, sight, model, state, i, now, every):
     row = state.rows[i]
     vv = 0.0
     for axis in range(len(model.boundary.edges)):
@@ -174,14 +166,10 @@ def _(motion: Inertial, sight, model, state, i, word):
     renew_obstacle(model.obstacles, sight, model, state, i, word)
 
 
-@required
+@optional
 def renew_obstacle(obstacles, sight, model, state, i, word):
     """Compute the contact of i with the obstacle that a word names anew."""
-
-
-@renew_obstacle.register
-def _(obstacles: None, sight, model, state, i, word):
-    return None
+    return
 
 
 @renew_obstacle.register
@@ -214,16 +202,12 @@ def release(model, state, calendar, i, held):
         enqueue(state, calendar, j)
 
 
-@required
+@optional
 def spread_news(rules, model, state, calendar, now):
     """Give the next unit in the queue of news an event of its own, now; its partner gets an advancement.
 
     Return False if the queue is empty.
     """
-
-
-@spread_news.register
-def _(rules: None, model, state, calendar, now):
     return False
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import required
+from carom.compiling.registry import optional, required
 
 
 class NearestImage(NamedTuple):
@@ -147,14 +147,10 @@ def _(boundary: SectorImage, i, axis, x):
     return x - boundary.turn[i, axis] * boundary.edges[axis] if boundary.inverse[axis] > 0.0 else x
 
 
-@required
+@optional
 def count_images(images, i, axis, crossings):
     """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
-
-
-@count_images.register
-def _(images: None, i, axis, crossings):
-    return None
+    return
 
 
 @count_images.register

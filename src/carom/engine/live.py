@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling import registry
-from carom.compiling.registry import required
+from carom.compiling.registry import optional
+from carom.engine.observers.interface import listed
 from carom.engine.obstacles import Chain, Crowd, Obstacles, gained, normal_along, strike
 from carom.models.interface import age, at_time, growth, mass, recoil, surface_speed, take_over
 
@@ -62,9 +63,13 @@ def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
 
 
 def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> None:
-    """Copy the memory of pairs, impact and obstacles from the model of an old engine to that of a new one."""
+    """Copy the memory of pairs, impact, obstacles and observers from the model of an old engine to that of a
+    new one.
+    """
     take_over(model.pair, old.pair, instant, passed, slower)
     take_over(model.impact, old.impact, instant, passed, slower)
+    for mine, before in zip(listed(model.observers), listed(old.observers), strict=True):
+        take_over(mine, before, instant, passed, slower)
     if model.obstacles is None or model.obstacles.live is None:
         return
     model.obstacles.live.work[:] = np.ldexp(old.obstacles.live.work, 2 * slower)
@@ -73,14 +78,10 @@ def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> 
         take_over(mine, before, instant, passed, slower)
 
 
-@required
+@optional
 def age_obstacles(obstacles, duration):
     """Refer the times that obstacles remember to the start of the next epoch."""
-
-
-@age_obstacles.register
-def _(obstacles: None, duration):
-    return None
+    return
 
 
 @age_obstacles.register
@@ -88,14 +89,10 @@ def _(obstacles: Obstacles, duration):
     age_live(obstacles.live, obstacles.chain, duration)
 
 
-@required
+@optional
 def age_live(live, chain, duration):
     """Do so, if there are live ones."""
-
-
-@age_live.register
-def _(live: None, chain, duration):
-    return None
+    return
 
 
 @age_live.register
@@ -103,14 +100,10 @@ def _(live: Live, chain, duration):
     age_link(chain, duration)
 
 
-@required
+@optional
 def age_link(chain, duration):
     """Do so for a chain."""
-
-
-@age_link.register
-def _(chain: None, duration):
-    return None
+    return
 
 
 @age_link.register
@@ -125,14 +118,10 @@ def _(chain: Crowd, duration):
     age_link(chain.tail, duration)
 
 
-@required
+@optional
 def hear(chain, number, now):
     """Tell the obstacle of that number the time, if it is in the chain."""
-
-
-@hear.register
-def _(chain: None, number, now):
-    return None
+    return
 
 
 @hear.register
@@ -148,16 +137,12 @@ def _(chain: Crowd, number, now):
     hear(chain.tail, number, now)
 
 
-@required
+@optional
 def recoil_from(chain, model, i, number, now):
     """Replace the velocity in the room for it by that after the contact with the obstacle of that number.
 
     Where that is none of a chain of single obstacles (a wall of the box, one of a crowd) it is elastic.
     """
-
-
-@recoil_from.register
-def _(chain: None, model, i, number, now):
     there = model.obstacles
     recoil(
         None, model.motion, i, mass(model.pair, i), there.x, there.v, there.image, growth(model.pair, i), now

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import inner, optional
 from carom.engine.images import in_box
 from carom.models.interface import (
     NEVER,
@@ -130,6 +130,14 @@ def numbering(models) -> list[int]:
     return [order.index(k) for k in range(len(models))]
 
 
+def numbers_of(periodic, models) -> list[int]:
+    """Return the number of each wall, of the axes that are not periodic, and of each obstacle, in the order
+    of the scene.
+    """
+    walls = [2 * axis + side for axis, wraps in enumerate(periodic) if not wraps for side in (0, 1)]
+    return walls + [2 * len(periodic) + k for k in numbering(models)]
+
+
 @inner
 def face_images(model, state, i, now):
     """Put the position of component i at the time now, in the box, and its velocity into the rooms."""
@@ -142,17 +150,13 @@ def face_images(model, state, i, now):
         obstacles.v[axis] = velocity(model.motion, axis, v0[axis], t)
 
 
-@required
+@optional
 def soonest(obstacles, model, state, i, now, every):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
 
     ``every`` is False where only those that stand in every image of the box are to be looked at: they are
     seen as far as the next images, and looked for again whenever i has gone as far as its neighbours reach.
     """
-
-
-@soonest.register
-def _(obstacles: None, model, state, i, now, every):
     return NEVER, np.int64(-1)
 
 
@@ -172,13 +176,9 @@ def _(obstacles: Obstacles, model, state, i, now, every):
     return best, number
 
 
-@required
+@optional
 def soonest_link(chain, obstacles, model, size, rate, every, now):
     """Return the time until a component touches one of a chain of obstacles, and its number."""
-
-
-@soonest_link.register
-def _(chain: None, obstacles, model, size, rate, every, now):
     return NEVER, np.int64(-1)
 
 
@@ -237,15 +237,11 @@ def bounce(model, state, i, number, now):
     return momentum
 
 
-@required
+@optional
 def strike(live, model, state, i, number, now):
     """Give component i its velocity after the contact, whose normal is in the room for an image if it is one
     with a wall; return the momentum along the normal.
     """
-
-
-@strike.register
-def _(live: None, model, state, i, number, now):
     obstacles = model.obstacles
     normal_along(obstacles.chain, obstacles, model.boundary, number)
     row = state.rows[i]
@@ -257,24 +253,16 @@ def _(live: None, model, state, i, number, now):
     return mass(model.pair, np.int64(i)) * change
 
 
-@required
+@optional
 def gained(live, momentum, rate):
     """Return the energy that a contact with an obstacle gave to a component that grows at this rate."""
-
-
-@gained.register
-def _(live: None, momentum, rate):
     return momentum * rate
 
 
-@required
+@optional
 def normal_along(chain, obstacles, boundary, number):
     """Put the normal of the obstacle of that number into the room for an image, if it is in the chain."""
-
-
-@normal_along.register
-def _(chain: None, obstacles, boundary, number):
-    return None
+    return
 
 
 @normal_along.register

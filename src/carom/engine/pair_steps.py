@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import inner, optional
 from carom.engine.images import (
     in_box,
     index,
@@ -85,13 +85,9 @@ def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | N
     return SpeciesSteps(bits, ready, kinds, len(outside), np.ascontiguousarray(outside, np.int64).ravel())
 
 
-@required
+@optional
 def named(steps, word):
     """Return the component that a word of a list names."""
-
-
-@named.register
-def _(steps: None, word):
     return word
 
 
@@ -100,13 +96,9 @@ def _(steps: PairSteps | SpeciesSteps, word):
     return np.uint32(word >> np.uint32(steps.bits))
 
 
-@required
+@optional
 def fresh_word(steps, i, j):
     """Return the word under which i lists j, a newcomer from beyond all steps."""
-
-
-@fresh_word.register
-def _(steps: None, i, j):
     return np.uint32(j)
 
 
@@ -121,14 +113,10 @@ def _(steps: SpeciesSteps, i, j):
     return np.uint32((np.uint64(j) << np.uint64(steps.bits)) | np.uint64(step))
 
 
-@required
+@optional
 def put_newcomer(steps, newcomers, k, i, j):
     """Put the word of a newcomer in the place of its index."""
-
-
-@put_newcomer.register
-def _(steps: None, newcomers, k, i, j):
-    return None
+    return
 
 
 @put_newcomer.register
@@ -136,13 +124,9 @@ def _(steps: PairSteps | SpeciesSteps, newcomers, k, i, j):
     newcomers[k] = fresh_word(steps, i, j)
 
 
-@required
+@optional
 def standing(steps):
     """Tell whether the lists stand already, with steps in them; only the first time it is asked."""
-
-
-@standing.register
-def _(steps: None):
     return False
 
 

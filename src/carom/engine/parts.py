@@ -7,11 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.lanes import make_lanes
-from carom.engine.balance import make_balance
 from carom.engine.calendar import Calendar, make_calendar, most_lines
-from carom.engine.currents import make_currents
-from carom.engine.flights import make_flights
-from carom.engine.held import make_held
 from carom.engine.live import is_live, made_live
 from carom.engine.neighborhood import build_neighbors
 from carom.engine.neighbors.choice import Scheme
@@ -19,13 +15,14 @@ from carom.engine.neighbors.everybody import Everybody
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.pairs import Pairs
 from carom.engine.neighbors.sectors import Sectors
+from carom.engine.observers.build import make_observers
+from carom.engine.observers.interface import kept_arrays
 from carom.engine.obstacles import make_obstacles
 from carom.engine.pair_steps import SteppedImage
 from carom.engine.requirements import Contents
 from carom.engine.sights import sight_of
 from carom.engine.state import State, aligned, make_state
-from carom.engine.tallies import TALLY, BySpecies
-from carom.models.pinned import PinnedCores
+from carom.engine.tallies import TALLY
 from carom.models.units import Units
 
 
@@ -39,16 +36,12 @@ class Model(NamedTuple):
     boundary: Any
     impact: Any
     """What a contact of two components loses, or None where it is elastic."""
-    balance: Any
-    """The energy and its integral over time, or None where no contact changes it."""
     obstacles: Any
     """Everything fixed that components can meet, or None."""
     sight: Any
     """How the time of a contact is computed; None: from the moment at which it is found."""
-    currents: Any
-    """Currents of momentum and heat, and their integrals over time, or None where nobody asks."""
-    flights: Any
-    """Histograms of free flights and normal speeds, or None where nobody asks."""
+    observers: Any
+    """What adds something up of the events (:mod:`carom.engine.observers`), or None."""
     rules: Any
     """The pair model again, where units decide by rules, or None."""
 
@@ -61,7 +54,6 @@ class Engine(NamedTuple):
     neighbors: Lists | Sectors | Everybody | Pairs
     calendar: Calendar
     tallies: Any
-    by_species: BySpecies | None
 
 
 def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
@@ -75,19 +67,7 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
     )
     live = obstacles is not None and obstacles.live is not None
     lossy = impact is not None or contents.rates is not None or contents.stepped or live
-    changes = contents.straight and lossy
     neighbors, boundary = build_neighbors(scheme, contents, pair)
-    kinds = by_species = currents = flights = None
-    if contents.kinds is not None:
-        count = int(contents.kinds.max()) + 1
-        kinds = particles.with_ghost(contents.kinds, np.int64)
-        by_species = BySpecies(kinds, np.zeros((count, count), np.int64), np.zeros((count, count)))
-    if contents.currents:
-        held = make_held(contents.n, contents.dimension, pair.energy) if contents.stepped else None
-        currents = make_currents(particles.masses, velocities, kinds, held)
-    if contents.flights:
-        inverse = pair.inverse if isinstance(pair, PinnedCores) else None
-        flights = make_flights(contents.n, kinds, inverse)
     return Engine(
         Model(
             pair,
@@ -95,18 +75,15 @@ def build(scheme: Scheme, contents: Contents, positions, velocities) -> Engine:
             contents.motion.model(particles),
             boundary,
             impact,
-            make_balance(particles.masses, velocities, contents.still) if changes else None,
             obstacles,
             sight_of(scheme, contents, neighbors, pair),
-            currents,
-            flights,
+            make_observers(contents, pair, velocities, lossy),
             pair if isinstance(pair, Units) else None,
         ),
         state,
         neighbors,
         make_calendar(contents.n, scheme.width, scheme.heap),
         np.zeros(1, TALLY).view(np.recarray),
-        by_species,
     )
 
 
@@ -124,13 +101,8 @@ def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
     """
     new.tallies[:] = old.tallies
     new.tallies["virial"] = np.ldexp(old.tallies["virial"], slower)
-    if old.by_species is not None and new.by_species is not None:
-        new.by_species.collisions[:] = old.by_species.collisions
-        new.by_species.virial[:] = np.ldexp(old.by_species.virial, slower)
     if hasattr(old.model.pair, "impulse"):  # what pinned components took up
         new.model.pair.impulse[:] = np.ldexp(old.model.pair.impulse, slower)
-    if old.model.balance is not None:
-        new.model.balance.action[:] = np.ldexp(old.model.balance.action, slower)
     if isinstance(old.model.boundary, SteppedImage):
         new.model.pair.events[:] = old.model.pair.events
     for counted, before in zip(new.model.impact or (), old.model.impact or (), strict=True):
@@ -176,10 +148,12 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
                 if is_live(part):
                     collect(f"{name}.{k}", part)
 
-    for part in ("state", "neighbors", "calendar", "tallies", "by_species"):
+    for part in ("state", "neighbors", "calendar", "tallies"):
         collect(part, getattr(engine, part))
-    for part in ("pair", "impact", "balance", "obstacles", "currents", "flights"):
+    for part in ("pair", "impact", "obstacles"):
         collect(f"model.{part}", getattr(engine.model, part))
+    for observer, its in kept_arrays(engine.model.observers).items():
+        found |= {f"observers.{observer}.{field}": array for field, array in its.items()}
     return found
 
 

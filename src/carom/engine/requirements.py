@@ -60,6 +60,8 @@ class Contents:
         Whether to add up the currents of momentum and heat.
     flights : bool
         Whether to make histograms of free flights and normal speeds.
+    observers : tuple of NamedTuples
+        Observers of the user's own (:mod:`carom.models.observers`); the run adds up in their arrays.
     """
 
     n: int
@@ -85,6 +87,7 @@ class Contents:
     single: bool = False
     currents: bool = False
     flights: bool = False
+    observers: tuple = ()
 
     @property
     def obstacle_models(self) -> tuple:

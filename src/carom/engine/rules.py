@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
-from carom.engine.balance import pushed
+from carom.compiling.registry import inner, optional
 from carom.engine.constants import WAKE
 from carom.engine.images import separation
 from carom.engine.neighbors.bounds import start
+from carom.engine.observers.interface import gain
 from carom.engine.pair_steps import named, put_step, step_of
 from carom.models.interface import IN, mass, position, velocity
 from carom.models.units import (
@@ -46,7 +46,7 @@ def _settle(rules, model, state, neighbors, slot, i, now):
     after = 0.0
     for axis in range(dimension):
         after += row.v[axis] * row.v[axis]
-    pushed(model.balance, 0.5 * mass(rules, i) * (after - before), now)
+    gain(model.observers, 0.5 * mass(rules, i) * (after - before), now)
     if was != NOBODY:
         first = start(neighbors.bounds, i)
         for k in range(first, first + np.uint64(neighbors.counts[i])):
@@ -58,17 +58,13 @@ def _settle(rules, model, state, neighbors, slot, i, now):
                 put_step(neighbors, np.uint64(j), i, 0)
 
 
-@required
+@optional
 def heed(rules, model, state, neighbors, i, j, word, kind, now):
     """Call the rules of the units whose circle a pair has crossed; both are at the time now.
 
     Both decide on the state before either decision.
     """
-
-
-@heed.register
-def _(rules: None, model, state, neighbors, i, j, word, kind, now):
-    return None
+    return
 
 
 @heed.register
@@ -101,15 +97,11 @@ def _(rules: Units, model, state, neighbors, i, j, word, kind, now):
         _settle(rules, model, state, neighbors, 1, j, now)
 
 
-@required
+@optional
 def wait(rules, state, i, now, due, blocked):
     """Give i an event of its own, if it is to be asked before the time ``due``, or before the obstacle that
     it is ``blocked`` by; return whether it is blocked, by either.
     """
-
-
-@wait.register
-def _(rules: None, state, i, now, due, blocked):
     return blocked
 
 

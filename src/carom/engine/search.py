@@ -8,7 +8,7 @@ import numpy as np
 
 from carom.compiling.columns import LANES, WIDTH, spread
 from carom.compiling.lanes import asked_of, line_up_fields
-from carom.compiling.registry import fast, inner, required
+from carom.compiling.registry import fast, inner, optional, required
 from carom.engine.images import NearestImage, SectorImage, index, index_bits, separation
 from carom.engine.neighbors.interface import candidates, first_met, first_newcomer
 from carom.engine.neighbors.lists import Lists
@@ -198,15 +198,11 @@ def _(boundary: SteppedImage, pair, i, word, rr, rv, vv, now):
     return t if t < NEVER else max(-rv / vv, 0.0), False
 
 
-@required
+@optional
 def meet(sight, model, state, i, word, now, t):
     """Return when i touches the candidate that a search found after a time t, and whether the time until then
     was negative, and clamped.
     """
-
-
-@meet.register
-def _(sight: None, model, state, i, word, now, t):
     rr, rv, vv = relative(model, state, i, word, now)
     t, clamped = surely(model.boundary, model.pair, np.int64(i), word, rr, rv, vv, now)
     return now + t, clamped

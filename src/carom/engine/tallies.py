@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import required
+from carom.compiling.registry import optional
 
 TALLY = np.dtype(
     [
@@ -19,35 +19,6 @@ TALLY = np.dtype(
         ("depth", "f8"),
     ]
 )
-
-
-class BySpecies(NamedTuple):
-    """What collisions add up to for every pair of species."""
-
-    kinds: np.ndarray
-    """Species, (n + 1,) int64: the array of the cores, where they have one."""
-    collisions: np.ndarray
-    """(K, K) int64, in the rows of the smaller index."""
-    virial: np.ndarray
-    """(K, K) float64, likewise."""
-
-
-@required
-def count_pair(by_species, i, j, virial):
-    """Add a collision to its pair of species."""
-
-
-@count_pair.register
-def _(by_species: None, i, j, virial):
-    return None
-
-
-@count_pair.register
-def _(by_species: BySpecies, i, j, virial):
-    a = min(by_species.kinds[i], by_species.kinds[j])
-    b = max(by_species.kinds[i], by_species.kinds[j])
-    by_species.collisions[a, b] += 1
-    by_species.virial[a, b] += virial
 
 
 class Log(NamedTuple):
@@ -79,13 +50,9 @@ def make_log(size: int) -> Log:
     )
 
 
-@required
+@optional
 def log_full(log):
     """Return whether the log has no room for the next collision."""
-
-
-@log_full.register
-def _(log: None):
     return False
 
 
@@ -94,14 +61,10 @@ def _(log: Log):
     return log.used[0] == len(log.time)
 
 
-@required
+@optional
 def record(log, clock, i, word, impulse):
     """Write a collision to the log."""
-
-
-@record.register
-def _(log: None, clock, i, word, impulse):
-    return None
+    return
 
 
 @record.register

@@ -465,7 +465,7 @@ def meeting_time(motion, me, other, now, contact, rate, limit, span):
 # Of an impact.
 
 
-@required
+@optional
 def transfer(impact, rr, rv):
     """Return the part of an elastic contact's momentum that is exchanged: ``(1 + e) / 2``.
 
@@ -476,10 +476,6 @@ def transfer(impact, rr, rv):
     rr, rv : float
         r.r [length^2] and r.v of the surfaces; ``rv^2 / rr`` is the normal speed squared.
     """
-
-
-@transfer.register
-def _(impact: None, rr, rv):
     return 1.0
 
 
@@ -599,20 +595,22 @@ def member(crowd, k):
 # Of the walls of the box.
 
 
-@required
+@optional
 def soonest_wall(walls, x, v, radius, growth):
     """Return the time until a component touches a wall of the box, or NEVER, and the number of that wall.
 
     The lower wall of an axis has the number ``2 axis``, the upper one ``2 axis + 1``.
     """
+    return NEVER, np.int64(-1)
 
 
-@required
+@optional
 def wall_normal(walls, number, axis):
     """Return a coordinate of the unit vector from wall ``number`` into the box.
 
     It is 0 if the number is not that of a wall.
     """
+    return 0.0
 
 
 @optional

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import inner, optional, required
 from carom.models.balls import SolidBall
 from carom.models.containers import InsideOfCylinder, InsideOfSphere
 from carom.models.interface import NEVER, encounter, fall
@@ -337,15 +337,11 @@ def _(obstacle: InsideOfCylinder, g, x, v, radius, growth, now):
     return chase(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
 
 
-@required
+@optional
 def landing_on_wall(walls, g, x, v, radius, growth):
     """Return the time until a component on a parabola touches a wall of the box, and its number; as of
     :func:`carom.models.interface.soonest_wall`.
     """
-
-
-@landing_on_wall.register
-def _(walls: None, g, x, v, radius, growth):
     return NEVER, np.int64(-1)
 
 

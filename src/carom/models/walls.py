@@ -82,11 +82,6 @@ def cushions(
 
 
 @soonest_wall.register
-def _(walls: None, x, v, radius, growth):
-    return NEVER, np.int64(-1)
-
-
-@soonest_wall.register
 def _(walls: Cushions, x, v, radius, growth):
     best = NEVER
     number = np.int64(-1)
@@ -137,11 +132,6 @@ def _(walls: Yielding, x, v, radius, growth):
 def _(walls: Yielding, motion, x, v, radius, growth, t):
     late, _ = wall_meeting(motion, walls.behind, x, v, radius, growth)
     return t < NEVER and t <= late
-
-
-@wall_normal.register
-def _(walls: None, number, axis):
-    return 0.0
 
 
 def _upright(kind: type) -> None:

@@ -15,6 +15,7 @@ from carom.io.paths import reason
 from carom.models.restitution import Restitution
 from carom.scene.scene import Scene
 from carom.scene.temperature import thermal_of
+from carom.simulation import own_observers
 from carom.simulation.clock import LAST_EPOCH
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.preparation import contents_of
@@ -59,6 +60,7 @@ def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> 
         "single": contents.single,
         "currents": contents.currents,
         "flights": contents.flights,
+        "observers": json.dumps([own_observers.described(each) for each in contents.observers]),
         "epoch": clock.epoch,
         "offset": clock.offset,
         "seconds": machine.seconds,
@@ -90,11 +92,6 @@ def _arrays(machine: Machine) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
     contents = machine.contents
     arrays = {**arrays_of(machine.engine), "initial_velocities": machine.velocities}
-    if contents.currents:  # samples that helfand() is taking end with it, and a loaded run takes none
-        name = "model.currents"
-        arrays[f"{name}.samples"] = arrays[f"{name}.samples"][:0]
-        arrays[f"{name}.used"] = np.zeros_like(arrays[f"{name}.used"])
-        arrays[f"{name}.upcoming"] = np.full_like(arrays[f"{name}.upcoming"], np.inf)
     scene_arrays, attributes = machine.scene.to_arrays()
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
     if contents.rates is not None and contents.radii is not None:
@@ -107,6 +104,7 @@ def load(
     path: str | PathLike[str],
     event_log: str | PathLike[str] | None,
     obstacles: Sequence[Obstacle] | None,
+    observers: Sequence[Any],
     **own: Any,
 ) -> tuple[Machine, dict[str, Any]]:
     """Return what runs, and the notes kept with it; see :meth:`carom.Simulation.load`."""
@@ -145,6 +143,7 @@ def load(
             rates=rates,
             currents=bool(attributes["currents"]),
             flights=bool(attributes["flights"]),
+            observers=own_observers.recalled(json.loads(str(attributes["observers"])), observers),
         )
         if isinstance(scene.impact, Restitution):
             speed = unit.to_scene(soundness.real(attributes, "threshold", 0.0), -1)

@@ -168,21 +168,27 @@ def _explanation(
     wish: Wish,
     logged: bool,
 ) -> Explanation:
+    from carom.engine.observers.interface import listed
+    from carom.engine.observers.own import name_of
+
     models = {kind: type(part).__name__ for kind, part in engine.model._asdict().items() if part is not None}
+    observers = listed(engine.model.observers)
+    if observers:
+        models["observers"] = ", ".join(map(name_of, observers))
     models["neighbours"] = type(engine.neighbors).__name__
     missing = {
         "diameters of their own": contents.radii is None,
         "masses of their own": contents.radii is None,
         "a contact matrix": contents.contact is None,
-        "species": engine.by_species is None,
+        "species": contents.kinds is None,
         "growth": contents.rates is None,
         "walls and obstacles": engine.model.obstacles is None,
         "restitution": engine.model.impact is None,
         "steps of pairs": not contents.stepped,
         "image counts": engine.state.images is None,
         "an event log": not logged,
-        "currents": engine.model.currents is None,
-        "free flights": engine.model.flights is None,
+        "currents": not contents.currents,
+        "free flights": not contents.flights,
     }
     return Explanation(
         scene=repr(scene),
@@ -196,6 +202,9 @@ def _explanation(
 
 def _arrays(engine: Engine) -> tuple[Array, ...]:
     """Return every array once, the largest first."""
+    from carom.engine.observers.interface import listed
+    from carom.engine.observers.own import name_of
+
     found: dict[int, Array] = {}
 
     def collect(name: str, value: Any) -> None:
@@ -213,8 +222,12 @@ def _arrays(engine: Engine) -> tuple[Array, ...]:
             for index, part in enumerate(value):
                 collect(f"{name}[{index}]", part)
 
-    for part in ("state", "neighbors", "calendar", "tallies", "by_species", "model"):
+    observers = listed(engine.model.observers)
+    for part in ("state", "neighbors", "calendar", "tallies"):
         collect(part, getattr(engine, part))
+    collect("model", engine.model._replace(observers=None))
+    for each in observers:
+        collect(f"observers.{name_of(each)}", each)
     return tuple(sorted(found.values(), key=lambda array: -array.nbytes))
 
 

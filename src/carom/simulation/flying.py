@@ -67,7 +67,7 @@ def free_flights(
         a positive number.
     """
     machine = sim.machine
-    flights = machine.engine.model.flights
+    flights = _flights(machine)
     if flights is None:
         raise InputError("free_flights() needs a simulation made with flights=True.")
     if (collisions_per_particle is None) == (time is None):
@@ -97,9 +97,15 @@ def free_flights(
     return flights_of(sums, durations, np.bincount(kinds, minlength=len(flights.times)), widths)
 
 
+def _flights(machine: Machine):
+    from carom.engine.observers.flights import Flights
+
+    return machine.observer(Flights)
+
+
 def _clear(machine: Machine, widths: np.ndarray) -> None:
     """Begin new histograms."""
-    flights, unit = machine.engine.model.flights, machine.unit
+    flights, unit = _flights(machine), machine.unit
     flights.widths[:] = [unit.to_kernel(widths[0], 1), widths[1], unit.to_kernel(widths[2], -1)]
     flights.last[:] = np.inf
     flights.partners[:] = -1
@@ -111,7 +117,7 @@ def _clear(machine: Machine, widths: np.ndarray) -> None:
 
 def _sums(machine: Machine) -> FlightSums:
     """Return a copy of what there is, in the scene's units."""
-    flights, unit = machine.engine.model.flights, machine.unit
+    flights, unit = _flights(machine), machine.unit
     flown, met = flights.flown.copy(), flights.met.copy()
     flown[:, 1] = unit.to_scene(flown[:, 1], 1)
     for power in (1, 2):

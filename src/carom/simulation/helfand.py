@@ -94,19 +94,23 @@ def helfand(
 
 def _ask(machine: Machine, count: int, step: float) -> None:
     """Have the engine write so many samples, the first of them at the present."""
-    currents = machine.engine.model.currents
+    from carom.engine.observers.currents import Currents
+    from carom.engine.observers.interface import chained, listed
+
+    currents = machine.observer(Currents)
     currents.used[0] = 0
     currents.upcoming[:] = machine.in_epoch() if count else np.inf, step
-    samples = np.zeros((count, currents.samples.shape[1]))
-    model = machine.engine.model._replace(currents=currents._replace(samples=samples))
-    machine.engine = machine.engine._replace(model=model)
+    asked = currents._replace(samples=np.zeros((count, currents.samples.shape[1])))
+    machine.observe(
+        chained(asked if each is currents else each for each in listed(machine.engine.model.observers))
+    )
 
 
 def _taken(machine: Machine) -> np.ndarray:
     """Return the samples, those since the last collision included."""
-    from carom.engine.currents import observe
+    from carom.engine.observers.currents import Currents, observe
 
-    currents, now = machine.engine.model.currents, machine.in_epoch()
+    currents, now = machine.observer(Currents), machine.in_epoch()
     while currents.used[0] < len(currents.samples):
         currents.upcoming[0] = min(currents.upcoming[0], now)  # by rounding it may be a hair behind the end
         observe(currents, now)

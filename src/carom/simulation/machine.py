@@ -206,6 +206,27 @@ class Machine:
         pair = self.engine.model.pair
         return 2.0 * (pair.radii + pair.rates * self.in_epoch())[: self.scene.n]
 
+    def observer(self, kind: type) -> Any:
+        """Return the engine's observer of a type, or None where there is none."""
+        from carom.engine.observers.interface import observer_of
+
+        return observer_of(self.engine.model.observers, kind)
+
+    def observe(self, observers: Any) -> None:
+        """Let the engine go on with other observers."""
+        self.engine = self.engine._replace(model=self.engine.model._replace(observers=observers))
+
+    def let_in(self, observers: tuple) -> None:
+        """Let the engine go on with other observers of the user's own."""
+        from carom.engine.observers.build import owned
+        from carom.engine.observers.interface import chained, listed
+        from carom.engine.observers.own import Own
+
+        self.contents = dataclasses.replace(self.contents, observers=observers)
+        others = [each for each in listed(self.engine.model.observers) if not isinstance(each, Own)]
+        origin = float(self.unit.to_kernel(self.clock.base, 1))
+        self.observe(chained([*others, *owned(self.contents, origin)]))
+
     def in_epoch(self) -> float:
         """Return the present time relative to the epoch that the kernel is in, in the kernel's unit."""
         ahead = self.clock.epoch - int(self.engine.state.clock[0].epoch)
@@ -213,13 +234,9 @@ class Machine:
 
     def obstacle_numbers(self) -> list[int]:
         """Return the engine's number of each wall and obstacle, in the scene's order."""
-        from carom.engine.obstacles import numbering
+        from carom.engine.obstacles import numbers_of
 
-        walls = [
-            2 * axis + side for axis, wraps in enumerate(self.scene.periodic) if not wraps for side in (0, 1)
-        ]
-        first = 2 * self.scene.dimension
-        return walls + [first + k for k in numbering(self.contents.obstacle_models)]
+        return numbers_of(self.scene.periodic, self.contents.obstacle_models)
 
     def frame(self) -> Frame:
         """Return all components at the present time; does not affect the trajectory."""
@@ -267,7 +284,7 @@ class Machine:
     def _settle_steps(self) -> bool:
         """Build the lists and write into them on which step each pair is; False if an array is too small."""
         from carom.engine import cycle
-        from carom.engine.held import fill
+        from carom.engine.observers.currents import Currents, fill
         from carom.engine.pair_steps import write_steps
         from carom.scene.first_steps import first_steps
 
@@ -281,7 +298,7 @@ class Machine:
         begin(self.engine.model.pair, *self.steps)
         lists.steps.ready[0] = 1
         if self.contents.currents:
-            fill(self.engine.model.currents, *self.steps, self.speeds)
+            fill(self.observer(Currents), *self.steps, self.speeds)
         return True
 
     def _keep_steps(self) -> None:
@@ -337,32 +354,14 @@ class Machine:
 
     def rest_until(self, end: tuple[np.int64, float]) -> None:
         """Let time pass where nothing moves."""
+        from carom.engine.observers.interface import at_rest
+
         record = self.engine.state.clock[0]
         ahead = int(end[0]) - int(record.epoch)
-        self._hold_balance(end[1] + float(ahead) * self.scheme.epoch, end[1])
-        self._hold_currents(end[1] + float(ahead) * self.scheme.epoch, end[1])
+        at_rest(self.engine.model.observers, end[1] + float(ahead) * self.scheme.epoch, end[1])
         record.epoch, record.now = end
         self.engine.state.rows["t"] = end[1]
         self.engine.calendar.control.end[0] = self.scheme.epoch
-
-    def _hold_balance(self, now: float, since: float) -> None:
-        """Bring the integral of the energy up to a time of this epoch, which will be ``since`` of its own."""
-        from carom.engine.balance import hold
-
-        balance = self.engine.model.balance
-        if balance is not None:
-            hold(balance, now)
-            balance.since[0] = since
-
-    def _hold_currents(self, now: float, since: float) -> None:
-        """Do the same for the integrals of the currents."""
-        from carom.engine.currents import carry
-
-        currents = self.engine.model.currents
-        if currents is not None:
-            carry(currents, now)
-            currents.since[0] = since
-            currents.upcoming[0] -= now - since
 
     def refit(self, velocities: np.ndarray | None = None, rates: np.ndarray | None = None) -> None:
         """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything.
@@ -390,7 +389,6 @@ class Machine:
         frame = self.frame()
         rescaled = velocities is not None
         velocities = frame.velocities if velocities is None else velocities
-        self._hold_balance(self.in_epoch(), 0.0)
         instant, old, before = self.clock.instant, self.engine, self.unit
         self._keep_steps()
         passed_in_epoch = self.in_epoch()

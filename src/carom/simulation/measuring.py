@@ -12,6 +12,7 @@ from carom.errors import InputError
 from carom.notebook import watchable
 from carom.observables.precision import Goal, Prediction
 from carom.observables.protocol import outcome, sees
+from carom.simulation import own_observers
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.precise import tell_doubts, until
@@ -49,7 +50,8 @@ def measure(
     ----------
     observable : Pressure, WallPressure, or an object of your own class
         What is measured. Your own class has ``update(frame)`` or ``update(block)``, and ``result()`` unless
-        ``update`` returns numbers (:class:`carom.observables.Observable`).
+        ``update`` returns numbers (:class:`carom.observables.Observable`). Or it is an observer of events
+        (``docs/models``), which sees those of this stretch.
     collisions, collisions_per_particle, time : float, optional
         How long, as in :meth:`carom.Simulation.run`.
     relative_error : float, optional
@@ -66,7 +68,8 @@ def measure(
     Returns
     -------
     The observable's estimate, with its error bar. For your own class: what its ``result()`` returns, or the
-    means of what its ``update`` returned, with error bars.
+    means of what its ``update`` returned, with error bars. For an observer of events: what its ``result()``
+    returns, or the observer with what it has added up.
 
     Raises
     ------
@@ -97,6 +100,7 @@ def measure(
         if given[name] is not None:
             checks.number(given[name], name, low=0.0)
     own = not hasattr(observable, "of_scene")
+    observes = own_observers.is_observer(observable)
     if own and relative_error is not None:
         raise InputError(
             f"relative_error needs an estimate on the way, which {type(observable).__name__} does not give; "
@@ -120,6 +124,8 @@ def measure(
         raise InputError("max_walltime and predicted go with relative_error, which is missing.")
     if collisions_per_particle is not None:
         collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
+    if observes:
+        return _observe(sim, observable, time, collisions, progress)
     if own:
         return _follow(sim, observable, time, collisions, progress)
     blocks = []
@@ -136,6 +142,8 @@ def measure(
 
 def _check_observable(observable: Any) -> None:
     """Raise InputError for what cannot be measured."""
+    if own_observers.is_observer(observable):
+        return
     updated = callable(getattr(observable, "update", None))
     whole = callable(getattr(observable, "of_scene", None)) and hasattr(observable, "blocks")
     if isinstance(observable, type) or not (updated or whole):
@@ -169,6 +177,25 @@ def _follow(
         if progress is not None:
             progress(k / count)
     return outcome(observable, values)
+
+
+def _observe(
+    sim: Running,
+    observer: Any,
+    time: float | None,
+    collisions: int | None,
+    progress: Callable[[float], object] | None,
+) -> Any:
+    """Run on, and let an observer of one's own see every event."""
+    if time is None and not cools(sim):
+        assert collisions is not None
+        time = sim.time_for(collisions)  # it may run a pilot, of which nothing is observed
+    count = BLOCKS if progress is not None else 1
+    with own_observers.observing(sim.machine, observer) as mine:
+        for k, _ in enumerate(_blocks(sim, count, time, collisions), start=1):
+            if progress is not None:
+                progress(k / count)
+    return mine.result() if callable(getattr(mine, "result", None)) else mine
 
 
 def _blocks(sim: Running, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:

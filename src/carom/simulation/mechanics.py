@@ -238,9 +238,12 @@ def virial_by_species(machine: Machine) -> np.ndarray:
 
 
 def _by_species(machine: Machine):
-    if machine.engine.by_species is None:
+    from carom.engine.observers.species import BySpecies
+
+    sums = machine.observer(BySpecies)
+    if sums is None:
         raise InputError("The scene has no species: build it with species=, or with Scene.mixture().")
-    return machine.engine.by_species
+    return sums
 
 
 def _symmetric(sums: np.ndarray, count: int) -> np.ndarray:

@@ -20,6 +20,7 @@ from carom.simulation.alone import looks
 from carom.simulation.machine import Machine
 from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.preparation import pace_of
+from carom.simulation.trials import copied
 
 if TYPE_CHECKING:
     from carom.observables.steps import StepSums
@@ -189,6 +190,12 @@ class Running:
         Nothing hits a wall for which an obstacle stands.
         """
         return mechanics.impacts(self.machine)
+
+    @property
+    @looks
+    def observers(self) -> tuple[Any, ...]:
+        """Observers of your own, with copies of what they have added up since the start."""
+        return tuple(map(copied, self.machine.contents.observers))
 
     @property
     @looks

@@ -12,7 +12,7 @@ from carom.errors import InputError
 from carom.scene.scene import Scene
 from carom.scene.temperature import at_temperature
 from carom.scene.velocities import velocities_of
-from carom.simulation import checkpoint, equilibration, flying, helfand, measuring, sampling
+from carom.simulation import checkpoint, equilibration, flying, helfand, measuring, own_observers, sampling
 from carom.simulation.alone import looks
 from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
@@ -62,6 +62,8 @@ class Simulation(Running):
     flights : bool
         Keep histograms of free flights and of normal speeds, for :meth:`free_flights`. It needs straight
         flight and obstacles at rest.
+    observers : sequence of NamedTuples
+        Observers of your own, which add up something of every event (``docs/models``). They need one worker.
     workers : int or "auto"
         Threads that run this one system together. The bits are those of one worker (``docs/parallel``).
         "auto" takes two where this was measured to be faster: large systems in the plane.
@@ -95,6 +97,7 @@ class Simulation(Running):
         event_log: str | PathLike[str] | None = None,
         currents: bool = False,
         flights: bool = False,
+        observers: Sequence[Any] = (),
         workers: int | str = 1,
     ):
         if not isinstance(scene, Scene):
@@ -117,6 +120,9 @@ class Simulation(Running):
         if flights:
             flying.check(contents)
             contents = dataclasses.replace(contents, flights=True)
+        if observers:
+            own = own_observers.checked(observers, scene, contents)
+            contents = dataclasses.replace(contents, observers=own)
         self._face(Machine(scene, velocities, contents, wish), {})
         self.machine.team = team_of(self.machine, workers)
         self.machine.schedule()
@@ -193,6 +199,7 @@ class Simulation(Running):
         interaction: Interaction | None = None,
         motion: Motion | None = None,
         impact: Impact | None = None,
+        observers: Sequence[Any] = (),
         workers: int | str = 1,
     ) -> Simulation:
         """Return the simulation that a checkpoint holds.
@@ -208,6 +215,8 @@ class Simulation(Running):
             All obstacles of the scene, if one is of your own class, because a file holds no code.
         interaction, motion, impact : values, optional
             Those of the scene, if one is of your own class.
+        observers : sequence of NamedTuples
+            The observers that the run was made with; what they had added up is taken from the file.
         workers : int or "auto"
             Threads, as for a new simulation; their number may differ from before.
 
@@ -219,7 +228,7 @@ class Simulation(Running):
         """
         sim = cls.__new__(cls)
         own = {"interaction": interaction, "motion": motion, "impact": impact}
-        sim._face(*checkpoint.load(path, event_log, obstacles, **own))
+        sim._face(*checkpoint.load(path, event_log, obstacles, observers, **own))
         sim.machine.team = team_of(sim.machine, workers)
         return sim
 

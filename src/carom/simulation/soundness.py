@@ -25,6 +25,8 @@ from carom.engine.neighbors.everybody import Everybody
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
+from carom.engine.observers.interface import kept_arrays, limits, listed
+from carom.engine.observers.own import Own
 from carom.engine.parts import arrays
 from carom.models.units import COMPLAINTS, Units
 from carom.simulation.clock import LAST_EPOCH
@@ -35,14 +37,15 @@ if TYPE_CHECKING:
 FAR = 2.0**20
 """Boxes from the origin, at most, and factor on speeds by which they may differ from those of now."""
 
+FINITE = float(np.finfo(np.float64).max)
+"""Largest number."""
+
 PARTED = 2.0**-20
 """Largest part by which radii that have grown may differ from what rates and the clock say."""
 
 FIXED = re.compile(
     r"state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|spare|names)"
     r"|neighbors\.bounds\.(bounds|margins|rates|starts|levels|largest)|neighbors\.steps\.(kinds|outside)"
-    r"|(by_species|model\.currents|model\.flights)\.kinds|model\.flights\.moves"
-    r"|model\.currents\.(upcoming|used)"
 )
 """Arrays that follow from the scene and from the scheme."""
 
@@ -53,24 +56,24 @@ OF_PAIRS = re.compile(
 """Arrays of Carom's own models of pairs that change in a run; radii do where they grow."""
 
 COUNTS = re.compile(
-    r"tallies\.(collisions|advancements|transits|clamped|returns)|by_species\.collisions"
-    r"|model\.(pair\.(events|drawn|asked)|flights\.(times|paths|speeds)|obstacles\.(hits|chain\..*)"
+    r"tallies\.(collisions|advancements|transits|clamped|returns)"
+    r"|model\.(pair\.(events|drawn|asked)|obstacles\.(hits|chain\..*)"
     r"|impact\.spared)|calendar\.control\.cycles|neighbors\.contacts\.versions"
 )
 """Arrays of integers of which none is negative."""
 
 SCRATCH = re.compile(
-    r"state\.block|neighbors\.(flights|own|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.obstacles\.(x|image|v)|model\.currents\.room"
+    r"state\.block|neighbors\.(flights|own|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.obstacles\.(x|image|v)"
 )
 """Arrays of reals that are written before they are read, and memory of the rules of units."""
 
 UNENDING = re.compile(
-    r"state\.(rows\.due|leave)|neighbors\.contacts\.lost|.*\.last|model\.pair\.(timers|inner|outer|enter|leave|energy)|model\.currents\.(upcoming|held\.energies)"
+    r"state\.(rows\.due|leave)|neighbors\.contacts\.lost|.*\.last|model\.pair\.(timers|inner|outer|enter|leave|energy)"
 )
 """Arrays of reals that may be infinite."""
 
 
-PARTS = ("state", "neighbors", "calendar", "tallies", "by_species", "model")
+PARTS = ("state", "neighbors", "calendar", "tallies", "model", "observers")
 """First words of the names of the engine's arrays."""
 
 
@@ -221,6 +224,8 @@ def check(machine: Machine) -> None:
 def _problems(machine: Machine) -> Iterator[str]:
     """Yield what is wrong, as the end of a sentence."""
     for name, array in arrays(machine.engine).items():
+        if name.startswith("observers."):
+            continue
         if array.dtype.kind == "f" and array.size and not SCRATCH.fullmatch(name):
             low, high = array.min(), array.max()
             if np.isnan(low) or (np.isinf([low, high]).any() and not UNENDING.fullmatch(name)):
@@ -439,9 +444,16 @@ def _of_model(machine: Machine) -> Iterator[str]:
             ("timers", pair.timers, 0.0, math.inf),
         ):
             yield from _outside(f"model.pair.{name}", values, low, high)
-    flights = model.flights
-    if flights is not None:
-        yield from _outside("model.flights.partners", flights.partners, -1, n - 1)
-        since = -(float(record.epoch) + 1.0) * float(record.length)
-        yield from _outside("model.flights.last", flights.last, since, math.inf)
-        yield from _outside("model.flights.widths", flights.widths, 1e-300, 1e300)
+    yield from _of_observers(machine)
+
+
+def _of_observers(machine: Machine) -> Iterator[str]:
+    record, observers = machine.engine.state.clock[0], machine.engine.model.observers
+    oldest = -(float(record.epoch) + 1.0) * float(record.length)
+    for each, (name, its) in zip(listed(observers), kept_arrays(observers).items(), strict=True):
+        known = limits(each, machine.scene.n, oldest)
+        for field, array in its.items():
+            if isinstance(each, Own) and field != "origin":  # the user's
+                continue
+            least, most = (-FINITE, FINITE) if array.dtype.kind == "f" else (0, np.iinfo(array.dtype).max)
+            yield from _outside(f"observers.{name}.{field}", array, *known.get(field, (least, most)))

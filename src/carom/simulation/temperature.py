@@ -18,7 +18,9 @@ def temperature(machine: Machine) -> float:
 
 def kT_time(machine: Machine) -> float | None:
     """Return the integral of kT since the start [energy time], or None where no contact changes it."""
-    balance = machine.engine.model.balance
+    from carom.engine.observers.energy import Balance
+
+    balance = machine.observer(Balance)
     if balance is None:
         return None
     action = float(balance.action[0] + balance.energy[0] * (machine.in_epoch() - balance.since[0]))

@@ -224,6 +224,8 @@ def copied(model: Any) -> Any:
         return model.copy()
     if hasattr(model, "_fields"):
         return model._replace(**{name: copied(getattr(model, name)) for name in model._fields})
+    if isinstance(model, tuple):
+        return tuple(map(copied, model))
     return model
 
 

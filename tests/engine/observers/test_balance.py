@@ -239,8 +239,8 @@ def test_a_plain_scene_has_no_balance():
     scheme = choose(contents, 1.0, "auto", None)
     engine = build(scheme, contents, scene.positions, scene.velocities)
     assert engine.model.impact is None
-    assert engine.model.balance is None
-    assert not any("balance" in name for name in arrays(engine))
+    assert engine.model.observers is None
+    assert not any("observers" in name for name in arrays(engine))
 
 
 if __name__ == "__main__":

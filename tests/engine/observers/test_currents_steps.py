@@ -7,6 +7,7 @@ import pytest
 
 import carom
 from carom import studies
+from carom.engine.observers.currents import Currents
 from carom.errors import InputError
 from carom.studies.coefficients.spec import TransportSpec, of_scene
 from carom.studies.eos import toml
@@ -89,7 +90,7 @@ def test_what_components_hold_is_the_potential_energy_after_epochs_rescaling_and
     again = carom.Simulation.load(tmp_path / "run.h5")
     for each in (sim, again):
         # In the engine's unit of time an energy is another number.
-        held = each.machine.unit.to_scene(each.machine.engine.model.currents.held.halves.sum(), -2)
+        held = each.machine.unit.to_scene(each.machine.observer(Currents).held.halves.sum(), -2)
         assert held == pytest.approx(each.potential_energy, rel=1e-11)
     one, two = sim.helfand(every=0.1, count=20), again.helfand(every=0.1, count=20)
     assert (one.heat == two.heat).all()

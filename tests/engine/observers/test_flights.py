@@ -5,7 +5,8 @@ import pytest
 
 import carom
 from carom import theory
-from carom.engine.flights import flown
+from carom.engine.observers.flights import Flights
+from carom.engine.observers.interface import PairEvent, before_pair
 from carom.errors import InputError
 from carom.models.balls import Ball
 from carom.models.gravity import Gravity
@@ -113,11 +114,12 @@ def test_flights_are_refused_where_speeds_change_on_the_way(change, settings, sa
 def test_what_is_pinned_does_not_fly(monkeypatch):
     monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
     scene = FLUID.with_(pinned=np.arange(FLUID.n) % 2 == 0)
-    engine = carom.Simulation(scene, seed=1, flights=True).machine.engine
-    flights = engine.model.flights
+    machine = carom.Simulation(scene, seed=1, flights=True).machine
+    engine, flights = machine.engine, machine.observer(Flights)
     assert (flights.moves == np.arange(FLUID.n) % 2).all()
     for now in (0.25, 0.75):
-        flown(flights, engine.state, np.int64(0), np.int64(1), 1.0, -1.0, now)
+        event = PairEvent(np.int64(0), np.int64(1), 1, now, 1.0, -1.0, 1.0, 1.0, 1.0, 0, 0, 0)
+        before_pair(flights, engine.model, engine.state, event)
     speed = np.linalg.norm(engine.state.rows["v"][1])
     assert flights.flown[0] == pytest.approx([1.0, 0.5, 0.5 * speed])
     assert flights.met[0, 0, 0] == 2.0
@@ -129,9 +131,9 @@ def test_statistics_leave_no_trace_and_are_asked_for(found):
         carom.Simulation(scene).free_flights(time=1.0)
     with pytest.raises(InputError, match="either"):
         found[0].free_flights()
-    seen = found[0].machine.engine.model.flights.times.sum()
+    seen = found[0].machine.observer(Flights).times.sum()
     for wrong in ({"time": "a"}, {"time": -1.0}, {"time": 0.0}, {"collisions_per_particle": "a"}):
         with pytest.raises(InputError, match=next(iter(wrong))):
             found[0].free_flights(**wrong)
-    assert found[0].machine.engine.model.flights.times.sum() == seen > 0  # nothing was cleared
+    assert found[0].machine.observer(Flights).times.sum() == seen > 0  # nothing was cleared
     assert "flights" not in carom.explain(scene).models

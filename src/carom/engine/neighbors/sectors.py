@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.compiling.prefetch import prefetch
 from carom.compiling.registers import STEP, copy_words, replace_words
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import inner, optional
 from carom.engine.images import index, index_bits, mirror, separation
 from carom.engine.neighbors.interface import candidates, change_home, settle, transit, transit_time, wrapped
 from carom.engine.neighbors.prefetch import (
@@ -170,13 +170,9 @@ def unwrapped(sectors, i, axis):
     return np.int64(sectors.place[i, axis]) + sectors.shape[axis] * np.int64(sectors.turn[i, axis])
 
 
-@required
+@optional
 def slack(spare, sectors, i, axis):
     """Return how far component i may be beyond the faces of its sector along an axis."""
-
-
-@slack.register
-def _(spare: None, sectors, i, axis):
     return sectors.slacks[axis]
 
 

@@ -8,12 +8,13 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import inner, optional
 from carom.engine.constants import LAMBDA, OBSTACLE
 from carom.engine.images import index
+from carom.engine.observers.interface import count_pair
 from carom.engine.obstacles import Obstacles
 from carom.engine.state import aligned
-from carom.engine.tallies import count_pair, log_full, record
+from carom.engine.tallies import log_full, record
 
 ENTRY = np.dtype([("time", "f8"), ("virial", "f8")])
 """A collision: its time within the epoch and its virial."""
@@ -77,7 +78,7 @@ def page_of(ledger: Ledger, part: int) -> Page:
 
 
 class Gathered(NamedTuple):
-    """The log of a part, and its tally of species: both note its collisions."""
+    """The log of a part, and its observer: both note its collisions."""
 
     latest: np.ndarray
     """Virial of the collision at hand, (1,) float64."""
@@ -86,8 +87,8 @@ class Gathered(NamedTuple):
 
 
 @count_pair.register
-def _(by_species: Gathered, i, j, virial):
-    by_species.latest[0] = virial
+def _(observer: Gathered, i, j, virial):
+    observer.latest[0] = virial
 
 
 @log_full.register
@@ -107,14 +108,10 @@ def _(log: Gathered, clock, i, word, impulse):
     page.used[0] = k + 1
 
 
-@required
+@optional
 def put_detail(details, k, word, impulse):
     """Note the word and the impulse of the k-th collision."""
-
-
-@put_detail.register
-def _(details: None, k, word, impulse):
-    return None
+    return
 
 
 @put_detail.register
@@ -123,13 +120,9 @@ def _(details: np.ndarray, k, word, impulse):
     details[k].impulse = impulse
 
 
-@required
+@optional
 def detail(details, part, k):
     """Return the word and the impulse of the k-th collision of a part."""
-
-
-@detail.register
-def _(details: None, part, k):
     return np.int64(0), 0.0
 
 
@@ -138,14 +131,10 @@ def _(details: np.ndarray, part, k):
     return np.int64(details[part, k].word), np.float64(details[part, k].impulse)
 
 
-@required
+@optional
 def struck(obstacles, number, momentum):
     """Add a collision with an obstacle."""
-
-
-@struck.register
-def _(obstacles: None, number, momentum):
-    return None
+    return
 
 
 @struck.register
@@ -227,7 +216,7 @@ def add_two(ledger, heads, tally):
 
 
 def _merge(digest):
-    def merge(ledger, heads, clock, tallies, by_species, obstacles, boundary, log):
+    def merge(ledger, heads, clock, tallies, observers, obstacles, boundary, log):
         """Add up the collisions of all parts in the order of time, as one cycle would have.
 
         Parameters
@@ -242,7 +231,7 @@ def _merge(digest):
         """
         digest  # noqa: B018 (part of the cache's key)
         ledger, obstacles = borrowed(ledger), borrowed(obstacles)
-        by_species, log = borrowed(by_species), borrowed(log)
+        observers, log = borrowed(observers), borrowed(log)
         tally = tallies[0]
         entries = ledger.entries
         parts = len(heads)
@@ -273,7 +262,7 @@ def _merge(digest):
             else:
                 tally.collisions += 1
                 tally.virial += entry.virial
-                count_pair(by_species, i, np.int64(index(boundary, word)), entry.virial)
+                count_pair(observers, i, np.int64(index(boundary, word)), entry.virial)
             record(log, clock[0], i, word, impulse)
 
     return merge

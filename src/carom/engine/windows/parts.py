@@ -13,6 +13,8 @@ from carom.engine.images import NearestImage
 from carom.engine.neighbors.bounds import GrowingBounds
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
+from carom.engine.observers.interface import Observers, count_pair, listed
+from carom.engine.observers.own import name_of
 from carom.engine.parts import Engine, enlarge_heap
 from carom.engine.search import RowSight
 from carom.engine.state import aligned
@@ -39,7 +41,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
         return "its small box, or its steps of pairs"
     if isinstance(bounds, GrowingBounds) or hasattr(model.pair, "rates"):
         return "its growing diameters"
-    if model.balance is not None or model.impact is not None:
+    if model.impact is not None:
         return "contacts that change the energy"
     if hasattr(model.pair, "impulse"):
         return "its pinned components"
@@ -51,8 +53,9 @@ def obstacle_to_windows(engine: Engine) -> str | None:
         return "a motion in which what flies apart may come back"
     if model.obstacles is not None and not isinstance(model.motion, Inertial):
         return "walls or obstacles in a field"
-    if model.currents is not None or model.flights is not None:
-        return "the currents or free flights that are added up"
+    for each in listed(model.observers):
+        if not registry.answers(count_pair, type(each)):
+            return f"{name_of(each)}, which observes every event when it happens"
     return None
 
 
@@ -72,7 +75,7 @@ class Part(NamedTuple):
     """The engine as one part sees it: one state and one neighbour scheme, and a calendar of its own."""
 
     engine: Engine
-    """Its tally of species is what it gathers."""
+    """Its one observer is what it gathers."""
     gathered: Gathered
     """Its collisions."""
 
@@ -135,12 +138,14 @@ def make_part(engine: Engine, k: int, slabs: Slabs, board: Board, page: Page, pa
         where=aligned(2 * NOTES, np.int64).reshape(2, NOTES),
         flags=aligned(len(plain.buckets), np.uint8),
     )
-    model = engine.model._replace(
-        lanes=make_lanes(engine.model.pair), obstacles=clone(engine.model.obstacles)
-    )
     gathered = Gathered(aligned(1, np.float64), page)
+    model = engine.model._replace(
+        lanes=make_lanes(engine.model.pair),
+        obstacles=clone(engine.model.obstacles),
+        observers=Observers(gathered, None),
+    )
     tallies = aligned(1, TALLY).view(np.recarray)
-    return Part(Engine(model, state, neighbors, calendar, tallies, gathered), gathered)  # type: ignore[arg-type]
+    return Part(Engine(model, state, neighbors, calendar, tallies), gathered)  # type: ignore[arg-type]
 
 
 def begin_window(parts: list[Part], epoch: int, start: float, end: float, lead: float) -> None:

@@ -331,7 +331,7 @@ class Team:
             heads,
             engine.state.clock,
             engine.tallies,
-            engine.by_species,
+            engine.model.observers,
             engine.model.obstacles,
             engine.model.boundary,
             log,
@@ -392,7 +392,7 @@ class Team:
     def _details(self) -> bool:
         """Tell whether anybody asks for more of a collision than its virial."""
         engine: Any = self.machine.engine
-        asking = (engine.by_species, engine.model.obstacles, self.machine.log)
+        asking = (engine.model.observers, engine.model.obstacles, self.machine.log)
         return any(who is not None for who in asking)
 
     def _make_parts(self) -> None:

@@ -5,20 +5,34 @@ adds the momentum and energy that it transfers over the distance of the two cent
 119, 1 (1960); B. J. Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). Currents that
 are not requested do not exist and cost nothing.
 
-All currents refer to the rest frame of the centre of mass. The potential energy of a pair is shared by the
-two (:mod:`carom.engine.held`).
+All currents refer to the rest frame of the centre of mass.
+
+If pairs have steps, each component holds half of the energy of each of its pairs. The current of energy is
+then ``sum m v^2 v / 2 + sum u_i v_i``, in which ``u_i`` is what component i holds. The second part changes at
+collisions only. Hard cores hold no energy, and have None in this place.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
-from carom.engine.held import carry_held, pass_over
+from carom.compiling.registry import inner, optional
 from carom.engine.images import separation
+from carom.engine.observers.interface import at_epoch, at_rest, before_pair, spared
 from carom.models.interface import NEVER, mass
+
+
+class Held(NamedTuple):
+    """The energies that components hold."""
+
+    halves: np.ndarray
+    """Half of the energies of the pairs of each component, (n + 1,) float64."""
+    energies: np.ndarray
+    """Energy of a pair on each step, float64."""
+    start: int
+    """Where the current of energy begins in ``Currents.flow``."""
 
 
 class Currents(NamedTuple):
@@ -48,7 +62,7 @@ class Currents(NamedTuple):
     """(count, 2 s + 2 d + K d) float64: ``carried`` and ``thrown`` at the times of the samples."""
     room: np.ndarray
     """Room for r, and for the velocities of two before and after a collision, (5, d) float64."""
-    held: Any
+    held: Held | None
     """Energies of pairs with steps that components hold, or None."""
 
 
@@ -80,6 +94,25 @@ def make_currents(masses, velocities, kinds, held=None) -> Currents:
     species = [v[kinds[:n] == k].sum(axis=0) for k in range(count)]
     currents.flow[:] = np.concatenate([tensor[np.triu_indices(d)], heat, *species])
     return currents
+
+
+def make_held(n: int, dimension: int, energies: np.ndarray) -> Held:
+    """Return that n components hold nothing."""
+    return Held(np.zeros(n + 1), energies, dimension * (dimension + 1) // 2)
+
+
+def fill(currents, pairs: np.ndarray, steps: np.ndarray, velocities: np.ndarray) -> None:
+    """Let components hold the energies of pairs (m, 2) on their steps (m,), and move with velocities (n, d),
+    those that the run has at this moment.
+    """
+    held = currents.held
+    shares = 0.5 * held.energies[steps]
+    halves = np.zeros(len(held.halves))
+    np.add.at(halves, pairs[:, 0], shares)
+    np.add.at(halves, pairs[:, 1], shares)
+    moved = (halves - held.halves)[: len(velocities)] @ (velocities - currents.drift)
+    currents.flow[held.start : held.start + len(currents.drift)] += moved
+    held.halves[:] = halves
 
 
 @inner
@@ -127,22 +160,41 @@ def enter(currents, m, kind, v, sign):
     return 0.5 * m * twice
 
 
-@required
-def flowed(currents, model, state, i, j, word, before, step, a, b, now):
-    """Record what a collision transfers and changes, before the velocities change by ``a r`` and ``-b r``.
+@optional
+def carry_held(held, flow, i, v):
+    """Add to the current of energy what component i with velocity v holds."""
+    return
 
-    The pair goes from one step to another.
+
+@carry_held.register
+def _(held: Held, flow, i, v):
+    for p in range(len(v)):
+        flow[held.start + p] += held.halves[i] * v[p]
+
+
+@optional
+def pass_over(held, flow, i, j, before, step, v, after, w, later):
+    """Record that i and j go from one step to another, and their velocities from v to ``after`` and from w to
+    ``later``.
     """
+    return
 
 
-@flowed.register
-def _(currents: None, model, state, i, j, word, before, step, a, b, now):
-    return None
+@pass_over.register
+def _(held: Held, flow, i, j, before, step, v, after, w, later):
+    mine, other = held.halves[i], held.halves[j]
+    change = 0.5 * (held.energies[step] - held.energies[before])
+    held.halves[i] = mine + change
+    held.halves[j] = other + change
+    for p in range(len(v)):
+        flow[held.start + p] += (mine + change) * after[p] - mine * v[p]
+        flow[held.start + p] += (other + change) * later[p] - other * w[p]
 
 
-@flowed.register
-def _(currents: Currents, model, state, i, j, word, before, step, a, b, now):
-    carry(currents, now)
+@before_pair.register
+def _(observer: Currents, model, state, event):
+    currents, i, j, a, b = observer, event.i, event.j, event.a, event.b
+    carry(currents, event.now)
     me = state.rows[i]
     other = state.rows[j]
     r, v, after, w, later = (
@@ -154,7 +206,7 @@ def _(currents: Currents, model, state, i, j, word, before, step, a, b, now):
     )
     d = len(model.boundary.edges)
     for p in range(d):
-        x = separation(model.boundary, i, word, p, np.float64(other.x[p]) - np.float64(me.x[p]))
+        x = separation(model.boundary, i, event.word, p, np.float64(other.x[p]) - np.float64(me.x[p]))
         r[p] = x
         v[p] = np.float64(me.v[p]) - currents.drift[p]
         w[p] = np.float64(other.v[p]) - currents.drift[p]
@@ -165,7 +217,7 @@ def _(currents: Currents, model, state, i, j, word, before, step, a, b, now):
     kind, other_kind = currents.kinds[i], currents.kinds[j]
     gained = -enter(currents, first, kind, v, -1.0) + enter(currents, first, kind, after, 1.0)
     lost = enter(currents, second, other_kind, w, -1.0) - enter(currents, second, other_kind, later, 1.0)
-    pass_over(currents.held, currents.flow, i, j, before, step, v, after, w, later)
+    pass_over(currents.held, currents.flow, i, j, event.before, event.after, v, after, w, later)
     c = 0
     for p in range(d):
         for q in range(p, d):
@@ -176,27 +228,30 @@ def _(currents: Currents, model, state, i, j, word, before, step, a, b, now):
         currents.thrown[c + p] -= r[p] * 0.5 * (gained + lost)
 
 
-@required
-def reckon(currents, pair, rows, duration):
-    """At the end of an epoch, take the currents from the velocities, so that rounding does not add up, and
-    count time from the next one.
-    """
-
-
-@reckon.register
-def _(currents: None, pair, rows, duration):
-    return None
-
-
-@reckon.register
-def _(currents: Currents, pair, rows, duration):
-    carry(currents, duration)
+@at_epoch.register
+def _(observer: Currents, model, state, length):
+    # From the velocities again, so that rounding does not add up.
+    currents, rows = observer, state.rows
+    carry(currents, length)
     currents.since[0] = 0.0
-    currents.upcoming[0] -= duration
+    currents.upcoming[0] -= length
     currents.flow[:] = 0.0
     v = currents.room[1]
     for i in range(len(rows) - 1):  # the last row is the ghost
         for p in range(len(v)):
             v[p] = np.float64(rows[i].v[p]) - currents.drift[p]
-        enter(currents, mass(pair, i), currents.kinds[i], v, 1.0)
+        enter(currents, mass(model.pair, i), currents.kinds[i], v, 1.0)
         carry_held(currents.held, currents.flow, i, v)
+
+
+@at_rest.register
+def _(observer: Currents, now, since):
+    carry(observer, now)
+    observer.since[0] = since
+    observer.upcoming[0] -= now - since
+
+
+@spared.register
+def _(observer: Currents):
+    # Samples that are being taken end with the run, and a loaded one takes none.
+    return "kinds", "upcoming", "used", "samples", "room", "held.energies"

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import inner
+from carom.engine.observers.interface import at_epoch, before_pair, limits, spared
 
 BINS = 256
 """Of each histogram; the last one holds everything beyond."""
@@ -67,21 +68,9 @@ def place(value, width):
     return np.int64(min(value / width, BINS - 1.0))
 
 
-@required
-def flown(flights, state, i, j, rr, rv, now):
-    """Record the flights that end at a collision of i and j, before their velocities change.
-
-    ``rr`` is r.r and ``rv`` r.v of j relative to i at contact.
-    """
-
-
-@flown.register
-def _(flights: None, state, i, j, rr, rv, now):
-    return None
-
-
-@flown.register
-def _(flights: Flights, state, i, j, rr, rv, now):
+@before_pair.register
+def _(observer: Flights, model, state, event):
+    flights, i, j, now = observer, event.i, event.j, event.now
     for c in (i, j):
         if flights.moves[c] and flights.last[c] <= now:  # the first flight began before anybody looked
             kind = flights.kinds[c]
@@ -105,23 +94,23 @@ def _(flights: Flights, state, i, j, rr, rv, now):
         flights.partners[c] = np.int64(other)
     a = min(flights.kinds[i], flights.kinds[j])
     b = max(flights.kinds[i], flights.kinds[j])
-    u = abs(rv) / np.sqrt(rr)
+    u = abs(event.rv) / np.sqrt(event.rr)
     flights.speeds[a, b, place(u, flights.widths[2])] += 1
     flights.met[a, b, 0] += 1.0
     flights.met[a, b, 1] += u
     flights.met[a, b, 2] += u * u
 
 
-@required
-def ground(flights, duration):
-    """At the end of an epoch, count times from the next one."""
+@at_epoch.register
+def _(observer: Flights, model, state, length):
+    observer.last[:] -= length
 
 
-@ground.register
-def _(flights: None, duration):
-    return None
+@spared.register
+def _(observer: Flights):
+    return "kinds", "moves"
 
 
-@ground.register
-def _(flights: Flights, duration):
-    flights.last[:] -= duration
+@limits.register
+def _(observer: Flights, n, oldest):
+    return {"partners": (-1, n - 1), "last": (oldest, np.inf), "widths": (1e-300, 1e300)}

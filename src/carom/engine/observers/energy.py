@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
-from carom.models.interface import mass
+from carom.compiling.registry import inner
+from carom.engine.observers.interface import at_epoch, at_rest, before_pair, gain
+from carom.models.interface import mass, take_over
 
 
 class Balance(NamedTuple):
@@ -53,62 +54,40 @@ def book(balance, change, now):
     balance.energy[0] += change
 
 
-@required
-def exchanged(balance, a, b, virial, rr, rv, now):
-    """Record the change of energy at a contact of two components.
-
-    ``a``, ``b`` and ``virial`` are those of ``jump``, in the part that is exchanged; ``rv`` is r.v of the
-    centres before the contact.
-    """
+@before_pair.register
+def _(observer: Balance, model, state, event):
+    book(observer, event.virial * (event.rv / event.rr - 0.5 * (event.a + event.b)), event.now)
 
 
-@exchanged.register
-def _(balance: None, a, b, virial, rr, rv, now):
-    return None
+@gain.register
+def _(observer: Balance, energy, now):
+    book(observer, energy, now)
 
 
-@exchanged.register
-def _(balance: Balance, a, b, virial, rr, rv, now):
-    book(balance, virial * (rv / rr - 0.5 * (a + b)), now)
-
-
-@required
-def pushed(balance, energy, now):
-    """Record the energy that a component gains at an obstacle."""
-
-
-@pushed.register
-def _(balance: None, energy, now):
-    return None
-
-
-@pushed.register
-def _(balance: Balance, energy, now):
-    book(balance, energy, now)
-
-
-@required
-def audit(balance, pair, rows, duration):
-    """At the end of an epoch, compute the energy from the velocities again.
-
-    Rounding errors therefore do not accumulate, and a gas may cool by any number of decades.
-    """
-
-
-@audit.register
-def _(balance: None, pair, rows, duration):
-    return None
-
-
-@audit.register
-def _(balance: Balance, pair, rows, duration):
-    hold(balance, duration)
+@at_epoch.register
+def _(observer: Balance, model, state, length):
+    # From the velocities again: rounding errors do not accumulate, and a gas may cool by any number of
+    # decades.
+    hold(observer, length)
+    rows = state.rows
     twice = 0.0
     for i in range(len(rows) - 1):  # the last row is the ghost
         square = 0.0
-        for axis in range(len(balance.drift)):
-            v = np.float64(rows[i].v[axis]) - balance.drift[axis]
+        for axis in range(len(observer.drift)):
+            v = np.float64(rows[i].v[axis]) - observer.drift[axis]
             square += v * v
-        twice += mass(pair, i) * square
-    balance.energy[0] = 0.5 * twice
-    balance.since[0] = 0.0
+        twice += mass(model.pair, i) * square
+    observer.energy[0] = 0.5 * twice
+    observer.since[0] = 0.0
+
+
+@at_rest.register
+def _(observer: Balance, now, since):
+    hold(observer, now)
+    observer.since[0] = since
+
+
+@take_over.register
+def _(model: Balance, before, instant, passed, slower):
+    action = before.action[0] + before.energy[0] * (passed - before.since[0])
+    model.action[0] = np.ldexp(action, slower)

@@ -1,0 +1,225 @@
+"""What observers are told, each with a default that does nothing, and the one tuple that they are in.
+
+An observer is a ``NamedTuple`` of arrays, in the engine's unit of time. Most of the questions are asked by
+compiled code; :func:`at_rest`, :func:`spared` and :func:`limits` are asked from Python, and so is
+:func:`carom.models.interface.take_over`, by which sums go on in an engine that takes the place of another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import optional
+
+
+class Observers(NamedTuple):
+    """An observer and those after it: a list that types can walk along, as that of obstacles."""
+
+    head: Any
+    """The first."""
+    tail: Any
+    """The rest, Observers or None."""
+
+
+def chained(observers: Iterable[Any]) -> Observers | None:
+    """Return one tuple of those observers that are not None, or None where there are none."""
+    chain = None
+    for each in reversed([each for each in observers if each is not None]):
+        chain = Observers(each, chain)
+    return chain
+
+
+def listed(observers: Observers | None) -> list[Any]:
+    """Return every observer of a chain."""
+    return [] if observers is None else [observers.head, *listed(observers.tail)]
+
+
+def observer_of(observers: Observers | None, kind: type) -> Any:
+    """Return the observer of a type, or None where there is none."""
+    return next((each for each in listed(observers) if isinstance(each, kind)), None)
+
+
+class PairEvent(NamedTuple):
+    """A collision of two components, or another event of a pair with steps."""
+
+    i: int | np.integer
+    j: int | np.integer
+    word: int
+    """The word that names j and its image."""
+    now: float
+    """Time since the beginning of the epoch."""
+    rr: float
+    rv: float
+    """r.r and r.v of j relative to i, before the event."""
+    a: float
+    b: float
+    """The velocities change by ``a r`` and ``-b r``."""
+    virial: float
+    kind: int | np.integer
+    """CORE, IN, OUT or BOUNCE."""
+    before: int
+    after: int
+    """The steps of the pair, zero where there are none."""
+
+
+class ObstacleEvent(NamedTuple):
+    """A contact of a component with an obstacle or a wall."""
+
+    i: int | np.integer
+    number: int
+    """The engine's number of the obstacle."""
+    now: float
+    """Time since the beginning of the epoch."""
+    momentum: float
+    """What the component gained along the normal."""
+    energy: float
+    """What it gained."""
+
+
+@optional
+def before_pair(observer, model, state, event):
+    """Observe the ``event`` of a pair, both of whom are at its time, before their velocities change."""
+    return
+
+
+@optional
+def after_pair(observer, model, state, event):
+    """Observe the same event when both have their new velocities."""
+    return
+
+
+@optional
+def count_pair(observer, i, j, virial):
+    """Add a collision of which its components and its virial are known, and nothing else.
+
+    An observer that answers this, and no other question about events, can be used with several workers, who
+    count the collisions of a window in the order of time when it is over.
+    """
+    return
+
+
+@optional
+def before_obstacle(observer, model, state, i, now):
+    """Observe component i, which is at the time of its contact, before its velocity changes."""
+    return
+
+
+@optional
+def after_obstacle(observer, model, state, event):
+    """Observe the contact when it has its new velocity; the normal is in the obstacles' room for an image."""
+    return
+
+
+@optional
+def gain(observer, energy, now):
+    """Observe the energy that a component gains alone: at an obstacle, or by its rule."""
+    return
+
+
+@optional
+def at_epoch(observer, model, state, length):
+    """Observe the beginning of the next epoch, to which all components have been advanced.
+
+    Times that the observer holds are still those of the epoch that ends, ``length`` ago.
+    """
+    return
+
+
+@optional
+def at_rest(observer, now, since):
+    """Observe that nothing happens until the time ``now`` of this epoch, which is ``since`` of another."""
+    return
+
+
+@optional
+def spared(observer):
+    """Return fields of the ``observer`` that no checkpoint keeps: room, and what follows from the scene."""
+    return ()
+
+
+@optional
+def limits(observer, n, oldest):
+    """Return limits of arrays that a checkpoint keeps, {field: (low, high)}.
+
+    Of all others real numbers are finite, and whole ones not negative.
+
+    Parameters
+    ----------
+    observer : NamedTuple
+        The observer.
+    n : int
+        Number of components.
+    oldest : float
+        A time in the epoch before which the run had not begun.
+    """
+    return {}
+
+
+@before_pair.register
+def _(observer: Observers, model, state, event):
+    before_pair(observer.head, model, state, event)
+    before_pair(observer.tail, model, state, event)
+
+
+@after_pair.register
+def _(observer: Observers, model, state, event):
+    after_pair(observer.head, model, state, event)
+    after_pair(observer.tail, model, state, event)
+
+
+@count_pair.register
+def _(observer: Observers, i, j, virial):
+    count_pair(observer.head, i, j, virial)
+    count_pair(observer.tail, i, j, virial)
+
+
+@before_obstacle.register
+def _(observer: Observers, model, state, i, now):
+    before_obstacle(observer.head, model, state, i, now)
+    before_obstacle(observer.tail, model, state, i, now)
+
+
+@after_obstacle.register
+def _(observer: Observers, model, state, event):
+    after_obstacle(observer.head, model, state, event)
+    after_obstacle(observer.tail, model, state, event)
+
+
+@gain.register
+def _(observer: Observers, energy, now):
+    gain(observer.head, energy, now)
+    gain(observer.tail, energy, now)
+
+
+@at_epoch.register
+def _(observer: Observers, model, state, length):
+    at_epoch(observer.head, model, state, length)
+    at_epoch(observer.tail, model, state, length)
+
+
+@at_rest.register
+def _(observer: Observers, now, since):
+    at_rest(observer.head, now, since)
+    at_rest(observer.tail, now, since)
+
+
+def kept_arrays(observers: Observers | None) -> dict[str, dict[str, np.ndarray]]:
+    """Return every array that a checkpoint keeps, by its field and by the name of its observer."""
+    arrays: dict[str, dict[str, np.ndarray]] = {}
+    for each in listed(observers):
+        name = type(each).__name__
+        while name in arrays:  # another of its type
+            name += "+"
+        arrays[name] = {field: array for field, array in _arrays(each) if field not in spared(each)}
+    return arrays
+
+
+def _arrays(value: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
+    if isinstance(value, np.ndarray):
+        yield name, value
+    elif isinstance(value, tuple):
+        for field, part in zip(getattr(value, "_fields", range(len(value))), value, strict=True):
+            yield from _arrays(part, f"{name}.{field}" if name else str(field))

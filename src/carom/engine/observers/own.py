@@ -1,0 +1,165 @@
+"""Observers of the user's own: events as they see them, in the units of the scene."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling import registry
+from carom.compiling.registry import inner
+from carom.engine.images import separation
+from carom.engine.observers import interface
+from carom.engine.observers.interface import after_obstacle, after_pair, before_obstacle, before_pair, spared
+from carom.models.interface import take_over
+from carom.models.observers import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
+
+
+class Own(NamedTuple):
+    """An observer of the user's own, and room for what it is told."""
+
+    observer: Any
+    """The user's NamedTuple."""
+    origin: np.ndarray
+    """When the counting of epochs began, since the start of the run, (1,) float64."""
+    exponent: int
+    """The engine's unit of time is two to this power of the scene's."""
+    places: np.ndarray
+    """Place of every obstacle in the scene's order, by the engine's number, int64."""
+    r: np.ndarray
+    """(d,)"""
+    normal: np.ndarray
+    """(d,)"""
+    x: np.ndarray
+    """(2, d)"""
+    before: np.ndarray
+    """(2, d)"""
+    after: np.ndarray
+    """(2, d)"""
+    all_x: np.ndarray
+    """(n, d), empty where nobody observes epochs."""
+    all_v: np.ndarray
+    """(n, d), likewise."""
+
+
+def make_own(observer, n: int, dimension: int, exponent: int, numbers: list[int], origin: float = 0.0) -> Own:
+    """Return what the engine tells of n components to an observer.
+
+    ``numbers`` are the engine's of each obstacle, in the scene's order.
+    """
+    places = np.full(max(numbers, default=-1) + 1, -1)
+    places[numbers] = np.arange(len(numbers))
+    rows = n if registry.answers(at_epoch, type(observer)) else 0
+    return Own(
+        observer=observer,
+        origin=np.array([origin]),
+        exponent=exponent,
+        places=places,
+        r=np.zeros(dimension),
+        normal=np.zeros(dimension),
+        x=np.zeros((2, dimension)),
+        before=np.zeros((2, dimension)),
+        after=np.zeros((2, dimension)),
+        all_x=np.zeros((rows, dimension)),
+        all_v=np.zeros((rows, dimension)),
+    )
+
+
+def name_of(observer) -> str:
+    """Return the name of an observer's class: the user's, where it is their own."""
+    return type(observer.observer if isinstance(observer, Own) else observer).__name__
+
+
+@inner
+def _write(own, state, i, velocities, slot):
+    """Write position and velocity of component i, which is up to date, into a row of the rooms."""
+    row = state.rows[i]
+    for axis in range(len(row.x)):
+        own.x[slot, axis] = row.x[axis]
+        velocities[slot, axis] = math.ldexp(np.float64(row.v[axis]), -own.exponent)
+
+
+@inner
+def _time(own, state, now):
+    """Return the time since the start of the run."""
+    clock = state.clock[0]
+    return math.ldexp(own.origin[0] + (np.float64(clock.epoch) * clock.length + now), own.exponent)
+
+
+@before_pair.register
+def _(observer: Own, model, state, event):
+    _write(observer, state, event.i, observer.before, 0)
+    _write(observer, state, event.j, observer.before, 1)
+    for axis in range(len(model.boundary.edges)):
+        x = observer.x[1, axis] - observer.x[0, axis]
+        observer.r[axis] = separation(model.boundary, event.i, event.word, axis, x)
+
+
+@after_pair.register
+def _(observer: Own, model, state, event):
+    _write(observer, state, event.i, observer.after, 0)
+    _write(observer, state, event.j, observer.after, 1)
+    at_pair(
+        observer.observer,
+        PairEvent(
+            np.int64(event.i),
+            np.int64(event.j),
+            _time(observer, state, event.now),
+            observer.r,
+            observer.x,
+            observer.before,
+            observer.after,
+            math.ldexp(np.float64(event.virial), -observer.exponent),
+            np.int64(event.kind),
+        ),
+    )
+
+
+@before_obstacle.register
+def _(observer: Own, model, state, i, now):
+    _write(observer, state, i, observer.before, 0)
+
+
+@after_obstacle.register
+def _(observer: Own, model, state, event):
+    _write(observer, state, event.i, observer.after, 0)
+    for axis in range(len(model.boundary.edges)):
+        observer.normal[axis] = model.obstacles.image[axis]
+    at_obstacle(
+        observer.observer,
+        ObstacleEvent(
+            np.int64(event.i),
+            observer.places[event.number],
+            _time(observer, state, event.now),
+            observer.normal,
+            observer.x[0],
+            observer.before[0],
+            observer.after[0],
+            math.ldexp(np.float64(event.momentum), -observer.exponent),
+            math.ldexp(np.float64(event.energy), -2 * observer.exponent),
+        ),
+    )
+
+
+@interface.at_epoch.register
+def _(observer: Own, model, state, length):
+    for i in range(len(observer.all_x)):
+        row = state.rows[i]
+        for axis in range(len(row.x)):
+            observer.all_x[i, axis] = row.x[axis]
+            observer.all_v[i, axis] = math.ldexp(np.float64(row.v[axis]), -observer.exponent)
+    if len(observer.all_x) > 0:
+        time = _time(observer, state, length)
+        at_epoch(observer.observer, Epoch(time, observer.all_x, observer.all_v))
+
+
+@spared.register
+def _(observer: Own):
+    return "places", "r", "normal", "x", "before", "after", "all_x", "all_v"
+
+
+@take_over.register
+def _(model: Own, before, instant, passed, slower):
+    # The arrays of the user's are those of before.
+    model.origin[0] = float(instant)

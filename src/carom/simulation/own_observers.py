@@ -1,0 +1,140 @@
+"""Observers of one's own: what is refused, what a file keeps of them, and how they are let in and out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import checks
+from carom.compiling import registry
+from carom.errors import InputError
+from carom.models import choice, parameters
+from carom.models.interface import CORE
+from carom.models.observers import QUESTIONS, Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
+from carom.simulation.trials import copied, in_plain_python
+
+if TYPE_CHECKING:
+    from carom.engine.requirements import Contents
+    from carom.scene.scene import Scene
+    from carom.simulation.machine import Machine
+
+TRIED = 64
+"""Events that an observer is told of in plain Python, before it is compiled."""
+
+
+def is_observer(value: Any) -> bool:
+    """Tell whether a value is an observer of events."""
+    return isinstance(value, tuple) and any(registry.answers(each, type(value)) for each in QUESTIONS)
+
+
+def checked(observers: Sequence[Any], scene: Scene, contents: Contents) -> tuple[Any, ...]:
+    """Return observers with arrays of their own, to which a run adds.
+
+    Raises
+    ------
+    InputError
+        If one is no observer, or fails where it is asked in plain Python.
+    """
+    if hasattr(observers, "_fields") or not isinstance(observers, list | tuple):
+        raise InputError(f"observers must be a list of observers, found {checks.describe(observers)}.")
+    for each in observers:
+        if isinstance(each, type) or not is_observer(each):
+            found = f"the class {each.__name__}" if isinstance(each, type) else checks.describe(each)
+            raise InputError(
+                "An observer is a NamedTuple of arrays, for whose class a function is registered with "
+                f"@at_pair.register, @at_obstacle.register or @at_epoch.register; found {found}."
+            )
+        choice.compilable("observer", each)
+        with in_plain_python(each):
+            _try(copied(each), scene, contents)
+    return tuple(map(copied, observers))
+
+
+def _try(observer: Any, scene: Scene, contents: Contents) -> None:
+    """Tell an observer of events that might happen in a scene."""
+    rng, n, d = np.random.default_rng(4), scene.n, scene.dimension
+    pace = 1.0 if scene.velocities is None else float(np.sqrt(np.mean(scene.velocities**2))) or 1.0
+    radii = contents.particles.radii
+    fixed = len(scene.obstacles) + 2 * int(np.sum(~np.asarray(scene.periodic)))
+    for _ in range(TRIED):
+        i, j = (int(k) for k in rng.integers(0, n, 2))
+        normal = rng.normal(size=d)
+        normal /= np.sqrt(np.sum(normal**2))
+        v = pace * rng.normal(size=(2, d))
+        v[1] *= 1.0 if (approach := float(normal @ (v[1] - v[0]))) < 0.0 else -1.0
+        approach = float(normal @ (v[1] - v[0]))
+        thrown = v + approach * np.array([normal, -normal])
+        r, virial = (radii[i] + radii[j]) * normal, -approach * scene.mass * (radii[i] + radii[j])
+        places, time = scene.positions[[i, j]], float(rng.uniform())
+        if i != j:
+            at_pair(observer, PairEvent(i, j, time, r, places, v, thrown, virial, CORE))
+        if fixed:
+            momentum = -2.0 * float(normal @ v[0])
+            bounced, number = v[0] + momentum * normal, int(rng.integers(0, fixed))
+            at_obstacle(
+                observer,
+                ObstacleEvent(i, number, time, normal, places[0], v[0], bounced, scene.mass * momentum, 0.0),
+            )
+    at_epoch(observer, Epoch(0.0, scene.positions.copy(), pace * rng.normal(size=(n, d))))
+
+
+def described(observer: Any) -> dict[str, Any]:
+    """Return what a file keeps of an observer beside its arrays: its class, and its numbers."""
+    return parameters.kept(_bare(observer))
+
+
+def _bare(value: Any) -> Any:
+    """Return a value without its arrays, which are those of the present."""
+    if isinstance(value, np.ndarray):
+        return None
+    if isinstance(value, tuple):
+        parts = map(_bare, value)
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value
+
+
+def recalled(kept: Sequence[Mapping[str, Any]], given: Sequence[Any]) -> tuple[Any, ...]:
+    """Return the observers of a run from a file, whose arrays are not filled yet.
+
+    Raises
+    ------
+    InputError
+        If those that are given are not those of the run.
+    """
+    if len(kept) != len(given):
+        names = ", ".join(str(each.get("class")) for each in kept) or "none"
+        raise InputError(
+            f"The observers of your own that the run has are {names}, which no file holds, and {len(given)} "
+            "are given: give them, observers=[...], where the file is loaded."
+        )
+    for before, value in zip(kept, given, strict=True):
+        other = parameters.difference(before, _bare(value))
+        if other is not None:
+            raise InputError(f"An observer of the file is {other}: give those of the run.")
+    return tuple(map(copied, given))
+
+
+@contextmanager
+def observing(machine: Machine, observer: Any) -> Iterator[Any]:
+    """Let an observer in for as long as the body runs, and hand over the one to whose arrays is added.
+
+    Raises
+    ------
+    InputError
+        If it is no observer, or there are several workers.
+    """
+    if machine.team is not None:
+        raise InputError(
+            f"{type(observer).__name__} observes every event when it happens, and this simulation has "
+            "several workers: make it with workers=1."
+        )
+    (mine,) = checked([observer], machine.scene, machine.contents)
+    with machine.alone.changing():
+        machine.let_in((*machine.contents.observers, mine))
+    try:
+        yield mine
+    finally:
+        machine.let_in(machine.contents.observers[:-1])
