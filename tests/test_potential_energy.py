@@ -323,19 +323,3 @@ def test_the_screen_shows_wells_with_their_energy_and_temperature(whole, tmp_pat
     assert re.search(rf"U / N {whole['potential_energy']['mean']:.3f}"[:-1] + r"\d* ± 0\.0\d+ kT 3\.", shown)
     assert "hard" not in shown
     json.dumps(whole, allow_nan=False)
-
-
-def test_every_block_has_the_energies_at_its_own_two_ends(monkeypatch):
-    from fractions import Fraction
-
-    from carom.simulation import running
-
-    found = iter([Energy(1.0, 1.0), Energy(2.0, 3.0), Energy(4.0, 5.0), Energy(8.0, 1.0)])
-    monkeypatch.setattr(running.energy, "now", lambda machine: next(found))
-    monkeypatch.setattr(running.mechanics, "momenta_at_walls", lambda machine: ((), ()))
-    monkeypatch.setattr(running.loop, "advance", lambda machine, collisions, end: Block(1.0, 3, 1.0))
-    sim = SimpleNamespace(
-        machine=SimpleNamespace(clock=SimpleNamespace(instant=Fraction(0))), degrees_of_freedom=6
-    )
-    means = [block.energy for block in running.Running.blocks(sim, 1.0, 3)]
-    assert means == [Energy(1.5, 2.0), Energy(3.0, 4.0), Energy(6.0, 3.0)]
