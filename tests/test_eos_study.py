@@ -1008,3 +1008,13 @@ def test_a_line_through_three_sizes_has_one_degree_of_freedom():
     # One normal number in a thousand has a square above 10.83; with two of them it is 13.8.
     assert fitted(0.01 * math.sqrt(10.5 / one)).sizes == sizes
     assert fitted(0.01 * math.sqrt(11.2 / one)).sizes == sizes[1:]
+
+
+def test_densities_of_a_file_are_those_of_its_dimension_only():
+    words = vars(StudySpec(packing_fractions=(0.1, 0.2), n=(32,), replicas=1))
+    kept = StudySpec(**spec.replaced(words, {"dimension": 3, "seed": 2}))
+    assert (kept.packing_fractions, kept.seed) == ((0.1, 0.2), 2)
+    other = StudySpec(**spec.replaced(words, {"dimension": 2}))
+    assert other.packing_fractions == StudySpec(dimension=2).packing_fractions
+    given = StudySpec(**spec.replaced(words, {"dimension": 2, "packing_fractions": (0.3,)}))
+    assert given.packing_fractions == (0.3,)
