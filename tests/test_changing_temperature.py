@@ -178,16 +178,3 @@ def test_the_number_of_collisions_of_growing_spheres_gives_the_z_that_made_it(di
         blocks.append(Block(duration, count, virial, kT_time=kT * duration, sizes=sizes))
     found = Pressure.estimate(blocks, n=n, dimension=dimension, volume=100.0, diameter=1.0, kT=1.0)
     assert found.compressibility_factor_from_rate.mean == pytest.approx(z, rel=1e-7)
-
-
-def test_the_energy_that_obstacles_gave_is_kept_when_the_unit_of_time_changes():
-    from carom.engine.live import take_over_all
-
-    def model(work):
-        live = SimpleNamespace(work=np.array(work))
-        return SimpleNamespace(pair=None, impact=None, obstacles=SimpleNamespace(live=live, chain=None))
-
-    before, after = TimeUnit(0), TimeUnit(24)
-    old, new = model(before.to_kernel(np.array([3.0, 0.5]), -2)), model([0.0, 0.0])
-    take_over_all(new, old, 0, 0.0, after.exponent - before.exponent)
-    assert after.to_scene(new.obstacles.live.work, -2).tolist() == [3.0, 0.5]
