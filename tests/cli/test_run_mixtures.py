@@ -214,3 +214,11 @@ def test_pairs_touch_where_the_scene_says(tmp_path):
         write_partial(found, tmp_path / "nowhere" / "rdf.csv")
     with pytest.raises(InputError, match="nothing to draw"):
         draw({})
+
+
+def test_no_theory_holds_for_pairs_that_touch_at_other_distances_than_their_mean_diameter():
+    species, sizes = [0] * 8 + [1] * 8, [1.0] * 8 + [0.5] * 8
+    scene = scene_of(sizes)
+    for between, names in ((0.75, True), (0.6, False)):
+        contact = None if names else [[1.0, between], [between, 0.5]]
+        assert bool(names_of(scene.with_(species=species, contact=contact))) == names

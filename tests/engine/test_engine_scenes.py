@@ -359,3 +359,14 @@ print(sum(impact.hits for impact in sim.obstacles))
 def test_fixed_balls_are_seen_from_a_face_of_the_box():
     # One that rounding leaves a hair before the face that it passes flies through all of the next box.
     assert int(plain_python("-c", LORENTZ)) > 100
+
+
+def test_the_threshold_of_elastic_contacts_in_a_log_is_in_the_unit_of_the_scene(monkeypatch):
+    from carom.simulation.recorder import _header
+
+    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    scene = carom.Scene.fcc(cells=3, packing_fraction=0.3).with_(restitution=0.7)
+    for kT in (1.0, 1e30):
+        sim = carom.Simulation(scene, kT=kT, seed=1)
+        assert (sim.machine.unit.exponent == 0) == (kT == 1.0)
+        assert _header(sim.machine)["threshold"] == pytest.approx(1e-3 * kT**0.5)

@@ -569,3 +569,34 @@ def test_no_data_set_is_gone_through_element_by_element(tmp_path, monkeypatch):
     path = write(tmp_path / "a.h5md", frames[:1])
     write(path, frames[1:], "a")
     assert_same(frames[1], carom.io.read(path))
+
+
+class FullOnce:
+    """A file on a disk that is full in the middle of one write."""
+
+    def __init__(self, file):
+        self._file, self._left = file, 1000
+
+    def write(self, part):
+        if self._left == 0:
+            self._left = -1
+            raise OSError(28, "No space left on device")
+        if self._left > 0:
+            part, self._left = part[: self._left], 0
+        return self._file.write(part)
+
+    def __getattr__(self, name):
+        return getattr(self._file, name)
+
+
+def test_the_frame_after_one_that_did_not_fit_follows_the_last_whole_one(tmp_path):
+    path, frames = tmp_path / "a.extxyz", make_frames(3, count=3, n=50)
+    with carom.io.open(path, "w") as writer:
+        writer.write(frames[0])
+        writer._file = FullOnce(writer._file)
+        with pytest.raises(FileError, match="No space"):
+            writer.write(frames[1])
+        writer.write(frames[2])
+    first, last = carom.io.read(path, ":")
+    assert_same(first, frames[0])
+    assert_same(last, frames[2])

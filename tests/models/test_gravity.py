@@ -368,3 +368,18 @@ def test_the_energy_in_a_field_is_mass_times_strength_times_height_over_the_lowe
     assert field.potential_energy(masses, places, edges) == float(masses @ heights @ np.abs(g)) > 0.0
     down = np.where(np.array(g) > 0.0, edges, 0.0)
     assert field.potential_energy(masses, np.array([down, down]), edges) == 0.0
+
+
+def test_contacts_slower_than_the_threshold_of_a_loss_are_spared_and_counted():
+    from types import SimpleNamespace
+
+    from carom.models.interface import exchanged_part
+    from carom.models.losses import Loss
+    from carom.units import TimeUnit
+
+    particles = SimpleNamespace(unit=TimeUnit(), radii=np.full(2, 0.5))
+    law = Loss(0.5, elastic_below=0.1).model(particles)
+    for approach, part, spared in ((0.2, 0.75, 0), (0.09, 1.0, 1), (0.11, 0.75, 1)):
+        # At a distance of 2, r.v is twice the normal speed.
+        assert exchanged_part(law, 0, 1, 4.0, -2.0 * approach, 5.0) == part
+        assert law.spared[0] == spared

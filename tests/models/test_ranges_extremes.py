@@ -206,3 +206,20 @@ def test_what_cannot_be_is_refused_in_a_sentence(make, words):
         make()
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 300
+
+
+def test_timers_are_the_time_that_is_left_in_the_unit_of_the_scene():
+    from types import SimpleNamespace
+
+    from carom.simulation import units
+    from carom.units import TimeUnit
+
+    nobody = np.zeros(3, np.int64)
+    rules = SimpleNamespace(
+        kinds=nobody, present=nobody + 1, counts=np.zeros((3, 1, 1), np.int64), memory=np.zeros((3, 0)),
+        timers=np.array([2.5, np.inf, 7.0]), targets=nobody - 1, asked=np.zeros(5, np.int64),
+    )  # fmt: skip
+    machine = SimpleNamespace(
+        engine=SimpleNamespace(model=SimpleNamespace(rules=rules)), unit=TimeUnit(3), in_epoch=lambda: 2.0
+    )
+    assert units.present(machine).timers.tolist() == [4.0, np.inf]

@@ -264,3 +264,22 @@ def test_errors_of_short_runs_near_freezing_are_right_or_said_to_be_too_small(d,
             f"d = {d}, eta = {eta}, {length} collisions a particle: {len(pulls)} silent, rms pull {rms:.2f}"
         )
         assert 0.8 < rms < 1.2
+
+
+def test_of_a_run_the_part_of_the_displacement_in_its_measured_stretch_counts(monkeypatch):
+    from carom.studies.runs import report
+
+    start = np.random.default_rng(1).normal(size=(50, 3))
+    moved = np.random.default_rng(2).normal(size=(50, 3))
+    scene = SimpleNamespace(positions=start, interaction=None)
+    sim = SimpleNamespace(scene=scene, time=8.0, frame=lambda: SimpleNamespace(unwrapped=start + moved))
+    facts = SimpleNamespace(
+        sim=sim,
+        blocks=[SimpleNamespace(duration=0.5)] * 4,
+        thermometer=SimpleNamespace(doubts=lambda error: []),
+    )
+    pressure = SimpleNamespace(steady=True, primary=Estimate(1.0, 0.1, 100.0, 1.0, 100))
+    monkeypatch.setattr(report, "slow_structure", lambda scene, square: [square])
+    (square,) = report._doubts(facts, pressure, None)
+    own = moved - moved.mean(axis=0)
+    assert square == pytest.approx(2.0 / 8.0 * np.mean(np.sum(own**2, axis=1)), rel=1e-12)

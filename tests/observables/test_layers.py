@@ -169,3 +169,15 @@ def test_a_pressure_on_what_nothing_hit_says_so():
     hit = block._replace(impulses=(1.0, 2.0))
     blocks = [hit, block._replace(impulses=(2.0, 1.0))] * 8
     assert "nothing" not in str(carom.WallPressure(0).of_scene(blocks, scene, kT=1.0))
+
+
+def test_the_highest_layer_is_what_is_left_of_the_box():
+    scene = carom.Scene([[2.0, 1.5]], (4.0, 2.6), motion=Gravity((0.0, -1.0)), periodic=[True, False])
+    layers, places = Layers(scene, []), np.array([[1.0, 0.5], [1.0, 1.5], [1.0, 2.3]])
+    layers.look(frame_of(scene, places, np.ones((3, 2)), np.ones(3)), 1.0)
+    found = layers.found()
+    assert [(each.low, each.high, each.members) for each in found] == [
+        (0.0, 1.0, 1.0),
+        (1.0, 2.0, 1.0),
+        (2.0, 2.6, 1.0),
+    ]

@@ -286,3 +286,15 @@ def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
     drawn = np.array([each for each in segments(figure) if len(each) == 2])
     off = np.abs(np.array(expected)[:, None] - drawn).max(axis=(2, 3))
     assert off.min(axis=1).max() < 1e-12
+
+
+def test_a_compression_is_drawn_at_the_density_in_the_middle_of_each_stretch():
+    from carom.studies.packings.packing import HISTORY
+
+    history = np.zeros(3, dtype=HISTORY)
+    history["packing_fraction"], history["pressure"] = [0.4, 0.5, 0.56], [10.0, 20.0, 50.0]
+    dots = plots.compression(history, 0.64, 3).axes[0].lines[0].get_xdata()
+    assert dots == pytest.approx(1.0 - np.array([0.4, 0.45, 0.53]) / 0.64, rel=1e-12)
+    assert plots.compression(history, math.nan, 3).axes[0].lines[0].get_xdata() == pytest.approx(
+        [0.4, 0.45, 0.53], rel=1e-12
+    )

@@ -68,3 +68,17 @@ def test_mixtures_between_walls_are_drawn_in_every_dimension(dimension, tmp_path
     frame = frame_of(dimension, (False,) * dimension)
     plots.snapshot(frame, obstacles=[Ball((1.0,) * dimension, 0.2)], path=tmp_path / "s.png")
     assert (tmp_path / "s.png").stat().st_size > 1000
+
+
+def test_distances_of_all_pairs_are_in_the_largest_diameter():
+    from carom.observables.partial_rdf import partial_rdf
+    from carom.scene.scene import Scene
+
+    scene = Scene.mixture([60, 60], diameters=[1.0, 0.5], packing_fraction=0.2, seed=1)
+    frame = Frame(
+        0.0, 0, scene.positions, np.zeros((120, 3)), scene.box, scene.diameters, scene.masses,
+        species=scene.species,
+    )  # fmt: skip
+    found = partial_rdf(scene, lambda: iter([frame]))
+    lines = plots.partial_rdf(found).axes[0].lines[1:]
+    assert sorted(line.get_xdata()[0] for line in lines) == pytest.approx([0.5, 0.75, 1.0], rel=1e-9)

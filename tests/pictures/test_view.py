@@ -668,3 +668,19 @@ def test_a_replay_of_disks_is_shown_by_psi_6(tmp_path):
     # On the lattice psi_6 is 1: every disk has the colour of no angle.
     red = (0.92, 0.29, 0.29)
     assert where(plain, red)[2] < 20 < 5000 < where(ordered, red)[2]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_bond_across_the_border_begins_at_both_of_its_ends(dimension):
+    network = packing_network(crystal(dimension, 4))
+    frame, box = network.frame, np.asarray(network.frame.box)
+    drawn = unpacked(viewdata.of_network(network)["bonds"], "<f4").reshape(-1, 2, 3)[:, :, :dimension]
+    ends, steps = frame.positions[network.bonds], network.vectors
+    crosses = (np.abs(ends[:, 0] + steps - ends[:, 1]) > 0.5 * box).any(axis=1)
+    assert 0 < crosses.sum() < len(steps)
+    both = [
+        np.stack([ends[:, 0], ends[:, 0] + steps], axis=1),
+        np.stack([ends[:, 1], ends[:, 1] - steps], axis=1)[crosses],
+    ]
+    off = np.abs(np.concatenate(both)[:, None] - drawn).max(axis=(2, 3))
+    assert off.min(axis=1).max() < 1e-5  # single precision, over lengths of some diameters

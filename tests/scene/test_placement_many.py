@@ -110,3 +110,18 @@ def test_what_cannot_be_pushed_apart_ends():
     room, contacts = Room(np.full(2, 100.0), np.ones(2, bool)), Contacts(np.ones(n))
     # Packing fraction 1.6.
     assert placement.separated(x, room, contacts, np.full(n, 0.5), patience=3) is None
+
+
+def test_of_two_that_overlap_the_heavier_gives_way_less():
+    from carom.scene.sweeps import sweep
+
+    start, edges = np.array([[0.2, 0.5], [9.9, 0.5], [5.0, 0.5]]), np.array([10.0, 10.0])
+    weight, contact, clearance = np.array([1.0, 3.0, 1.0]), np.full(2, 1.0), 1.01
+    places = start.copy()
+    pairs = np.array([[0, 1], [1, 2]])
+    assert sweep()(places, pairs, contact, weight, edges, 1.0 / edges, clearance) == 1
+    steps = places - start
+    # They were 0.3 apart, across the border.
+    assert steps[0, 0] - steps[1, 0] == pytest.approx(clearance - 0.3, rel=1e-12)
+    assert steps[0, 0] == pytest.approx(-3.0 * steps[1, 0], rel=1e-12)
+    assert not steps[2].any()

@@ -395,3 +395,11 @@ def test_distances_of_contact_that_no_double_tells_apart_are_refused():
     assert far_apart(diameter=[1.0, 1.0, 1.0, small]).n == 4
     absent = [[1.0, 1.0, small], [1.0, 1.0, small], [small, small, small]]
     assert far_apart(contact=absent).n == 4
+
+
+def test_a_small_one_alone_may_touch_all_others_at_a_distance():
+    small = 0.99 * 2.0**-20
+    contact = [[small, 1.0], [1.0, 1.0]]
+    assert far_apart(contact=contact, diameter=[small, 1.0, 1.0, 1.0], species=[0, 1, 1, 1]).n == 4
+    with pytest.raises(InputError, match="touch at"):
+        far_apart(contact=contact, diameter=[small, small, 1.0, 1.0])

@@ -161,3 +161,20 @@ def test_sizes_of_a_block_are_their_exact_means_over_it(dimension):
     assert not found.equal
     contents.rates[:] = contents.rates[0]
     assert mechanics.sizes(machine, np.ones(3), 1.0).equal
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_number_of_collisions_of_growing_spheres_gives_the_z_that_made_it(dimension):
+    """Diameters grow to 1.6, kT to four times as much: at constant Z the rate is as sqrt(kT) / diameter."""
+    n, z, duration, rng = 10, 3.0, 1e7, np.random.default_rng(1)  # counts are rounded to a part of 1e-8
+    sigmas, kTs = np.linspace(1.0, 1.6, 32), np.linspace(1.0, 2.0, 32) ** 2
+    blocks = []
+    for sigma, kT in zip(sigmas, kTs, strict=True):
+        rate = theory.collision_rate(z, dimension, n=n, diameter=sigma, kT=kT)
+        filled = n * theory.ball_volume(dimension, sigma) / 100.0
+        sizes = Sizes(filled, sigma**dimension, True)
+        count = round(0.5 * n * rate * duration)
+        virial = 2.0 * dimension * n * kT * duration * (1.0 + 0.1 * rng.normal())
+        blocks.append(Block(duration, count, virial, kT_time=kT * duration, sizes=sizes))
+    found = Pressure.estimate(blocks, n=n, dimension=dimension, volume=100.0, diameter=1.0, kT=1.0)
+    assert found.compressibility_factor_from_rate.mean == pytest.approx(z, rel=1e-7)

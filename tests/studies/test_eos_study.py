@@ -987,3 +987,34 @@ def test_a_run_goes_on_until_its_error_is_small_enough():
     )
     assert "the error asked for was not reached" in row.remarks
     assert row.equilibrated
+
+
+def test_a_line_through_three_sizes_has_one_degree_of_freedom():
+    sizes = (100, 200, 400)
+    rows = rows_of(3, [0.2], 1e-4, np.random.default_rng(1), sizes=sizes)
+
+    def fitted(off):
+        on_a_line = [
+            dataclasses.replace(
+                row, compressibility_factor=3.0 + 5.0 / row.n + (row.n == 100) * off, error=0.01
+            )
+            for row in rows
+        ]
+        (fit,) = fits.extrapolate(on_a_line)
+        return fit
+
+    one = fitted(0.01).chi2
+    assert 0.0 < one < 1.0
+    # One normal number in a thousand has a square above 10.83; with two of them it is 13.8.
+    assert fitted(0.01 * math.sqrt(10.5 / one)).sizes == sizes
+    assert fitted(0.01 * math.sqrt(11.2 / one)).sizes == sizes[1:]
+
+
+def test_densities_of_a_file_are_those_of_its_dimension_only():
+    words = vars(StudySpec(packing_fractions=(0.1, 0.2), n=(32,), replicas=1))
+    kept = StudySpec(**spec.replaced(words, {"dimension": 3, "seed": 2}))
+    assert (kept.packing_fractions, kept.seed) == ((0.1, 0.2), 2)
+    other = StudySpec(**spec.replaced(words, {"dimension": 2}))
+    assert other.packing_fractions == StudySpec(dimension=2).packing_fractions
+    given = StudySpec(**spec.replaced(words, {"dimension": 2, "packing_fractions": (0.3,)}))
+    assert given.packing_fractions == (0.3,)

@@ -384,3 +384,20 @@ def test_forty_promises_hold(ten):
 
 def _spread(ratios):
     return f"{min(ratios):.2f} to {max(ratios):.2f}, median {statistics.median(ratios):.2f}"
+
+
+def test_a_number_of_particles_that_fills_the_same_lattice_is_that_of_the_plan(monkeypatch, tmp_path):
+    from types import SimpleNamespace
+
+    from carom.cli import plan
+
+    crystal, target = System(0.6), Target.parse("Z=1e-2")
+    held = SimpleNamespace(
+        target=target, system=crystal, design=SimpleNamespace(n=500), seed=1, cores=2, hours=None
+    )
+    monkeypatch.setattr(RunPlan, "load", lambda folder: held)
+    given = {"n": 490, "seed": None, "cores": None, "hours": None}
+    assert crystal.filling(490) == 500
+    assert plan._held(tmp_path, "Z=1e-2", crystal, given) is held
+    with pytest.raises(InputError, match="n is 500"):
+        plan._held(tmp_path, "Z=1e-2", crystal, given | {"n": 256})

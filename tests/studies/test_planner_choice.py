@@ -60,3 +60,40 @@ def test_the_error_of_few_correlated_blocks_is_that_of_the_mean():
     # a series count for a percent.
     exact = (1.0 + memory) / (1.0 - memory) / (1.0 - memory**2) / 100
     assert squares.mean() == pytest.approx(exact, rel=0.08)
+
+
+def test_what_is_planned_of_diffusion_has_the_units_of_the_scene():
+    from carom.studies.planner.diffusion import DiffusionMethod
+
+    plain, scaled = (
+        DiffusionMethod(System(0.3, scene=scene), "D")
+        for scene in ({}, {"diameter": 2.0, "mass": 4.0, "kT": 9.0})
+    )
+    speed, length = math.sqrt(9.0 / 4.0), 2.0
+    found = scaled.shift(500, 0.7 * 4.0 * speed / length**2, 0.2 * speed * length)
+    assert found == pytest.approx(plain.shift(500, 0.7, 0.2) * speed * length, rel=1e-12)
+    assert scaled.block(500) == pytest.approx(plain.block(500), rel=1e-12)  # in collisions
+
+
+def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(monkeypatch):
+    """D of N spheres at rest together is smaller by 1 / N, which is exact and leaves no bias."""
+    from carom.observables.statistics import Estimate
+    from carom.studies.planner import diffusion
+
+    n, density, one = 64, 0.5, Estimate(0.3, 0.01, 100.0, 1.0, 100)
+    point = SimpleNamespace(
+        n=n,
+        volume=n / density,
+        kT=1.0,
+        first={"masses": [1.0]},
+        at_rest=lambda species: n / (n - 1.0),
+        shear_viscosity=lambda: SimpleNamespace(value=one),
+        self_diffusion=lambda: [SimpleNamespace(value=one, settled=True)] * 2,
+    )
+    monkeypatch.setattr(diffusion, "Point", lambda records: point)
+    method = diffusion.DiffusionMethod(System(density * math.pi / 6.0), "D")
+    value, bias, said = method.reached([], "velocity")
+    shift = theory.diffusion_shift(n, density, one.mean, self_diffusion=value.mean)
+    assert value.mean - shift == pytest.approx(one.mean * n / (n - 1.0), rel=1e-9)
+    assert bias == pytest.approx(diffusion.missed(n) * shift, rel=1e-9)
+    assert not said

@@ -360,3 +360,17 @@ def test_the_gradient_of_the_repulsion_is_its_derivative():
         rise = _energy(flat + ahead, 5, 3, 16.0)[0] - _energy(flat - ahead, 5, 3, 16.0)[0]
         # Of second order in the step, with third derivatives of about the cube of the exponent.
         assert rise / (2.0 * step) == pytest.approx(slope[axis], abs=16.0**3 * step**2 + 1e-10)
+
+
+def test_the_caps_of_a_picture_touch_at_the_contacts(monkeypatch):
+    from carom.pictures import caps
+
+    drawn = []
+    monkeypatch.setattr(caps, "caps", lambda *arguments, **options: drawn.append(arguments))
+    code = searched(6)
+    code.plot()
+    ((points, radius, pairs),) = drawn
+    i, j = np.asarray(pairs).T
+    between = np.degrees(np.arccos(np.sum(points[i] * points[j], axis=1)))
+    assert len(pairs) == 12  # the edges of the octahedron
+    assert between == pytest.approx(2.0 * radius, rel=1e-12)

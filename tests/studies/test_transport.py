@@ -557,3 +557,20 @@ def test_a_study_without_a_terminal_says_how_far_it_is(capsys, monkeypatch):
         progress(SimpleNamespace(done=1, total=4, fraction=0.25))
         time.sleep(0.2)
     assert "1 of 4 runs, 25 %" in capsys.readouterr().err
+
+
+def test_the_shift_and_the_tail_are_given_in_the_units_of_length_mass_and_temperature():
+    length, mass, kT = 2.0, 4.0, 9.0
+    speed = math.sqrt(kT / mass)
+    time, of_diffusion = length / speed, length * speed
+    density, viscosity, diffusion = 0.5, 0.7, 0.3
+    units = {"mass": mass, "kT": kT}
+    scaled = density / length**3, viscosity * mass * speed / length**2
+    one = theory.diffusion_shift(500, density, viscosity, self_diffusion=diffusion)
+    found = theory.diffusion_shift(500, *scaled, self_diffusion=diffusion * of_diffusion, **units)
+    assert found == pytest.approx(one * of_diffusion, rel=1e-12)
+    for d in (2, 3):
+        scaled = density / length**d, diffusion * of_diffusion, viscosity * mass * speed / length ** (d - 1)
+        one = theory.velocity_tail(density, diffusion, viscosity, d)
+        found = theory.velocity_tail(*scaled, d, **units)
+        assert found == pytest.approx(one * speed**2 * time ** (0.5 * d), rel=1e-12)

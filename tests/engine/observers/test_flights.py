@@ -137,3 +137,21 @@ def test_statistics_leave_no_trace_and_are_asked_for(found):
             found[0].free_flights(**wrong)
     assert found[0].machine.observer(Flights).times.sum() == seen > 0  # nothing was cleared
     assert "flights" not in carom.explain(scene).models
+
+
+def test_sums_of_flights_are_in_the_unit_of_time_of_the_scene():
+    from types import SimpleNamespace
+
+    from carom.simulation.flying import _sums
+    from carom.units import TimeUnit
+
+    # Flights, their times and paths; collisions, their normal speeds and squares of these.
+    flown, met, unit = np.array([[2.0, 3.0, 5.0]]), np.array([[[7.0, 11.0, 13.0]]]), TimeUnit(4)
+    kept = SimpleNamespace(
+        flown=unit.to_kernel(flown, np.array([0, 1, 0])), met=unit.to_kernel(met, np.array([0, -1, -2])),
+        times=np.zeros(1), paths=np.zeros(1), speeds=np.zeros(1), returns=np.zeros(1),
+    )  # fmt: skip
+    machine = SimpleNamespace(engine=SimpleNamespace(model=SimpleNamespace(flights=kept)), unit=unit)
+    found = _sums(machine)
+    np.testing.assert_array_equal(found.flown, flown)
+    np.testing.assert_array_equal(found.met, met)
