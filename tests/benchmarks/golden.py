@@ -25,22 +25,20 @@ from carom.errors import CaromError
 from carom.io.events import read_events
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-import checkpoint_cases
-import scene_cases
-import sum_cases
+from helpers import checkpoints, oracle_scenes, oracle_sums
 
 SCHEMES = ("sectors", "lists", "all")
 
 
 def scenes() -> Iterator[tuple[str, Callable[[], tuple[carom.Scene, dict[str, Any]]]]]:
     """Yield names and makers of a scene with the arguments of its simulation."""
-    for k, (name, (make, d)) in enumerate(scene_cases.CASES.items()):
+    for k, (name, (make, d)) in enumerate(oracle_scenes.CASES.items()):
         # Every scheme in the plane, one of them in turn elsewhere.
         for scheme in SCHEMES if d == 2 else (SCHEMES[k % len(SCHEMES)],):
             yield f"{name} {scheme}", lambda make=make, d=d, scheme=scheme: _of_case(make(d), scheme)
-    for name, make in sum_cases.KINDS.items():
+    for name, make in oracle_sums.KINDS.items():
         yield f"sums {name}", lambda make=make: _of_case(make(), None)
-    for name, make in checkpoint_cases.SCENES.items():
+    for name, make in checkpoints.SCENES.items():
         yield f"checkpoint {name}", make
     for d, eta in ((1, 0.4), (2, 0.05), (2, 0.7), (3, 0.05), (3, 0.3), (3, 0.49), (4, 0.1)):
         yield f"fluid {d} {eta}", lambda d=d, eta=eta: (_fluid(d, eta), {})
