@@ -9,6 +9,15 @@ from hypothesis import settings
 settings.register_profile("carom", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("carom")
 
+
+@pytest.fixture
+def unscheduled(monkeypatch):
+    """Let simulations have no first events: nothing can run, and nothing is compiled."""
+    from carom.simulation.machine import Machine
+
+    monkeypatch.setattr(Machine, "schedule", lambda machine: None)
+
+
 MOST = 4
 """Workers: each takes a gigabyte, for all the kernels that it loads."""
 
