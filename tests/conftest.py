@@ -3,11 +3,27 @@
 import os
 
 import pytest
+from helpers import apart
 from hypothesis import settings
 
 # The same examples in every run: a failure on one machine is a failure on all. Times vary with compilation.
 settings.register_profile("carom", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("carom")
+
+
+def pytest_configure(config):
+    """Let workers give back the memory of each file."""
+    if hasattr(config, "workerinput") and apart.POSSIBLE:
+        config.pluginmanager.register(apart.Apart(config))
+
+
+@pytest.fixture
+def unscheduled(monkeypatch):
+    """Let simulations have no first events: nothing can run, and nothing is compiled."""
+    from carom.simulation.machine import Machine
+
+    monkeypatch.setattr(Machine, "schedule", lambda machine: None)
+
 
 MOST = 4
 """Workers: each takes a gigabyte, for all the kernels that it loads."""

@@ -45,11 +45,13 @@ def in_a_row(d: int, n: int = 4, edge: float = 12.0, **options) -> carom.Scene:
     return carom.Scene(places, (edge,) * d, **options)
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
 def test_two_that_overlap_are_seen_in_every_dimension(d):
     assert planted(in_a_row(d), 1.0).statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("d", [1, 2])
 def test_two_that_overlap_across_a_face_are_seen(d):
     sim = planted(in_a_row(d, n=3, edge=3.5, diameter=0.9), 0.9)
@@ -65,6 +67,7 @@ SIZES = np.array([1.0, 1.0, 0.5, 0.5])
 MATRIX = [[1.0, 0.6], [0.6, 0.5]]
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("scene", "i", "j", "contact"),
     [
@@ -81,6 +84,7 @@ def test_two_that_overlap_are_seen_whatever_their_cores(scene, i, j, contact):
     assert planted(scene, contact, i, j).statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_the_diameters_of_the_present_count():
     sim = planted(in_a_row(2, velocities=np.zeros((4, 2))), 1.0, growth=0.1)
     sim.machine.clock.offset = float(sim.machine.unit.to_kernel(2.0, 1))  # diameters of 1.2
@@ -88,11 +92,13 @@ def test_the_diameters_of_the_present_count():
     assert sim.statistics.worst_overlap == pytest.approx(1.0 - (1.0 - DEPTH) / 1.2, rel=16 * EPS)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_overlaps_of_two_pinned_ones_are_none():
     sim = planted(in_a_row(2, pinned=[0, 1]), 1.0)
     assert sim.statistics.worst_overlap == 0.0
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_single_precision_is_no_overlap():
     scene = in_a_row(2)
     sim = carom.Simulation(scene, seed=1, precision="single")
@@ -103,6 +109,7 @@ def test_single_precision_is_no_overlap():
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=1e-6)
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("options", "place", "depth"),
     [
@@ -124,6 +131,7 @@ def test_who_is_inside_a_wall_or_an_obstacle_is_seen(options, place, depth):
     assert sim.statistics.worst_overlap == pytest.approx(depth, rel=1e-12)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_states_at_the_end_of_runs_are_kept_until_somebody_asks():
     sim = carom.Simulation(in_a_row(2), seed=1)
     x = sim.machine.engine.state.rows["x"]
@@ -135,6 +143,7 @@ def test_states_at_the_end_of_runs_are_kept_until_somebody_asks():
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_few_of_many_states_are_kept_and_evenly():
     sim, depths = carom.Simulation(in_a_row(2), seed=1), Depths()
     for k in range(1000):
@@ -206,6 +215,7 @@ class Widen:
         return Widening(particles.with_ghost(particles.radii), particles.with_ghost(particles.masses))
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_cores_are_those_of_the_time_of_the_state():
     sim = carom.Simulation(in_a_row(2, interaction=Widen()), seed=1)
     x = sim.machine.engine.state.rows["x"]

@@ -69,12 +69,14 @@ def test_images_are_counted_only_where_they_are_asked_for():
     assert "image counts" not in counted.absent
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("feature", FEATURES)
 def test_a_feature_that_a_scene_has_is_there(feature):
     scene, settings = FEATURES[feature]
     assert feature not in carom.explain(scene(), **settings).absent
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_nothing_is_compiled_and_the_simulation_agrees():
     scene = PLAIN
     before, sim = carom.explain(scene), carom.Simulation(scene, seed=1)
@@ -83,6 +85,7 @@ def test_nothing_is_compiled_and_the_simulation_agrees():
     assert names(now) == names(before)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_single_precision_is_explained_as_it_runs():
     found, double = carom.explain(PLAIN, precision="single"), carom.explain(PLAIN)
     assert found.arrays == carom.explain(carom.Simulation(PLAIN, seed=1, precision="single")).arrays
@@ -92,6 +95,7 @@ def test_single_precision_is_explained_as_it_runs():
     assert 2 * rows == twice
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_an_event_log_is_there_where_it_is_asked_for(tmp_path):
     assert "an event log" not in carom.explain(PLAIN, event_log=True).absent
     with carom.Simulation(PLAIN, event_log=tmp_path / "events.h5") as sim:

@@ -1,0 +1,116 @@
+"""Every file of tests in a process of its own, whose memory goes with it.
+
+Compiled code cannot be given back: after all files a worker held gigabytes. A worker forks before the first
+test of a file, the copy runs the tests of that file, and the worker passes on what the copy reports.
+"""
+
+import os
+import sys
+from multiprocessing import Pipe
+
+import pytest
+
+POSSIBLE = sys.platform == "linux"
+"""Elsewhere a copy of a process in which threads run is not safe."""
+
+
+class Apart:
+    """The plugin of a worker."""
+
+    def __init__(self, config):
+        self.config = config
+        self.pid, self.pipe = 0, None
+        self.inside = False
+
+    def pytest_collection_finish(self, session):
+        """Load what every copy needs, once."""
+        from numba import njit
+
+        from carom.engine import cycle  # noqa: F401 (imported for the copies)
+
+        self.places = {item.nodeid: k for k, item in enumerate(session.items)}
+        self.config._tmp_path_factory.getbasetemp()
+        njit(lambda x: x)(1)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self, item, nextitem):
+        """Let the copy run a test."""
+        if self.inside:
+            return None
+        if not self.pid:
+            self.fork(item.session)
+        goes_on = nextitem is not None and nextitem.path == item.path
+        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+        try:
+            self.pipe.send((self.places[item.nodeid], self.places[nextitem.nodeid] if goes_on else None))
+            while (data := self.pipe.recv()) is not None:
+                self.log(
+                    item, self.config.hook.pytest_report_from_serializable(config=self.config, data=data)
+                )
+        except (EOFError, OSError):
+            status = self.end()
+            what = f"the process of {item.path.name} ended: status {status}"
+            self.log(item, pytest.TestReport(item.nodeid, item.location, {}, "failed", what, "call"))
+        else:
+            if not goes_on:
+                self.end()
+        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+        return True
+
+    def pytest_sessionfinish(self):
+        """Leave no copy behind."""
+        if self.pid and not self.inside:
+            self.end()
+
+    def log(self, item, report):
+        item.ihook.pytest_runtest_logreport(report=report)
+
+    def fork(self, session):
+        """Start the copy."""
+        self.pipe, other = Pipe()
+        self.pid = os.fork()
+        if self.pid:
+            other.close()
+            return
+        try:
+            self.pipe.close()
+            self.inside = True
+            run(session, other)
+        finally:
+            os._exit(1)
+
+    def end(self):
+        """Wait until the copy has ended; return its status."""
+        self.pipe.close()
+        _, status = os.waitpid(self.pid, 0)
+        self.pid, self.pipe = 0, None
+        return status
+
+
+def run(session, pipe):
+    """Run tests as they are asked for, and send the reports, each time with None at the end."""
+    plugins = session.config.pluginmanager
+    for plugin in plugins.get_plugins():
+        if type(plugin).__name__ in ("WorkerInteractor", "TerminalReporter"):
+            plugins.unregister(plugin)
+    plugins.register(Reports(session.config, pipe))
+    try:
+        while True:
+            here, after = pipe.recv()
+            session.config.hook.pytest_runtest_protocol(
+                item=session.items[here], nextitem=None if after is None else session.items[after]
+            )
+            pipe.send(None)
+    except EOFError:  # the worker needs no more
+        os._exit(0)
+
+
+class Reports:
+    """The plugin of the copy."""
+
+    def __init__(self, config, pipe):
+        self.config, self.pipe = config, pipe
+
+    def pytest_runtest_logreport(self, report):
+        """Send a report to the worker."""
+        self.pipe.send(self.config.hook.pytest_report_to_serializable(config=self.config, report=report))
