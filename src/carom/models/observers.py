@@ -18,8 +18,9 @@ class PairEvent(NamedTuple):
     """A collision of two components, or another event of a pair with steps."""
 
     i: int | np.integer
+    """The first component."""
     j: int | np.integer
-    """The components."""
+    """The second."""
     time: float
     """Time since the start of the run [time], rounded to a double."""
     r: np.ndarray
@@ -72,21 +73,44 @@ class Epoch(NamedTuple):
 
 @optional
 def at_pair(observer, event):
-    """Observe the :class:`PairEvent` of two components; by default it is ignored."""
+    """Observe an event of two components; by default it is ignored.
+
+    Parameters
+    ----------
+    observer : NamedTuple
+        The observer that is told.
+    event : PairEvent
+        What happened.
+    """
     return
 
 
 @optional
 def at_obstacle(observer, event):
-    """Observe the :class:`ObstacleEvent` of a component; by default it is ignored."""
+    """Observe the contact of a component with an obstacle or a wall; by default it is ignored.
+
+    Parameters
+    ----------
+    observer : NamedTuple
+        The observer that is told.
+    event : ObstacleEvent
+        What happened.
+    """
     return
 
 
 @optional
 def at_epoch(observer, event):
-    """Observe all components at the beginning of an :class:`Epoch`; by default it is ignored.
+    """Observe all components at the beginning of an epoch; by default it is ignored.
 
-    Epochs begin at equal times, which the engine chooses, and choose anew when velocities are rescaled.
+    Epochs begin at equal times, which the engine chooses: anew when velocities are rescaled.
+
+    Parameters
+    ----------
+    observer : NamedTuple
+        The observer that is told.
+    event : Epoch
+        All components.
     """
     return
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
-from carom.compiling import registry
 from carom.errors import InputError
 from carom.models import choice, parameters
 from carom.models.interface import CORE
@@ -27,7 +26,7 @@ TRIED = 64
 
 def is_observer(value: Any) -> bool:
     """Tell whether a value is an observer of events."""
-    return isinstance(value, tuple) and any(registry.answers(each, type(value)) for each in QUESTIONS)
+    return isinstance(value, tuple) and any(choice.answers(each, value) for each in QUESTIONS)
 
 
 def checked(observers: Sequence[Any], scene: Scene, contents: Contents) -> tuple[Any, ...]:
@@ -45,7 +44,7 @@ def checked(observers: Sequence[Any], scene: Scene, contents: Contents) -> tuple
             found = f"the class {each.__name__}" if isinstance(each, type) else checks.describe(each)
             raise InputError(
                 "An observer is a NamedTuple of arrays, for whose class a function is registered with "
-                f"@at_pair.register, @at_obstacle.register or @at_epoch.register; found {found}."
+                f"at_pair.register, at_obstacle.register or at_epoch.register; found {found}."
             )
         choice.compilable("observer", each)
         with in_plain_python(each):

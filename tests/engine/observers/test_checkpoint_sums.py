@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from carom import Scene, Simulation, studies
+from carom.engine.observers.currents import Currents
+from carom.engine.observers.flights import Flights
 from carom.io.events import read_events
 from carom.models.obstacles import Ball
 from carom.studies.packings import compression
@@ -147,6 +149,6 @@ def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches)
 def test_what_a_simulation_was_asked_to_count_is_counted_after_a_checkpoint(asked, tmp_path):
     sim = Simulation(Scene.fcc(3, packing_fraction=0.3), seed=1, **asked)
     sim.save(tmp_path / "state.h5")
-    model = Simulation.load(tmp_path / "state.h5").machine.engine.model
-    for name in ("flights", "currents"):
-        assert (getattr(model, name) is not None) == (name in asked)
+    machine = Simulation.load(tmp_path / "state.h5").machine
+    for name, kind in (("flights", Flights), ("currents", Currents)):
+        assert (machine.observer(kind) is not None) == (name in asked)

@@ -1,0 +1,356 @@
+"""Observers of one's own: every event as it happens, sums that survive everything, and what is refused."""
+
+import dataclasses
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import FileError, InputError
+from carom.io.events import read_events, read_initial
+from carom.models.balls import Ball
+from carom.models.interface import CORE
+from carom.models.observers import at_epoch, at_obstacle, at_pair
+from carom.wells import SquareWell
+
+EPS = np.finfo(float).eps
+SIX_SIGMA = 6.0
+BINS = 16
+
+
+class Seen(NamedTuple):
+    """What is added up of all events."""
+
+    power: float
+    """d - 1."""
+    masses: np.ndarray
+    angles: np.ndarray
+    """Histogram of (b / sigma)^(d - 1), where b is the impact parameter."""
+    kinds: np.ndarray
+    virial: np.ndarray
+    defect: np.ndarray
+    """Largest momentum that was not kept by a pair, or not along the normal at an obstacle."""
+    hits: np.ndarray
+    momentum: np.ndarray
+    energy: np.ndarray
+    first: np.ndarray
+    """When each component met its first obstacle."""
+    last: np.ndarray
+    """Time of the last event, and how many came before the one before them."""
+    epochs: np.ndarray
+    """How many began, the sum of their times, and twice the kinetic energy at the last."""
+
+
+@at_pair.register
+def _(observer: Seen, event):
+    along = square = distance = 0.0
+    for axis in range(len(event.r)):
+        u = event.before[1, axis] - event.before[0, axis]
+        along += event.r[axis] * u
+        square += u * u
+        distance += event.r[axis] ** 2
+        gained = observer.masses[event.i] * (event.after[0, axis] - event.before[0, axis])
+        gained += observer.masses[event.j] * (event.after[1, axis] - event.before[1, axis])
+        observer.defect[0] = max(observer.defect[0], abs(gained))
+    part = max(1.0 - along * along / (square * distance), 0.0) ** (0.5 * observer.power)
+    observer.angles[min(int(part * BINS), BINS - 1)] += 1
+    observer.kinds[event.kind] += 1
+    observer.virial[0] += event.virial
+    observer.last[1] += event.time < observer.last[0]
+    observer.last[0] = event.time
+
+
+@at_obstacle.register
+def _(observer: Seen, event):
+    k, m = event.obstacle, observer.masses[event.i]
+    observer.hits[k] += 1
+    observer.momentum[k] += event.momentum
+    observer.energy[k] += event.energy
+    for axis in range(len(event.normal)):
+        change = m * (event.after[axis] - event.before[axis]) - event.momentum * event.normal[axis]
+        observer.defect[0] = max(observer.defect[0], abs(change))
+    if observer.first[event.i] < 0.0:
+        observer.first[event.i] = event.time
+    observer.last[1] += event.time < observer.last[0]
+    observer.last[0] = event.time
+
+
+@at_epoch.register
+def _(observer: Seen, event):
+    observer.epochs[0] += 1.0
+    observer.epochs[1] += event.time
+    observer.epochs[2] = 0.0
+    for i in range(len(event.v)):
+        for axis in range(event.v.shape[1]):
+            observer.epochs[2] += observer.masses[i] * event.v[i, axis] ** 2
+
+
+def seen(scene):
+    fixed = 2 * (scene.dimension - sum(scene.periodic)) + len(scene.obstacles)
+    return Seen(
+        scene.dimension - 1.0,
+        scene.masses,
+        np.zeros(BINS, np.int64),
+        np.zeros(4, np.int64),
+        np.zeros(1),
+        np.zeros(1),
+        np.zeros(fixed, np.int64),
+        np.zeros(fixed),
+        np.zeros(fixed),
+        np.full(scene.n, -1.0),
+        np.zeros(2),
+        np.zeros(3),
+    )
+
+
+def gas(d, *, speed=1.0, seed=1):
+    """Return spheres between two walls, around a ball."""
+    n, edge = (80, 14.0) if d == 2 else (120, 7.0)
+    box = (edge,) * d
+    ball = Ball((edge / 2,) * d, 1.2, "ball")
+    scene = carom.Scene.random(
+        n, d, box=box, seed=seed, periodic=(*(d - 1) * [True], False), obstacles=[ball], diameter=1.0
+    )
+    velocities = np.random.default_rng(seed).normal(size=(n, d))
+    return scene.with_(velocities=speed * velocities)
+
+
+def assert_equal(one, two):
+    for name, a, b in zip(one._fields, one, two, strict=True):
+        assert np.array_equal(a, b), name
+
+
+@pytest.fixture(scope="module", params=[2, 3])
+def observed(request):
+    scene = gas(request.param)
+    sim = carom.Simulation(scene, observers=[seen(scene)])
+    sim.run(collisions=40_000)
+    return sim
+
+
+def test_squared_impact_parameters_of_spheres_are_uniform_and_those_of_disks_as_they_are(observed):
+    # The flux of partners through a ring of radius b is proportional to b^(d-2) db: (b / sigma)^(d-1) is
+    # uniform, at every density.
+    counts = observed.observers[0].angles
+    assert counts.sum() == observed.collisions
+    mean = counts.sum() / BINS
+    assert (np.abs(counts - mean) < SIX_SIGMA * np.sqrt(mean)).all()
+
+
+def test_sums_over_events_are_those_of_the_run(observed):
+    found = observed.observers[0]
+    assert found.kinds[CORE] == observed.collisions
+    assert found.virial[0] == observed.tally.virial
+    assert found.hits.tolist() == [each.hits for each in observed.obstacles]
+    assert found.momentum.tolist() == [each.impulse for each in observed.obstacles]
+    assert found.last[1] == 0.0
+    assert found.last[0] <= observed.time
+    fastest = np.abs(observed.frame().velocities).max()
+    assert found.defect[0] < 64 * EPS * fastest  # of some velocities that add up
+    assert np.abs(found.energy).max() < observed.collisions * EPS * fastest**2
+
+
+def test_epochs_begin_at_equal_times_with_all_components(observed):
+    count, times, twice = observed.observers[0].epochs
+    length = observed.epoch_length
+    assert count == observed.time // length > 2
+    assert times == length * count * (count + 1) / 2
+    degrees = observed.degrees_of_freedom
+    assert twice == pytest.approx(degrees * observed.kT, rel=observed.collisions * EPS)
+
+
+def test_the_first_passage_of_each_component_is_in_the_log(tmp_path):
+    scene = gas(2)
+    path = tmp_path / "events.h5"
+    with carom.Simulation(scene, observers=[seen(scene)], event_log=path) as sim:
+        sim.run(collisions=2000)
+        first = sim.observers[0].first
+    events = read_events(path)
+    times = events.epoch * float(read_initial(path)["epoch_length"]) + events.time
+    for i in range(scene.n):
+        met = np.flatnonzero((events.i == i) & (events.j >= scene.n))
+        assert first[i] == (times[met[0]] if len(met) else -1.0)
+    assert (first >= 0.0).any()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_run_that_is_saved_loaded_and_resumed_has_the_same_sums(tmp_path, d):
+    scene = gas(d)
+    whole, cut = (carom.Simulation(scene, observers=[seen(scene)]) for _ in range(2))
+    whole.run(collisions=6000)
+    cut.run(collisions=2500)
+    cut.save(tmp_path / "run.h5")
+    given = seen(scene)
+    again = carom.Simulation.load(tmp_path / "run.h5", obstacles=scene.obstacles, observers=[given])
+    assert_equal(again.observers[0], cut.observers[0])
+    assert_equal(given, seen(scene))  # a run has arrays of its own
+    again.run(collisions=3500)
+    assert_equal(again.observers[0], whole.observers[0])
+
+
+def test_an_observer_changes_no_bit_of_a_run():
+    scene = gas(2)
+    frames = []
+    for observers in ([], [seen(scene)]):
+        sim = carom.Simulation(scene, observers=observers)
+        sim.run(collisions=3000)
+        frames.append(sim.frame())
+    assert (frames[0].positions == frames[1].positions).all()
+    assert (frames[0].velocities == frames[1].velocities).all()
+
+
+def test_events_are_in_the_units_of_the_scene():
+    slow, fast = (gas(2, speed=speed) for speed in (1.0, 2.0**40))
+    one, two = (carom.Simulation(scene, observers=[seen(scene)]) for scene in (slow, fast))
+    for sim in (one, two):
+        sim.run(collisions=3000)
+    assert two.machine.unit.exponent != one.machine.unit.exponent
+    a, b = (sim.observers[0] for sim in (one, two))
+    faster = a._replace(
+        virial=2.0**40 * a.virial,
+        defect=2.0**40 * a.defect,
+        momentum=2.0**40 * a.momentum,
+        energy=2.0**80 * a.energy,
+        first=np.where(a.first < 0.0, -1.0, a.first / 2.0**40),
+        last=a.last * [2.0**-40, 1.0],
+        epochs=a.epochs * [1.0, 2.0**-40, 2.0**80],
+    )
+    assert_equal(faster, b)
+
+
+def test_sums_go_on_when_velocities_are_rescaled_and_when_diameters_have_grown(tmp_path):
+    scene = gas(2)
+    sim = carom.Simulation(scene, observers=[seen(scene)], growth=0.05, shell=1.1)
+    sim.run(collisions=500)
+    before = sim.machine.unit
+    sim.rescale(2.0**60, growth=0.05 * 2.0**30)
+    assert sim.machine.unit != before
+    base = sim.machine.clock.base
+    sim.run(collisions=1500)
+    assert sim.machine.clock.base > base  # the neighbour scheme was chosen anew, by itself
+    sim.save(tmp_path / "run.h5")
+    again = carom.Simulation.load(tmp_path / "run.h5", obstacles=scene.obstacles, observers=[seen(scene)])
+    for each in (sim, again):
+        each.run(collisions=100)
+        found = each.observers[0]
+        assert found.kinds[CORE] == each.collisions == 2100
+        assert found.virial[0] == pytest.approx(each.tally.virial, rel=1e-12)
+        assert found.hits.tolist() == [wall.hits for wall in each.obstacles]
+        assert found.momentum == pytest.approx([wall.impulse for wall in each.obstacles], rel=1e-12)
+        assert found.last[1] == 0.0
+        assert 0.9 * each.time < found.last[0] <= each.time * (1.0 + 4.0 * EPS)  # a sum of three doubles
+    assert_equal(sim.observers[0], again.observers[0])
+
+
+def test_events_of_steps_say_which_they_are():
+    scene = carom.Scene.random(60, 2, packing_fraction=0.2, seed=1).with_(interaction=SquareWell(1.5))
+    sim = carom.Simulation(scene, seed=2, observers=[seen(scene)])
+    sim.run(collisions=2000)
+    assert (sim.observers[0].kinds == sim.machine.engine.model.pair.events.sum(axis=0)).all()
+    assert (sim.observers[0].kinds > 0).all()
+
+
+class Result(NamedTuple):
+    """Collisions of a stretch, as a number."""
+
+    count: np.ndarray
+
+    def result(self):
+        return int(self.count[0])
+
+
+@at_pair.register
+def _(observer: Result, event):
+    observer.count[0] += 1
+
+
+def test_measure_observes_a_stretch():
+    scene = gas(2)
+    sim = carom.Simulation(scene, observers=[seen(scene)])
+    plain = carom.Simulation(scene)
+    found = plain.measure(seen(scene), time=20.0)
+    sim.run(time=20.0)
+    assert_equal(found, sim.observers[0])
+    assert plain.observers == ()
+    before = plain.collisions
+    fractions = []
+    counted = plain.measure(Result(np.zeros(1, np.int64)), collisions=500, progress=fractions.append)
+    assert counted == plain.collisions - before > 0
+    assert fractions[-1] == 1.0
+    assert (plain.frame().velocities != sim.frame().velocities).any()
+
+
+class Wrong(NamedTuple):
+    """An observer of more components than there are."""
+
+    counts: np.ndarray
+
+
+@at_pair.register
+def _(observer: Wrong, event):
+    observer.counts[event.i] += 1
+
+
+class Deaf(NamedTuple):
+    """No observer: nothing is registered for it."""
+
+    counts: np.ndarray
+
+
+@dataclasses.dataclass
+class Worded:
+    """No observer either."""
+
+    counts: int = 0
+
+
+SMALL = carom.Scene.random(20, 2, packing_fraction=0.2, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("observers", "says"),
+    [
+        ([Deaf(np.zeros(1))], "a function is registered"),
+        ([Worded()], "a NamedTuple of arrays"),
+        ([Wrong], "the class Wrong"),
+        (Wrong(np.zeros(20)), "a list of observers"),
+        ([Wrong(np.zeros(10))], "fails where Carom asks it in plain Python: IndexError"),
+        ([Wrong(["a"])], "The field counts"),
+    ],
+)
+def test_what_is_no_observer_is_refused_in_a_sentence(observers, says):
+    with pytest.raises(InputError, match=says):
+        carom.Simulation(SMALL, observers=observers)
+
+
+def test_several_workers_do_not_observe():
+    scene = carom.Scene.fcc(cells=7, packing_fraction=0.3)
+    observer = Result(np.zeros(1, np.int64))
+    with pytest.raises(InputError, match="because of Result, which observes every event when it happens"):
+        carom.Simulation(scene, observers=[observer], workers=2)
+    with carom.Simulation(scene, workers=2) as sim, pytest.raises(InputError, match="make it with workers=1"):
+        sim.measure(observer, time=0.1)
+
+
+def test_observers_of_a_file_are_given_again(tmp_path):
+    scene = gas(2)
+    sim = carom.Simulation(scene, observers=[seen(scene)])
+    sim.save(tmp_path / "run.h5")
+    shorter = seen(scene)._replace(angles=np.zeros(3, np.int64))
+    for given, says in (
+        ([], "are Seen, which no file holds"),
+        ([Result(np.zeros(1, np.int64))], "of the class Seen, and the value given is of the class Result"),
+        ([seen(scene)._replace(power=3.0)], "Seen with power = 1"),
+        ([shorter], "does not fit"),
+    ):
+        with pytest.raises(FileError, match=says):
+            carom.Simulation.load(tmp_path / "run.h5", obstacles=scene.obstacles, observers=given)
+
+
+def test_explain_names_the_observers_and_their_arrays():
+    scene = gas(2)
+    found = carom.explain(carom.Simulation(scene, observers=[seen(scene)]))
+    assert found.models["observers"] == "Seen"
+    assert "observers.Seen.observer.angles" in {array.name for array in found.arrays}
+    assert "observers" not in carom.explain(SMALL).models
