@@ -181,3 +181,21 @@ def test_along_an_axis_with_walls_a_common_velocity_is_heat():
 if __name__ == "__main__":
     np.seterr(all="ignore")
     print(json.dumps({name: [measured(name, boost) for boost in BOOSTS] for name in SCENES}))
+
+
+def test_what_a_run_should_keep_does_not_depend_on_the_unit_of_time_of_the_engine():
+    from carom.simulation.invariants import Mechanics
+    from carom.units import TimeUnit
+
+    rng = np.random.default_rng(1)
+    masses, velocities, kick = rng.uniform(0.5, 2.0, 9), rng.normal(size=(9, 3)), np.array([0.1, 0.0, 0.2])
+    found = []
+    for unit in (TimeUnit(0), TimeUnit(40)):
+        start, end = (
+            Mechanics.of(masses, unit.to_kernel(v, -1), unit) for v in (velocities, velocities + kick)
+        )
+        found.append((start.energy, start.momentum.tolist(), start.scale, end.momentum_drift(start)))
+    assert found[0] == found[1]
+    speeds = np.linalg.norm(velocities, axis=1)
+    drift = masses.sum() * np.linalg.norm(kick) / np.sum(masses * speeds)
+    assert found[0][3] == pytest.approx(drift, rel=1e-12)
