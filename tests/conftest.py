@@ -20,7 +20,7 @@ def pytest_configure(config):
 @pytest.fixture
 def unscheduled(monkeypatch):
     """Let simulations have no first events: nothing can run, and nothing is compiled."""
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import Machine
 
     monkeypatch.setattr(Machine, "schedule", lambda machine: None)
 

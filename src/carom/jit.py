@@ -13,7 +13,7 @@ def compiled(function: Callable[..., Any], signature: Any) -> Any:
     folder for the cache can be written, nothing is stored. Division by zero gives infinity, as in NumPy.
     Other threads can run meanwhile.
     """
-    from carom.compiling.news import compiling
+    from carom.compiling.compile_listeners import compiling
 
     with compiling():
         made = compiled_on_call(function, error_model="numpy", nogil=True)

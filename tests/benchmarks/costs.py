@@ -39,8 +39,8 @@ from carom.block import Block
 from carom.models.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics
 from carom.ranges import ENTERED, Kind, Ranges
-from carom.simulation import loop
-from carom.simulation.machine import Machine
+from carom.simulation import run_loop
+from carom.simulation.run_state import RunState
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import StudySpec, scene_spec
 from carom.studies.eos.start import start as begin
@@ -434,19 +434,19 @@ def mixtures(given: argparse.Namespace) -> None:
 @contextlib.contextmanager
 def engine_seconds() -> Iterator[list[float]]:
     """Add up what all simulations spend in their events."""
-    spent, advance = [0.0], loop.advance
+    spent, advance = [0.0], run_loop.advance
 
-    def timed(machine: Machine, *rest: Any) -> Block:
+    def timed(machine: RunState, *rest: Any) -> Block:
         before = machine.seconds
         block = advance(machine, *rest)
         spent[0] += machine.seconds - before
         return block
 
-    loop.advance = timed
+    run_loop.advance = timed
     try:
         yield spent
     finally:
-        loop.advance = advance
+        run_loop.advance = advance
 
 
 def beside(work: Callable[[], object]) -> float:

@@ -3,7 +3,7 @@
 import time
 
 import carom
-from carom.engine.parts import arrays
+from carom.engine.build import arrays
 
 
 def rate(sim: carom.Simulation, collisions: int, repeats: int = 1) -> float:

@@ -71,10 +71,10 @@ def main() -> None:
     sims = [carom.Simulation(scene, seed=1, workers=k) for k in sorted({1, given.workers})]
     soak(sims, given.collisions, given.every)
     if given.workers > 1:
-        shares = sims[1].machine.team.shares
+        timings = sims[1].machine.executive.timings
         print(
-            f"n {scene.n}: {given.workers} workers have the bits of one; {shares.windows} windows kept, "
-            f"{shares.repeats} run again"
+            f"n {scene.n}: {given.workers} workers have the bits of one; {timings.windows} windows kept, "
+            f"{timings.repeats} run again"
         )
         sims[1].close()
 

@@ -22,9 +22,9 @@ import numpy as np
 from soak import compare
 
 import carom
-from carom.engine.windows.slabs import ZONES, most_slabs, slabs_of
-from carom.simulation.workers.shares import Shares
-from carom.simulation.workers.team import Team
+from carom.engine.domains.decomposition import BORDERS, most_slabs, slabs_of
+from carom.simulation.workers.executive import Executive
+from carom.simulation.workers.timings import Timings
 
 ROUNDS = 3
 PER_ROUND, LEAST = 24.0, 3_000_000
@@ -62,7 +62,7 @@ def warm_up(sim):
 class Measured(NamedTuple):
     """What came out of one scene."""
 
-    team: Team
+    executive: Executive
     ratios: list[float]
     """Wall time of one worker over that of several, in each round."""
     passed: float
@@ -73,11 +73,11 @@ def measure(scene, workers, rounds=ROUNDS):
     """Run a scene with one worker and with several in turn, and compare the bits."""
     one, several = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3, workers=workers)
     if workers == 1:  # which would be the plain cycle
-        several.machine.team = Team(several.machine, 1)
-    team = several.machine.team
+        several.machine.executive = Executive(several.machine, 1)
+    executive = several.machine.executive
     for sim in (one, several):
         warm_up(sim)
-    team.shares = Shares()
+    executive.timings = Timings()
     ratios, passed = [], 0.0
     for _ in range(rounds):
         alone, together = wall(one), wall(several)
@@ -86,7 +86,7 @@ def measure(scene, workers, rounds=ROUNDS):
         print(f"one {alone:.2f} s, {workers} {together:.2f} s, ratio {ratios[-1]:.2f}", file=sys.stderr)
     compare(one, several)
     several.close()
-    return Measured(team, ratios, passed)
+    return Measured(executive, ratios, passed)
 
 
 def zone_of(machine, workers):
@@ -95,7 +95,7 @@ def zone_of(machine, workers):
     if workers > most_slabs(neighbors, scene.box):
         return None
     masks = slabs_of(neighbors, scene.box, scene.periodic, workers).masks
-    return float(np.mean(np.bitwise_or.reduce(masks) & ZONES != 0))
+    return float(np.mean(np.bitwise_or.reduce(masks) & BORDERS != 0))
 
 
 def table():
@@ -108,7 +108,7 @@ def table():
         measured = measure(scene, 2)
         print(row_of(scene, measured), flush=True)
         if scene.n >= FITTED:
-            zones.append(zone_of(measured.team.machine, 2))
+            zones.append(zone_of(measured.executive.machine, 2))
             costs.append(2.0 / statistics.median(measured.ratios))
     model(zones, costs)
 
@@ -152,8 +152,15 @@ COLUMNS = ("running", "state kept", "adding up", "new epochs", "run again", "one
 
 def row_of(scene, measured):
     """Return the row of a scene: ratios, and parts of the wall time of several workers."""
-    shares, passed = measured.team.shares, measured.passed
-    parts = (shares.run, shares.keep, shares.merge, shares.turn, shares.lost, passed - shares.wall)
+    timings, passed = measured.executive.timings, measured.passed
+    parts = (
+        timings.run,
+        timings.save_state,
+        timings.merge,
+        timings.epochs,
+        timings.rolled_back,
+        passed - timings.wall,
+    )
     cells = [f"{scene.dimension}", f"{scene.packing_fraction:.2f}", f"{scene.n}"]
     cells += [", ".join(f"{ratio:.2f}" for ratio in measured.ratios)]
     return "| " + " | ".join(cells + [f"{part / passed:.3f}" for part in parts]) + " |"
@@ -172,10 +179,10 @@ def main():
     dimension, packing_fraction, n, workers, rounds = (given + defaults[len(given) :])[:5]
     scene = scene_of(int(dimension), packing_fraction, int(n))
     measured = measure(scene, int(workers), int(rounds))
-    shares = measured.team.shares
+    timings = measured.executive.timings
     print(row_of(scene, measured))
     print(f"median of {len(measured.ratios)} rounds: {statistics.median(measured.ratios):.2f}")
-    print(f"{shares.windows} windows, {shares.repeats} run again; {measured.team.workers} slabs")
+    print(f"{timings.windows} windows, {timings.repeats} run again; {measured.executive.workers} slabs")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 import carom
 from carom.cli import app
 from carom.errors import InputError
-from carom.simulation.preparation import unit_of
+from carom.simulation.system_of_scene import unit_of
 
 
 @pytest.mark.parametrize(

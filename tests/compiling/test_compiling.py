@@ -10,7 +10,7 @@ import pytest
 
 from carom.cli.compiling import TEXT, compiling_told
 from carom.compiling import dispatch
-from carom.compiling.held import SIGNALS, signals_held
+from carom.compiling.deferred_signals import SIGNALS, signals_held
 from carom.studies import executors
 
 

@@ -114,7 +114,7 @@ def test_the_search_for_a_partner_is_vectorised(kind):
     @njit(**dispatch.STRICT)
     def search(model, state, neighbors, i, now):
         model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
-        return cycle.search(model, state, neighbors, i, now, 0, cycle.NOBODY_MET)
+        return cycle.search(model, state, neighbors, i, now, 0, cycle.NO_REF)
 
     search(engine.model, engine.state, engine.neighbors, 0, 0.0)
     (listing,) = search.inspect_asm().values()

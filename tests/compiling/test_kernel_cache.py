@@ -11,10 +11,10 @@ import numba
 import pytest
 from numba import types
 
-from carom.compiling import origins
+from carom.compiling import code_digest
+from carom.compiling.code_digest import digest_of
+from carom.compiling.compile_listeners import listening
 from carom.compiling.dispatch import entry
-from carom.compiling.news import listening
-from carom.compiling.origins import digest_of
 from carom.jit import compiled, compiled_on_call
 from carom.models.interface import encounter
 
@@ -54,7 +54,7 @@ def pull(x):
 HEIGHT = "HEIGHT = float(open('height.txt').read())\n"
 PROBE = """
 from carom.compiling.dispatch import entry
-from carom.compiling.news import listening
+from carom.compiling.compile_listeners import listening
 from carom.models.interface import encounter
 
 def _probe(digest):
@@ -385,11 +385,11 @@ def test_a_function_that_is_compiled_cannot_be_replaced():
 def test_what_code_is_made_of_does_not_depend_on_which_modules_were_imported_when(monkeypatch):
     """A resumed run imports others, and in another order, than a new one."""
     importlib.import_module("carom.engine.cycle")
-    assert sum(type(None) in face.registry for face in origins.FACES) > 10
+    assert sum(type(None) in face.registry for face in code_digest.FACES) > 10
     kinds = (types.none, types.Array(types.float64, 1, "C"))
     known = digest_of(lambda x: x, kinds)
-    for faces in (origins.FACES[::-1], origins.FACES[::2]):
-        monkeypatch.setattr(origins, "FACES", faces)
+    for faces in (code_digest.FACES[::-1], code_digest.FACES[::2]):
+        monkeypatch.setattr(code_digest, "FACES", faces)
         assert digest_of(lambda x: x, kinds) == known
 
 

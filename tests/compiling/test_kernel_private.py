@@ -10,22 +10,22 @@ import numpy as np
 import pytest
 from helpers.tiny import TINY, run_tiny
 
-from carom.compiling import private
+from carom.compiling import numba_features
 
 # What to take away from Numba, or from Carom's hands, for want of a Numba that lacks it.
 GONE = {
     "inlining without machine code": "import numba.core.codegen as c; del c.JITCodeLibrary",
-    "code shared by all callers": "import carom.compiling.inlining as m; m._share = None",
+    "code shared by all callers": "import carom.compiling.inlined_compiler as m; m._share = None",
     "compiled code kept on disk": "import numba.core.caching as c; del c.IndexDataCacheFile._open_for_write",
     "arrays without reference counts": "import carom.compiling.borrowed as m; m.cgutils = object()",
     "memory asked for ahead": "import carom.compiling.prefetch as m; m.cgutils = object()",
-    "eight values at a time": "import carom.compiling.registers as m; m.cgutils = object()",
+    "eight values at a time": "import carom.compiling.simd_words as m; m.cgutils = object()",
 }
 PROGRAM = """
 import warnings
 import numba
 {gone}
-import carom.engine.parts, carom.engine.projection
+import carom.engine.build, carom.engine.projection
 from carom.compiling import private
 
 numba.__version__ = "9.9.9"
@@ -58,7 +58,7 @@ def test_a_part_of_numba_that_is_gone_is_done_without(part):
 
 
 def test_private_parts_of_numba_are_used_in_compiling_only():
-    package = Path(private.__file__).parents[1]
+    package = Path(numba_features.__file__).parents[1]
     public = {*numba.__all__, "config", "types"}
     for path in package.rglob("*.py"):
         if path.is_relative_to(package / "compiling"):
@@ -74,20 +74,20 @@ def test_private_parts_of_numba_are_used_in_compiling_only():
 
 def test_a_tested_numba_is_not_tried_again():
     tried = []
-    private.TRIALS.append(("a part", lambda: tried.append(1)))
+    numba_features.TRIALS.append(("a part", lambda: tried.append(1)))
     try:
-        assert private.tested()
-        private.try_out()
+        assert numba_features.tested()
+        numba_features.try_out()
         assert not tried
-        assert private.has("a part")
+        assert numba_features.has("a part")
     finally:
-        private.TRIALS.pop()
+        numba_features.TRIALS.pop()
 
 
 def test_versions_are_read_as_numbers(monkeypatch):
     for version, expected in (("0.61.2", False), ("0.62.0rc1", True), ("0.68.1", True), ("0.100.0", False)):
-        monkeypatch.setattr(private.numba, "__version__", version)
-        assert private.tested() is expected
+        monkeypatch.setattr(numba_features.numba, "__version__", version)
+        assert numba_features.tested() is expected
 
 
 def test_arrays_in_a_plain_tuple_are_not_let_go():
@@ -109,7 +109,7 @@ def test_arrays_in_a_plain_tuple_are_not_let_go():
 
 @pytest.mark.slow
 def test_the_public_way_gives_the_same_bits(tmp_path):
-    without = "import carom.engine.parts\nfrom carom.compiling import private\n" + "".join(
+    without = "import carom.engine.build\nfrom carom.compiling import private\n" + "".join(
         f"private.leave_out({part!r}, 'as a test')\n" for part in GONE
     )
     program = without + "import warnings\nwarnings.simplefilter('ignore')\n" + TINY

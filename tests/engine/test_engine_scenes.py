@@ -17,7 +17,7 @@ from helpers.plain import TESTS, plain_python
 import carom
 from carom.models.gravity import Gravity
 from carom.models.obstacles import Ball, Plane
-from carom.simulation.machine import Machine
+from carom.simulation.run_state import RunState
 
 
 # In three and four dimensions sectors have many neighbours, and plain Python is slow.
@@ -265,14 +265,14 @@ print(sim.spared_contacts, block.collisions, sim.kT / before, sim.machine.conten
 
 
 def test_the_default_threshold_follows_the_thermal_speed(monkeypatch):
-    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     scene = carom.Scene.fcc(cells=3, packing_fraction=0.3).with_(restitution=0.7)
 
     def threshold(scene, kT=None, rescale=None, **settings):
         sim = carom.Simulation(scene, kT=kT, seed=1, **settings)
         if rescale is not None:
             sim.rescale(rescale)
-        return sim.machine.contents.impact.elastic_below
+        return sim.machine.system.impact.elastic_below
 
     assert threshold(scene, 1.0) == pytest.approx(1e-3)
     assert threshold(scene, 1.0, rescale=1e-8) == pytest.approx(1e-7)
@@ -364,7 +364,7 @@ def test_fixed_balls_are_seen_from_a_face_of_the_box():
 def test_the_threshold_of_elastic_contacts_in_a_log_is_in_the_unit_of_the_scene(monkeypatch):
     from carom.simulation.recorder import _header
 
-    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     scene = carom.Scene.fcc(cells=3, packing_fraction=0.3).with_(restitution=0.7)
     for kT in (1.0, 1e30):
         sim = carom.Simulation(scene, kT=kT, seed=1)

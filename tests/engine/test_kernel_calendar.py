@@ -5,10 +5,10 @@ import pytest
 
 import carom
 from carom.engine import calendar as cal
-from carom.engine.neighbors.choice import Scheme
+from carom.engine.build import arrays, build, enlarge_heap, restore
+from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.prefetch import HUGE
-from carom.engine.parts import arrays, build, enlarge_heap, restore
-from carom.engine.requirements import Contents
+from carom.engine.system import System
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
 from carom.models.restitution import Restitution
@@ -19,29 +19,31 @@ LENGTH = 8.0
 def make_engine(n, heap=256, width=0.25):
     """Return an engine of n components whose times the tests set themselves."""
     edge = 4.0 * n
-    chosen = Scheme("sectors", (n,), 8, 0.0, 0, LENGTH, width, heap)
+    chosen = NeighborPlan("sectors", (n,), 8, 0.0, 0, LENGTH, width, heap)
     positions = np.arange(n)[:, None] * 4.0
     models = HardCores(), FreeFlight(), Restitution()
-    contents = Contents(n, (edge,), (True,), 1.0, 1.0, *models, images=False)
-    engine = build(chosen, contents, positions, np.zeros((n, 1)))
+    system = System(n, (edge,), (True,), 1.0, 1.0, *models, images=False)
+    engine = build(chosen, system, positions, np.zeros((n, 1)))
     return engine, chosen
 
 
 class Book:
     """The calendar of an engine, and the plain search that says what must come out of it."""
 
-    def __init__(self, due, leave, **settings):
-        self.engine, self.scheme = make_engine(len(due), **settings)
-        self.due = self.engine.state.rows["due"][: len(due)]
-        self.leave = self.engine.state.leave
-        self.due[:], self.leave[:] = due, leave
+    def __init__(self, event_time, leave, **settings):
+        self.engine, self.scheme = make_engine(len(event_time), **settings)
+        self.event_time = self.engine.state.rows["event_time"][: len(event_time)]
+        self.crossing_time = self.engine.state.crossing_time
+        self.event_time[:], self.crossing_time[:] = event_time, leave
         self.refused = 0
         self.laid_out = 0
-        self.lay_out(0.0)
+        self.fill_window(0.0)
 
-    def lay_out(self, start):
+    def fill_window(self, start):
         self.laid_out += 1
-        return cal.lay_out(self.engine.calendar, self.engine.state, self.engine.model.boundary, start, LENGTH)
+        return cal.fill_window(
+            self.engine.calendar, self.engine.state, self.engine.model.boundary, start, LENGTH
+        )
 
     @property
     def control(self):
@@ -52,19 +54,19 @@ class Book:
         self.scheme = self.scheme.with_larger_heap()
         self.engine = enlarge_heap(self.engine, self.scheme.heap)
 
-    def first(self):
+    def next_event(self):
         """Return the component that is first in the whole epoch, or -1, as the cycle does."""
         while True:
             if self.control.full:
-                self.lay_out(self.now)
+                self.fill_window(self.now)
                 if cal.crowded(self.engine.calendar):
                     self.enlarge()
                     continue
-            tight = self.control.waiting + cal.ROOM > len(self.engine.calendar.due)
+            tight = self.control.waiting + cal.MOST_NEW_ENTRIES > len(self.engine.calendar.event_time)
             entry = (
                 -2
                 if tight
-                else cal.first(
+                else cal.next_event(
                     self.engine.calendar,
                     self.engine.state,
                     self.engine.neighbors,
@@ -77,8 +79,8 @@ class Book:
             elif entry == -2:
                 self.enlarge()
             elif entry == -1 and self.control.end < LENGTH:
-                cal.adapt(self.engine.calendar, len(self.due), LENGTH)
-                self.lay_out(self.control.end)
+                cal.choose_width(self.engine.calendar, len(self.event_time), LENGTH)
+                self.fill_window(self.control.end)
                 if self.control.full:
                     self.enlarge()
             else:
@@ -86,32 +88,34 @@ class Book:
 
     def expected(self):
         """Return the first component by (time, number), or -1."""
-        times = np.minimum(self.due, self.leave)
+        times = np.minimum(self.event_time, self.crossing_time)
         k = int(np.argmin(times))
         return k if times[k] < LENGTH else -1
 
     def reschedule(self, i, which, time):
-        """Give component i another of its two times, ``due`` or ``leave``."""
+        """Give component i another of its two times, ``event_time`` or ``leave``."""
         which[i] = time
-        cal.insert(self.engine.calendar, np.uint64(i), min(self.due[i], self.leave[i]))
+        cal.insert(self.engine.calendar, np.uint64(i), min(self.event_time[i], self.crossing_time[i]))
 
     def check(self, next_time, steps=4000, rng=None):
         """Take component by component, give each a new time, and compare the order with the search's."""
         self.now = float(self.control.start)
         taken = 0
         for _ in range(steps):
-            entry = self.first()
+            entry = self.next_event()
             assert entry == self.expected()
             if entry == -1:
                 break
-            which = self.leave if self.leave[entry] < self.due[entry] else self.due
+            which = (
+                self.crossing_time if self.crossing_time[entry] < self.event_time[entry] else self.event_time
+            )
             self.now = float(which[entry])
             self.control.cycles += 1
             cal.pop(self.engine.calendar)
             self.reschedule(entry, which, next_time(self.now))
             if rng is not None and rng.random() < 0.3:  # preempt another component's event, or put it off
-                other = self.leave if rng.random() < 0.5 else self.due
-                self.reschedule(int(rng.integers(len(self.due))), other, next_time(self.now))
+                other = self.crossing_time if rng.random() < 0.5 else self.event_time
+                self.reschedule(int(rng.integers(len(self.event_time))), other, next_time(self.now))
             taken += 1
         return taken
 
@@ -145,7 +149,7 @@ def test_a_few_events_a_bucket_whatever_the_width_to_begin_with(width):
     def put_off(now):
         # By others, five times before it comes: what they leave behind fills buckets, too.
         for _ in range(5):
-            book.reschedule(int(rng.integers(n)), book.due, now + rng.exponential(1.0 / rate))
+            book.reschedule(int(rng.integers(n)), book.event_time, now + rng.exponential(1.0 / rate))
         return now + rng.exponential(1.0 / rate)
 
     assert book.check(put_off, steps=5000) == 5000
@@ -157,18 +161,18 @@ def test_more_at_one_time_than_lines_can_hold_come_in_order_all_the_same():
     book = Book(np.full(n, 1.5), np.full(n, np.inf), width=LENGTH * 2.0**-20)
     book.control.width = LENGTH * cal.NARROWEST
     for _ in range(2):
-        book.lay_out(1.5)
+        book.fill_window(1.5)
         assert book.control.full  # all in one bucket, and 90 lines of 14
     assert book.control.width == LENGTH * cal.NARROWEST
     lines = len(book.engine.calendar.lines)
     book.now = 1.5
-    assert [book.first(), book.expected()] == [0, 0]
+    assert [book.next_event(), book.expected()] == [0, 0]
     assert len(book.engine.calendar.lines) > lines  # and none is missing
     assert int(book.control.waiting) == n
     for i in range(n):
-        assert book.first() == i
+        assert book.next_event() == i
         cal.pop(book.engine.calendar)
-        book.due[i] = np.inf
+        book.event_time[i] = np.inf
     assert book.laid_out < 10
 
 
@@ -178,10 +182,10 @@ def test_a_window_that_does_not_hold_what_is_due_at_one_time_is_not_laid_out_for
     n = 1300
     book = Book(np.full(n, 7.5), np.full(n, np.inf), width=LENGTH * 2.0**-12)
     book.now, order = 0.0, []
-    while (entry := book.first()) != -1:
+    while (entry := book.next_event()) != -1:
         order.append(entry)
         cal.pop(book.engine.calendar)
-        book.due[entry], book.now = np.inf, 7.5
+        book.event_time[entry], book.now = np.inf, 7.5
         assert book.laid_out < 200
     assert order == list(range(n))
 
@@ -202,12 +206,12 @@ def test_stale_entries_do_not_fill_the_heap_for_ever():
     n = 40
     book = Book(np.full(n, 1.5), np.full(n, np.inf))
     book.now = 1.5
-    assert book.first() == 0
+    assert book.next_event() == 0
     rng = np.random.default_rng(0)
     for _ in range(5000):
-        book.reschedule(int(rng.integers(n)), book.due, 1.5 + 1e-13 * rng.random())
-        assert book.first() == book.expected()
-    assert len(book.engine.calendar.due) <= 4 * (2 * n + cal.BLOCK)
+        book.reschedule(int(rng.integers(n)), book.event_time, 1.5 + 1e-13 * rng.random())
+        assert book.next_event() == book.expected()
+    assert len(book.engine.calendar.event_time) <= 4 * (2 * n + cal.BLOCK)
 
 
 def test_one_full_bucket_spills_into_lines():
@@ -230,7 +234,7 @@ def test_exhausted_lines_lose_nothing():
     n = 20
     book = Book(np.full(n, 7.0), np.full(n, 6.0), width=1.0)
     for _ in range(20_000):
-        book.reschedule(int(rng.integers(n)), book.leave, 5.0 + rng.random())
+        book.reschedule(int(rng.integers(n)), book.crossing_time, 5.0 + rng.random())
         if book.control.full:
             break
     assert book.control.full
@@ -253,19 +257,19 @@ def test_the_far_future_waits_outside_the_window():
 
 def test_an_empty_calendar_says_so():
     book = Book([np.inf], [np.inf])
-    assert book.first() == -1
-    assert book.lay_out(0.0) == np.inf
+    assert book.next_event() == -1
+    assert book.fill_window(0.0) == np.inf
 
 
 def test_a_pair_has_one_entry():
     book = Book([1.0, 1.0, 3.0], [np.inf] * 3)
     bits = book.engine.model.boundary.bits if hasattr(book.engine.model.boundary, "bits") else 0
     book.engine.state.partner[:2] = [1 << bits, 0]
-    book.lay_out(0.0)
-    assert book.first() == 0
+    book.fill_window(0.0)
+    assert book.next_event() == 0
     cal.pop(book.engine.calendar)
-    book.due[:2] = np.inf
-    assert book.first() == 2
+    book.event_time[:2] = np.inf
+    assert book.next_event() == 2
 
 
 def test_a_state_from_before_there_was_a_bucket_for_later_events_is_read():
@@ -291,7 +295,7 @@ def test_buckets_hold_a_few_cycles_and_fewer_where_memory_is_asked_for(n, cycles
     """A system of ``n`` components that had so many cycles a bucket gets buckets so much wider."""
     width = 2.0**-10
     book = Book(np.full(400, 1.0), np.full(400, 1.0), width=width)
-    book.lay_out(0.0)
+    book.fill_window(0.0)
     book.control.cycles = cycles * cal.buckets_in_window(book.engine.calendar)
-    cal.adapt(book.engine.calendar, n, LENGTH)
+    cal.choose_width(book.engine.calendar, n, LENGTH)
     assert book.control.width == factor * width

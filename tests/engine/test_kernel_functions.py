@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import carom
-from carom.engine.parts import arrays
+from carom.engine.build import arrays
 from carom.models.free_flight import Inertial
 from carom.models.hard_cores import EqualCores
 from carom.models.interface import (

@@ -5,7 +5,7 @@ import pytest
 
 import carom
 from carom.engine.constants import LAMBDA
-from carom.engine.windows.parts import restart
+from carom.engine.domains.logical_process import refill_queue
 
 SCENES = {
     "sectors": lambda: carom.Scene.fcc(cells=6, packing_fraction=0.3),
@@ -25,15 +25,15 @@ def schedule_anew(sim):
     machine = sim.machine
     state = machine.engine.state
     state.partner[:] = LAMBDA
-    state.rows["due"][: machine.scene.n] = state.clock.now[0]
-    restart(machine.engine, int(state.clock.epoch[0]), float(state.clock.now[0]))
+    state.rows["event_time"][: machine.scene.n] = state.clock.now[0]
+    refill_queue(machine.engine, int(state.clock.epoch[0]), float(state.clock.now[0]))
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_run_whose_events_are_all_scheduled_anew_goes_on_with_the_same_bits(name):
     scene = SCENES[name]()
     alone, disturbed = (carom.Simulation(scene, seed=3) for _ in range(2))
-    assert type(alone.machine.engine.model.sight).__name__ == "RowSight"
+    assert type(alone.machine.engine.model.timing).__name__ == "FromRows"
     alone.run(collisions_per_particle=8)
     disturbed.run(collisions_per_particle=8)
     step = alone.time / 80
@@ -51,7 +51,7 @@ def test_contacts_computed_from_shortly_before_them_leave_none_either():
     """Most flights are longer than a quarter of the box: too long to be computed from the rows."""
     scene = carom.Scene.cubic(cells=9, packing_fraction=0.01)
     alone, disturbed = (carom.Simulation(scene, seed=3, neighbors="sectors") for _ in range(2))
-    assert alone.machine.engine.model.sight.square == 64.0  # eight diameters; the mean free path is twelve
+    assert alone.machine.engine.model.timing.square == 64.0  # eight diameters; the mean free path is twelve
     alone.run(collisions_per_particle=0.2)
     step = alone.time
     disturbed.run(time=step)

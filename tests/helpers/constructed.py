@@ -13,7 +13,7 @@ from carom.engine import cycle
 from carom.engine.calendar import bucket_of
 from carom.engine.constants import LAMBDA
 from carom.engine.events import predict
-from carom.engine.search import NOBODY_MET
+from carom.engine.search import NO_REF
 from helpers.oracle_scenes import moving
 
 ONE = np.int64(1)
@@ -46,10 +46,10 @@ def met():
     assert word >= 0
     state.rows["x"][1, 0] = 3.0 - 1e-15
     times = []
-    for just_met in (NOBODY_MET, word):
-        state.rows["due"][:2], state.partner[:2] = np.inf, LAMBDA
+    for just_met in (NO_REF, word):
+        state.rows["event_time"][:2], state.partner[:2] = np.inf, LAMBDA
         predict(model, state, neighbors, calendar, tallies[0], np.uint64(0), 0.0, just_met, (word, 0.0))
-        times.append((float(state.rows["due"][0]), int(state.partner[0])))
+        times.append((float(state.rows["event_time"][0]), int(state.partner[0])))
     assert times[0] == (0.0, word)
     assert times[1][0] > 1.0, "only through the box, in another image"
     return len(times)
@@ -58,8 +58,8 @@ def met():
 def entered(calendar, times):
     """Return whom the calendar will find at their times: on its heap, or in a bucket still to come."""
     control, size = calendar.control[0], calendar.buckets.shape[1] - 2
-    waiting = zip(calendar.who[: control.waiting], calendar.due, strict=False)
-    found = {int(i) for i, due in waiting if due == times[i]}
+    waiting = zip(calendar.component[: control.waiting], calendar.event_time, strict=False)
+    found = {int(i) for i, event_time in waiting if event_time == times[i]}
     for k in range(max(int(control.cursor) + 1, 0), len(calendar.buckets) - 1):
         bucket = calendar.buckets[k]
         there, link = bucket[2 : 2 + bucket[0]].tolist(), int(bucket[1])
@@ -80,19 +80,19 @@ def left():
         scene = carom.Scene.random(n, 2, packing_fraction=eta, seed=seed)
         sim = carom.Simulation(moving(scene, seed), neighbors="sectors")
         model, state, _, calendar, *_ = sim.machine.engine
-        due, leave, partner = state.rows["due"][: scene.n], state.leave, state.partner
+        event_time, leave, partner = state.rows["event_time"][: scene.n], state.crossing_time, state.partner
         for _ in range(190):
-            before, expected, left_at = partner.copy(), due.copy(), leave.copy()
+            before, expected, left_at = partner.copy(), event_time.copy(), leave.copy()
             transits = sim.statistics.transits
             cycle.run(*sim.machine.engine, None, FAR, 0.0, FAR, ONE)
-            times = np.minimum(due, leave)
+            times = np.minimum(event_time, leave)
             known = entered(calendar, times)
             for i in np.flatnonzero(times < calendar.control[0].end):
                 mate = partner[i] >> model.boundary.bits if partner[i] >= 0 else i
-                assert i in known or (mate in known and due[i] <= leave[i])
+                assert i in known or (mate in known and event_time[i] <= leave[i])
             if sim.statistics.transits > transits:
                 alone = (before >= 0) & (partner == LAMBDA) & (leave == left_at)
-                np.testing.assert_array_equal(due[alone], expected[alone])
+                np.testing.assert_array_equal(event_time[alone], expected[alone])
                 lost += int(alone.sum())
     assert lost > 5, "too few such moments"
     return lost
@@ -105,7 +105,11 @@ def epochs():
     state, n, length = sim.machine.engine.state, scene.n, sim.epoch_length
     begun = 0
     for _ in range(400):
-        due, leave, epoch = state.rows["due"][:n].copy(), state.leave.copy(), int(state.clock[0].epoch)
+        event_time, leave, epoch = (
+            state.rows["event_time"][:n].copy(),
+            state.crossing_time.copy(),
+            int(state.clock[0].epoch),
+        )
         events = sim.collisions + sim.statistics.transits + sim.statistics.advancements
         cycle.run(*sim.machine.engine, None, FAR, 0.0, FAR, ONE)
         if state.clock[0].epoch > epoch:
@@ -113,8 +117,8 @@ def epochs():
             after = sim.collisions + sim.statistics.transits + sim.statistics.advancements
             assert after == events  # an epoch is a cycle
             # Whoever is left alone looks for another a little earlier.
-            assert (state.rows["due"][:n] + length == due).sum() >= n - 3
-            assert (state.leave + length == leave).sum() >= n - 2
+            assert (state.rows["event_time"][:n] + length == event_time).sum() >= n - 3
+            assert (state.crossing_time + length == leave).sum() >= n - 2
     assert begun >= 2, begun
     return begun
 

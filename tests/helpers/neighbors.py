@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 
 from carom.engine import cycle
+from carom.engine.boundary import SectorImage
 from carom.engine.constants import NEEDS_NEIGHBORS
-from carom.engine.images import SectorImage
-from carom.engine.neighbors.bounds import EqualBounds, level, margin, start, touching
 from carom.engine.neighbors.grid import coordinate_bits
+from carom.engine.neighbors.skins import EqualBounds, level, margin, start, touching
 
 
 def present(sim):
@@ -32,7 +32,7 @@ def lists_of(sim):
     lists, n = sim.machine.engine.neighbors, sim.scene.n
     begins = [int(start(lists.bounds, np.uint64(i))) for i in range(n)]
     return [
-        set(lists.words[begin : begin + count].tolist())
+        set(lists.refs[begin : begin + count].tolist())
         for begin, count in zip(begins, lists.counts, strict=True)
     ]
 
@@ -41,12 +41,12 @@ def check_lists(sim):
     """Lists are symmetric, hold just who is within reach, and nobody is beyond the margin."""
     lists, n = sim.machine.engine.neighbors, sim.scene.n
     size = coordinate_bits(sim.scene.dimension)
-    edges = np.array(lists.grain) * 2.0**size  # those of the box; stretched between walls
+    edges = np.array(lists.grid_step) * 2.0**size  # those of the box; stretched between walls
     listed = lists_of(sim)
     assert all(len(row) == count for row, count in zip(listed, lists.counts, strict=True)), "no one twice"
     axes = np.arange(sim.scene.dimension, dtype=np.uint64)
     steps = lists.reference[:, None] >> (np.uint64(size) * axes) & np.uint64(2**size - 1)
-    reference = steps * np.array(lists.grain)
+    reference = steps * np.array(lists.grid_step)
     r = reference[:, None] - reference
     r -= edges * np.rint(r / edges)
     near = (r**2).sum(axis=2)
@@ -66,14 +66,14 @@ def check_lists(sim):
     else:
         free = np.array([margin(lists.bounds, i, now)[0] for i in range(n)])
     assert (np.sqrt((x**2).sum(axis=1)) <= free + hair).all()
-    if sim.machine.contents.rates is None:
+    if sim.machine.system.rates is None:
         # Two who are not listed cannot touch before one of them leaves, and each is there until it leaves.
         scene = sim.scene
         contact = 0.5 * (scene.diameters[:, None] + scene.diameters)
         if scene.contact is not None:
             contact = scene.contact[scene.species[:, None], scene.species]
         assert (contact + free[:, None] + free <= np.sqrt(reach) + hair).all()
-        ahead = x + v * (sim.machine.engine.state.leave - now)[:, None]
+        ahead = x + v * (sim.machine.engine.state.crossing_time - now)[:, None]
         assert (np.sqrt((ahead**2).sum(axis=1)) <= free + hair).all()
     grid = lists.grid
     for cell in range(len(lists.members)):
@@ -113,25 +113,29 @@ def check_invariants(sim):
     state, n = sim.machine.engine.state, sim.scene.n
     rows = state.rows[:n]
     now = float(state.clock[0].now)
-    due, leave, partner = rows["due"], state.leave, state.partner
+    event_time, leave, partner = rows["event_time"], state.crossing_time, state.partner
     bits = (
         sim.machine.engine.model.boundary.bits
         if isinstance(sim.machine.engine.model.boundary, SectorImage)
         else 0
     )
     assert rows["t"].max() <= now  # (6)
-    assert now <= min(due.min(), leave.min())
-    assert state.rows[n]["due"] == -np.inf
+    assert now <= min(event_time.min(), leave.min())
+    assert state.rows[n]["event_time"] == -np.inf
     mates = np.where(partner >= 0, partner >> bits, -1)
     for i in range(n):  # (8)
         assert mates[i] != i
         if mates[i] >= 0:
             assert mates[mates[i]] == i
-            assert due[mates[i]] == due[i]
+            assert event_time[mates[i]] == event_time[i]
     # (7) Nobody has an event later than a meeting for which the other is free, except one that lies beyond
     # the leaving of a sector by either: that is looked at then. Times are compared up to rounding.
     meeting = now + all_meetings(sim)
     slack = 1e-9 * sim.epoch_length
     bound = np.minimum(leave[:, None], leave[None])
-    overlooked = (meeting < due[:, None] - slack) & (meeting <= due[None] - slack) & (meeting < bound - slack)
+    overlooked = (
+        (meeting < event_time[:, None] - slack)
+        & (meeting <= event_time[None] - slack)
+        & (meeting < bound - slack)
+    )
     assert not overlooked.any(), np.argwhere(overlooked)

@@ -84,12 +84,12 @@ def check(case, neighbors):
     scene, growth = case.scene, case.settings.get("growth", 0.0)
     sim = carom.Simulation(scene, neighbors=neighbors, **case.settings)
     assert sim.machine.scheme.kind == neighbors
-    start = (scene, growth, 0.0, sim.machine.contents.threshold)
+    start = (scene, growth, 0.0, sim.machine.system.threshold)
     events = list(islice(oracle_of(*start), case.count + 1))
     instants = np.array([float(event.time) for event in events])
     times = 0.5 * (instants[1:] + instants[:-1])
     right, speeds = states(oracle_of(*start), times)
-    nudged, speeds_nudged = states(oracle_of(scene, growth, NUDGE, sim.machine.contents.threshold), times)
+    nudged, speeds_nudged = states(oracle_of(scene, growth, NUDGE, sim.machine.system.threshold), times)
     length, speed = max(scene.box), np.abs(scene.velocities).max()
     # What may be off, in boxes: the oracle's own divergence, and as much for flights of some boxes.
     parted = np.abs(nudged - right).astype(float).max(axis=(1, 2)) / (NUDGE * length)

@@ -125,7 +125,7 @@ def sums_of(sim) -> dict[str, np.ndarray]:
         "contacts that surfaces spared or lifted": np.array(
             [(impact.spared, impact.lifted) for impact in sim.obstacles], int
         ).ravel(),
-        "threshold": sim.machine.unit.to_scene(sim.machine.contents.threshold, -1),
+        "threshold": sim.machine.unit.to_scene(sim.machine.system.threshold, -1),
     }
     if sim.scene.species is not None:
         found["collisions by species"] = sim.collisions_by_species

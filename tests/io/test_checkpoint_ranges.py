@@ -46,8 +46,8 @@ REFUSED = [
     ("disks", "calendar.buckets", put(1, 60)),  # its link
     ("disks", "calendar.buckets", put(2, 80)),  # its first entry: there are components 0 to 79
     ("disks", "calendar.lines", put(2, 80)),
-    ("disks", "calendar.who", put(LAST, -1)),
-    ("disks", "calendar.who", put(LAST, 80)),
+    ("disks", "calendar.component", put(LAST, -1)),
+    ("disks", "calendar.component", put(LAST, 80)),
     ("disks", "calendar.control.cursor", put(0, -2)),
     ("disks", "calendar.control.cursor", put(0, 16)),
     ("disks", "calendar.control.waiting", put(0, -1)),
@@ -59,24 +59,24 @@ REFUSED = [
     ("disks", "state.partner", put(5, 80)),
     ("disks", "state.partner", put(5, -2)),  # a wall, and there is none
     ("disks", "state.partner", put(5, -(2**30))),  # a unit that is woken
-    ("disks", "state.leave", put(5, np.nan)),
-    ("disks", "state.leave", put(5, -1e300)),
+    ("disks", "state.crossing_time", put(5, np.nan)),
+    ("disks", "state.crossing_time", put(5, -1e300)),
     ("disks", "state.rows.x", put(5, np.nan)),
     ("disks", "state.rows.x", put(5, 1e300)),
     ("disks", "state.rows.v", put(5, 1e200)),
     ("disks", "state.rows.t", put(5, -1.0)),
-    ("disks", "state.rows.due", put(5, np.nan)),
-    ("disks", "state.rows.due", put(LAST, 0.0)),  # the ghost's
+    ("disks", "state.rows.event_time", put(5, np.nan)),
+    ("disks", "state.rows.event_time", put(LAST, 0.0)),  # the ghost's
     ("disks", "state.clock.epoch", put(0, 2**40)),
     ("disks", "state.clock.now", put(0, -1.0)),
     ("disks", "state.clock.length", put(0, 1.0)),
     ("disks", "neighbors.members", nobody_in_a_sector),
     ("disks", "neighbors.members", put(7, 8)),  # how many the first sector holds
-    ("disks", "neighbors.place", put(0, 10)),
-    ("disks", "neighbors.place", lambda array: np.ascontiguousarray(array[::-1])),
-    ("disks", "neighbors.turn", put(0, 2**31 - 1)),
-    ("disks", "neighbors.face", put(0, 4)),
-    ("disks", "neighbors.words", put(0, 2**31)),
+    ("disks", "neighbors.cell", put(0, 10)),
+    ("disks", "neighbors.cell", lambda array: np.ascontiguousarray(array[::-1])),
+    ("disks", "neighbors.wraps", put(0, 2**31 - 1)),
+    ("disks", "neighbors.exit_face", put(0, 4)),
+    ("disks", "neighbors.refs", put(0, 2**31)),
     ("disks", "neighbors.ways", put(0, 10**6)),
     ("disks", "tallies.collisions", put(0, -1)),
     ("disks", "tallies.virial", put(0, np.inf)),
@@ -85,9 +85,9 @@ REFUSED = [
     ("disks in lists", "neighbors.members", put(0, 2**16 - 1)),
     ("disks in lists", "neighbors.members", put(..., 0)),
     ("disks in lists", "neighbors.reference", put(0, 0)),
-    ("disks in lists", "neighbors.words", put(0, 2**32 - 1)),
-    ("disks in lists", "neighbors.words", put(0, 0)),  # itself
-    ("disks in lists", "neighbors.words", put(0, 79)),  # who does not list it
+    ("disks in lists", "neighbors.refs", put(0, 2**32 - 1)),
+    ("disks in lists", "neighbors.refs", put(0, 0)),  # itself
+    ("disks in lists", "neighbors.refs", put(0, 79)),  # who does not list it
     ("disks in lists", "neighbors.counts", put(0, 2**16 - 1)),
     ("disks in lists", "neighbors.counts", put(0, 0)),
     ("disks in lists", "neighbors.found", put(0, 81)),
@@ -179,8 +179,12 @@ def test_links_of_the_calendar_that_go_round_are_refused(states, tmp_path):
 
 def test_an_array_too_few_or_too_many_is_refused(states, tmp_path):
     arrays, attributes = states["disks"]
-    few = {name: array for name, array in arrays.items() if name != "state.leave"}
-    for given in (few, {**arrays, "model.pair.radii": np.ones(81)}, {**arrays, "state.leave": np.ones(3)}):
+    few = {name: array for name, array in arrays.items() if name != "state.crossing_time"}
+    for given in (
+        few,
+        {**arrays, "model.pair.radii": np.ones(81)},
+        {**arrays, "state.crossing_time": np.ones(3)},
+    ):
         checkpoint.save(tmp_path / "c.h5", given, attributes)
         with pytest.raises(FileError, match=r"state\.leave|model\.pair\.radii"):
             carom.Simulation.load(tmp_path / "c.h5")

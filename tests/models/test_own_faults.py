@@ -28,8 +28,8 @@ from carom.models.interface import (
     velocity,
 )
 from carom.models.wells import SquareWell
-from carom.simulation.machine import Machine
 from carom.simulation.replay import Replay
+from carom.simulation.run_state import Machine
 
 SCENE = carom.Scene.random(30, 2, packing_fraction=0.3, seed=1)
 

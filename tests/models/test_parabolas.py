@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.live import age_obstacles, made_live, models_in
+from carom.engine.dynamic_obstacles import age_obstacles, made_live, models_in
 from carom.engine.obstacles import make_obstacles
 from carom.errors import InputError
 from carom.models.balls import SolidBall
 from carom.models.containers import InsideOfCylinder, InsideOfSphere
-from carom.models.draws import normal, uniform
+from carom.models.counter_random import normal, uniform
 from carom.models.gravity import Falling, Gravity
 from carom.models.interface import (
     NEVER,

@@ -14,7 +14,7 @@ from helpers.browser import shown, where
 
 import carom
 from carom.bridges.palette import FACES, rgb
-from carom.compiling.reasons import reason
+from carom.compiling.compile_errors import reason
 from carom.errors import InputError
 from carom.io.events import read_events
 from carom.pictures import viewdata
@@ -302,7 +302,7 @@ def test_a_rule_that_numba_cannot_compile_is_refused_in_a_sentence():
     [(looks_up, "'TABLE'"), (mixes, r"things\[3\]"), (opens, "context manager"), (restless, None)],
 )
 def test_the_reason_why_a_rule_cannot_be_compiled_is_short(rule, words, run):
-    model = ranges(rule).model(run[0].machine.contents.particles)
+    model = ranges(rule).model(run[0].machine.system.particles)
     why = reason(rule, model.units[0], model.told[0])
     if words is None:
         assert why is None
@@ -369,8 +369,8 @@ def test_a_wrong_answer_of_a_rule_ends_the_run_in_a_sentence(rule, words, run):
     from carom.models.interface import complaint
     from carom.models.units import ask, hand, obey, tell
 
-    pair = scattered().interaction.model(run[0].machine.contents.particles)
-    pair = pair._replace(rule=ranges(rule).model(run[0].machine.contents.particles).rule)
+    pair = scattered().interaction.model(run[0].machine.system.particles)
+    pair = pair._replace(rule=ranges(rule).model(run[0].machine.system.particles).rule)
     x, v = np.zeros(2), np.ones(2)
     hand(pair, 0, 3, x, v, 0.25)
     tell(pair, 0, TIMER, -1, -1, 0.25)

@@ -75,19 +75,19 @@ def scene(rule, *circles, n=12, d=2, positions=None, velocities=None, **kind):
 
 def assert_counters(sim):
     """Every counter is what distances say; 1e-9 of a radius from a circle nobody can tell."""
-    units, x = sim.units, sim.frame().positions
+    agents, x = sim.units, sim.frame().positions
     r = x[None] - x[:, None]
     apart = np.linalg.norm(r - EDGE * np.rint(r / EDGE), axis=2)
     np.fill_diagonal(apart, np.inf)
     for i in range(len(x)):
         kinds = sim.scene.interaction.kinds
-        for c, radius in enumerate(kinds[units.kinds[i]].circles):
+        for c, radius in enumerate(kinds[agents.kinds[i]].circles):
             low, high = (
-                np.bincount(units.kinds[who & units.present & units.present[i]], minlength=len(kinds))
+                np.bincount(agents.kinds[who & agents.present & agents.present[i]], minlength=len(kinds))
                 for who in (apart[i] < radius * (1.0 - 1e-9), apart[i] < radius * (1.0 + 1e-9))
             )
-            assert (low <= units.counts[i, c]).all()
-            assert (units.counts[i, c] <= high).all()
+            assert (low <= agents.counts[i, c]).all()
+            assert (agents.counts[i, c] <= high).all()
 
 
 def counted(sim, time=1.0):
@@ -211,7 +211,7 @@ def test_what_cannot_be_is_refused_in_a_sentence(make, words):
 def test_timers_are_the_time_that_is_left_in_the_unit_of_the_scene():
     from types import SimpleNamespace
 
-    from carom.simulation import units
+    from carom.simulation import agents
     from carom.units import TimeUnit
 
     nobody = np.zeros(3, np.int64)
@@ -222,4 +222,4 @@ def test_timers_are_the_time_that_is_left_in_the_unit_of_the_scene():
     machine = SimpleNamespace(
         engine=SimpleNamespace(model=SimpleNamespace(rules=rules)), unit=TimeUnit(3), in_epoch=lambda: 2.0
     )
-    assert units.present(machine).timers.tolist() == [4.0, np.inf]
+    assert agents.present(machine).timers.tolist() == [4.0, np.inf]

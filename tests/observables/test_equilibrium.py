@@ -175,7 +175,7 @@ def test_the_few_that_hold_nearly_all_mass_are_not_cold():
     scene = carom.Scene.mixture(
         counts, diameters=(1.0, 0.5), masses=(1000.0, 1.0), packing_fraction=0.01, seed=1
     )
-    machine = SimpleNamespace(scene=scene, contents=SimpleNamespace(rates=None, elastic=True))
+    machine = SimpleNamespace(scene=scene, system=SimpleNamespace(rates=None, elastic=True))
     thermometer = Thermometer(machine)
     for _ in range(4000):
         v = dice.normal(size=(22, 3)) / np.sqrt(scene.masses)[:, None]
@@ -191,7 +191,7 @@ def test_the_few_that_hold_nearly_all_mass_are_not_cold():
 def test_species_that_lose_energy_at_contacts_are_not_compared():
     scene = mixture_of_disks(100.0)
     for elastic in (True, False):  # scene.restitution is 1 for a Loss, too
-        machine = SimpleNamespace(scene=scene, contents=SimpleNamespace(rates=None, elastic=elastic))
+        machine = SimpleNamespace(scene=scene, system=SimpleNamespace(rates=None, elastic=elastic))
         assert bool(Thermometer(machine).names) == elastic
 
 

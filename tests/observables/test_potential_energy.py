@@ -17,7 +17,7 @@ from carom.models.gravity import Gravity
 from carom.observables import Estimate
 from carom.plan.plan import Plan
 from carom.scene.description import kind
-from carom.simulation.precise import merged
+from carom.simulation.until_precise import merged
 from carom.studies.runs.report import _other_temperature
 from carom.studies.runs.stretch import Stretch
 from carom.wells import Bonds, SquareWell, Steps, StepTable, chains

@@ -18,7 +18,7 @@ from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
 from carom.scene.velocities import maxwell_velocities
-from carom.simulation.preparation import prepare
+from carom.simulation.system_of_scene import prepare
 
 EPS = np.finfo(float).eps
 

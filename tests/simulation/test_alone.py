@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import carom
-from carom.compiling import dispatch, news
+from carom.compiling import compile_listeners, dispatch
 from carom.engine import cycle
 from carom.errors import BusyError
 from carom.simulation.replay import Replay
-from carom.simulation.workers.crew import Crew
+from carom.simulation.workers.thread_pool import Crew
 
 
 def small(**more):
@@ -231,12 +231,12 @@ def test_a_forked_process_leaves_the_event_log_to_its_parent(tmp_path):
 
 def test_a_limit_of_wall_time_leaves_out_compiling(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(news, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    monkeypatch.setattr(compile_listeners, "time", SimpleNamespace(perf_counter=lambda: now[0]))
     sim, run, passing = small(), cycle.run, 0.001
 
     def slowly(*arguments):
         if now[0] == 0.0:
-            with news.compiling():
+            with compile_listeners.compiling():
                 now[0] += 100.0
         now[0] += passing
         return run(*arguments)
@@ -251,8 +251,8 @@ def test_a_limit_of_wall_time_leaves_out_compiling(monkeypatch):
 
 def test_a_compiled_function_takes_no_wall_time_to_compile(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(news, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-    began = news.running()
+    monkeypatch.setattr(compile_listeners, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    began = compile_listeners.running()
 
     def compile_slowly(signature):
         now[0] += 100.0
@@ -260,7 +260,7 @@ def test_a_compiled_function_takes_no_wall_time_to_compile(monkeypatch):
     dispatch.watched(SimpleNamespace(compile=compile_slowly)).compile(())
     now[0] += 1.0
     # A hundred seconds and a difference of such: a rounding of 2^-46.
-    assert abs(news.running() - began - 1.0) < 1e-12
+    assert abs(compile_listeners.running() - began - 1.0) < 1e-12
 
 
 def test_a_negative_seed_is_one_sentence():

@@ -145,9 +145,9 @@ def test_the_note_does_not_say_that_a_gas_cools_which_a_surface_heats():
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5])
 def test_sizes_of_a_block_are_their_exact_means_over_it(dimension):
     first, growth, duration, unit = np.array([1.0, 0.5, 0.8]), np.array([0.1, 0.3, 0.0]), 2.0, TimeUnit(3)
-    contents = SimpleNamespace(rates=unit.to_kernel(0.5 * growth, -1))
+    system = SimpleNamespace(rates=unit.to_kernel(0.5 * growth, -1))
     scene = SimpleNamespace(dimension=dimension, volume=20.0)
-    machine = SimpleNamespace(scene=scene, contents=contents, unit=unit)
+    machine = SimpleNamespace(scene=scene, system=system, unit=unit)
     found = mechanics.sizes(machine, first, duration)
     last = first + growth * duration
 
@@ -159,7 +159,7 @@ def test_sizes_of_a_block_are_their_exact_means_over_it(dimension):
     assert found.packing_fraction == pytest.approx(filled / 20.0, rel=1e-13)
     assert found.cube == pytest.approx(means[0], rel=1e-13)  # the first is the largest all the time
     assert not found.equal
-    contents.rates[:] = contents.rates[0]
+    system.rates[:] = system.rates[0]
     assert mechanics.sizes(machine, np.ones(3), 1.0).equal
 
 

@@ -42,7 +42,7 @@ def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
         "pair": "EqualCores",
         "motion": "Inertial",
         "boundary": "NearestImage",
-        "sight": "RowSight",
+        "timing": "FromRows",
         "neighbours": "Lists",
     }
     assert {*FEATURES, "image counts", "an event log"} == {*found.absent}
@@ -50,7 +50,7 @@ def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
     assert not any(name.startswith(("model", "observers")) for name in names(found))
     assert "state.images" not in names(found)
     assert {name for name in names(found) if name.startswith("state")} == {
-        "state.rows", "state.partner", "state.leave", "state.clock", "state.block",
+        "state.rows", "state.partner", "state.crossing_time", "state.clock", "state.candidate_block",
     }  # fmt: skip
 
 
@@ -59,7 +59,7 @@ def test_a_component_of_the_plain_scene_is_one_cache_line_and_what_schedules_it(
     per_component = (PLAIN.n + 1) / PLAIN.n  # the ghost has a row, too
     assert arrays["state.rows"] == 64 * per_component
     assert arrays["state.partner"] == 4
-    assert arrays["state.leave"] == 8
+    assert arrays["state.crossing_time"] == 8
 
 
 def test_images_are_counted_only_where_they_are_asked_for():
@@ -110,10 +110,10 @@ def test_an_event_log_is_there_where_it_is_asked_for(tmp_path):
         ({"shell": 0.5}, "shell must be"),
     ],
 )
-def test_what_no_simulation_takes_is_not_explained(wish, says):
+def test_what_no_simulation_takes_is_not_explained(requested, says):
     for refuse in (carom.explain, carom.Simulation):
         with pytest.raises(InputError, match=says):
-            refuse(PLAIN, **wish)
+            refuse(PLAIN, **requested)
 
 
 @pytest.mark.parametrize("kind", ["lists", "sectors"])

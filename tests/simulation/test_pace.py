@@ -8,8 +8,8 @@ from helpers.oracle import moving
 
 import carom
 from carom.engine import constants, cycle
-from carom.engine.parts import arrays
-from carom.simulation import loop, pace
+from carom.engine.build import arrays
+from carom.simulation import call_budget, run_loop
 
 
 class Clock:
@@ -25,22 +25,22 @@ class Clock:
 @pytest.mark.parametrize("each", [1e-7, 1e-4, 0.3])
 def test_a_call_does_what_takes_some_hundredths_of_a_second(each, monkeypatch):
     clock = Clock()
-    monkeypatch.setattr(pace, "news", clock)
-    own = pace.Pace(20_000)
+    monkeypatch.setattr(call_budget, "compile_listeners", clock)
+    own = call_budget.CallBudget(20_000)
     longest = 0.0
     for _ in range(60):
         with own:
             clock.now += own.count * each
             longest = max(longest, own.count * each)
-    assert longest <= max(2.0 * pace.SHORT, each)
-    assert own.count in (20_000, 1) or 0.25 * pace.SHORT <= own.count * each <= pace.LONG
+    assert longest <= max(2.0 * call_budget.SHORT, each)
+    assert own.count in (20_000, 1) or 0.25 * call_budget.SHORT <= own.count * each <= call_budget.LONG
 
 
 def test_a_slow_first_call_is_made_up_for(monkeypatch):
     # The first call of all compiles.
     clock = Clock()
-    monkeypatch.setattr(pace, "news", clock)
-    own = pace.Pace(20_000)
+    monkeypatch.setattr(call_budget, "compile_listeners", clock)
+    own = call_budget.CallBudget(20_000)
     for k in range(20):
         with own:
             clock.now += 1e-6 * own.count + (10.0 if k == 0 else 0.0)
@@ -51,8 +51,8 @@ def test_a_slow_first_call_is_made_up_for(monkeypatch):
 def test_how_much_a_call_does_changes_no_bit(count, monkeypatch):
     scene = moving(carom.Scene.random(40, 2, packing_fraction=0.4, seed=1), 2)
     usual = carom.Simulation(scene)
-    monkeypatch.setattr(pace.Pace, "__exit__", lambda self, *error: None)
-    monkeypatch.setattr(pace, "FIRST", count)
+    monkeypatch.setattr(call_budget.CallBudget, "__exit__", lambda self, *error: None)
+    monkeypatch.setattr(call_budget, "FIRST", count)
     other = carom.Simulation(scene)
     usual.machine.pace.count, other.machine.pace.count = 20_000, count
     for sim in (usual, other):
@@ -69,7 +69,7 @@ def test_what_is_given_up_is_given_up_at_the_same_event(monkeypatch):
     scene = carom.Scene([[1.0, 1.0], [5.0, 5.0]], (9.0, 9.0), velocities=[[1.0, 0.0], [1.5, 0.0]])
     ends = []
     for count in (1, 20_000):
-        monkeypatch.setattr(pace, "FIRST", count)
+        monkeypatch.setattr(call_budget, "FIRST", count)
         sim = carom.Simulation(scene, neighbors="sectors")
         with pytest.warns(carom.CaromWarning, match="miss each other"):
             sim.run(collisions=5)
@@ -99,10 +99,10 @@ def test_a_run_looks_around_after_the_same_work_whatever_a_call_overdraws(count,
     scene = carom.Scene([[1.0, 1.0], [5.0, 5.0]], (9.0, 9.0), velocities=[[1.0, 0.0], [1.5, 0.0]])
     sim = carom.Simulation(scene, neighbors="sectors")
     sim.machine.pace.count = count
-    monkeypatch.setattr(pace.Pace, "__exit__", lambda self, *error: None)
+    monkeypatch.setattr(call_budget.CallBudget, "__exit__", lambda self, *error: None)
     monkeypatch.setattr(cycle, "run", run)
-    monkeypatch.setattr(loop, "CYCLES", 100)
-    monkeypatch.setattr(loop, "_patience", look)
+    monkeypatch.setattr(run_loop, "CYCLES", 100)
+    monkeypatch.setattr(run_loop, "_patience", look)
     with pytest.raises(Looked):
         sim.run(collisions=5)
     assert spent == 105

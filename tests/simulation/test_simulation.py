@@ -8,7 +8,7 @@ import pytest
 import carom
 from carom.errors import InputError
 from carom.models.gravity import Gravity
-from carom.simulation.machine import Machine
+from carom.simulation.run_state import RunState
 
 SCENES = {
     "rods": lambda: carom.Scene.random(20, 1, packing_fraction=0.6, seed=1),
@@ -186,7 +186,7 @@ def test_the_choice_of_a_scheme_leaves_the_first_collisions_alone():
     ],
 )
 def test_a_scene_that_starts_from_rest_may_collide_later(change, settings, will_move, monkeypatch):
-    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     asked = []
     monkeypatch.setattr(carom.Simulation, "run", lambda sim, **limits: asked.append(limits))
     scene = carom.Scene(np.random.default_rng(1).uniform(1.0, 39.0, (8, 3)), 40.0, **change)
@@ -197,7 +197,7 @@ def test_a_scene_that_starts_from_rest_may_collide_later(change, settings, will_
 
 
 def test_there_is_no_drift_of_a_momentum_that_is_not_conserved(monkeypatch):
-    monkeypatch.setattr(Machine, "schedule", lambda machine: None)
+    monkeypatch.setattr(RunState, "schedule", lambda machine: None)
     scene = carom.Scene.fcc(cells=3, packing_fraction=0.1)
     falling = carom.Simulation(scene.with_(motion=Gravity((0.0, 0.0, -20.0))))
     assert np.isnan(falling.statistics.momentum_drift)

@@ -9,7 +9,7 @@ import os
 import pytest
 
 from carom import studies, theory
-from carom.simulation.workers.crew import cores
+from carom.simulation.workers.thread_pool import cores
 from carom.studies import StudySpec
 
 pytestmark = pytest.mark.slow

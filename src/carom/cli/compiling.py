@@ -13,7 +13,7 @@ TEXT = "Compiling for this kind of scene: ten seconds or more, the first time on
 @contextlib.contextmanager
 def compiling_told() -> Iterator[None]:
     """Print one line on standard error if the body compiles something, here or in a worker process."""
-    from carom.compiling.news import listening
+    from carom.compiling.compile_listeners import listening
 
     said = False
 

@@ -7,7 +7,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic, overload
 
-from carom.compiling import private
+from carom.compiling import numba_features
 from carom.compiling.dispatch import INLINE
 
 SHARING_NUMBERS = "numbers that threads share"
@@ -30,8 +30,8 @@ def _load(typingctx, array, index):
 @intrinsic
 def _store(typingctx, array, index, value):
     def codegen(context, builder, signature, args):
-        place = _place(context, builder, array, *args[:2])
-        builder.store_atomic(args[2], place, "release", 8)
+        address = _place(context, builder, array, *args[:2])
+        builder.store_atomic(args[2], address, "release", 8)
         return context.get_dummy_value()
 
     return types.void(array, types.int64, array.dtype), codegen
@@ -73,7 +73,7 @@ def take(array, index):
     return before
 
 
-def let_others():
+def yield_thread():
     """Let another thread have the core, if one waits for it; nothing where the system has no such call."""
 
 
@@ -92,12 +92,12 @@ def _take_compiled(array, index):
     return lambda array, index: _take(array, index)  # type: ignore[call-arg]
 
 
-@overload(let_others, jit_options=INLINE)
+@overload(yield_thread, jit_options=INLINE)
 def _let_others_compiled():
-    return (lambda: _let_others()) if private.has(YIELDING) else (lambda: None)  # type: ignore[call-arg]
+    return (lambda: _let_others()) if numba_features.has(YIELDING) else (lambda: None)  # type: ignore[call-arg]
 
 
-@private.trial(SHARING_NUMBERS)
+@numba_features.trial(SHARING_NUMBERS)
 def _try() -> bool:
     from numba import njit
 
@@ -109,13 +109,13 @@ def _try() -> bool:
     return change(np.zeros(2), np.zeros(1, np.int64)) == 3.5
 
 
-@private.trial(YIELDING)
+@numba_features.trial(YIELDING)
 def _try_yielding() -> bool:
     from numba import njit
 
     @njit(error_model="numpy")
     def wait():
-        let_others()
+        yield_thread()
         return 1
 
     return wait() == 1

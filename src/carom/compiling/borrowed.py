@@ -13,7 +13,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic, models, overload, register_model
 
-from carom.compiling import private
+from carom.compiling import numba_features
 from carom.compiling.dispatch import INLINE
 
 BORROWING = "arrays without reference counts"
@@ -145,12 +145,12 @@ def borrowed(value):
 
 @overload(borrowed, jit_options=INLINE)
 def _borrowed(value):
-    if private.has(BORROWING):
+    if numba_features.has(BORROWING):
         return lambda value: _borrow(value)  # type: ignore[call-arg]  # Numba supplies the context
     return lambda value: value
 
 
-@private.trial(BORROWING)
+@numba_features.trial(BORROWING)
 def _try() -> bool:
     import numpy as np
     from numba import njit

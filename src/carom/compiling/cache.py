@@ -11,8 +11,8 @@ from pathlib import Path
 import numba
 from numba.core import config
 
-from carom.compiling import private
-from carom.compiling.origins import classes_in, digest_of
+from carom.compiling import numba_features
+from carom.compiling.code_digest import classes_in, digest_of
 
 KEEPING = "compiled code kept on disk"
 
@@ -31,7 +31,7 @@ def kept(function, options, stamped=False):
     except (RuntimeError, OSError):  # Numba found no folder that can be written: compile in every process
         return None
     except AttributeError as error:
-        private.leave_out(KEEPING, error)
+        numba_features.leave_out(KEEPING, error)
         return None
 
 
@@ -101,7 +101,7 @@ def keep(compiled, stamped: bool = False):
                 return read(names[1])
         except Exception:  # not there, damaged, or written by who knows whom: compiled again and replaced
             pass
-        private.try_out()  # before anything is compiled
+        numba_features.try_out()  # before anything is compiled
         return None
 
     def save(key, data):
@@ -117,7 +117,7 @@ def keep(compiled, stamped: bool = False):
         except OSError:
             raise
         except Exception as error:
-            private.leave_out(KEEPING, error)
+            numba_features.leave_out(KEEPING, error)
 
     file.load, file.save, compiled._cache.save_overload = load, save, save_overload
     return compiled
@@ -127,7 +127,7 @@ def _short(*words) -> str:
     return hashlib.sha256(repr(words).encode()).hexdigest()[:32]
 
 
-@private.trial(KEEPING)
+@numba_features.trial(KEEPING)
 def _try() -> bool:
     asked: list = []
     compiled = numba.njit(cache=True)(_same)

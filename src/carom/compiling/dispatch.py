@@ -15,13 +15,13 @@ from typing import Any
 from numba import njit
 from numba.core import config
 
-from carom.compiling import private, registry
+from carom.compiling import numba_features, registry
 from carom.compiling.cache import KEEPING, kept
-from carom.compiling.held import signals_held
-from carom.compiling.inlining import INLINING, SHARING, InlinedCompiler, compile_once
-from carom.compiling.news import compiling
-from carom.compiling.origins import FACES, INLINED, Unknown, class_of, classes_in, is_trusted
-from carom.compiling.reasons import of_models
+from carom.compiling.code_digest import FACES, INLINED, Unknown, class_of, classes_in, is_trusted
+from carom.compiling.compile_errors import of_models
+from carom.compiling.compile_listeners import compiling
+from carom.compiling.deferred_signals import signals_held
+from carom.compiling.inlined_compiler import INLINING, SHARING, InlinedCompiler, compile_once
 from carom.errors import InputError
 
 # Division must not test for zero, or no loop that divides can be vectorised.
@@ -46,8 +46,8 @@ OPTIONS = {"inner": INLINE, "fast": FAST, "approximate": APPROXIMATE}
 """How a function that compiled code inlines is compiled, by what the registry notes of it."""
 
 
-@private.trial(SHARING)
-@private.trial(INLINING)
+@numba_features.trial(SHARING)
+@numba_features.trial(INLINING)
 def _try() -> bool:
     @registry.inner
     def half(x):
@@ -174,10 +174,10 @@ def watched(compiled):
     compile_for = compiled.compile
 
     def compile_watched(signature):
-        private.try_out(KEEPING)
-        if not private.has(KEEPING):
+        numba_features.try_out(KEEPING)
+        if not numba_features.has(KEEPING):
             compiled._cache.disable()
-            private.try_out()
+            numba_features.try_out()
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -191,7 +191,7 @@ def watched(compiled):
         finally:
             if collecting:
                 gc.enable()
-            private.tell()
+            numba_features.tell()
             with suppress(Unknown):
                 IN_USE.update(cls for cls in classes_in(signature) if issubclass(cls, tuple))
 

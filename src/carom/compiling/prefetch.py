@@ -7,7 +7,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic, overload
 
-from carom.compiling import private
+from carom.compiling import numba_features
 from carom.compiling.dispatch import INLINE
 
 PREFETCHING = "memory asked for ahead"
@@ -19,14 +19,14 @@ def _prefetch(typingctx, array, index):
     size = kind.size if isinstance(kind, types.Record) else kind.bitwidth // 8
 
     def codegen(context, builder, signature, args):
-        byte, word = ir.IntType(8), ir.IntType(32)
+        byte, int_type = ir.IntType(8), ir.IntType(32)
         data = cgutils.create_struct_proxy(array)(context, builder, args[0]).data
         base = builder.bitcast(data, byte.as_pointer())
-        place = builder.gep(base, [builder.mul(args[1], ir.Constant(ir.IntType(64), size))])
-        signature = ir.FunctionType(ir.VoidType(), [place.type, word, word, word])
+        address = builder.gep(base, [builder.mul(args[1], ir.Constant(ir.IntType(64), size))])
+        signature = ir.FunctionType(ir.VoidType(), [address.type, int_type, int_type, int_type])
         ask = cgutils.get_or_insert_function(builder.module, signature, "llvm.prefetch.p0")
-        read, second_level, data_cache = (ir.Constant(word, value) for value in (0, 2, 1))
-        builder.call(ask, [place, read, second_level, data_cache])
+        read, second_level, data_cache = (ir.Constant(int_type, value) for value in (0, 2, 1))
+        builder.call(ask, [address, read, second_level, data_cache])
         return context.get_dummy_value()
 
     return types.void(array, types.int64), codegen
@@ -41,10 +41,10 @@ def _prefetch_compiled(array, index):
     def body(array, index):
         _prefetch(array, index)  # type: ignore[call-arg]  # Numba supplies the context
 
-    return body if private.has(PREFETCHING) else lambda array, index: None
+    return body if numba_features.has(PREFETCHING) else lambda array, index: None
 
 
-@private.trial(PREFETCHING)
+@numba_features.trial(PREFETCHING)
 def _try() -> bool:
     from numba import njit
 

@@ -20,9 +20,16 @@ import numpy as np
 
 from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner, optional
-from carom.engine.company import absent, mark, marks_forgotten, own, own_in, sent
-from carom.engine.images import index
-from carom.engine.neighbors.prefetch import HUGE, LARGE, look_ahead
+from carom.engine.boundary import index
+from carom.engine.neighbors.prefetch import HUGE, LARGE, prefetch_next
+from carom.engine.queue_hooks import (
+    clear_notes,
+    count_local,
+    is_remote,
+    local_component,
+    note_border_event,
+    send_if_remote,
+)
 from carom.engine.state import aligned
 from carom.models.interface import NEVER
 
@@ -32,13 +39,13 @@ ENTRIES = 14
 FEWEST, MOST = 4.0, 8.5
 """Cycles a bucket below and above which the next window has buckets of another width."""
 
-AHEAD = 0.47
+LARGE_SYSTEM_FACTOR = 0.47
 """Factor on both for ``HUGE`` systems: memory is requested a bucket at a time, best a few events ahead."""
 
 BLOCK = 256
 """Components that are looked at together when the calendar is laid out; the heap has room for as many."""
 
-ROOM = 8
+MOST_NEW_ENTRIES = 8
 """Entries that one cycle can add to the heap, at most."""
 
 # No field may have the name of an attribute of numpy scalars (size, say): the engine runs as Python, too.
@@ -69,9 +76,9 @@ class Calendar(NamedTuple):
     """(buckets + 1, 16) uint32: count, link, entries; the last row takes what is due beyond the window."""
     lines: np.ndarray
     """(lines, 16) uint32: full lines that buckets spilled; line 0 is no line."""
-    due: np.ndarray
+    event_time: np.ndarray
     """Heap: times."""
-    who: np.ndarray
+    component: np.ndarray
     """Heap: entries."""
 
 
@@ -110,52 +117,53 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
 @inner
 def time_of(state, i):
     """Return the time of the first event of component i, a sector crossing included."""
-    return min(np.float64(state.rows[i].due), state.leave[i])
+    return min(np.float64(state.rows[i].event_time), state.crossing_time[i])
 
 
 @inner
 def push(calendar, time, i):
     """Put an entry on the heap; the caller ensures that there is room."""
     control = calendar.control[0]
-    due, who = calendar.due, calendar.who
+    event_time, component = calendar.event_time, calendar.component
     k = np.uint64(control.waiting)
     control.waiting += 1
     while k > 0:
         parent = (k - np.uint64(1)) >> np.uint64(1)
-        if due[parent] < time or (due[parent] == time and who[parent] <= i):
+        if event_time[parent] < time or (event_time[parent] == time and component[parent] <= i):
             break
-        due[k] = due[parent]
-        who[k] = who[parent]
+        event_time[k] = event_time[parent]
+        component[k] = component[parent]
         k = parent
-    due[k] = time
-    who[k] = i
+    event_time[k] = time
+    component[k] = i
 
 
 @inner
 def pop(calendar):
     """Drop the first entry of the heap."""
     control = calendar.control[0]
-    due, who = calendar.due, calendar.who
+    event_time, component = calendar.event_time, calendar.component
     control.waiting -= 1
     size = np.uint64(control.waiting)
-    time = due[size]
-    i = who[size]
+    time = event_time[size]
+    i = component[size]
     k = np.uint64(0)
     child = np.uint64(1)
     while child < size:
         right = child + np.uint64(1)
         if right < size and (
-            due[right] < due[child] or (due[right] == due[child] and who[right] < who[child])
+            event_time[right] < event_time[child]
+            or (event_time[right] == event_time[child] and component[right] < component[child])
         ):
             child = right
-        if time < due[child] or (time == due[child] and i <= who[child]):
+        if time < event_time[child] or (time == event_time[child] and i <= component[child]):
             break
-        due[k] = due[child]
-        who[k] = who[child]
+        event_time[k] = event_time[child]
+        component[k] = component[child]
         k = child
         child = (k << np.uint64(1)) + np.uint64(1)
-    due[k] = time
-    who[k] = i
+    event_time[k] = time
+    component[k] = i
 
 
 @inner
@@ -174,13 +182,13 @@ def bucket_of(calendar, time):
 @inner
 def insert(calendar, i, time):
     """Enter component i at ``time``."""
-    if sent(calendar, i, time):
+    if send_if_remote(calendar, i, time):
         return
     control = calendar.control[0]
     inside = time < control.end
     bucket = bucket_of(calendar, time if inside else control.start)
     bucket = bucket if inside else buckets_in_window(calendar)
-    mark(calendar, bucket, time, i)
+    note_border_event(calendar, bucket, time, i)
     if bucket <= control.cursor:
         push(calendar, time, np.int32(i))
     else:
@@ -188,16 +196,16 @@ def insert(calendar, i, time):
 
 
 @inner
-def prefetch_calendar(calendar, state, boundary, word):
-    """Ask for what giving an event to the component that ``word`` names will touch: who its partner is, and
+def prefetch_calendar(calendar, state, boundary, ref):
+    """Ask for what giving an event to the component that ``ref`` names will touch: who its partner is, and
     the bucket in which that one's event is, to become an advancement.
     """
-    if word >= 0 and len(state.partner) >= HUGE:
-        j = np.int64(index(boundary, word))
+    if ref >= 0 and len(state.partner) >= HUGE:
+        j = np.int64(index(boundary, ref))
         prefetch(state.partner, j)
-        due = np.float64(state.rows[np.uint64(j)].due)
-        if due < calendar.control[0].end:
-            prefetch(calendar.buckets, bucket_of(calendar, due) * calendar.buckets.shape[1])
+        event_time = np.float64(state.rows[np.uint64(j)].event_time)
+        if event_time < calendar.control[0].end:
+            prefetch(calendar.buckets, bucket_of(calendar, event_time) * calendar.buckets.shape[1])
 
 
 @inner
@@ -223,7 +231,7 @@ def append(calendar, bucket, i):
 
 
 @inner
-def drain(calendar, state, bucket):
+def open_bucket(calendar, state, bucket):
     """Move the valid entries of a bucket to the heap; return False, and do nothing, if the heap has too
     little room.
     """
@@ -235,20 +243,20 @@ def drain(calendar, state, bucket):
     while link > 0:
         total += ENTRIES
         link = calendar.lines[link, 1]
-    if control.waiting + total + ROOM > len(calendar.due):
+    if control.waiting + total + MOST_NEW_ENTRIES > len(calendar.event_time):
         return False
     for k in range(count):
-        offer(calendar, state, bucket, buckets[bucket, np.uint64(k) + np.uint64(2)])
+        push_if_due(calendar, state, bucket, buckets[bucket, np.uint64(k) + np.uint64(2)])
     link = buckets[bucket, 1]
     while link > 0:
         for k in range(ENTRIES):
-            offer(calendar, state, bucket, calendar.lines[link, np.uint64(k) + np.uint64(2)])
+            push_if_due(calendar, state, bucket, calendar.lines[link, np.uint64(k) + np.uint64(2)])
         link = calendar.lines[link, 1]
     return True
 
 
 @inner
-def offer(calendar, state, bucket, i):
+def push_if_due(calendar, state, bucket, i):
     """Push component i if it is due in this bucket."""
     time = time_of(state, np.uint64(i))
     if time < calendar.control[0].end and bucket_of(calendar, time) <= np.int64(bucket):
@@ -256,7 +264,7 @@ def offer(calendar, state, bucket, i):
 
 
 @inner
-def lay_out(calendar, state, boundary, start, end):
+def fill_window(calendar, state, boundary, start, end):
     """Begin a window at ``start`` that reaches to ``end`` at most, and enter all that is due in it.
 
     Where lines run out, buckets become narrower, and the window shorter. That does not help where too many
@@ -283,16 +291,18 @@ def lay_out(calendar, state, boundary, start, end):
         for b in range(size + 1):
             calendar.buckets[np.uint64(b), 0] = 0
             calendar.buckets[np.uint64(b), 1] = 0
-        marks_forgotten(calendar)
+        clear_notes(calendar)
         earliest = NEVER
         n = np.uint64(len(state.partner))
-        for begin in range(np.uint64(0), n, np.uint64(BLOCK)):
-            earliest = min(earliest, choose_due(calendar, state, begin, min(begin + np.uint64(BLOCK), n)))
+        for start_index in range(np.uint64(0), n, np.uint64(BLOCK)):
+            earliest = min(
+                earliest, choose_due(calendar, state, start_index, min(start_index + np.uint64(BLOCK), n))
+            )
             choose_entering(calendar, state, boundary)
             count = np.uint64(control.waiting)
             control.waiting = 0
             for k in range(count):
-                insert(calendar, np.uint64(calendar.who[k]), calendar.due[k])
+                insert(calendar, np.uint64(calendar.component[k]), calendar.event_time[k])
         if control.full == 0 or not narrow(calendar, end):
             return earliest
 
@@ -322,7 +332,7 @@ def cluttered(calendar, state):
     """Return whether the heap has room for everybody twice: most of what fills it is stale, and is dropped
     when the window is laid out anew.
     """
-    return len(calendar.due) > 2 * len(state.partner) + BLOCK
+    return len(calendar.event_time) > 2 * len(state.partner) + BLOCK
 
 
 @inner
@@ -332,22 +342,22 @@ def effort(state):
 
 
 @inner
-def choose_due(calendar, state, begin, end):
+def choose_due(calendar, state, start_index, end):
     """Put those of a block of components that are due in the window on the heap, in no order; return the
     earliest time due.
 
     There is no branch: each would be a toss.
     """
-    due, who = calendar.due, calendar.who
+    event_time, component = calendar.event_time, calendar.component
     until = calendar.control[0].end
     earliest = NEVER
     count = np.uint64(0)
-    for k in range(own_in(calendar, begin, end)):
-        i = own(calendar, begin, k)
+    for k in range(count_local(calendar, start_index, end)):
+        i = local_component(calendar, start_index, k)
         time = time_of(state, i)
         earliest = min(earliest, time)
-        due[count] = time
-        who[count] = i
+        event_time[count] = time
+        component[count] = i
         count += np.uint64(time < until)
     calendar.control[0].waiting = count
     return earliest
@@ -358,15 +368,20 @@ def choose_entering(calendar, state, boundary):
     """Keep those of them that enter the calendar, and ask for their buckets: of a pair one does, if it is
     there to collide.
     """
-    due, who = calendar.due, calendar.who
+    event_time, component = calendar.event_time, calendar.component
     count = np.uint64(0)
     for k in range(np.uint64(calendar.control[0].waiting)):
-        i, time = np.uint64(who[k]), due[k]
-        word = np.int64(state.partner[i])
-        j = np.uint64(index(boundary, word)) if word >= 0 else i
-        enters = (j >= i) | (time == state.leave[i]) | (state.leave[j] < time) | absent(calendar, j)
-        due[count] = time
-        who[count] = i
+        i, time = np.uint64(component[k]), event_time[k]
+        ref = np.int64(state.partner[i])
+        j = np.uint64(index(boundary, ref)) if ref >= 0 else i
+        enters = (
+            (j >= i)
+            | (time == state.crossing_time[i])
+            | (state.crossing_time[j] < time)
+            | is_remote(calendar, j)
+        )
+        event_time[count] = time
+        component[count] = i
         count += np.uint64(enters)
         if len(state.partner) >= HUGE:
             prefetch(calendar.buckets, bucket_of(calendar, time) * calendar.buckets.shape[1])
@@ -374,35 +389,38 @@ def choose_entering(calendar, state, boundary):
 
 
 @optional
-def adapt(calendar, n, longest):
+def choose_width(calendar, n, longest):
     """Choose the width of the next window's buckets by the cycles counted in this one: a few a bucket; by
     default, for any calendar.
     """
     control = calendar.control[0]
-    passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
-    passed *= AHEAD if n >= HUGE else 1.0
-    if control.cycles > MOST * passed:
+    buckets_passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
+    buckets_passed *= LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0
+    if control.cycles > MOST * buckets_passed:
         control.width *= 0.5
-    elif control.cycles < FEWEST * passed and 2.0 * buckets_in_window(calendar) * control.width <= longest:
+    elif (
+        control.cycles < FEWEST * buckets_passed
+        and 2.0 * buckets_in_window(calendar) * control.width <= longest
+    ):
         control.width *= 2.0
 
 
 @inner
-def first(calendar, state, neighbors, boundary, motion):
+def next_event(calendar, state, neighbors, boundary, motion):
     """Return the component with the first event, which stays on the heap; -1 at the end of the window, -2 if
     an array is too small.
     """
     control = calendar.control[0]
     while True:
         while control.waiting > 0:
-            i = np.uint64(calendar.who[0])
-            if time_of(state, i) == calendar.due[0]:
+            i = np.uint64(calendar.component[0])
+            if time_of(state, i) == calendar.event_time[0]:
                 return np.int64(i)
             pop(calendar)
         if control.cursor + 1 >= buckets_in_window(calendar):
             return np.int64(-1)
-        if not drain(calendar, state, np.uint64(control.cursor + 1)):
+        if not open_bucket(calendar, state, np.uint64(control.cursor + 1)):
             return np.int64(-2)
         control.cursor += 1
         if len(state.partner) >= LARGE:
-            look_ahead(calendar, state, neighbors, boundary, motion)
+            prefetch_next(calendar, state, neighbors, boundary, motion)

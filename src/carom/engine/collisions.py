@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.registry import inner, optional, required
-from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
-from carom.engine.events import renew
-from carom.engine.images import NearestImage, SectorImage, count_images, index, separation
-from carom.engine.live import age_obstacles
-from carom.engine.neighbors.interface import wrapped
+from carom.engine.agents import on_crossing, on_timer
+from carom.engine.boundary import NearestImage, SectorImage, count_images, index, separation
+from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
+from carom.engine.dynamic_obstacles import age_obstacles
+from carom.engine.events import retime
+from carom.engine.neighbors.interface import on_wrap
 from carom.engine.observers.interface import (
     ObstacleEvent,
     PairEvent,
@@ -21,9 +22,8 @@ from carom.engine.observers.interface import (
     count_pair,
     gain,
 )
-from carom.engine.obstacles import Obstacles, bounce, gained
+from carom.engine.obstacles import Obstacles, gained, reflect_component
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
-from carom.engine.rules import consult, heed
 from carom.engine.tallies import record
 from carom.models.interface import (
     CORE,
@@ -47,38 +47,38 @@ from carom.models.units import Units
 @inner
 def advance(model, state, neighbors, i, now):
     """Bring the old event of component i to the time now, its position into the box."""
-    row = state.rows[i]
-    t = now - row.t
-    row.t = now
-    x0, v0, t = carry(model.motion, row.x, row.v, t, row.x, row.v)
+    me = state.rows[i]
+    t = now - me.t
+    me.t = now
+    x0, v0, t = carry(model.motion, me.x, me.v, t, me.x, me.v)
     for axis in range(len(model.boundary.edges)):
         x = position(model.motion, axis, x0[axis], v0[axis], t)
         crossings = np.floor(x * model.boundary.inverse[axis])
         if crossings != 0.0:
             x -= crossings * model.boundary.edges[axis]
             count_images(state.images, i, axis, np.int64(crossings))
-            wrapped(neighbors, i, axis, crossings)
-        row.x[axis] = x
-        row.v[axis] = velocity(model.motion, axis, v0[axis], t)
+            on_wrap(neighbors, i, axis, crossings)
+        me.x[axis] = x
+        me.v[axis] = velocity(model.motion, axis, v0[axis], t)
 
 
 @required
-def outcome(boundary, pair, neighbors, tally, i, word, rr, rv, now):
+def outcome(boundary, pair, neighbors, tally, i, ref, rr, rv, now):
     """Return what the event of i and the component that a word names adds, as ``jump`` does, its kind, and
     the steps of the pair before and after it, which are zero where there are none.
     """
 
 
 @outcome.register
-def _(boundary: NearestImage | SectorImage, pair, neighbors, tally, i, word, rr, rv, now):
-    a, b, virial = jump(pair, np.int64(i), np.int64(index(boundary, word)), rr, rv, now)
+def _(boundary: NearestImage | SectorImage, pair, neighbors, tally, i, ref, rr, rv, now):
+    a, b, virial = jump(pair, np.int64(i), np.int64(index(boundary, ref)), rr, rv, now)
     return a, b, virial, CORE, 0, 0
 
 
 @outcome.register
-def _(boundary: SteppedImage, pair, neighbors, tally, i, word, rr, rv, now):
-    j = np.int64(index(boundary, word))
-    before = step_of(boundary, word)
+def _(boundary: SteppedImage, pair, neighbors, tally, i, ref, rr, rv, now):
+    j = np.int64(index(boundary, ref))
+    before = step_of(boundary, ref)
     a, b, virial, step, kind = step_jump(pair, np.int64(i), j, before, rr, rv, now)
     if step != before:
         put_step(neighbors, np.uint64(i), np.uint64(j), step)
@@ -89,25 +89,25 @@ def _(boundary: SteppedImage, pair, neighbors, tally, i, word, rr, rv, now):
 
 
 @required
-def logged(boundary, word, kind):
+def logged(boundary, ref, kind):
     """Return what the log holds of a word: where there are steps, the kind of the event in place of one."""
 
 
 @logged.register
-def _(boundary: NearestImage | SectorImage, word, kind):
-    return word
+def _(boundary: NearestImage | SectorImage, ref, kind):
+    return ref
 
 
 @logged.register
-def _(boundary: SteppedImage, word, kind):
-    return (index(boundary, word) << boundary.bits) | kind
+def _(boundary: SteppedImage, ref, kind):
+    return (index(boundary, ref) << boundary.bits) | kind
 
 
 @inner
-def collide(model, state, neighbors, tally, log, i, word, now):
+def collide(model, state, neighbors, tally, log, i, ref, now):
     """Process both halves of a collision: advance, jump, settle."""
     rows = state.rows
-    j = np.uint64(index(model.boundary, word))
+    j = np.uint64(index(model.boundary, ref))
     advance(model, state, neighbors, i, now)
     advance(model, state, neighbors, j, now)
     me = rows[i]
@@ -115,11 +115,11 @@ def collide(model, state, neighbors, tally, log, i, word, now):
     rr = 0.0
     rv = 0.0
     for axis in range(len(model.boundary.edges)):
-        r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+        r = separation(model.boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
     a, b, virial, kind, before, step = outcome(
-        model.boundary, model.pair, neighbors, tally, i, word, rr, rv, now
+        model.boundary, model.pair, neighbors, tally, i, ref, rr, rv, now
     )
     # Surfaces that grow approach faster than the centres do.
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
@@ -127,22 +127,22 @@ def collide(model, state, neighbors, tally, log, i, word, now):
     a *= part
     b *= part
     virial *= part
-    event = PairEvent(i, j, word, now, rr, rv, a, b, virial, kind, before, step)
+    event = PairEvent(i, j, ref, now, rr, rv, a, b, virial, kind, before, step)
     before_pair(model.observers, model, state, event)
     for axis in range(len(model.boundary.edges)):
-        r = separation(model.boundary, i, word, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+        r = separation(model.boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         me.v[axis] += a * thrust(model.motion, axis, me.x[axis], r, rr)
         other.v[axis] += b * thrust(model.motion, axis, other.x[axis], -r, rr)
-    heed(model.rules, model, state, neighbors, i, j, word, kind, now)
+    on_crossing(model.rules, model, state, neighbors, i, j, ref, kind, now)
     after_pair(model.observers, model, state, event)
     tally.collisions += 1
     tally.virial += virial
     tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
     count_pair(model.observers, np.int64(i), np.int64(j), virial)
     taken_up(model.pair, np.int64(i), np.int64(j), virial / np.sqrt(rr))
-    record(log, state.clock[0], np.int64(i), logged(model.boundary, word, kind), virial / np.sqrt(rr))
-    rows[i].due = NEVER
-    rows[j].due = NEVER
+    record(log, state.clock[0], np.int64(i), logged(model.boundary, ref, kind), virial / np.sqrt(rr))
+    rows[i].event_time = NEVER
+    rows[j].event_time = NEVER
     state.partner[i] = LAMBDA
     state.partner[j] = LAMBDA
 
@@ -159,7 +159,7 @@ def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
         return False
     advance(model, state, neighbors, i, now)
     before_obstacle(model.observers, model, state, i, now)
-    momentum = bounce(model, state, i, OBSTACLE - partner, now)
+    momentum = reflect_component(model, state, i, OBSTACLE - partner, now)
     energy = gained(obstacles.live, momentum, growth(model.pair, np.int64(i)))
     gain(model.observers, energy, now)
     event = ObstacleEvent(i, OBSTACLE - partner, now, momentum, energy)
@@ -169,17 +169,17 @@ def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
 
 
 @optional
-def woken(rules, model, state, neighbors, log, i, partner, now):
+def run_timer(rules, model, state, neighbors, log, i, partner, now):
     """Ask unit i for its decision; False if that is not its event."""
     return False
 
 
-@woken.register
+@run_timer.register
 def _(rules: Units, model, state, neighbors, log, i, partner, now):
-    if partner != WAKE:
+    if partner != TIMER_EVENT:
         return False
     advance(model, state, neighbors, i, now)
-    consult(rules, model, state, neighbors, i, partner, now)
+    on_timer(rules, model, state, neighbors, i, partner, now)
     record(log, state.clock[0], np.int64(i), partner, 0.0)
     return True
 
@@ -189,8 +189,8 @@ def into_next_epoch(model, state, neighbors, i, length):
     """Advance component i to the beginning of the next epoch, and reduce its times by the epoch's length."""
     advance(model, state, neighbors, i, length)
     state.rows[i].t = 0.0
-    state.rows[i].due -= length
-    state.leave[i] -= length
+    state.rows[i].event_time -= length
+    state.crossing_time[i] -= length
 
 
 @inner
@@ -209,4 +209,4 @@ def new_epoch(model, state, neighbors):
     clock.epoch += 1
     clock.now = 0.0
     for i in range(np.uint64(len(state.partner))):
-        renew(model.sight, model, state, i)
+        retime(model.timing, model, state, i)

@@ -6,7 +6,7 @@ LAMBDA = -1
 OBSTACLE = -2
 """Partner of a component that meets obstacle k is ``OBSTACLE - k`` (the paper's N + k)."""
 
-WAKE = -(1 << 30)
+TIMER_EVENT = -(1 << 30)
 """Partner of a unit that is to be asked for its decision: itself."""
 
 # Why the cycle returned.

@@ -13,19 +13,19 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
+from carom.engine.boundary import index, lasting, mirror
 from carom.engine.calendar import (
-    ROOM,
-    adapt,
+    MOST_NEW_ENTRIES,
+    choose_width,
     cluttered,
     crowded,
     effort,
-    first,
-    lay_out,
+    fill_window,
+    next_event,
     pop,
     prefetch_calendar,
 )
-from carom.engine.collisions import collide, new_epoch, rebound, woken
-from carom.engine.company import announce, collect, granted, weary
+from carom.engine.collisions import collide, new_epoch, rebound, run_timer
 from carom.engine.constants import (
     IDLE,
     LAMBDA,
@@ -38,24 +38,24 @@ from carom.engine.constants import (
 )
 from carom.engine.events import (
     enqueue,
+    notify_next,
     offer_newcomer,
     predict,
     recheck_obstacles,
     schedule_transit,
-    spread_news,
     start_over,
 )
-from carom.engine.images import index, lasting, mirror
-from carom.engine.neighbors.interface import begin_epoch, change_home, first_newcomer, settle, transit
+from carom.engine.neighbors.interface import begin_epoch, build, cross, earliest_newcomer, rebin
 from carom.engine.neighbors.prefetch import leaves_first
-from carom.engine.search import NOBODY_MET, search
+from carom.engine.queue_hooks import publish_time, receive, safe_to_process, should_return
+from carom.engine.search import NO_REF, search
 from carom.engine.tallies import log_full
 from carom.models.interface import NEVER
 
 
 def _schedule(digest):
-    def schedule(model, state, neighbors, calendar, tallies, begin, end):
-        """Schedule the components from ``begin`` to ``end`` at the present time.
+    def schedule(model, state, neighbors, calendar, tallies, start_index, end):
+        """Schedule the components from ``start_index`` to ``end`` at the present time.
 
         The neighbour scheme is built with the first, and the calendar laid out with the last of them.
 
@@ -72,19 +72,19 @@ def _schedule(digest):
         now = state.clock[0].now
         tally = tallies[0]
         n = np.uint64(len(partner))
-        if begin == 0:
-            if not settle(neighbors, model.motion, model.boundary, state):
+        if start_index == 0:
+            if not build(neighbors, model.motion, model.boundary, state):
                 return False
             calendar.control[0].end = -NEVER  # nothing enters the calendar until all is known
             for i in range(n):
-                rows[i].due = NEVER
+                rows[i].event_time = NEVER
                 partner[i] = LAMBDA
-        for i in range(np.uint64(begin), np.uint64(end)):
-            found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
-            predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
+        for i in range(np.uint64(start_index), np.uint64(end)):
+            found = search(model, state, neighbors, i, now, 0, NO_REF)
+            predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
             schedule_transit(model, state, neighbors, i, now)
         if np.uint64(end) == n:
-            lay_out(calendar, state, model.boundary, now, state.clock[0].length)
+            fill_window(calendar, state, model.boundary, now, state.clock[0].length)
         return True
 
     return schedule
@@ -112,19 +112,19 @@ def _run(digest):
         tally = tallies[0]
         control = calendar.control[0]
         while True:
-            collect(calendar, state)
+            receive(calendar, state)
             if control.full != 0:
                 cycles -= effort(state)
-                lay_out(calendar, state, model.boundary, clock.now, clock.length)
+                fill_window(calendar, state, model.boundary, clock.now, clock.length)
                 if crowded(calendar):
                     return NEEDS_HEAP, cycles
-            tight = control.waiting + ROOM > len(calendar.due)
-            if not tight and spread_news(model.rules, model, state, calendar, clock.now):
+            tight = control.waiting + MOST_NEW_ENTRIES > len(calendar.event_time)
+            if not tight and notify_next(model.rules, model, state, calendar, clock.now):
                 cycles -= 1
                 continue
             chosen = np.int64(-2)
             if not tight:
-                chosen = first(calendar, state, neighbors, model.boundary, model.motion)
+                chosen = next_event(calendar, state, neighbors, model.boundary, model.motion)
             if chosen == -2:
                 if not cluttered(calendar, state):
                     return NEEDS_HEAP, cycles
@@ -133,30 +133,30 @@ def _run(digest):
             last = clock.epoch == end_epoch
             if chosen == -1:
                 if last and end_time < control.end:
-                    announce(calendar, state, control.end)
+                    publish_time(calendar, state, control.end)
                     return REACHED_TIME, cycles
                 if tally.collisions >= collisions:  # the present stays that of the last collision
                     return REACHED_COLLISIONS, cycles
                 if cycles <= 0:
                     return SPENT, cycles
                 cycles -= effort(state)
-                announce(calendar, state, control.end)
-                adapt(calendar, len(state.partner), clock.length)
+                publish_time(calendar, state, control.end)
+                choose_width(calendar, len(state.partner), clock.length)
                 start = control.end
                 if start >= clock.length:
                     new_epoch(model, state, neighbors)
                     begin_epoch(neighbors, model, state, tally)
                     start = 0.0
-                earliest = lay_out(calendar, state, model.boundary, start, clock.length)
+                earliest = fill_window(calendar, state, model.boundary, start, clock.length)
                 if control.full != 0:
                     return NEEDS_HEAP, cycles
                 if earliest == NEVER:
-                    announce(calendar, state, NEVER)
+                    publish_time(calendar, state, NEVER)
                     return IDLE, cycles
                 continue
             i = np.uint64(chosen)
-            now = calendar.due[0]
-            announce(calendar, state, now)
+            now = calendar.event_time[0]
+            publish_time(calendar, state, now)
             if (last and now > end_time) or clock.epoch > end_epoch:
                 return REACHED_TIME, cycles
             if tally.collisions >= collisions:
@@ -165,8 +165,8 @@ def _run(digest):
                 return SPENT, cycles
             if log_full(log):
                 return NEEDS_LOG, cycles
-            if not granted(calendar, state, model.boundary, i, now):
-                if weary(calendar):
+            if not safe_to_process(calendar, state, model.boundary, i, now):
+                if should_return(calendar):
                     return SPENT, cycles
                 continue
             cycles -= 1
@@ -174,7 +174,7 @@ def _run(digest):
             leaves = leaves_first(state, i)
             clock.now = now
             if leaves:
-                done, words, begin, count = transit(neighbors, model.motion, model.boundary, state, i, now)
+                done, refs, start_index, count = cross(neighbors, model.motion, model.boundary, state, i, now)
                 if not done:
                     return NEEDS_NEIGHBORS, cycles
                 pop(calendar)
@@ -184,43 +184,43 @@ def _run(digest):
                 )  # first, so that it does not wait for the search
                 enqueue(state, calendar, i)
                 if lasting(model.boundary):
-                    found = first_newcomer(neighbors, model, state, i, now, words, begin, count)
+                    found = earliest_newcomer(neighbors, model, state, i, now, refs, start_index, count)
                     offer_newcomer(model, state, calendar, tally, i, now, found)
                     recheck_obstacles(model, state, calendar, i, now)
                 else:
                     start_over(model, state, neighbors, calendar, tally, i, now)
                 continue
             pop(calendar)
-            word = np.int64(state.partner[i])
-            if word < 0:
-                thrown = woken(model.rules, model, state, neighbors, log, i, word, now)
-                if not thrown:
-                    thrown = rebound(model.obstacles, model, state, neighbors, log, i, word, now)
-                tally.advancements += np.int64(not thrown)
-                found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
-                predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
-                if thrown:
+            ref = np.int64(state.partner[i])
+            if ref < 0:
+                agent_event = run_timer(model.rules, model, state, neighbors, log, i, ref, now)
+                if not agent_event:
+                    agent_event = rebound(model.obstacles, model, state, neighbors, log, i, ref, now)
+                tally.advancements += np.int64(not agent_event)
+                found = search(model, state, neighbors, i, now, 0, NO_REF)
+                predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
+                if agent_event:
                     schedule_transit(model, state, neighbors, i, now)
                 enqueue(state, calendar, i)
                 continue
-            j = np.uint64(index(model.boundary, word))
+            j = np.uint64(index(model.boundary, ref))
             if j < i:  # the same bits, whichever of the two was found first
-                word = np.int64(mirror(model.boundary, np.int64(i), word))
+                ref = np.int64(mirror(model.boundary, np.int64(i), ref))
                 i, j = j, i
-            collide(model, state, neighbors, tally, log, i, word, now)
-            change_home(neighbors, model.motion, model.boundary, state, i, now)
-            change_home(neighbors, model.motion, model.boundary, state, j, now)
+            collide(model, state, neighbors, tally, log, i, ref, now)
+            rebin(neighbors, model.motion, model.boundary, state, i, now)
+            rebin(neighbors, model.motion, model.boundary, state, j, now)
             schedule_transit(model, state, neighbors, i, now)
             schedule_transit(model, state, neighbors, j, now)
             # Two searches that do not wait for each other.
-            found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
+            found = search(model, state, neighbors, i, now, 0, NO_REF)
             prefetch_calendar(calendar, state, model.boundary, found[0])
-            other = search(model, state, neighbors, j, now, 1, NOBODY_MET)
+            other = search(model, state, neighbors, j, now, 1, NO_REF)
             prefetch_calendar(calendar, state, model.boundary, other[0])
             for _ in range(2):
-                predict(model, state, neighbors, calendar, tally, i, now, word, found)
+                predict(model, state, neighbors, calendar, tally, i, now, ref, found)
                 enqueue(state, calendar, i)
-                word = np.int64(mirror(model.boundary, np.int64(i), word))
+                ref = np.int64(mirror(model.boundary, np.int64(i), ref))
                 i, j, found = j, i, other
 
     return run

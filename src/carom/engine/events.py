@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.registry import inner, optional
+from carom.engine.agents import schedule_timer
+from carom.engine.boundary import index, mirror
 from carom.engine.calendar import insert, time_of
-from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
-from carom.engine.images import index, mirror
-from carom.engine.live import Live
+from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
+from carom.engine.dynamic_obstacles import ObstacleWork
 from carom.engine.neighbors.interface import transit_time
 from carom.engine.obstacles import Obstacles, soonest
-from carom.engine.rules import wait
-from carom.engine.search import NOBODY_MET, RowSight, meet, moment_before, search
+from carom.engine.search import NO_REF, FromRows, contact_time_of, search, start_before
 from carom.models.free_flight import Inertial
 from carom.models.interface import NEVER, velocity
-from carom.models.units import NOBODY, Units
+from carom.models.units import NO_AGENT, Units
 
 EARLIER = 2.0**-40
 """Part of an epoch, above rounding, by which whoever has no partner looks for one earlier in the next."""
@@ -31,27 +31,27 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
     """
     rows = state.rows
     held = np.int64(state.partner[i])
-    rows[i].due = NEVER
+    rows[i].event_time = NEVER
     state.partner[i] = LAMBDA
-    due = NEVER
+    event_time = NEVER
     j = np.int64(-1)
     clamped = False
     searched = False
-    word, t = found
-    while word >= 0:
-        j = np.int64(index(model.boundary, word))
-        due, clamped = meet(model.sight, model, state, i, word, now, t)
-        again = word == met and due == now
-        if not again and (searched or due <= rows[np.uint64(j)].due):
+    ref, t = found
+    while ref >= 0:
+        j = np.int64(index(model.boundary, ref))
+        event_time, clamped = contact_time_of(model.timing, model, state, i, ref, now, t)
+        repeats = ref == met and event_time == now
+        if not repeats and (searched or event_time <= rows[np.uint64(j)].event_time):
             break
         # The two have just met; or the other half of the collision took this candidate after the search.
         searched = True
-        due = NEVER
-        word, t = search(model, state, neighbors, i, now, 0, met if again else NOBODY_MET)
-    blocked = head_for_obstacle(model.obstacles, model, state, i, now, due, True)
-    blocked = wait(model.rules, state, i, now, due, blocked)
-    if due < NEVER and not blocked:
-        pair_up(model, state, calendar, i, word, due)
+        event_time = NEVER
+        ref, t = search(model, state, neighbors, i, now, 0, met if repeats else NO_REF)
+    blocked = schedule_obstacle(model.obstacles, model, state, i, now, event_time, True)
+    blocked = schedule_timer(model.rules, state, i, now, event_time, blocked)
+    if event_time < NEVER and not blocked:
+        pair_up(model, state, calendar, i, ref, event_time)
         tally.clamped += np.int64(clamped)
         tally.returns += np.int64(met >= 0 and j == np.int64(index(model.boundary, met)))
     if held >= 0:
@@ -59,23 +59,25 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
 
 
 @optional
-def head_for_obstacle(obstacles, model, state, i, now, due, every):
-    """Give i an event with the obstacle that it touches before the time ``due``; False if there is none."""
+def schedule_obstacle(obstacles, model, state, i, now, event_time, every):
+    """Give i an event with the obstacle that it touches before the time ``event_time``; False if there is
+    none.
+    """
     return False
 
 
-@head_for_obstacle.register
-def _(obstacles: Obstacles, model, state, i, now, due, every):
-    touch, number = meet_obstacle(model.sight, model, state, i, now, every)
-    if touch >= due:
+@schedule_obstacle.register
+def _(obstacles: Obstacles, model, state, i, now, event_time, every):
+    touch, number = meet_obstacle(model.timing, model, state, i, now, every)
+    if touch >= event_time:
         return False
-    state.rows[i].due = touch
+    state.rows[i].event_time = touch
     state.partner[i] = OBSTACLE - number
     return True
 
 
 @optional
-def meet_obstacle(sight, model, state, i, now, every):
+def meet_obstacle(timing, model, state, i, now, every):
     """Return when i touches an obstacle, and the number of that obstacle, or -1; by default as it is computed
     now. ``every`` as for :func:`carom.engine.obstacles.soonest`.
     """
@@ -84,106 +86,106 @@ def meet_obstacle(sight, model, state, i, now, every):
 
 
 @meet_obstacle.register
-def _(sight: RowSight, model, state, i, now, every):
-    return meet_in_flight(model.motion, sight, model, state, i, now, every)
+def _(timing: FromRows, model, state, i, now, every):
+    return meet_in_flight(model.motion, timing, model, state, i, now, every)
 
 
 @optional
-def meet_in_flight(motion, sight, model, state, i, now, every):
+def meet_in_flight(motion, timing, model, state, i, now, every):
     """Return the same; by default, in a field, as it is computed now."""
     t, number = soonest(model.obstacles, model, state, i, now, every)
     return now + t, number
 
 
 @meet_in_flight.register
-def _(motion: Inertial, sight, model, state, i, now, every):
-    return meet_resting(model.obstacles.live, sight, model, state, i, now, every)
+def _(motion: Inertial, timing, model, state, i, now, every):
+    return meet_resting(model.obstacles.live, timing, model, state, i, now, every)
 
 
 @optional
-def meet_resting(live, sight, model, state, i, now, every):
+def meet_resting(live, timing, model, state, i, now, every):
     """Return the same, computed from the row of i or from shortly before the contact, where all obstacles
     rest.
     """
-    row = state.rows[i]
+    me = state.rows[i]
     vv = 0.0
     for axis in range(len(model.boundary.edges)):
-        v = np.float64(velocity(model.motion, axis, row.v[axis], now - row.t))
+        v = np.float64(velocity(model.motion, axis, me.v[axis], now - me.t))
         vv += v * v
-    then = np.float64(row.t)
-    start = now if (now - then) * (now - then) * vv > sight.square else then
+    then = np.float64(me.t)
+    start = now if (now - then) * (now - then) * vv > timing.square else then
     t, number = soonest(model.obstacles, model, state, i, start, every)
-    due = start + t
-    if due < NEVER and (due - then) * (due - then) * vv > sight.square:
-        then = moment_before(sight.square, vv, due)
-        t, again = soonest(model.obstacles, model, state, i, then, every)
-        due = then + t if again == number else due
-    return max(due, now), number
+    event_time = start + t
+    if event_time < NEVER and (event_time - then) * (event_time - then) * vv > timing.square:
+        then = start_before(timing.square, vv, event_time)
+        t, repeats = soonest(model.obstacles, model, state, i, then, every)
+        event_time = then + t if repeats == number else event_time
+    return max(event_time, now), number
 
 
 @meet_resting.register
-def _(live: Live, sight, model, state, i, now, every):
+def _(live: ObstacleWork, timing, model, state, i, now, every):
     t, number = soonest(model.obstacles, model, state, i, now, every)
     return now + t, number
 
 
 @optional
-def renew(sight, model, state, i):
+def retime(timing, model, state, i):
     """Compute the event of component i anew, at the beginning of an epoch, which has advanced all rows; by
     default the time carried over from the last epoch holds.
     """
     return
 
 
-@renew.register
-def _(sight: RowSight, model, state, i):
+@retime.register
+def _(timing: FromRows, model, state, i):
     rows = state.rows
     slightly = EARLIER * state.clock[0].length
-    word = np.int64(state.partner[i])
-    if not slightly < rows[i].due < NEVER:
+    ref = np.int64(state.partner[i])
+    if not slightly < rows[i].event_time < NEVER:
         return
-    if word >= 0:
-        j = np.uint64(index(model.boundary, word))
+    if ref >= 0:
+        j = np.uint64(index(model.boundary, ref))
         if i < j:
-            due, _ = meet(sight, model, state, i, word, 0.0, np.float64(rows[i].due))
-            rows[i].due = due
-            rows[j].due = due
-    elif word != LAMBDA:
-        renew_touch(model.motion, sight, model, state, i, word)
+            event_time, _ = contact_time_of(timing, model, state, i, ref, 0.0, np.float64(rows[i].event_time))
+            rows[i].event_time = event_time
+            rows[j].event_time = event_time
+    elif ref != LAMBDA:
+        renew_touch(model.motion, timing, model, state, i, ref)
     else:
         # A former partner may still be there then: not a rounding too late for it.
-        rows[i].due = rows[i].due - slightly
+        rows[i].event_time = rows[i].event_time - slightly
 
 
 @optional
-def renew_touch(motion, sight, model, state, i, word):
+def renew_touch(motion, timing, model, state, i, ref):
     """Compute the contact of i with the obstacle that a word names anew; in a field, by default, keep it."""
     return
 
 
 @renew_touch.register
-def _(motion: Inertial, sight, model, state, i, word):
-    renew_obstacle(model.obstacles, sight, model, state, i, word)
+def _(motion: Inertial, timing, model, state, i, ref):
+    renew_obstacle(model.obstacles, timing, model, state, i, ref)
 
 
 @optional
-def renew_obstacle(obstacles, sight, model, state, i, word):
+def renew_obstacle(obstacles, timing, model, state, i, ref):
     """Compute the contact of i with the obstacle that a word names anew."""
     return
 
 
 @renew_obstacle.register
-def _(obstacles: Obstacles, sight, model, state, i, word):
-    due, number = meet_resting(obstacles.live, sight, model, state, i, 0.0, True)
-    if OBSTACLE - number == word:
-        state.rows[i].due = due
+def _(obstacles: Obstacles, timing, model, state, i, ref):
+    event_time, number = meet_resting(obstacles.live, timing, model, state, i, 0.0, True)
+    if OBSTACLE - number == ref:
+        state.rows[i].event_time = event_time
 
 
 @inner
 def recheck_obstacles(model, state, calendar, i, now):
     """Look for obstacles in the images of the box that have come into view with the last change of sector."""
     held = np.int64(state.partner[i])
-    if head_for_obstacle(model.obstacles, model, state, i, now, state.rows[i].due, False):
+    if schedule_obstacle(model.obstacles, model, state, i, now, state.rows[i].event_time, False):
         enqueue(state, calendar, i)
         if held >= 0:
             release(model, state, calendar, i, held)
@@ -203,7 +205,7 @@ def release(model, state, calendar, i, held):
 
 
 @optional
-def spread_news(rules, model, state, calendar, now):
+def notify_next(rules, model, state, calendar, now):
     """Give the next unit in the queue of news an event of its own, now; its partner gets an advancement.
 
     Return False if the queue is empty.
@@ -211,17 +213,17 @@ def spread_news(rules, model, state, calendar, now):
     return False
 
 
-@spread_news.register
+@notify_next.register
 def _(rules: Units, model, state, calendar, now):
     if rules.queued[0] == 0:
         return False
     rules.queued[0] -= 1
     i = np.uint64(rules.queue[rules.queued[0]])
-    if rules.news[i] == NOBODY:  # it has been removed meanwhile
+    if rules.news[i] == NO_AGENT:  # it has been removed meanwhile
         return True
     held = np.int64(state.partner[i])
-    state.rows[i].due = now
-    state.partner[i] = WAKE
+    state.rows[i].event_time = now
+    state.partner[i] = TIMER_EVENT
     enqueue(state, calendar, i)
     if held >= 0:
         release(model, state, calendar, i, held)
@@ -229,20 +231,20 @@ def _(rules: Units, model, state, calendar, now):
 
 
 @inner
-def pair_up(model, state, calendar, i, word, due):
-    """Give i and the component that ``word`` names their new event; a third party gets an advancement."""
+def pair_up(model, state, calendar, i, ref, event_time):
+    """Give i and the component that ``ref`` names their new event; a third party gets an advancement."""
     rows = state.rows
-    j = np.uint64(index(model.boundary, word))
+    j = np.uint64(index(model.boundary, ref))
     third = np.int64(state.partner[j])
     if third >= 0:
         m = np.uint64(index(model.boundary, third))
         if m != np.uint64(i):
             state.partner[m] = LAMBDA
-            insert(calendar, m, np.float64(rows[j].due))
-    rows[i].due = due
-    rows[j].due = due
-    state.partner[i] = word
-    state.partner[j] = mirror(model.boundary, np.int64(i), word)
+            insert(calendar, m, np.float64(rows[j].event_time))
+    rows[i].event_time = event_time
+    rows[j].event_time = event_time
+    state.partner[i] = ref
+    state.partner[j] = mirror(model.boundary, np.int64(i), ref)
 
 
 @inner
@@ -258,21 +260,21 @@ def enqueue(state, calendar, i):
 @inner
 def schedule_transit(model, state, neighbors, i, now):
     """Find when component i leaves its sector (the paper's line 5): its row or its sector is a new one."""
-    state.leave[i] = transit_time(neighbors, model.motion, model.boundary, state, i, now)
+    state.crossing_time[i] = transit_time(neighbors, model.motion, model.boundary, state, i, now)
 
 
 @inner
 def offer_newcomer(model, state, calendar, tally, i, now, found):
     """Schedule i with a newcomer to its neighbourhood, if they meet before the present event of i."""
-    word, t = found
-    if word < 0:
+    ref, t = found
+    if ref < 0:
         return
     rows = state.rows
-    j = np.int64(index(model.boundary, word))
-    due, clamped = meet(model.sight, model, state, i, word, now, t)
-    if due < rows[i].due and due <= rows[np.uint64(j)].due:
+    j = np.int64(index(model.boundary, ref))
+    event_time, clamped = contact_time_of(model.timing, model, state, i, ref, now, t)
+    if event_time < rows[i].event_time and event_time <= rows[np.uint64(j)].event_time:
         held = np.int64(state.partner[i])
-        pair_up(model, state, calendar, i, word, due)
+        pair_up(model, state, calendar, i, ref, event_time)
         tally.clamped += np.int64(clamped)
         enqueue(state, calendar, i)
         if held >= 0:
@@ -284,17 +286,17 @@ def start_over(model, state, neighbors, calendar, tally, i, now):
     """Schedule i again if its change of sector made the word of its partner invalid."""
     rows = state.rows
     held = np.int64(state.partner[i])
-    held_due = rows[i].due
+    held_time = rows[i].event_time
     j = np.uint64(0)
     if held >= 0:
         j = np.uint64(index(model.boundary, held))
-        rows[j].due = NEVER
+        rows[j].event_time = NEVER
         state.partner[j] = LAMBDA
         state.partner[i] = LAMBDA
-    found = search(model, state, neighbors, i, now, 0, NOBODY_MET)
-    predict(model, state, neighbors, calendar, tally, i, now, NOBODY_MET, found)
-    if held >= 0 and state.partner[j] == LAMBDA and rows[j].due == NEVER:
-        rows[j].due = held_due
+    found = search(model, state, neighbors, i, now, 0, NO_REF)
+    predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
+    if held >= 0 and state.partner[j] == LAMBDA and rows[j].event_time == NEVER:
+        rows[j].event_time = held_time
     if held >= 0:
         enqueue(state, calendar, j)
     enqueue(state, calendar, i)

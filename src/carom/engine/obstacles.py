@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner, optional
-from carom.engine.images import in_box
+from carom.engine.boundary import in_box
 from carom.models.interface import (
     NEVER,
     anchor,
@@ -59,7 +59,7 @@ class Crowd(NamedTuple):
     """The rest, a Chain, a Crowd or None."""
 
 
-CROWDED = 16
+CROWD_FROM = 16
 """Obstacles of one kind from which on they are a crowd, where their type has one."""
 
 
@@ -82,7 +82,9 @@ class Obstacles(NamedTuple):
     v: np.ndarray
     """Room for a velocity, (d,)."""
     live: Any = None
-    """What those that move, lose energy or remember add up to (:mod:`carom.engine.live`), or None."""
+    """What those that move, lose energy or remember add up to (:mod:`carom.engine.dynamic_obstacles`), or
+    None.
+    """
 
 
 def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
@@ -108,7 +110,7 @@ def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
     for kind, group in reversed(kinds.items()):
         number -= len(group)
         together = getattr(kind[0], "together", None)
-        if together is not None and len(group) >= CROWDED:
+        if together is not None and len(group) >= CROWD_FROM:
             chain = Crowd(together(group), number, chain)
         else:
             chain = Chain(tuple(group), number, chain)
@@ -139,11 +141,11 @@ def numbers_of(periodic, models) -> list[int]:
 
 
 @inner
-def face_images(model, state, i, now):
+def load_component(model, state, i, now):
     """Put the position of component i at the time now, in the box, and its velocity into the rooms."""
     obstacles = model.obstacles
-    row = state.rows[i]
-    x0, v0, t = carry(model.motion, row.x, row.v, now - row.t, obstacles.x, obstacles.v)
+    me = state.rows[i]
+    x0, v0, t = carry(model.motion, me.x, me.v, now - me.t, obstacles.x, obstacles.v)
     for axis in range(len(model.boundary.edges)):
         x = position(model.motion, axis, x0[axis], v0[axis], t)
         obstacles.x[axis] = in_box(model.boundary, i, axis, x)
@@ -162,7 +164,7 @@ def soonest(obstacles, model, state, i, now, every):
 
 @soonest.register
 def _(obstacles: Obstacles, model, state, i, now, every):
-    face_images(model, state, i, now)
+    load_component(model, state, i, now)
     size = radius(model.pair, np.int64(i), now)
     rate = growth(model.pair, np.int64(i))
     best = NEVER
@@ -225,31 +227,31 @@ def soonest_image(obstacle, obstacles, model, size, rate, every, now):
 
 
 @inner
-def bounce(model, state, i, number, now):
+def reflect_component(model, state, i, number, now):
     """Throw component i, which is up to date, back from the obstacle of that number; return the momentum."""
     obstacles = model.obstacles
-    face_images(model, state, i, now)
+    load_component(model, state, i, now)
     for axis in range(len(model.boundary.edges)):
         obstacles.image[axis] = wall_normal(obstacles.walls, number, axis)
-    momentum = strike(obstacles.live, model, state, i, number, now)
+    momentum = reflect(obstacles.live, model, state, i, number, now)
     obstacles.hits[number] += 1
     obstacles.impulse[number] += momentum
     return momentum
 
 
 @optional
-def strike(live, model, state, i, number, now):
+def reflect(live, model, state, i, number, now):
     """Give component i its velocity after the contact, whose normal is in the room for an image if it is one
     with a wall; return the momentum along the normal.
     """
     obstacles = model.obstacles
     normal_along(obstacles.chain, obstacles, model.boundary, number)
-    row = state.rows[i]
+    me = state.rows[i]
     speed = 0.0
     for axis in range(len(model.boundary.edges)):
-        speed += obstacles.image[axis] * row.v[axis]
+        speed += obstacles.image[axis] * me.v[axis]
     change = thrown(model.motion, growth(model.pair, np.int64(i)) - speed)
-    push(model.motion, change, row.v, obstacles.image)
+    push(model.motion, change, me.v, obstacles.image)
     return mass(model.pair, np.int64(i)) * change
 
 
@@ -270,7 +272,7 @@ def _(chain: Chain, obstacles, boundary, number):
     normal_along(chain.tail, obstacles, boundary, number)
     k = number - chain.number
     if 0 <= k < len(chain.head):
-        face(chain.head[k], obstacles, boundary)
+        touching_normal(chain.head[k], obstacles, boundary)
 
 
 @normal_along.register
@@ -278,11 +280,11 @@ def _(chain: Crowd, obstacles, boundary, number):
     normal_along(chain.tail, obstacles, boundary, number)
     k = number - chain.number
     if 0 <= k < members(chain.head):
-        face(member(chain.head, k), obstacles, boundary)
+        touching_normal(member(chain.head, k), obstacles, boundary)
 
 
 @inner
-def face(obstacle, obstacles, boundary):
+def touching_normal(obstacle, obstacles, boundary):
     """Put the normal of an obstacle that is touched into the room for an image."""
     if repeated(obstacle):  # the image that is touched is the nearest one
         for axis in range(len(boundary.edges)):

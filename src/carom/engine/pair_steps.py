@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner, optional
-from carom.engine.images import (
+from carom.engine.boundary import (
     in_box,
     index,
     index_bits,
@@ -23,7 +23,7 @@ from carom.engine.images import (
     mirror,
     separation,
 )
-from carom.engine.neighbors.bounds import start
+from carom.engine.neighbors.skins import start
 from carom.models.interface import step_bits
 
 
@@ -52,7 +52,7 @@ class SpeciesSteps(NamedTuple):
 
 
 class SteppedImage(NamedTuple):
-    """A wide periodic box as :class:`carom.engine.images.NearestImage`, and words that name steps."""
+    """A wide periodic box as :class:`carom.engine.boundary.NearestImage`, and words that name steps."""
 
     edges: tuple
     """Edges of the box [length]."""
@@ -86,14 +86,14 @@ def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | N
 
 
 @optional
-def named(steps, word):
+def named(steps, ref):
     """Return the component that a word of a list names."""
-    return word
+    return ref
 
 
 @named.register
-def _(steps: PairSteps | SpeciesSteps, word):
-    return np.uint32(word >> np.uint32(steps.bits))
+def _(steps: PairSteps | SpeciesSteps, ref):
+    return np.uint32(ref >> np.uint32(steps.bits))
 
 
 @optional
@@ -138,8 +138,8 @@ def _(steps: PairSteps | SpeciesSteps):
 
 
 @index.register
-def _(boundary: SteppedImage, word):
-    return np.int64(word) >> boundary.bits
+def _(boundary: SteppedImage, ref):
+    return np.int64(ref) >> boundary.bits
 
 
 @index_bits.register
@@ -153,12 +153,12 @@ def _(boundary: SteppedImage):
 
 
 @mirror.register
-def _(boundary: SteppedImage, i, word):
-    return (i << boundary.bits) | step_of(boundary, word)
+def _(boundary: SteppedImage, i, ref):
+    return (i << boundary.bits) | step_of(boundary, ref)
 
 
 @separation.register
-def _(boundary: SteppedImage, i, word, axis, dx):
+def _(boundary: SteppedImage, i, ref, axis, dx):
     return dx - boundary.edges[axis] * np.rint(dx * boundary.inverse[axis])
 
 
@@ -168,18 +168,18 @@ def _(boundary: SteppedImage, i, axis, x):
 
 
 @inner
-def step_of(boundary, word):
+def step_of(boundary, ref):
     """Return the step that a word names."""
-    return np.int64(word) & ((np.int64(1) << boundary.bits) - 1)
+    return np.int64(ref) & ((np.int64(1) << boundary.bits) - 1)
 
 
 @inner
 def put_step(lists, i, j, step):
     """Write into the list of i that it and j are on another step."""
-    first = start(lists.bounds, i)
-    for k in range(first, first + np.uint64(lists.counts[i])):
-        if named(lists.steps, lists.words[k]) == j:
-            lists.words[k] = np.uint32((np.uint64(j) << np.uint64(lists.steps.bits)) | np.uint64(step))
+    start_index = start(lists.bounds, i)
+    for k in range(start_index, start_index + np.uint64(lists.counts[i])):
+        if named(lists.steps, lists.refs[k]) == j:
+            lists.refs[k] = np.uint32((np.uint64(j) << np.uint64(lists.steps.bits)) | np.uint64(step))
             break
 
 
@@ -188,20 +188,20 @@ def _entries(lists: Any) -> tuple[np.ndarray, np.ndarray]:
     n = len(lists.counts)
     owners = np.repeat(np.arange(n), lists.counts)
     begins = np.repeat(np.cumsum(lists.counts, dtype=np.int64) - lists.counts, lists.counts)
-    return owners * lists.bounds.room + np.arange(len(owners)) - begins, owners
+    return owners * lists.bounds.capacity + np.arange(len(owners)) - begins, owners
 
 
 def read_steps(lists: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs (m, 2), i < j, that are not beyond all steps, and the step of each (m,)."""
-    where, owners = _entries(lists)
-    words = lists.words[where].astype(np.int64)
-    others, steps = words >> lists.steps.bits, words & ((1 << lists.steps.bits) - 1)
+    entries, owners = _entries(lists)
+    refs = lists.refs[entries].astype(np.int64)
+    others, steps = refs >> lists.steps.bits, refs & ((1 << lists.steps.bits) - 1)
     outside: Any = 0
     if isinstance(lists.steps, SpeciesSteps):
         kinds = lists.steps.kinds
         outside = lists.steps.outside[kinds[owners] * lists.steps.species + kinds[others]]
-    near = (owners < others) & (steps != outside)
-    return np.stack([owners[near], others[near]], axis=1), steps[near]
+    inside = (owners < others) & (steps != outside)
+    return np.stack([owners[inside], others[inside]], axis=1), steps[inside]
 
 
 def write_steps(lists: Any, pairs: np.ndarray, steps: np.ndarray) -> None:
@@ -213,8 +213,8 @@ def write_steps(lists: Any, pairs: np.ndarray, steps: np.ndarray) -> None:
         If a pair within reach is not listed.
     """
     n = len(lists.counts)
-    where, owners = _entries(lists)
-    others = lists.words[where].astype(np.int64) >> lists.steps.bits
+    entries, owners = _entries(lists)
+    others = lists.refs[entries].astype(np.int64) >> lists.steps.bits
     keys = owners * n + others
     order = np.argsort(keys)
     for i, j in (pairs.T, pairs.T[::-1]):
@@ -224,4 +224,4 @@ def write_steps(lists: Any, pairs: np.ndarray, steps: np.ndarray) -> None:
         found = order[np.minimum(at, len(order) - 1)] if len(order) else at
         if not len(order) or (keys[found] != i * n + j).any():
             raise RuntimeError("A pair within reach is in no list; please report this.")
-        lists.words[where[found]] = (j << lists.steps.bits | steps).astype(np.uint32)
+        lists.refs[entries[found]] = (j << lists.steps.bits | steps).astype(np.uint32)

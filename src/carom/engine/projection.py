@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.dispatch import entry
-from carom.engine.images import count_images
+from carom.engine.boundary import count_images
 from carom.models.interface import carry, position, velocity
 
 
@@ -16,8 +16,8 @@ def _project(digest):
         """
         digest  # noqa: B018 (part of the cache's key)
         for i in range(np.uint64(len(state.partner))):
-            row = state.rows[i]
-            x0, v0, t = carry(model.motion, row.x, row.v, time - row.t, positions[i], velocities[i])
+            me = state.rows[i]
+            x0, v0, t = carry(model.motion, me.x, me.v, time - me.t, positions[i], velocities[i])
             for axis in range(len(model.boundary.edges)):
                 edge = model.boundary.edges[axis]
                 x = position(model.motion, axis, x0[axis], v0[axis], t)

@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.columns import LANES, WIDTH, spread
-from carom.compiling.lanes import asked_of, line_up_fields
 from carom.compiling.registry import fast, inner, optional, required
-from carom.engine.images import NearestImage, SectorImage, index, index_bits, separation
-from carom.engine.neighbors.interface import candidates, first_met, first_newcomer
+from carom.compiling.simd import LANES, WIDTH, spread
+from carom.compiling.simd_fields import asked_of, pack_fields
+from carom.engine.boundary import NearestImage, SectorImage, index, index_bits, separation
+from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.pair_steps import SteppedImage, step_of
-from carom.models.contact import FAR, sure_contact
+from carom.models.contact import MOST_DIAMETERS, contact_time_known
 from carom.models.interface import (
     NEVER,
     contact_time,
@@ -25,31 +25,31 @@ from carom.models.interface import (
     velocity,
 )
 
-NOBODY = np.int64(0x7FEFFFFFFFFFFFFF)
+NO_CANDIDATE = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
 
-NOBODY_MET = np.int64(-1)
+NO_REF = np.int64(-1)
 """No word: nothing is left out of a search."""
 
 
 @required
-def time_until(boundary, pair, lanes, place, i, word, rr, rv, vv, now):
+def candidate_time(boundary, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
     """Return the time until i meets the candidate that a word names, and that is at a place of the lanes."""
 
 
-@time_until.register
-def _(boundary: NearestImage | SectorImage, pair, lanes, place, i, word, rr, rv, vv, now):
-    return asked_of(interaction_time, pair, lanes, place, i, index(boundary, word), (rr, rv, vv, now))
+@candidate_time.register
+def _(boundary: NearestImage | SectorImage, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
+    return asked_of(interaction_time, pair, lanes, lane_index, i, index(boundary, ref), (rr, rv, vv, now))
 
 
-@time_until.register
-def _(boundary: SteppedImage, pair, lanes, place, i, word, rr, rv, vv, now):
-    j, step = index(boundary, word), step_of(boundary, word)
-    return asked_of(step_time, pair, lanes, place, i, j, (step, rr, rv, vv, now))
+@candidate_time.register
+def _(boundary: SteppedImage, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
+    j, step = index(boundary, ref), step_of(boundary, ref)
+    return asked_of(step_time, pair, lanes, lane_index, i, j, (step, rr, rv, vv, now))
 
 
 @fast
-def nearest(model, state, i, now, words, begin, count, half, avoided):
+def nearest(model, state, i, now, refs, start_index, count, half, avoided):
     """Return the word of the candidate that i meets first, ``avoided`` left out, or -1, and the time until
     then, to 47 bits (the paper's line 4).
 
@@ -57,71 +57,75 @@ def nearest(model, state, i, now, words, begin, count, half, avoided):
     five bits of the time; the smallest of these integers is the earliest candidate.
     """
     me = state.rows[i]
-    room = np.uint64(half)
-    block = state.block
+    half_index = np.uint64(half)
+    candidate_block = state.candidate_block
     dimension = len(model.boundary.edges)
     bits = np.int64(index_bits(model.boundary))
-    best = NOBODY
+    best = NO_CANDIDATE
     chosen = np.int64(-1)
     for start in range(0, count, WIDTH):
         size = min(count - start, WIDTH)
         full = (size + LANES - 1) & ~(LANES - 1)
         for lane in range(0, full, LANES):
-            first = np.int64(begin) + start + lane
-            spread(state.rows, words, first, bits, block, half, np.int64(lane))
-            line_up_fields(model.pair, model.lanes, words, first, bits, half * WIDTH + np.int64(lane))
-        earliest = NOBODY
+            first = np.int64(start_index) + start + lane
+            spread(state.rows, refs, first, bits, candidate_block, half, np.int64(lane))
+            pack_fields(model.pair, model.lanes, refs, first, bits, half * WIDTH + np.int64(lane))
+        earliest = NO_CANDIDATE
         for k in range(np.uint64(full)):
-            word = words[begin + np.uint64(start) + k]
+            ref = refs[start_index + np.uint64(start) + k]
             rr = 0.0
             rv = 0.0
             vv = 0.0
-            elapsed = now - block[room, dimension, k]
+            elapsed = now - candidate_block[half_index, dimension, k]
             for axis in range(dimension):
                 x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
                 y = position(
-                    model.motion, axis, block[room, axis, k], block[room, dimension + 1 + axis, k], elapsed
+                    model.motion,
+                    axis,
+                    candidate_block[half_index, axis, k],
+                    candidate_block[half_index, dimension + 1 + axis, k],
+                    elapsed,
                 )
-                r = separation(model.boundary, i, word, axis, y - x)
-                v = velocity(model.motion, axis, block[room, dimension + 1 + axis, k], elapsed) - velocity(
-                    model.motion, axis, me.v[axis], now - me.t
-                )
+                r = separation(model.boundary, i, ref, axis, y - x)
+                v = velocity(
+                    model.motion, axis, candidate_block[half_index, dimension + 1 + axis, k], elapsed
+                ) - velocity(model.motion, axis, me.v[axis], now - me.t)
                 rr += r * r
                 rv += r * v
                 vv += v * v
-            place = room * np.uint64(WIDTH) + k
-            t = time_until(model.boundary, model.pair, model.lanes, place, i, word, rr, rv, vv, now)
-            free = (block[room, 2 * dimension + 1, k] >= now + t) & (np.int64(word) != avoided)
+            lane_index = half_index * np.uint64(WIDTH) + k
+            t = candidate_time(model.boundary, model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now)
+            free = (candidate_block[half_index, 2 * dimension + 1, k] >= now + t) & (np.int64(ref) != avoided)
             free &= np.int64(k) < size  # what follows the last candidate is somebody's word, but not i's
             t = t if free else NEVER
             key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | np.int64(k)
             earliest = min(earliest, key)
         if earliest < best:
             best = earliest
-            chosen = np.int64(words[begin + np.uint64(start + (earliest & (WIDTH - 1)))])
+            chosen = np.int64(refs[start_index + np.uint64(start + (earliest & (WIDTH - 1)))])
     return chosen, np.int64(best & ~np.int64(WIDTH - 1)).view(np.float64)
 
 
 @inner
 def search(model, state, neighbors, i, now, half, avoided):
     """Search among all that i can meet, under any word but ``avoided``."""
-    return first_met(neighbors, model, state, i, now, half, avoided)
+    return earliest_partner(neighbors, model, state, i, now, half, avoided)
 
 
-@first_met.register(Sectors)
-@first_met.register(Lists)
+@earliest_partner.register(Sectors)
+@earliest_partner.register(Lists)
 def _(neighbors, model, state, i, now, half, avoided):
-    words, begin, count = candidates(neighbors, model.boundary, i, half)
-    return nearest(model, state, i, now, words, begin, count, half, avoided)
+    refs, start_index, count = candidates(neighbors, model.boundary, i, half)
+    return nearest(model, state, i, now, refs, start_index, count, half, avoided)
 
 
-@first_newcomer.register(Sectors)
-@first_newcomer.register(Lists)
-def _(neighbors, model, state, i, now, words, begin, count):
-    return nearest(model, state, i, now, words, begin, count, 0, NOBODY_MET)
+@earliest_newcomer.register(Sectors)
+@earliest_newcomer.register(Lists)
+def _(neighbors, model, state, i, now, refs, start_index, count):
+    return nearest(model, state, i, now, refs, start_index, count, 0, NO_REF)
 
 
-class RowSight(NamedTuple):
+class FromRows(NamedTuple):
     """Contacts that are computed from the younger of the two rows, or from shortly before them where that is
     far away.
 
@@ -145,30 +149,30 @@ class FarSteps(NamedTuple):
     rounding.
     """
 
-    nearness: float = 1.0 / FAR**2
+    nearness: float = 1.0 / MOST_DIAMETERS**2
     """Distance of the core over distance, squared, below which one is far away."""
 
 
-class NearSight(NamedTuple):
+class FromCache(NamedTuple):
     """Contacts that are found along paths of several boxes."""
 
-    near: np.ndarray
+    from_time: np.ndarray
     """A time shortly before the contact found last for each component, (n,): everybody's own array."""
 
 
 @inner
-def relative(model, state, i, word, now):
+def relative(model, state, i, ref, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
     rows = state.rows
     me = rows[i]
-    other = rows[np.uint64(index(model.boundary, word))]
+    other = rows[np.uint64(index(model.boundary, ref))]
     rr = 0.0
     rv = 0.0
     vv = 0.0
     for axis in range(len(model.boundary.edges)):
         x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
         y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
-        r = separation(model.boundary, i, word, axis, y - x)
+        r = separation(model.boundary, i, ref, axis, y - x)
         # As the search does, whatever the rows hold: in double precision.
         v = np.float64(velocity(model.motion, axis, other.v[axis], now - other.t)) - np.float64(
             velocity(model.motion, axis, me.v[axis], now - me.t)
@@ -180,77 +184,77 @@ def relative(model, state, i, word, now):
 
 
 @required
-def surely(boundary, pair, i, word, rr, rv, vv, now):
+def refined_time(boundary, pair, i, ref, rr, rv, vv, now):
     """Return the time until i meets the candidate that a search found, and whether a negative one was
     clamped.
     """
 
 
-@surely.register
-def _(boundary: NearestImage | SectorImage, pair, i, word, rr, rv, vv, now):
-    return contact_time(pair, i, np.int64(index(boundary, word)), rr, rv, vv, now)
+@refined_time.register
+def _(boundary: NearestImage | SectorImage, pair, i, ref, rr, rv, vv, now):
+    return contact_time(pair, i, np.int64(index(boundary, ref)), rr, rv, vv, now)
 
 
-@surely.register
-def _(boundary: SteppedImage, pair, i, word, rr, rv, vv, now):
-    j, step = np.int64(index(boundary, word)), step_of(boundary, word)
+@refined_time.register
+def _(boundary: SteppedImage, pair, i, ref, rr, rv, vv, now):
+    j, step = np.int64(index(boundary, ref)), step_of(boundary, ref)
     t = step_time(pair, i, j, step, rr, rv, vv, now)
     return t if t < NEVER else max(-rv / vv, 0.0), False
 
 
 @optional
-def meet(sight, model, state, i, word, now, t):
+def contact_time_of(timing, model, state, i, ref, now, t):
     """Return when i touches the candidate that a search found after a time t, and whether the time until then
     was negative, and clamped.
     """
-    rr, rv, vv = relative(model, state, i, word, now)
-    t, clamped = surely(model.boundary, model.pair, np.int64(i), word, rr, rv, vv, now)
+    rr, rv, vv = relative(model, state, i, ref, now)
+    t, clamped = refined_time(model.boundary, model.pair, np.int64(i), ref, rr, rv, vv, now)
     return now + t, clamped
 
 
 @inner
-def moment_before(square, vv, due):
+def start_before(square, vv, event_time):
     """Return a moment before the contact of a pair that is due about then: within the time in which it flies
     a distance of this square, and not before a quarter of it.
 
-    It is a multiple of a power of two. The last bits of ``due``, which depend on when the pair was looked at,
-    do not change it.
+    It is a multiple of a power of two. The last bits of ``event_time``, which depend on when the pair was
+    looked at, do not change it.
     """
     # Half the root of the quotient, to its leading bit, and the inverse.
     half = (((np.float64(square / vv).view(np.int64) >> 52) - 1023) >> 1) - 1
     step = np.int64((1023 + half) << 52).view(np.float64)
     steps = np.int64((1023 - half) << 52).view(np.float64)
-    return (np.floor(due * steps) - 1.0) * step
+    return (np.floor(event_time * steps) - 1.0) * step
 
 
-@meet.register
-def _(sight: RowSight, model, state, i, word, now, t):
+@contact_time_of.register
+def _(timing: FromRows, model, state, i, ref, now, t):
     rows = state.rows
-    due = now + t
-    then = max(np.float64(rows[i].t), np.float64(rows[np.uint64(index(model.boundary, word))].t))
-    rr, rv, vv = relative(model, state, i, word, then)
-    if (due - then) * (due - then) * vv > sight.square:
-        then = moment_before(sight.square, vv, due)
-        rr, rv, vv = relative(model, state, i, word, then)
-    t, clamped = surely(model.boundary, model.pair, np.int64(i), word, rr, rv, vv, then)
+    event_time = now + t
+    then = max(np.float64(rows[i].t), np.float64(rows[np.uint64(index(model.boundary, ref))].t))
+    rr, rv, vv = relative(model, state, i, ref, then)
+    if (event_time - then) * (event_time - then) * vv > timing.square:
+        then = start_before(timing.square, vv, event_time)
+        rr, rv, vv = relative(model, state, i, ref, then)
+    t, clamped = refined_time(model.boundary, model.pair, np.int64(i), ref, rr, rv, vv, then)
     return max(then + t, now), clamped
 
 
-@meet.register
-def _(sight: FarSteps, model, state, i, word, now, t):
-    due, clamped = meet(None, model, state, i, word, now, t)
-    rr, rv, vv = relative(model, state, i, word, now)
-    core = step_core_square(model.pair, step_of(model.boundary, word))
+@contact_time_of.register
+def _(timing: FarSteps, model, state, i, ref, now, t):
+    event_time, clamped = contact_time_of(None, model, state, i, ref, now, t)
+    rr, rv, vv = relative(model, state, i, ref, now)
+    core = step_core_square(model.pair, step_of(model.boundary, ref))
     falls = (core > 0.0) & (rv < 0.0) & (rv * rv - vv * (rr - core) >= 0.0)
-    if falls & (core < sight.nearness * rr):
+    if falls & (core < timing.nearness * rr):
         # Two diameters of flight before the contact.
-        near = max(due - 2.0 * np.sqrt(core / vv), now)
-        rr, rv, vv = relative(model, state, i, word, near)
-        t, clamped = sure_contact(rr - core, rv, vv)
-        due = near + t
-    return due, clamped
+        from_time = max(event_time - 2.0 * np.sqrt(core / vv), now)
+        rr, rv, vv = relative(model, state, i, ref, from_time)
+        t, clamped = contact_time_known(rr - core, rv, vv)
+        event_time = from_time + t
+    return event_time, clamped
 
 
-@meet.register
-def _(sight: NearSight, model, state, i, word, now, t):
-    return meet(None, model, state, i, word, sight.near[i], t)
+@contact_time_of.register
+def _(timing: FromCache, model, state, i, ref, now, t):
+    return contact_time_of(None, model, state, i, ref, timing.from_time[i], t)

@@ -28,13 +28,13 @@ class State(NamedTuple):
     """
     partner: np.ndarray
     """Partner of the new event, (n,) int32: a word, or LAMBDA for an advancement or no event."""
-    leave: np.ndarray
+    crossing_time: np.ndarray
     """Time at which each component leaves its sector (or the sphere of its list), (n,) float64."""
     images: np.ndarray | None
     """Boxes crossed, (n, d) int32, or None where nobody asks."""
     clock: Any
     """One record of type CLOCK."""
-    block: np.ndarray
+    candidate_block: np.ndarray
     """Room for the rows of some candidates side by side, for two searches, (2, fields, 32) float64."""
 
 
@@ -46,7 +46,7 @@ def row_type(dimension: int, number: type = np.float64) -> np.dtype:
     columns = -(-(2 * dimension + 2) // 4) * 4
     return np.dtype(
         {
-            "names": ["x", "t", "v", "due"],
+            "names": ["x", "t", "v", "event_time"],
             "formats": [(number, (dimension,)), number, (number, (dimension,)), number],
             "offsets": [0, width * dimension, width * (dimension + 1), width * (2 * dimension + 1)],
             "itemsize": width * columns,
@@ -69,15 +69,17 @@ def make_state(positions, velocities, epoch_length: float, count_images: bool, n
     rows = aligned(n + 1, kind)
     rows["x"][:n] = positions
     rows["v"][:n] = velocities
-    rows["due"][:n] = NEVER
-    rows["due"][n] = -NEVER
+    rows["event_time"][:n] = NEVER
+    rows["event_time"][n] = -NEVER
     clock = np.zeros(1, CLOCK)
     clock["length"] = epoch_length
     return State(
         rows=rows.view(np.recarray),
         partner=np.full(n, LAMBDA, np.int32),
-        leave=np.full(n, NEVER),
+        crossing_time=np.full(n, NEVER),
         images=np.zeros((n, dimension), np.int32) if count_images else None,
         clock=clock.view(np.recarray),
-        block=aligned(64 * kind.itemsize // np.dtype(number).itemsize, np.float64).reshape(2, -1, 32),
+        candidate_block=aligned(64 * kind.itemsize // np.dtype(number).itemsize, np.float64).reshape(
+            2, -1, 32
+        ),
     )

@@ -32,7 +32,7 @@ class Log(NamedTuple):
     """Time within the epoch, float64."""
     i: np.ndarray
     """The component of lower index, int32."""
-    word: np.ndarray
+    ref: np.ndarray
     """The word of the other, or ``OBSTACLE - k``, int32."""
     impulse: np.ndarray
     """Magnitude of the momentum exchanged, float64."""
@@ -62,17 +62,17 @@ def _(log: Log):
 
 
 @optional
-def record(log, clock, i, word, impulse):
+def record(log, clock, i, ref, impulse):
     """Write a collision to the log."""
     return
 
 
 @record.register
-def _(log: Log, clock, i, word, impulse):
+def _(log: Log, clock, i, ref, impulse):
     k = log.used[0]
     log.epoch[k] = clock.epoch
     log.time[k] = clock.now
     log.i[k] = i
-    log.word[k] = word
+    log.ref[k] = ref
     log.impulse[k] = impulse
     log.used[0] = k + 1

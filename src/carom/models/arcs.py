@@ -75,21 +75,23 @@ class Arc:
         """Return the model that the engine compiles."""
         middle, half = self._middle(), math.radians(0.5 * self.angle)
         ends = tuple(
-            self.center[k] + self.radius * turn(middle + sense * half)
+            self.center[k] + self.radius * opening(middle + sense * half)
             for sense in (-1.0, 1.0)
-            for k, turn in enumerate((math.cos, math.sin))
+            for k, opening in enumerate((math.cos, math.sin))
         )
         # A whole circle has no ends: whatever the direction, its cosine is not below -2.
-        reach = -2.0 if self.angle == 360.0 else math.cos(half)
+        cosine_limit = -2.0 if self.angle == 360.0 else math.cos(half)
         low, high = self.extent()
-        between = tuple((0.5 * (low + high)).tolist())
-        return Bow(self.center, self.radius, (math.cos(middle), math.sin(middle)), reach, ends, between)
+        middle_angle = tuple((0.5 * (low + high)).tolist())
+        return Bow(
+            self.center, self.radius, (math.cos(middle), math.sin(middle)), cosine_limit, ends, middle_angle
+        )
 
     def extent(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates on the arc [length]."""
         quarters = (0.25 * math.tau * k for k in range(4))
-        first, turn = math.radians(self.start), math.radians(self.angle)
-        on = [first, first + turn, *(q for q in quarters if (q - first) % math.tau <= turn)]
+        first, opening = math.radians(self.start), math.radians(self.angle)
+        on = [first, first + opening, *(q for q in quarters if (q - first) % math.tau <= opening)]
         points = np.array([(math.cos(q), math.sin(q)) for q in on])
         center = np.array(self.center)
         return center + self.radius * points.min(axis=0), center + self.radius * points.max(axis=0)
@@ -109,7 +111,7 @@ class Arc:
         bow = self.model()
         r = positions - np.array(self.center)
         distance = np.linalg.norm(r, axis=1)
-        along = r @ np.array(bow.middle) >= bow.reach * distance
+        along = r @ np.array(bow.middle) >= bow.cosine_limit * distance
         ends = np.array(bow.ends).reshape(2, 2)
         to_ends = np.linalg.norm(positions[:, None] - ends, axis=2).min(axis=1)
         return np.where(along, np.abs(distance - self.radius), to_ends)
@@ -126,7 +128,7 @@ class Bow(NamedTuple):
     radius: float
     middle: tuple
     """Unit vector from the center to the middle of the arc."""
-    reach: float
+    cosine_limit: float
     """Cosine of the angle between the middle and an end."""
     ends: tuple
     """Coordinates of the first end, then of the second."""
@@ -143,7 +145,7 @@ def _on_arc(bow, x, v, t):
         r = x[axis] + v[axis] * t - bow.center[axis]
         along += r * bow.middle[axis]
         rr += r * r
-    return along >= bow.reach * np.sqrt(rr)
+    return along >= bow.cosine_limit * np.sqrt(rr)
 
 
 @inner
@@ -189,7 +191,7 @@ def _(obstacle: Bow, x, v, radius, growth):
         t = _out_of(x0, x1, v[0], v[1], obstacle.radius - radius, growth)
         if t < NEVER and (inside or t > 0.0) and _on_arc(obstacle, x, v, t):
             best = t
-    if obstacle.reach >= -1.0:
+    if obstacle.cosine_limit >= -1.0:
         for end in range(2):
             e0, e1 = obstacle.ends[2 * end], obstacle.ends[2 * end + 1]
             best = min(best, _into(x[0] - e0, x[1] - e1, v[0], v[1], radius, growth))
@@ -200,7 +202,7 @@ def _(obstacle: Bow, x, v, radius, growth):
 def _(obstacle: Bow, x, axis):
     r0, r1 = x[0] - obstacle.center[0], x[1] - obstacle.center[1]
     distance = np.sqrt(r0 * r0 + r1 * r1)
-    if r0 * obstacle.middle[0] + r1 * obstacle.middle[1] >= obstacle.reach * distance:
+    if r0 * obstacle.middle[0] + r1 * obstacle.middle[1] >= obstacle.cosine_limit * distance:
         sense = 1.0 if distance > obstacle.radius else -1.0
         return sense * (r0 if axis == 0 else r1) / distance
     first0, first1 = x[0] - obstacle.ends[0], x[1] - obstacle.ends[1]

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.densities import sphere_area
 from carom.models import fields
-from carom.models.contact import FAR
+from carom.models.contact import MOST_DIAMETERS
 from carom.models.interface import NEVER, anchor, encounter, member, members, outward, repeated
 from carom.models.outlines import Disk, SolidSphere, images
 
@@ -125,7 +125,7 @@ def _(obstacle: SolidBall, x, v, radius, growth):
         if discriminant < 0.0 or (b >= 0.0 and a >= 0.0):
             return NEVER
         t = start + c / (np.sqrt(discriminant) - b)
-        if start > 0.0 or c < (FAR * contact) ** 2 or a <= 0.0:
+        if start > 0.0 or c < (MOST_DIAMETERS * contact) ** 2 or a <= 0.0:
             break
         start = max(t - 2.0 * contact / np.sqrt(a), 0.0)  # with the digits that are lost from so far away
     return max(t, 0.0)

@@ -7,7 +7,7 @@ import numpy as np
 from carom.compiling.registry import inner
 from carom.models.interface import NEVER
 
-FAR = 32.0
+MOST_DIAMETERS = 32.0
 """Contact distances from which a contact is computed again from nearby.
 
 The square of a distance r is rounded by ``eps r^2``. The distance at contact is then off by
@@ -29,7 +29,7 @@ def first_contact(c, rv, vv):
 
 
 @inner
-def sure_contact(c, rv, vv):
+def contact_time_known(c, rv, vv):
     """Return the time until contact of a pair known to meet, and whether it was negative."""
     t = c / (np.sqrt(max(rv * rv - vv * c, 0.0)) - rv)
     return max(t, 0.0), t < 0.0

@@ -175,9 +175,9 @@ class InsideOfSphere(NamedTuple):
 
 @encounter.register
 def _(obstacle: InsideOfSphere, x, v, radius, growth):
-    room = obstacle.radius - radius
-    c = -room * room
-    b = room * growth
+    free_radius = obstacle.radius - radius
+    c = -free_radius * free_radius
+    b = free_radius * growth
     a = -growth * growth
     for axis in range(len(obstacle.center)):
         r = x[axis] - obstacle.center[axis]
@@ -207,9 +207,9 @@ class InsideOfCylinder(NamedTuple):
 
 @encounter.register
 def _(obstacle: InsideOfCylinder, x, v, radius, growth):
-    room = obstacle.radius - radius
-    c = -room * room
-    b = room * growth
+    free_radius = obstacle.radius - radius
+    c = -free_radius * free_radius
+    b = free_radius * growth
     a = -growth * growth
     for axis in range(len(obstacle.center)):
         if axis != obstacle.axis:

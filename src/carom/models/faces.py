@@ -25,7 +25,7 @@ from carom.models.convex import Body
 from carom.models.planes import Plane, sides, walls
 from carom.models.shaken import Shaken
 from carom.models.surfaces import Surface, Thermal
-from carom.models.walls import HAIR
+from carom.models.walls import ROUNDING_MARGIN
 
 PROBES = 256
 """Places on a wall at which it is asked whether an obstacle of the user's own lies there."""
@@ -49,7 +49,7 @@ def stand_ins(obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence
     InputError
         If two planes stand for one wall.
     """
-    hair, found = HAIR * max(box), dict[Wall, int]()
+    hair, found = ROUNDING_MARGIN * max(box), dict[Wall, int]()
     for wall in sides(periodic):
         for k, obstacle in enumerate(obstacles):
             heights = _heights(obstacle, box, wall)
@@ -101,7 +101,7 @@ def refuse_hidden(
             )
     for wall, k in stand_ins(obstacles, box, periodic).items():
         heights = _heights(obstacles[k], box, wall)
-        if heights is not None and heights[0] < -radius - HAIR * max(box):
+        if heights is not None and heights[0] < -radius - ROUNDING_MARGIN * max(box):
             raise InputError(
                 f"{obstacles[k].name} stands for the {name_of(wall)} and moves up to {-heights[0]:.6g} "
                 "behind it, where centres leave the box; expected at most the smallest radius, "
@@ -168,7 +168,7 @@ def _front(body: Any, box: Sequence[float], wall: Wall) -> tuple[float, float] |
 
 def _lies_in(obstacle: Any, box: Sequence[float], periodic: Sequence[bool], wall: Wall) -> bool:
     """Tell whether a wall and an obstacle that does not stand for it can be met at once."""
-    body, hair = bare(obstacle), HAIR * max(box)
+    body, hair = bare(obstacle), ROUNDING_MARGIN * max(box)
     if _is_own(obstacle):
         return bool((np.abs(_gaps(obstacle, box, periodic, wall)) <= hair).any())
     front = _front(body, box, wall)
@@ -181,7 +181,7 @@ def _lies_in(obstacle: Any, box: Sequence[float], periodic: Sequence[bool], wall
 
 def _covers(obstacle: Any, box: Sequence[float], periodic: Sequence[bool], wall: Wall) -> bool:
     """Tell whether an obstacle lies all over a wall, as far as its gaps say."""
-    return bool((np.abs(_gaps(obstacle, box, periodic, wall)) <= HAIR * max(box)).all())
+    return bool((np.abs(_gaps(obstacle, box, periodic, wall)) <= ROUNDING_MARGIN * max(box)).all())
 
 
 def _gaps(obstacle: Any, box: Sequence[float], periodic: Sequence[bool], wall: Wall) -> np.ndarray:
@@ -198,7 +198,7 @@ def _gaps(obstacle: Any, box: Sequence[float], periodic: Sequence[bool], wall: W
 
 def _is_hidden(obstacle: Any, box: Sequence[float], periodic: Sequence[bool]) -> bool:
     """Tell whether all of an obstacle is behind walls, always."""
-    body, ways, hair = bare(obstacle), _ways(obstacle, len(box)), HAIR * max(box)
+    body, ways, hair = bare(obstacle), _ways(obstacle, len(box)), ROUNDING_MARGIN * max(box)
     if isinstance(body, Plane | SphericalContainer | CylindricalContainer):
         # The room that they leave is convex, so that one of the corners is nearest.
         ends = [(0.0,) if wraps else (0.0, edge) for edge, wraps in zip(box, periodic, strict=True)]

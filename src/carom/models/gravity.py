@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.digits import exact_product, exact_sum, with_product
+from carom.models.double_double import exact_product, exact_sum, with_product
 from carom.models.interface import (
     NEVER,
     Particles,

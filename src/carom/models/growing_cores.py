@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner
-from carom.models.contact import exchange, sure_contact
+from carom.models.contact import contact_time_known, exchange
 from carom.models.interface import (
     NEVER,
     Particles,
@@ -80,7 +80,7 @@ def _(pair: GrowingCores, i, j, rr, rv, vv, now):
 def _(pair: GrowingCores, i, j, rr, rv, vv, now):
     radii, rate = pair.radii[i] + pair.radii[j], pair.rates[i] + pair.rates[j]
     c, b, a = growing(radii, rate, rr, rv, vv, now)
-    return sure_contact(c, b, a)
+    return contact_time_known(c, b, a)
 
 
 @jump.register

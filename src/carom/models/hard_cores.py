@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.models.contact import exchange, first_contact, sure_contact
+from carom.models.contact import contact_time_known, exchange, first_contact
 from carom.models.interface import (
     Particles,
     contact_time,
@@ -76,7 +76,7 @@ def _(pair: EqualCores, i, j, rr, rv, vv, now):
 
 @contact_time.register
 def _(pair: EqualCores, i, j, rr, rv, vv, now):
-    return sure_contact(rr - pair.square, rv, vv)
+    return contact_time_known(rr - pair.square, rv, vv)
 
 
 @jump.register
@@ -120,7 +120,7 @@ def _(pair: UnequalCores, i, j, rr, rv, vv, now):
 
 @contact_time.register
 def _(pair: UnequalCores, i, j, rr, rv, vv, now):
-    return sure_contact(rr - core_square(pair, i, j, now), rv, vv)
+    return contact_time_known(rr - core_square(pair, i, j, now), rv, vv)
 
 
 @jump.register
@@ -157,7 +157,7 @@ def _(pair: SpeciesCores, i, j, rr, rv, vv, now):
 
 @contact_time.register
 def _(pair: SpeciesCores, i, j, rr, rv, vv, now):
-    return sure_contact(rr - core_square(pair, i, j, now), rv, vv)
+    return contact_time_known(rr - core_square(pair, i, j, now), rv, vv)
 
 
 @jump.register

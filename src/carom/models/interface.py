@@ -324,7 +324,7 @@ def age(pair, duration):
 
 
 @optional
-def begin(pair, pairs, steps):
+def start_steps(pair, pairs, steps):
     """Record ``steps`` (m,), on which the ``pairs`` (m, 2) within reach start; called from Python.
 
     The lists may be built several times before the first event. By default nothing is recorded.

@@ -63,8 +63,8 @@ def checked(obstacles: Any, box: Sequence[float], periodic: Sequence[bool]) -> t
                 f"gap, check and model as they do; found {checks.describe(obstacle)}."
             )
         obstacle.check(box, periodic)
-        apart = getattr(obstacle, "drawing_apart", None)
-        standing.append(obstacle if apart is None else apart(standing, obstacles))
+        drawing = getattr(obstacle, "drawing_apart", None)
+        standing.append(obstacle if drawing is None else drawing(standing, obstacles))
     return tuple(standing)
 
 

@@ -77,7 +77,7 @@ def last_passing(height, speed, acceleration):
 
 
 @required
-def chase(body, course, start, g, x, v, radius, growth):
+def time_to_moving(body, course, start, g, x, v, radius, growth):
     """Return the time until a component on a parabola touches a body that is displaced, or NEVER.
 
     Parameters
@@ -136,7 +136,7 @@ def height_above(body, g, x, v, radius, growth):
     return height, speed, acceleration
 
 
-@chase.register
+@time_to_moving.register
 def _(body: HalfSpace, course, start, g, x, v, radius, growth):
     height, speed, acceleration = height_above(body, g, x, v, radius, growth)
     slant = 0.0
@@ -198,9 +198,9 @@ class Gap(NamedTuple):
 
 
 @inner
-def apart(curve, t):
+def gap_at(curve, t):
     """Return r.r, r.v, v.v, and a bound on the magnitude of the relative acceleration."""
-    where, rate = place(curve.course.path, curve.start + t), pace(curve.course.path, curve.start + t)
+    wall_position, rate = place(curve.course.path, curve.start + t), pace(curve.course.path, curve.start + t)
     rr = 0.0
     rv = 0.0
     vv = 0.0
@@ -208,7 +208,7 @@ def apart(curve, t):
     for axis in range(len(curve.g)):
         if axis != curve.along:
             fallen = curve.v[axis] + 0.5 * curve.g[axis] * t
-            r = curve.x[axis] + fallen * t - curve.center[axis] - curve.course.direction[axis] * where
+            r = curve.x[axis] + fallen * t - curve.center[axis] - curve.course.direction[axis] * wall_position
             v = curve.v[axis] + curve.g[axis] * t - curve.course.direction[axis] * rate
             rr += r * r
             rv += r * v
@@ -219,20 +219,20 @@ def apart(curve, t):
 
 @value.register
 def _(curve: Gap, t):
-    rr, _, _, _ = apart(curve, t)
+    rr, _, _, _ = gap_at(curve, t)
     contact = curve.contact + curve.growth * t
     return curve.side * (rr - contact * contact)
 
 
 @slope.register
 def _(curve: Gap, t):
-    _, rv, _, _ = apart(curve, t)
+    _, rv, _, _ = gap_at(curve, t)
     return 2.0 * curve.side * (rv - curve.growth * (curve.contact + curve.growth * t))
 
 
 @curvature.register
 def _(curve: Gap, start, end):
-    rr, _, vv, force = apart(curve, start)
+    rr, _, vv, force = gap_at(curve, start)
     t = end - start
     speed = np.sqrt(vv) + force * t
     distance = np.sqrt(rr) + (np.sqrt(vv) + 0.5 * force * t) * t
@@ -245,7 +245,7 @@ def time_near(gap):
     in; negative, if it never is in reach. One that grows must be in a field: :func:`straight_growth`.
     """
     course = gap.course
-    reach = gap.contact + max(abs(course.lowest), abs(course.highest))
+    range_of_wall = gap.contact + max(abs(course.lowest), abs(course.highest))
     gg = 0.0
     vv = 0.0
     rg = 0.0
@@ -263,10 +263,10 @@ def time_near(gap):
             rr += r * r
     if gg > 0.0:  # the parabola goes away along the field
         force = np.sqrt(gg)
-        return last_passing(rg / force - reach, vg / force - max(gap.growth, 0.0), force)
+        return last_passing(rg / force - range_of_wall, vg / force - max(gap.growth, 0.0), force)
     if vv > 0.0:
-        return last_passing(0.5 * (rr - reach * reach), rv, vv)
-    return course.period if rr <= reach * reach else -NEVER
+        return last_passing(0.5 * (rr - range_of_wall * range_of_wall), rv, vv)
+    return course.period if rr <= range_of_wall * range_of_wall else -NEVER
 
 
 @inner
@@ -276,20 +276,20 @@ def first_touch(gap):
     return next_fall(gap, SURE * limit) if 0.0 <= limit < NEVER else NEVER
 
 
-@chase.register
+@time_to_moving.register
 def _(body: SolidBall, course, start, g, x, v, radius, growth):
     return first_touch(Gap(course, start, 1.0, -1, body.center, body.radius + radius, growth, g, x, v))
 
 
-@chase.register
+@time_to_moving.register
 def _(body: InsideOfSphere, course, start, g, x, v, radius, growth):
     return first_touch(Gap(course, start, -1.0, -1, body.center, body.radius - radius, -growth, g, x, v))
 
 
-@chase.register
+@time_to_moving.register
 def _(body: InsideOfCylinder, course, start, g, x, v, radius, growth):
-    room = body.radius - radius
-    return first_touch(Gap(course, start, -1.0, body.axis, body.center, room, -growth, g, x, v))
+    free_radius = body.radius - radius
+    return first_touch(Gap(course, start, -1.0, body.axis, body.center, free_radius, -growth, g, x, v))
 
 
 @inner
@@ -320,21 +320,21 @@ def _(obstacle: HalfSpace, g, x, v, radius, growth, now):
 def _(obstacle: SolidBall, g, x, v, radius, growth, now):
     if straight_growth(g, -1, growth):
         return encounter(obstacle, x, v, radius, growth)
-    return chase(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
+    return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
 
 
 @fall.register
 def _(obstacle: InsideOfSphere, g, x, v, radius, growth, now):
     if straight_growth(g, -1, growth):
         return encounter(obstacle, x, v, radius, growth)
-    return chase(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
+    return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
 
 
 @fall.register
 def _(obstacle: InsideOfCylinder, g, x, v, radius, growth, now):
     if straight_growth(g, obstacle.axis, growth):
         return encounter(obstacle, x, v, radius, growth)
-    return chase(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
+    return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
 
 
 @optional

@@ -14,7 +14,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models.contact import first_contact, sure_contact
+from carom.models.contact import contact_time_known, first_contact
 from carom.models.interface import (
     Particles,
     contact_time,
@@ -117,7 +117,7 @@ def _(pair: PinnedCores, i, j, rr, rv, vv, now):
 
 @contact_time.register
 def _(pair: PinnedCores, i, j, rr, rv, vv, now):
-    return sure_contact(rr - core_square(pair, i, j, now), rv, vv)
+    return contact_time_known(rr - core_square(pair, i, j, now), rv, vv)
 
 
 @jump.register

@@ -102,8 +102,8 @@ def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
     result = []
     for axis, side in sides(periodic):
         normal = tuple((-1.0) ** side * (k == axis) for k in range(len(box)))
-        word = ("lower", "upper")[side]
-        result.append(Plane(normal, -box[axis] if side else 0.0, f"{word} wall of axis {axis}"))
+        side_name = ("lower", "upper")[side]
+        result.append(Plane(normal, -box[axis] if side else 0.0, f"{side_name} wall of axis {axis}"))
     return tuple(result)
 
 

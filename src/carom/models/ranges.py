@@ -232,7 +232,7 @@ class Ranges:
         inner_ends[: len(radii)], inner_ends[len(radii)] = radii**2, -(radii[0] ** 2)
         outer_ends[1 : len(radii) + 1] = radii**2
         energy = np.where(np.arange(count) > len(radii), NEVER, 0.0)
-        watch = np.full((len(self.kinds), count), units.NOBODY, np.int64)
+        watch = np.full((len(self.kinds), count), units.NO_AGENT, np.int64)
         for k, kind in enumerate(self.kinds):
             for circle, radius in enumerate(kind.circles):
                 watch[k, int(np.flatnonzero(radii == radius)[0])] = circle
@@ -245,7 +245,7 @@ class Ranges:
         for k, kind in enumerate(self.kinds):
             memory[k, : len(kind.memory)] = kind.memory
         handed, told = _records(self, len(particles.box), 2)
-        nobody = np.full(n + 1, units.NOBODY, np.int64)
+        nobody = np.full(n + 1, units.NO_AGENT, np.int64)
         return units.Units(
             rule=_tag(self.rule)(),
             inner=inner_ends,
@@ -299,7 +299,7 @@ def _tag(rule: Any) -> type:
     if rule not in _TAGS:
         _make_compilable(rule)
         kind = _new_type(rule)
-        units.ask.register(kind, _with_globals(_asking(rule), rule))
+        units.call_rule.register(kind, _with_globals(_asking(rule), rule))
         _TAGS[rule] = kind
     return _TAGS[rule]
 

@@ -103,20 +103,20 @@ def bracketed(curve, low, high, newton):
         if done:
             break
     # Newton's method comes from one side, and leaves the other end of the bracket where it was.
-    reach = 2.0 * np.spacing(t)
-    while low < t - reach:
-        if value(curve, t - reach) > 0.0:
-            low = t - reach
+    resolution = 2.0 * np.spacing(t)
+    while low < t - resolution:
+        if value(curve, t - resolution) > 0.0:
+            low = t - resolution
             break
-        high = t - reach
-        reach *= 4.0
-    reach = 2.0 * np.spacing(t)
-    while high > t + reach:
-        if value(curve, t + reach) <= 0.0:
-            high = t + reach
+        high = t - resolution
+        resolution *= 4.0
+    resolution = 2.0 * np.spacing(t)
+    while high > t + resolution:
+        if value(curve, t + resolution) <= 0.0:
+            high = t + resolution
             break
-        low = t + reach
-        reach *= 4.0
+        low = t + resolution
+        resolution *= 4.0
     while True:
         middle = low + 0.5 * (high - low)
         if not low < middle < high:

@@ -31,7 +31,7 @@ from carom.models.interface import (
     take_over,
 )
 from carom.models.outlines import shapes
-from carom.models.parabolas import HOP, Course, chase
+from carom.models.parabolas import HOP, Course, time_to_moving
 from carom.models.paths import Path, pace, place
 from carom.models.to_tables import obstacle_to_table, to_table
 from carom.units import TimeUnit
@@ -122,7 +122,7 @@ class Shaken:
         self.obstacle.check(box, periodic)
         fields.check_dimensions(self.direction, box, "direction of Shaken")
         model = self.obstacle.model()
-        if not registry.answers(chase, type(model)):
+        if not registry.answers(time_to_moving, type(model)):
             raise InputError(
                 f"Shaken moves planes, balls and containers, and obstacles that answer chase; found "
                 f"{type(self.obstacle).__name__}."
@@ -256,7 +256,7 @@ def _(obstacle: Displaced, x, v, radius, growth, now):
 
 @fall.register
 def _(obstacle: Displaced, g, x, v, radius, growth, now):
-    return chase(obstacle.body, obstacle.course, obstacle.phase[0] + now, g, x, v, radius, growth)
+    return time_to_moving(obstacle.body, obstacle.course, obstacle.phase[0] + now, g, x, v, radius, growth)
 
 
 @repeated.register

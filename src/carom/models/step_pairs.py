@@ -43,9 +43,9 @@ class StepPairs(NamedTuple):
 def end_of_step(low, high, rr, rv, vv):
     """Return the time until r.r is ``low``, if it gets there, or else ``high``; not negative, or NEVER."""
     # One root serves both ends: the inner one if the pair falls on it, else the outer one.
-    near = rr - low
-    falls = (rv < 0.0) & (rv * rv - vv * near >= 0.0)
-    c = near if falls else rr - high
+    above_low = rr - low
+    falls = (rv < 0.0) & (rv * rv - vv * above_low >= 0.0)
+    c = above_low if falls else rr - high
     root = np.sqrt(max(rv * rv - vv * c, 0.0))
     # Of the two forms of a root the one that does not cancel.
     above = c if falls else (-c if rv > 0.0 else root - rv)
@@ -71,14 +71,14 @@ def _(pair: StepPairs, i, j, step, rr, rv, now):
     left = rv * rv - change
     if left >= 0.0:
         both = rv + sense * np.sqrt(left)
-        lost = change / both if both != 0.0 else 0.0
+        share_lost = change / both if both != 0.0 else 0.0
         kind = IN if inwards else OUT
         step = step + 1 if inwards else step - 1
     else:
-        lost = rv + sense * abs(rv)
+        share_lost = rv + sense * abs(rv)
         kind = CORE if inwards else BOUNCE
-    factor = lost / (rr * total)
-    return factor * pair.masses[j], factor * pair.masses[i], -reduced * lost, step, kind
+    factor = share_lost / (rr * total)
+    return factor * pair.masses[j], factor * pair.masses[i], -reduced * share_lost, step, kind
 
 
 @step_core_square.register

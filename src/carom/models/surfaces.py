@@ -12,8 +12,8 @@ import numpy as np
 
 from carom import checks, seeds
 from carom.errors import InputError
-from carom.models.draws import normal as draw_normal
-from carom.models.draws import uniform
+from carom.models.counter_random import normal as draw_normal
+from carom.models.counter_random import uniform
 from carom.models.interface import (
     Particles,
     age,

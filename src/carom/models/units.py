@@ -16,8 +16,18 @@ import numpy as np
 
 from carom import checks
 from carom.compiling.registry import inner, required
-from carom.models.draws import uniform
-from carom.models.interface import IN, NEVER, OUT, age, begin, complaint, step_jump, step_time, take_over
+from carom.models.counter_random import uniform
+from carom.models.interface import (
+    IN,
+    NEVER,
+    OUT,
+    age,
+    complaint,
+    start_steps,
+    step_jump,
+    step_time,
+    take_over,
+)
 from carom.models.step_pairs import end_of_step
 
 ENTERED, LEFT, TIMER, CHANGED = 1, 2, 3, 4
@@ -25,7 +35,7 @@ ENTERED, LEFT, TIMER, CHANGED = 1, 2, 3, 4
 somebody in a circle was removed, or is of another kind now.
 """
 
-NOBODY = -1
+NO_AGENT = -1
 
 SPEED, KIND, TIME, AIM = 1, 2, 3, 4
 """What can be wrong with a rule's answer."""
@@ -128,7 +138,7 @@ Units.lanes = ("present",)  # type: ignore[attr-defined]
 
 
 @required
-def ask(rule, unit, event):
+def call_rule(rule, unit, event):
     """Let a rule decide."""
 
 
@@ -164,32 +174,32 @@ def _count(pair, i, j, crossed, change):
 
 
 @inner
-def renew(pair, i, j, step, was):
+def recount(pair, i, j, step, was):
     """Bring the counters of i and j, who are on a step, up to date: i was of the kind ``was`` before.
 
     The counters of i have been set to zero. Unit j is to be told, if i is in a circle of it.
     """
     if pair.present[j] == 0:
         return
-    seen = False
+    found = False
     for crossed in range(step):
         circle = pair.watch[pair.kinds[j], crossed]
         if circle >= 0:
             pair.counts[j, circle, was] -= 1
             pair.counts[j, circle, pair.kinds[i]] += pair.present[i]
-            seen = True
+            found = True
         circle = pair.watch[pair.kinds[i], crossed]
         if circle >= 0:
             pair.counts[i, circle, pair.kinds[j]] += pair.present[i]
-    if seen:
-        if pair.news[j] == NOBODY:
+    if found:
+        if pair.news[j] == NO_AGENT:
             pair.queue[pair.queued[0]] = j
             pair.queued[0] += 1
         pair.news[j] = i
 
 
 @inner
-def hand(pair, slot, i, x, v, now):
+def fill_agent(pair, slot, i, x, v, now):
     """Fill in what the rule of unit i is handed; its place ``x`` and velocity ``v`` are those of now."""
     unit = pair.units[slot]
     for axis in range(len(x)):
@@ -210,13 +220,13 @@ def hand(pair, slot, i, x, v, now):
 
 
 @inner
-def tell(pair, slot, cause, circle, other, time):
+def fill_event(pair, slot, cause, circle, other, time):
     """Fill in what a rule is told of an event; the caller adds where the other is, and its velocity."""
     event = pair.told[slot]
     event.cause = cause
     event.circle = circle
     event.other = other
-    event.kind = pair.kinds[other] if other >= 0 else NOBODY
+    event.kind = pair.kinds[other] if other >= 0 else NO_AGENT
     event.time = time / pair.speed
     event.distance = 0.0
     for axis in range(len(event.toward)):
@@ -234,7 +244,7 @@ def place_other(pair, slot, axis, r, v):
 
 
 @inner
-def obey(pair, slot, i, v, now):
+def apply(pair, slot, i, v, now):
     """Do what the rule of unit i has decided: write its velocity into ``v``.
 
     Returns
@@ -255,13 +265,13 @@ def obey(pair, slot, i, v, now):
             fault = SPEED
     if not 0 <= unit.kind < len(pair.watch):
         fault = KIND
-    if not NOBODY <= unit.target < len(pair.kinds) - 1:
+    if not NO_AGENT <= unit.target < len(pair.kinds) - 1:
         fault = AIM
     if fault != 0:
         if pair.fault[0] == 0:
             pair.fault[0] = fault
             pair.fault[1] = i
-        return NOBODY
+        return NO_AGENT
     was = pair.kinds[i]
     changed = unit.kind != was or unit.removed != 0
     for axis in range(len(v)):
@@ -275,28 +285,28 @@ def obey(pair, slot, i, v, now):
     if unit.removed != 0:
         pair.present[i] = 0
         pair.timers[i] = NEVER
-        pair.news[i] = NOBODY
+        pair.news[i] = NO_AGENT
         for axis in range(len(v)):
             v[axis] = 0.0
     if changed:
         for circle in range(pair.counts.shape[1]):
             for kind in range(pair.counts.shape[2]):
                 pair.counts[i, circle, kind] = 0
-    return was if changed else NOBODY
+    return was if changed else NO_AGENT
 
 
 @inner
-def occasion(pair, i, now):
+def cause_of(pair, i, now):
     """Return why unit i is asked on its own, and about whom; what it waited for is over."""
     other = pair.news[i]
-    if other != NOBODY:
-        pair.news[i] = NOBODY
+    if other != NO_AGENT:
+        pair.news[i] = NO_AGENT
         return CHANGED, other
     pair.timers[i] = NEVER
     other = pair.targets[i]
-    if other != NOBODY and pair.present[other] == 0:
-        pair.targets[i] = NOBODY
-        other = NOBODY
+    if other != NO_AGENT and pair.present[other] == 0:
+        pair.targets[i] = NO_AGENT
+        other = NO_AGENT
     return TIMER, other
 
 
@@ -306,7 +316,7 @@ def _(pair: Units, duration):
         pair.timers[i] -= duration
 
 
-@begin.register
+@start_steps.register
 def _(pair: Units, pairs, steps):
     if pair.begun[0]:
         return

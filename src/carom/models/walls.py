@@ -13,7 +13,7 @@ import numpy as np
 from carom.models.interface import NEVER, soonest_wall, wall_meeting, wall_normal, yields
 from carom.models.planes import sides
 
-HAIR = 2.0**-40
+ROUNDING_MARGIN = 2.0**-40
 """Part of the longest edge by which a wall stands back where it is compared with what lies in its plane: more
 than rounding leaves of a place.
 """
@@ -75,7 +75,7 @@ def cushions(
     walls = Faces((0.0,) * len(edges), edges, lower, upper)
     if not yielding:
         return walls
-    hair = HAIR * max(edges)
+    hair = ROUNDING_MARGIN * max(edges)
     back = [[hair * ((axis, side) in yielding) for axis in axes] for side in (0, 1)]
     lows, highs = tuple(-way for way in back[0]), tuple(map(sum, zip(edges, back[1], strict=True)))
     return Yielding(walls, Faces(lows, highs, lower, upper))
@@ -130,8 +130,8 @@ def _(walls: Yielding, x, v, radius, growth):
 
 @yields.register
 def _(walls: Yielding, motion, x, v, radius, growth, t):
-    late, _ = wall_meeting(motion, walls.behind, x, v, radius, growth)
-    return t < NEVER and t <= late
+    time_behind, _ = wall_meeting(motion, walls.behind, x, v, radius, growth)
+    return t < NEVER and t <= time_behind
 
 
 def _upright(kind: type) -> None:

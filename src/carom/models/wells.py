@@ -222,15 +222,15 @@ def _of_equal_energy(
     step = float(np.ptp(values)) / count
     if step == 0.0:
         return [reach], [float(values[0])]
-    level = np.rint(values / step).astype(np.int64)
+    on_step = np.rint(values / step).astype(np.int64)
     ends, energies = [], []
-    for k in np.flatnonzero(np.diff(level)):
-        sense = 1 if level[k + 1] > level[k] else -1
-        for n in range(int(level[k]), int(level[k + 1]), sense):
+    for k in np.flatnonzero(np.diff(on_step)):
+        sense = 1 if on_step[k + 1] > on_step[k] else -1
+        for n in range(int(on_step[k]), int(on_step[k + 1]), sense):
             half = (n + 0.5 * sense) * step
             ends.append(float(brentq(lambda r, half=half: energy(r) - half, places[k], places[k + 1])))
             energies.append(n * step)
-    if level[-1] != 0:
+    if on_step[-1] != 0:
         ends.append(reach)
-        energies.append(float(level[-1]) * step)
+        energies.append(float(on_step[-1]) * step)
     return ends, energies

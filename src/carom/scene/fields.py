@@ -9,7 +9,7 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from carom.models import choice
+from carom.models import model_checks
 from carom.models.interface import Impact, Interaction, Motion
 from carom.models.obstacles import Obstacle
 from carom.models.pinned import Pinned
@@ -73,13 +73,13 @@ class Fields:
     @property
     def simple(self) -> bool:
         """Whether all components are equal and elastic, in a periodic box without obstacles."""
-        usual = all(self.usual(kind) for kind in choice.USUAL)
+        usual = all(self.usual(kind) for kind in model_checks.USUAL)
         return usual and self.equal and not self.walls and not self.obstacles and self.restitution == 1.0
 
     def usual(self, kind: str) -> bool:
         """Return whether a ``kind`` of value, such as "interaction", follows from the other keywords."""
         value = getattr(self, kind)
-        return type(value) is choice.USUAL[kind] or isinstance(value, Pinned)
+        return type(value) is model_checks.USUAL[kind] or isinstance(value, Pinned)
 
     @property
     def species_count(self) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import choice, faces, parameters, tables, to_tables
+from carom.models import faces, model_checks, parameters, tables, to_tables
 from carom.models import obstacles as _obstacles
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
@@ -190,10 +190,10 @@ class Scene(Fields):
             restitution=elasticity.restitution,
             elastic_below=elasticity.elastic_below,
             pinned=fixed,
-            interaction=choice.checked("interaction", interaction)
+            interaction=model_checks.checked("interaction", interaction)
             or (HardCores(matrix) if fixed is None else Pinned(fixed)),
-            motion=choice.checked("motion", motion) or FreeFlight(),
-            impact=choice.checked("impact", impact) or elasticity,
+            motion=model_checks.checked("motion", motion) or FreeFlight(),
+            impact=model_checks.checked("impact", impact) or elasticity,
         )
         for value in (self.interaction, self.motion, self.impact):
             if hasattr(value, "check"):
@@ -239,7 +239,7 @@ class Scene(Fields):
             "elastic_below": self.elastic_below,
             "species_names": self.species_names,
             "pinned": self.pinned,
-            **{kind: None if self.usual(kind) else getattr(self, kind) for kind in choice.USUAL},
+            **{kind: None if self.usual(kind) else getattr(self, kind) for kind in model_checks.USUAL},
         }
         for name in changes:
             if name not in arguments:
@@ -259,7 +259,7 @@ class Scene(Fields):
             "elastic_below": self.elastic_below,
             "species_names": list(self.species_names),
         }
-        for kind in choice.USUAL:
+        for kind in model_checks.USUAL:
             if not self.usual(kind):  # files hold no code
                 value = getattr(self, kind)
                 attributes[kind] = value.to_table() if to_tables.holds(value) else parameters.kept(value)
@@ -324,9 +324,9 @@ class Scene(Fields):
                 elastic_below=attributes["elastic_below"] if attributes["restitution"] < 1 else None,
                 species_names=tuple(attributes["species_names"]),
                 pinned=arrays.get("pinned"),
-                interaction=choice.recalled("interaction", attributes.get("interaction"), interaction),
-                motion=choice.recalled("motion", attributes.get("motion"), motion),
-                impact=choice.recalled("impact", attributes.get("impact"), impact),
+                interaction=model_checks.recalled("interaction", attributes.get("interaction"), interaction),
+                motion=model_checks.recalled("motion", attributes.get("motion"), motion),
+                impact=model_checks.recalled("impact", attributes.get("impact"), impact),
             )
         except (KeyError, TypeError) as problem:
             raise InputError(f"These arrays and attributes are no scene: {problem}.") from None

@@ -17,9 +17,9 @@ from carom.scene.scene import Scene
 from carom.scene.temperature import thermal_of
 from carom.simulation import own_observers
 from carom.simulation.clock import LAST_EPOCH
-from carom.simulation.machine import Machine, wish_of
-from carom.simulation.preparation import contents_of
 from carom.simulation.recorder import Recorder
+from carom.simulation.run_state import RunState, requested_of
+from carom.simulation.system_of_scene import system_of
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -39,28 +39,28 @@ _UNSOUND = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError,
 """What attributes of any kind and arrays of any size can lead to."""
 
 
-def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> None:
+def save(path: str | PathLike[str], machine: RunState, extra: dict[str, Any]) -> None:
     """Write a checkpoint; see :meth:`carom.Simulation.save`."""
     from carom.io import checkpoint
     from carom.version import __version__
 
     machine.flush_log()
-    contents, clock = machine.contents, machine.clock
+    system, clock = machine.system, machine.clock
     arrays, scene_attributes = _arrays(machine)
     attributes = {
         "carom": __version__,
         "scene": json.dumps(scene_attributes),
         "time_unit": machine.unit.exponent,
-        "threshold": contents.threshold,
+        "threshold": system.threshold,
         "base": f"{clock.base.numerator}/{clock.base.denominator}",
         "counted": machine.counted,
-        "wish": json.dumps(machine.wish),
+        "wish": json.dumps(machine.requested),
         "scheme": json.dumps(dataclasses.asdict(machine.scheme)),
         "images": machine.engine.state.images is not None,
-        "single": contents.single,
-        "currents": contents.currents,
-        "flights": contents.flights,
-        "observers": json.dumps([own_observers.described(each) for each in contents.observers]),
+        "single": system.single,
+        "currents": system.currents,
+        "flights": system.flights,
+        "observers": json.dumps([own_observers.described(each) for each in system.observers]),
         "epoch": clock.epoch,
         "offset": clock.offset,
         "seconds": machine.seconds,
@@ -71,12 +71,12 @@ def save(path: str | PathLike[str], machine: Machine, extra: dict[str, Any]) -> 
     checkpoint.save(path, arrays, attributes)
 
 
-def size(machine: Machine) -> int:
+def size(machine: RunState) -> int:
     """Return how many bytes the arrays of a checkpoint take in memory."""
     return sum(array.nbytes for array in _arrays(machine)[0].values())
 
 
-def size_of_file(machine: Machine) -> float:
+def size_of_file(machine: RunState) -> float:
     """Return how many bytes a checkpoint of the run takes at most; of a large scene lists must be filled."""
     from carom.io.checkpoint import LARGE
     from carom.io.packed import expected
@@ -86,17 +86,17 @@ def size_of_file(machine: Machine) -> float:
     return RESERVE * sum(expected(array) for array in _arrays(machine)[0].values())
 
 
-def _arrays(machine: Machine) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _arrays(machine: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Return every array of a checkpoint, and the attributes of its scene."""
-    from carom.engine.parts import arrays as arrays_of
+    from carom.engine.build import arrays as arrays_of
 
-    contents = machine.contents
+    system = machine.system
     arrays = {**arrays_of(machine.engine), "initial_velocities": machine.velocities}
     scene_arrays, attributes = machine.scene.to_arrays()
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
-    if contents.rates is not None and contents.radii is not None:
-        arrays["contents.radii"] = contents.radii
-        arrays["contents.rates"] = contents.rates
+    if system.rates is not None and system.radii is not None:
+        arrays["contents.radii"] = system.radii
+        arrays["contents.rates"] = system.rates
     return arrays, attributes
 
 
@@ -106,10 +106,10 @@ def load(
     obstacles: Sequence[Obstacle] | None,
     observers: Sequence[Any],
     **own: Any,
-) -> tuple[Machine, dict[str, Any]]:
+) -> tuple[RunState, dict[str, Any]]:
     """Return what runs, and the notes kept with it; see :meth:`carom.Simulation.load`."""
-    from carom.engine.neighbors.choice import Scheme
-    from carom.engine.parts import restore
+    from carom.engine.build import restore
+    from carom.engine.neighbors.plan import NeighborPlan
     from carom.io import checkpoint
     from carom.simulation import soundness
     from carom.version import __version__
@@ -125,7 +125,7 @@ def load(
         settings = json.loads(str(attributes["scheme"]))
         soundness.check_start(arrays)
         soundness.check_settings(settings, arrays, arrays["initial_velocities"].shape[1])
-        chosen = Scheme(**{**settings, "shape": tuple(settings["shape"])})
+        chosen = NeighborPlan(**{**settings, "shape": tuple(settings["shape"])})
         scene = Scene.from_arrays(
             {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
             json.loads(str(attributes["scene"])),
@@ -137,9 +137,9 @@ def load(
         velocities = arrays["initial_velocities"]
         thermal = thermal_of(scene, unit.to_kernel(velocities, -1))
         images, single = bool(attributes["images"]), bool(attributes["single"])
-        contents = contents_of(scene, thermal, rates, images, single, unit)
-        contents = dataclasses.replace(
-            contents,
+        system = system_of(scene, thermal, rates, images, single, unit)
+        system = dataclasses.replace(
+            system,
             rates=rates,
             currents=bool(attributes["currents"]),
             flights=bool(attributes["flights"]),
@@ -147,12 +147,12 @@ def load(
         )
         if isinstance(scene.impact, Restitution):
             speed = unit.to_scene(soundness.real(attributes, "threshold", 0.0), -1)
-            contents = dataclasses.replace(contents, impact=scene.impact.below(speed))
+            system = dataclasses.replace(system, impact=scene.impact.below(speed))
         if rates is not None:
             radii = arrays["contents.radii"]
-            contents = dataclasses.replace(contents, radii=radii, diameter=2.0 * float(radii.max()))
-        wish = wish_of(*json.loads(str(attributes["wish"])))
-        machine = Machine(scene, velocities, contents, wish, chosen)
+            system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))
+        requested = requested_of(*json.loads(str(attributes["wish"])))
+        machine = RunState(scene, velocities, system, requested, chosen)
         soundness.check_fixed(machine, arrays)
         restore(machine.engine, arrays)
         machine.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)

@@ -42,8 +42,8 @@ class Clock:
         """The present [time]."""
         # Asked for several times a run: fractions are slow.
         if self._known is None or self._known[:2] != (self.epoch, self.offset):
-            passed = self.epoch * Fraction(self.length) + Fraction(self.offset)
-            self._known = self.epoch, self.offset, self.base + self.unit.to_scene(passed, 1)
+            elapsed = self.epoch * Fraction(self.length) + Fraction(self.offset)
+            self._known = self.epoch, self.offset, self.base + self.unit.to_scene(elapsed, 1)
         return self._known[2]
 
     def since_base(self, instant: Fraction) -> Fraction:
@@ -59,13 +59,13 @@ class Clock:
             If there would be too many epochs to count.
         """
         length = Fraction(self.length)
-        passed = self.since_base(instant)
-        epoch = int(passed // length)
+        elapsed = self.since_base(instant)
+        epoch = int(elapsed // length)
         if epoch >= LAST_EPOCH:
             raise InputError(
                 f"A time of {float(instant):g} is {float(epoch):g} epochs of "
                 f"{self.unit.to_scene(self.length, 1):g}; expected fewer than {LAST_EPOCH:g}, so ask for "
                 "less time."
             )
-        offset = float(passed - epoch * length)
+        offset = float(elapsed - epoch * length)
         return (epoch, offset) if offset < self.length else (epoch + 1, 0.0)

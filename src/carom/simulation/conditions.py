@@ -10,7 +10,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import choice
+from carom.models import model_checks
 from carom.models.free_flight import FreeFlight
 from carom.models.growing_cores import Growing
 from carom.models.interface import Obstacle, Particles, meeting_time
@@ -135,7 +135,7 @@ def check(
         raise InputError(
             f"motion= goes with an interaction or an obstacle, and {type(value).__name__} is neither."
         )
-    flight = FreeFlight() if motion is None else choice.checked("motion", motion)
+    flight = FreeFlight() if motion is None else model_checks.checked("motion", motion)
     record = Record()
     with in_plain_python(value):
         if kind == "obstacle":
@@ -144,7 +144,7 @@ def check(
             found = _settings(value, value if kind == "motion" else flight, dimensions, seed, given is None)
             for some, moving, rng in found:
                 _TRIED[kind](value, some, moving, pairs, rng, record)
-    if motion is not None and choice.is_own(motion):
+    if motion is not None and model_checks.is_own(motion):
         with in_plain_python(motion):
             for _, moving, rng in _settings(motion, motion, dimensions, seed, given is None):
                 for _ in range(pairs):
@@ -188,16 +188,16 @@ def _fills(moving: Setting) -> bool:
 def _setting(flight: Any, some: Particles) -> Setting | None:
     """Return how components move in a motion, or None where it has not so many axes."""
     d = len(some.box)
-    model = choice.made(flight, some) if choice.is_own(flight) else flight.model(some)
-    choice.answered("motion", model)
-    if not has_axis(model, d - 1) or (choice.answers(meeting_time, model) and d < 2):
+    model = model_checks.made(flight, some) if model_checks.is_own(flight) else flight.model(some)
+    model_checks.answered("motion", model)
+    if not has_axis(model, d - 1) or (model_checks.answers(meeting_time, model) and d < 2):
         return None
     return Setting(
         some,
         (True,) * d,
         model,
         straight=getattr(flight, "straight", True),
-        curved=choice.answers(meeting_time, model),
+        curved=model_checks.answers(meeting_time, model),
         growth=GROWTH,
         masses_known=False,
     )
@@ -206,35 +206,43 @@ def _setting(flight: Any, some: Particles) -> Setting | None:
 def _check_interaction(
     value: Any, some: Particles, moving: Setting, pairs: int, rng: np.random.Generator, record: Record
 ) -> None:
-    own = choice.is_own(value)
+    own_model = model_checks.is_own(value)
     # Diameters grow in scenes of Carom's cores only.
-    particles = Particles(**{**vars(some), "rates": None}) if own else some
-    choice.checked("interaction", value)
-    model = choice.made(value, particles) if own else value.model(particles)
-    choice.answered("interaction", model)
-    if own:
+    particles = Particles(**{**vars(some), "rates": None}) if own_model else some
+    model_checks.checked("interaction", value)
+    model = model_checks.made(value, particles) if own_model else value.model(particles)
+    model_checks.answered("interaction", model)
+    if own_model:
         refuse_without_steps(value, model)
         refuse_short(model, COMPONENTS, probes.outermost(value, particles, 0, COMPONENTS - 1))
     # A contact matrix of Carom's cores is checked by the scene.
     far = 2.0 * float(some.radii.max())
-    reach = probes.reach_of(value, _scene(some)) if own or hasattr(value, "steps") else far
-    trial = PairTrial(value, copied(model), moving, record, reach)
+    contact_range = (
+        probes.contact_range_of(value, _scene(some)) if own_model or hasattr(value, "steps") else far
+    )
+    trial = PairTrial(value, copied(model), moving, record, contact_range)
     for _ in range(pairs):
         i, j = (int(k) for k in rng.choice(COMPONENTS, 2, replace=False))
         trial.of(rng, i, j)
-    if own and moving.free:
-        _check_reach(value, model, some, reach, record)
+    if own_model and moving.free:
+        _check_reach(value, model, some, contact_range, record)
 
 
-def _check_reach(value: Any, model: Any, some: Particles, reach: float, record: Record) -> None:
+def _check_reach(value: Any, model: Any, some: Particles, contact_range: float, record: Record) -> None:
     """Try that no two of the components act on each other beyond the reach of ``value``."""
-    radii = some.radii if getattr(value, "by_radii", False) else np.full(COMPONENTS, 0.5 * reach)
+    radii = some.radii if getattr(value, "by_radii", False) else np.full(COMPONENTS, 0.5 * contact_range)
     for i, j in itertools.combinations(range(COMPONENTS), 2):
         both = float(radii[i] + radii[j])
         step = probes.outermost(value, some, i, j)
-        found = probes.contact_distance(model, i, j, reach, step=step)
+        found = probes.contact_distance(model, i, j, contact_range, step=step)
         record.note(
-            "reach", len(some.box), found <= both * (1.0 + TOLERANCE), i=i, j=j, distance=found, reach=both
+            "reach",
+            len(some.box),
+            found <= both * (1.0 + TOLERANCE),
+            i=i,
+            j=j,
+            distance=found,
+            contact_range=both,
         )
 
 
@@ -264,10 +272,10 @@ def _check_motion(
 def _check_impact(
     value: Any, some: Particles, moving: Setting, pairs: int, rng: np.random.Generator, record: Record
 ) -> None:
-    model = choice.made(value, some) if choice.is_own(value) else value.model(some)
+    model = model_checks.made(value, some) if model_checks.is_own(value) else value.model(some)
     if model is None:
         return
-    choice.answered("impact", model)
+    model_checks.answered("impact", model)
     model = copied(model)
     for _ in range(pairs):
         i, j = (int(k) for k in rng.choice(COMPONENTS, 2, replace=False))
@@ -332,10 +340,10 @@ def _near(
         places = rng.uniform(0.0, 2.0 * scale, (4096, d))
         radii = rng.uniform(0.01, 0.05, COMPONENTS) * scale
         gaps = np.asarray(value.gap(places, np.resize(radii, len(places)), box, periodic), np.float64)
-        near = places[(gaps > 0.0) & (gaps < scale)]
-        if len(near) > 0.01 * len(places):
+        close = places[(gaps > 0.0) & (gaps < scale)]
+        if len(close) > 0.01 * len(places):
             some = _some(rng, d)
-            return Particles(**{**vars(some), "box": box, "radii": radii, "rates": None}), periodic, near
+            return Particles(**{**vars(some), "box": box, "radii": radii, "rates": None}), periodic, close
     if reason is not None:
         raise reason
     return None
@@ -357,23 +365,24 @@ def _kind(value: Any) -> str:
     if callable(getattr(value, "gap", None)):
         missing = next(name for name in ("name", "check") if not hasattr(value, name))
         raise InputError(
-            f"{type(value).__name__} is an obstacle, as it has gap, and {choice.lacks(value, missing)}."
+            f"{type(value).__name__} is an obstacle, as it has gap, and {model_checks.lacks(value, missing)}."
         )
     if callable(getattr(value, "reach", None)):
         return "interaction"
     with in_plain_python(value):
         model = value.model(_some(np.random.default_rng(0), 2))
-    for question in (*choice.REQUIRED["interaction"], *choice.STEPPED):
-        if choice.answers(question, model):
+    for question in (*model_checks.REQUIRED["interaction"], *model_checks.STEPPED):
+        if model_checks.answers(question, model):
             raise InputError(
                 f"{type(value).__name__} is an interaction, as its model answers {question.__name__}, and "
-                f"{choice.lacks(value, 'reach')}(scene): the largest distance at which two act on each other."
+                f"{model_checks.lacks(value, 'reach')}(scene): the largest distance at which two act on each "
+                "other."
             )
-    return "motion" if choice.answers_any("motion", model) else "impact"
+    return "motion" if model_checks.answers_any("motion", model) else "impact"
 
 
 def _without_model(value: Any) -> str:
-    return f"{checks.describe(value)}, which {choice.lacks(value, 'model')}."
+    return f"{checks.describe(value)}, which {model_checks.lacks(value, 'model')}."
 
 
 def _some(rng: np.random.Generator, d: int) -> Particles:

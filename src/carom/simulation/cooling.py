@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 def cools(sim: Running) -> bool:
     """Return whether contacts lose energy, and growth adds none."""
-    contents = sim.machine.contents
-    return not contents.elastic and contents.rates is None
+    system = sim.machine.system
+    return not system.elastic and system.rates is None
 
 
 class Blocks:

@@ -1,4 +1,4 @@
-"""Rules asked again for a replay: what the engine does in :mod:`carom.engine.rules`, in plain Python."""
+"""Rules asked again for a replay: what the engine does in :mod:`carom.engine.agents`, in plain Python."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from carom.models.interface import IN
 from carom.models.units import (
     ENTERED,
     LEFT,
-    NOBODY,
+    NO_AGENT,
     Units,
-    ask,
-    hand,
-    obey,
-    occasion,
+    apply,
+    call_rule,
+    cause_of,
+    fill_agent,
+    fill_event,
     place_other,
-    renew,
-    tell,
+    recount,
 )
 
 
@@ -29,13 +29,13 @@ class Near(Protocol):
     def around(self, i: int) -> list[tuple[int, int]]:
         """Return who is on a step with unit i, and on which."""
 
-    def leave(self, i: int) -> None:
+    def forget_partner(self, i: int) -> None:
         """Forget the pairs of unit i."""
 
 
 def heed(
     pair: Units,
-    who: tuple[int, int],
+    components: tuple[int, int],
     crossed: int,
     kind: int,
     x: np.ndarray,
@@ -64,19 +64,21 @@ def heed(
     steps : Near
         Who is within reach of whom.
     """
-    circles = [int(pair.watch[pair.kinds[i], crossed]) for i in who]
+    circles = [int(pair.watch[pair.kinds[i], crossed]) for i in components]
     cause = ENTERED if kind == IN else LEFT
     both = [
-        (slot, i, circle) for slot, (i, circle) in enumerate(zip(who, circles, strict=True)) if circle >= 0
+        (slot, i, circle)
+        for slot, (i, circle) in enumerate(zip(components, circles, strict=True))
+        if circle >= 0
     ]
     for slot, i, circle in both:
-        other, sense = who[1 - slot], 1.0 if slot == 0 else -1.0
-        hand(pair, slot, i, x[i], v[i], now)
-        tell(pair, slot, cause, circle, other, start + now)
+        other, sense = components[1 - slot], 1.0 if slot == 0 else -1.0
+        fill_agent(pair, slot, i, x[i], v[i], now)
+        fill_event(pair, slot, cause, circle, other, start + now)
         for axis in range(len(r)):
             place_other(pair, slot, axis, sense * r[axis], v[other, axis])
     for slot, _, _ in both:
-        ask(pair.rule, pair.units[slot], pair.told[slot])
+        call_rule(pair.rule, pair.units[slot], pair.told[slot])
     for slot, i, _ in both:
         _settle(pair, slot, i, v, now, steps)
 
@@ -86,27 +88,27 @@ def consult(
     i: int,
     x: np.ndarray,
     v: np.ndarray,
-    seen: Callable[[int, int], tuple[np.ndarray, np.ndarray]],
+    found: Callable[[int, int], tuple[np.ndarray, np.ndarray]],
     now: float,
     start: float,
     steps: Near,
 ) -> None:
-    """Ask unit i alone; ``seen(i, j)`` returns the vector to another, and its velocity."""
-    cause, other = occasion(pair, i, now)
-    hand(pair, 0, i, x[i], v[i], now)
-    tell(pair, 0, cause, NOBODY, other, start + now)
-    if other != NOBODY:
-        for axis, (a, b) in enumerate(zip(*seen(i, int(other)), strict=True)):
+    """Ask unit i alone; ``found(i, j)`` returns the vector to another, and its velocity."""
+    cause, other = cause_of(pair, i, now)
+    fill_agent(pair, 0, i, x[i], v[i], now)
+    fill_event(pair, 0, cause, NO_AGENT, other, start + now)
+    if other != NO_AGENT:
+        for axis, (a, b) in enumerate(zip(*found(i, int(other)), strict=True)):
             place_other(pair, 0, axis, a, b)
-    ask(pair.rule, pair.units[0], pair.told[0])
+    call_rule(pair.rule, pair.units[0], pair.told[0])
     _settle(pair, 0, i, v, now, steps)
 
 
 def _settle(pair: Units, slot: int, i: int, v: np.ndarray, now: float, steps: Near) -> None:
-    was = obey(pair, slot, i, v[i], now)
-    if was != NOBODY:
+    was = apply(pair, slot, i, v[i], now)
+    if was != NO_AGENT:
         for j, step in steps.around(i):
-            renew(pair, i, j, step, was)
+            recount(pair, i, j, step, was)
         if pair.present[i] == 0:
-            steps.leave(i)
+            steps.forget_partner(i)
         pair.queued[0] = 0  # who is told when is in the log

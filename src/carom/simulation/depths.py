@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.models import choice
+from carom.models import model_checks
 from carom.models.interface import age, core_square, radius, step_core_square, taken_up
 from carom.scene import overlaps
 from carom.scene.overlaps import Room
@@ -76,9 +76,9 @@ class Depths:
 
 
 def _present(machine: Any) -> State:
-    contents, now = machine.contents, machine.in_epoch()
-    if contents.straight:  # without the compiled code that makes frames, which may not be needed else
-        rows = machine.engine.state.rows[: contents.n]
+    system, now = machine.system, machine.in_epoch()
+    if system.straight:  # without the compiled code that makes frames, which may not be needed else
+        rows = machine.engine.state.rows[: system.n]
         x, v, t = (np.asarray(rows[name], np.float64) for name in ("x", "v", "t"))
         positions = x + v * (now - t)[:, None]
     else:
@@ -89,46 +89,46 @@ def _present(machine: Any) -> State:
 def _forgets(machine: Any) -> bool:
     """Tell whether only the present state can be looked at: the model knows nothing of earlier ones."""
     pair = machine.engine.model.pair
-    if not choice.is_own(machine.contents.interaction):
+    if not model_checks.is_own(machine.system.interaction):
         return False
-    return machine.contents.stepped or any(choice.answers(question, pair) for question in (age, taken_up))
+    return machine.system.stepped or any(model_checks.answers(question, pair) for question in (age, taken_up))
 
 
 def deepest(machine: Any, state: State) -> float:
     """Return the deepest overlap of a state beyond rounding: of two cores, or with a wall or an obstacle."""
-    scene, contents = machine.scene, machine.contents
-    room = Room(np.asarray(scene.box), np.asarray(scene.periodic), scene.obstacles)
-    state = state._replace(positions=room.wrapped(state.positions))
-    rounded = float(np.finfo(np.float32).eps) if contents.single else float(np.finfo(np.float64).eps)
-    slack = overlaps.FLIGHTS * overlaps.rounding(room.box, rounded)
-    return max(_of_pairs(machine, state, room, slack), _at_obstacles(machine, state, room, slack))
+    scene, system = machine.scene, machine.system
+    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic), scene.obstacles)
+    state = state._replace(positions=geometry.wrapped(state.positions))
+    rounded = float(np.finfo(np.float32).eps) if system.single else float(np.finfo(np.float64).eps)
+    slack = overlaps.FLIGHTS * overlaps.rounding(geometry.box, rounded)
+    return max(_of_pairs(machine, state, geometry, slack), _at_obstacles(machine, state, geometry, slack))
 
 
-def _of_pairs(machine: Any, state: State, room: Room, slack: float) -> float:
+def _of_pairs(machine: Any, state: State, geometry: Room, slack: float) -> float:
     """Return the deepest overlap of two cores, in distances of contact."""
-    scene, contents, interaction = machine.scene, machine.contents, machine.contents.interaction
+    scene, system, interaction = machine.scene, machine.system, machine.system.interaction
     if scene.n < 2:
         return 0.0
     pair, cores = machine.engine.model.pair, None
-    if contents.stepped and hasattr(interaction, "cores_of"):
-        pairs = room.near(state.positions, contents.diameter)
+    if system.stepped and hasattr(interaction, "cores_of"):
+        pairs = geometry.near(state.positions, system.diameter)
         cores = interaction.cores_of(pairs, scene.species, scene.diameter)
-    elif contents.stepped:
+    elif system.stepped:
         pairs, cores = _cores_on_steps(machine)
-    elif choice.is_own(interaction):
-        if not choice.answers(core_square, pair):
+    elif model_checks.is_own(interaction):
+        if not model_checks.answers(core_square, pair):
             return 0.0
-        pairs = room.near(state.positions, contents.diameter)
+        pairs = geometry.near(state.positions, system.diameter)
         now = machine.in_epoch() + machine.unit.to_kernel(float(state.instant - machine.clock.instant), 1)
-        kinds = kinds_of(pair, contents)
+        kinds = kinds_of(pair, system)
         cores = np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, now)), 0.0)))
     else:
         contacts = Contacts(state.diameters, scene.species, scene.contact)
-        found = overlaps.deepest(state.positions, room, contacts, scene.pinned)
+        found = overlaps.deepest(state.positions, geometry, contacts, scene.pinned)
         return 0.0 if found is None or found.depth <= slack else found.depth / found.contact
     if not len(pairs):
         return 0.0
-    depths = cores - room.distances(state.positions, pairs)
+    depths = cores - geometry.distances(state.positions, pairs)
     over = depths > overlaps.ENGINE_OVERLAP * cores + slack
     return float((depths[over] / cores[over]).max()) if over.any() else 0.0
 
@@ -143,19 +143,19 @@ def _cores_on_steps(machine: Any) -> tuple[np.ndarray, np.ndarray]:
     return pairs, np.sqrt(squares)[steps]
 
 
-def _at_obstacles(machine: Any, state: State, room: Room, slack: float) -> float:
+def _at_obstacles(machine: Any, state: State, geometry: Room, slack: float) -> float:
     """Return the deepest overlap with a wall or an obstacle, in diameters; at most 1, if one is behind it."""
     scene, pair = machine.scene, machine.engine.model.pair
-    standing = room.everything()
+    standing = geometry.everything()
     if not standing:
         return 0.0
     radii = 0.5 * state.diameters
-    if choice.is_own(machine.contents.interaction) and choice.answers(radius, pair):
+    if model_checks.is_own(machine.system.interaction) and model_checks.answers(radius, pair):
         radii = np.array([float(radius(pair, i, state.now)) for i in range(scene.n)])
     if scene.pinned is not None:
         radii = np.where(scene.pinned, 0.0, radii)
     worst = 0.0
-    models = (*(None,) * (len(standing) - len(scene.obstacles)), *machine.contents.obstacle_models)
+    models = (*(None,) * (len(standing) - len(scene.obstacles)), *machine.system.obstacle_models)
     for value, model in zip(standing, models, strict=True):
         if model is not None and not known_to_move(value, model):
             continue

@@ -14,10 +14,10 @@ from carom.simulation import pair_steps
 from carom.simulation.temperature import temperature
 
 if TYPE_CHECKING:
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import RunState
 
 
-def potential_energy(machine: Machine) -> float:
+def potential_energy(machine: RunState) -> float:
     """Return the potential energy now, of all pairs on steps and of all components in a field [energy].
 
     Raises
@@ -27,11 +27,11 @@ def potential_energy(machine: Machine) -> float:
     """
     if reason := without_potential(machine.scene):
         raise InputError(reason)
-    found = pair_steps.potential_energy(machine) if machine.contents.stepped else 0.0
+    found = pair_steps.potential_energy(machine) if machine.system.stepped else 0.0
     return found + _in_field(machine)
 
 
-def _in_field(machine: Machine) -> float:
+def _in_field(machine: RunState) -> float:
     """Return the potential energy in the field of the motion, 0 without one."""
     scene = machine.scene
     in_field = getattr(scene.motion, "potential_energy", None)
@@ -48,7 +48,7 @@ def _in_field(machine: Machine) -> float:
     return float(in_field(scene.masses, places, scene.box))
 
 
-def now(machine: Machine) -> Energy | None:
+def now(machine: RunState) -> Energy | None:
     """Return potential energy and kT at the present; None where there is no potential energy."""
     if without_potential(machine.scene):
         return None

@@ -126,14 +126,14 @@ def equilibrate(
 
 def drifts(sim: Any) -> str | None:
     """Return a sentence on why scaling velocities does not set the mean kT of a run; None if it does."""
-    contents, scene = sim.machine.contents, sim.scene
-    if contents.rates is not None:
+    system, scene = sim.machine.system, sim.scene
+    if system.rates is not None:
         return "equilibrate() needs a temperature that lasts, and growing diameters heat: leave out growth."
     conserves = getattr(scene.interaction, "conserves", None)
     hysteretic = conserves is not None and not conserves(scene.diameter)
-    if not contents.elastic or hysteretic or sim.machine.engine.model.rules is not None:
+    if not system.elastic or hysteretic or sim.machine.engine.model.rules is not None:
         return "equilibrate() needs a temperature that lasts, and here contacts or rules change the energy."
-    if not contents.straight:
+    if not system.straight:
         return (
             f"equilibrate() needs the mean of kT, which is not known in {type(scene.motion).__name__}: run() "
             "and rescale() in turn."

@@ -10,7 +10,7 @@ from carom.observables.equilibrium import equipartition, slow_exchange
 from carom.scene.temperature import conserved
 
 if TYPE_CHECKING:
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import RunState
 
 MOST = 16
 """Kinds that are looked at; with more of them a species is hardly more than its members."""
@@ -33,14 +33,14 @@ class Thermometer:
         Temperature of each species in units of that of all, at each look.
     """
 
-    def __init__(self, machine: Machine):
+    def __init__(self, machine: RunState):
         self._machine = machine
         self.series: list[tuple[float, ...]] = []
         scene = machine.scene
         self.names: tuple[str, ...] = ()
         # Pinned components have no temperature; those that move among them are compared by nobody.
-        contents = machine.contents
-        elastic = contents.elastic and contents.rates is None and scene.pinned is None
+        system = machine.system
+        elastic = system.elastic and system.rates is None and scene.pinned is None
         if not elastic or scene.masses.min() == scene.masses.max():
             return
         if scene.species is None:

@@ -9,16 +9,16 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.scene.scene import Scene
-from carom.simulation.machine import Wish, wish_of
-from carom.simulation.preparation import prepare
+from carom.simulation.run_state import Requested, requested_of
 from carom.simulation.simulation import Simulation
+from carom.simulation.system_of_scene import prepare
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from carom.engine.neighbors.choice import Scheme
-    from carom.engine.parts import Engine
-    from carom.engine.requirements import Contents
+    from carom.engine.build import Engine
+    from carom.engine.neighbors.plan import NeighborPlan
+    from carom.engine.system import System
 
 
 @dataclass(frozen=True)
@@ -139,33 +139,33 @@ def explain(
         machine = scene.machine
         return _explanation(
             scene.scene,
-            machine.contents,
+            machine.system,
             machine.scheme,
             machine.engine,
-            machine.wish,
+            machine.requested,
             machine.log is not None,
         )
-    from carom.engine.neighbors.choice import choose
-    from carom.engine.parts import build
+    from carom.engine.build import build
+    from carom.engine.neighbors.plan import choose
 
-    wish = wish_of(neighbors, shell)
+    requested = requested_of(neighbors, shell)
     at_rest = np.zeros_like(scene.positions)
     velocities = at_rest if scene.velocities is None else scene.velocities
-    contents = prepare(scene, velocities, growth=growth, precision=precision, images=images)
+    system = prepare(scene, velocities, growth=growth, precision=precision, images=images)
     try:
-        chosen = choose(contents, 1.0, *wish)
+        chosen = choose(system, 1.0, *requested)
     except ValueError as error:
         raise InputError(str(error)) from None
-    engine = build(chosen, contents, scene.positions, at_rest)
-    return _explanation(scene, contents, chosen, engine, wish, event_log)
+    engine = build(chosen, system, scene.positions, at_rest)
+    return _explanation(scene, system, chosen, engine, requested, event_log)
 
 
 def _explanation(
     scene: Scene,
-    contents: Contents,
-    chosen: Scheme,
+    system: System,
+    chosen: NeighborPlan,
     engine: Engine,
-    wish: Wish,
+    requested: Requested,
     logged: bool,
 ) -> Explanation:
     from carom.engine.observers.interface import listed
@@ -177,18 +177,18 @@ def _explanation(
         models["observers"] = ", ".join(map(name_of, observers))
     models["neighbours"] = type(engine.neighbors).__name__
     missing = {
-        "diameters of their own": contents.radii is None,
-        "masses of their own": contents.radii is None,
-        "a contact matrix": contents.contact is None,
-        "species": contents.kinds is None,
-        "growth": contents.rates is None,
+        "diameters of their own": system.radii is None,
+        "masses of their own": system.radii is None,
+        "a contact matrix": system.contact is None,
+        "species": system.kinds is None,
+        "growth": system.rates is None,
         "walls and obstacles": engine.model.obstacles is None,
         "restitution": engine.model.impact is None,
-        "steps of pairs": not contents.stepped,
+        "steps of pairs": not system.stepped,
         "image counts": engine.state.images is None,
         "an event log": not logged,
-        "currents": not contents.currents,
-        "free flights": not contents.flights,
+        "currents": not system.currents,
+        "free flights": not system.flights,
     }
     return Explanation(
         scene=repr(scene),
@@ -196,7 +196,7 @@ def _explanation(
         models=models,
         absent=tuple(name for name, absent in missing.items() if absent),
         arrays=_arrays(engine),
-        neighbors=_reason(contents, chosen, wish),
+        neighbors=_reason(system, chosen, requested),
     )
 
 
@@ -231,31 +231,33 @@ def _arrays(engine: Engine) -> tuple[Array, ...]:
     return tuple(sorted(found.values(), key=lambda array: -array.nbytes))
 
 
-def _reason(contents: Contents, chosen: Scheme, wish: Wish) -> str:
+def _reason(system: System, chosen: NeighborPlan, requested: Requested) -> str:
     """Say which neighbour scheme there is, and why."""
-    from carom.engine.neighbors.choice import dilute
+    from carom.engine.neighbors.plan import dilute
 
     cells = " x ".join(map(str, chosen.shape))
-    fraction, dimension = contents.packing_fraction, contents.dimension
+    fraction, dimension = system.packing_fraction, system.dimension
     limit = dilute(dimension)
-    widest = (contents.narrowest + 2.0 * contents.diameter) / 4.0
+    widest = (system.narrowest + 2.0 * system.diameter) / 4.0
     if chosen.kind == "lists":
-        what = f"lists with a reach of {chosen.reach / contents.diameter:.3g} diameters, from {cells} cells"
+        what = (
+            f"lists with a reach of {chosen.list_range / system.diameter:.3g} diameters, from {cells} cells"
+        )
     elif chosen.kind == "all":
         what = "everybody, along paths through the images of the box"
     elif chosen.kind == "pairs":
         return "all pairs, one by one: they do not fly straight relative to each other."
     else:
         what = f"{cells} sectors"
-    if contents.stepped:
-        reach = f"{chosen.reach / contents.diameter:.3g} times that of the steps"
-        what = f"lists with a reach of {chosen.reach:.3g}, {reach}, from {cells} cells"
+    if system.stepped:
+        list_range = f"{chosen.list_range / system.diameter:.3g} times that of the steps"
+        what = f"lists with a reach of {chosen.list_range:.3g}, {list_range}, from {cells} cells"
         why = "they hold on which step each pair is"
-    elif wish[0] != "auto":
+    elif requested[0] != "auto":
         why = "asked for"
     elif chosen.kind == "all":
         why = "flights are so long, or sectors around one so many, that this costs less than any sectors"
-    elif wish[1] is not None and chosen.kind == "lists":
+    elif requested[1] is not None and chosen.kind == "lists":
         why = "a shell was asked for"
     elif chosen.kind == "lists" and fraction > limit:
         why = f"faster above a packing fraction of {limit:g} in d = {dimension}, and this is {fraction:.3g}"
@@ -264,12 +266,12 @@ def _reason(contents: Contents, chosen: Scheme, wish: Wish) -> str:
     elif fraction > limit:
         why = (
             "the box is too small for lists, which could reach no further than "
-            f"{widest / contents.diameter:.3g} diameters without confusing images"
+            f"{widest / system.diameter:.3g} diameters without confusing images"
         )
     else:
         why = f"faster below a packing fraction of {limit:g} in d = {dimension}, and this is {fraction:.3g}"
     if chosen.kind == "sectors" and any(
-        size < 4 and wraps for size, wraps in zip(chosen.shape, contents.periodic, strict=True)
+        size < 4 and wraps for size, wraps in zip(chosen.shape, system.periodic, strict=True)
     ):
         why += "; fewer than four along an edge, so that images are told apart by their sectors"
     return f"{what}: {why}."

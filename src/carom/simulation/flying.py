@@ -11,24 +11,24 @@ from carom.errors import InputError
 from carom.observables.flights import FlightsEstimate, FlightSums, flights_of
 
 if TYPE_CHECKING:
-    from carom.engine.requirements import Contents
-    from carom.simulation.machine import Machine
+    from carom.engine.system import System
+    from carom.simulation.run_state import RunState
     from carom.simulation.running import Running
 
 REACH = (12.0, 12.0, 8.0)
 """Where histograms end: in mean free times, mean free paths and thermal speeds of the lightest."""
 
 
-def check(contents: Contents) -> None:
+def check(system: System) -> None:
     """Raise InputError where the length of a flight is not its duration times the speed at its end."""
-    from carom.engine.live import is_live
+    from carom.engine.dynamic_obstacles import is_live
 
-    moving = any(map(is_live, contents.obstacle_models))
+    moving = any(map(is_live, system.obstacle_models))
     missing = {
-        "straight flight": contents.straight,
+        "straight flight": system.straight,
         "obstacles that rest and lose no energy": not moving,
-        "diameters that do not grow": contents.rates is None,
-        "units that do not decide by rules": not getattr(contents.interaction, "decides", False),
+        "diameters that do not grow": system.rates is None,
+        "units that do not decide by rules": not getattr(system.interaction, "decides", False),
     }
     wrong = [name for name, right in missing.items() if not right]
     if wrong:
@@ -97,13 +97,13 @@ def free_flights(
     return flights_of(sums, durations, np.bincount(kinds, minlength=len(flights.times)), widths)
 
 
-def _flights(machine: Machine):
+def _flights(machine: RunState):
     from carom.engine.observers.flights import Flights
 
     return machine.observer(Flights)
 
 
-def _clear(machine: Machine, widths: np.ndarray) -> None:
+def _clear(machine: RunState, widths: np.ndarray) -> None:
     """Begin new histograms."""
     flights, unit = _flights(machine), machine.unit
     flights.widths[:] = [unit.to_kernel(widths[0], 1), widths[1], unit.to_kernel(widths[2], -1)]
@@ -115,7 +115,7 @@ def _clear(machine: Machine, widths: np.ndarray) -> None:
         part[:] = 0
 
 
-def _sums(machine: Machine) -> FlightSums:
+def _sums(machine: RunState) -> FlightSums:
     """Return a copy of what there is, in the scene's units."""
     flights, unit = _flights(machine), machine.unit
     flown, met = flights.flown.copy(), flights.met.copy()

@@ -12,28 +12,28 @@ from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.moments import HelfandMoments
-from carom.simulation.loop import advance
+from carom.simulation.run_loop import advance
 
 if TYPE_CHECKING:
-    from carom.engine.requirements import Contents
-    from carom.simulation.machine import Machine
+    from carom.engine.system import System
+    from carom.simulation.run_state import RunState
     from carom.simulation.running import Running
 
 
-def check(contents: Contents) -> None:
+def check(system: System) -> None:
     """Raise InputError where currents would not be what Helfand's moments need."""
-    conserves = getattr(contents.interaction, "conserves", None)
+    conserves = getattr(system.interaction, "conserves", None)
     missing = {
-        "all axes periodic and no obstacles": all(contents.periodic) and not contents.obstacles,
-        "elastic contacts": contents.elastic,
-        "steps that lose no energy": conserves is None or conserves(contents.diameter),
-        "diameters that do not grow": contents.rates is None,
-        "straight flight": contents.straight,
-        "double precision": not contents.single,
-        "at least two components": contents.n > 1,
+        "all axes periodic and no obstacles": all(system.periodic) and not system.obstacles,
+        "elastic contacts": system.elastic,
+        "steps that lose no energy": conserves is None or conserves(system.diameter),
+        "diameters that do not grow": system.rates is None,
+        "straight flight": system.straight,
+        "double precision": not system.single,
+        "at least two components": system.n > 1,
     }
     if all(missing.values()):
-        missing["conserved momentum, so no pinned components and no range rules"] = all(contents.still)
+        missing["conserved momentum, so no pinned components and no range rules"] = all(system.still)
     wrong = [name for name, right in missing.items() if not right]
     if wrong:
         raise InputError(f"currents=True needs {' and '.join(wrong)}; leave it out, or change the scene.")
@@ -72,7 +72,7 @@ def helfand(
         If the simulation was made without ``currents=True``.
     """
     machine = sim.machine
-    if not machine.contents.currents:
+    if not machine.system.currents:
         raise InputError("helfand() needs currents, and this simulation has none: Simulation(currents=True).")
     step = Fraction(checks.number(every, "every", low=0.0, open_low=True))
     count = checks.integer(count, "count", low=2)
@@ -92,7 +92,7 @@ def helfand(
     return _moments(rows, float(step), machine)
 
 
-def _ask(machine: Machine, count: int, step: float) -> None:
+def _ask(machine: RunState, count: int, step: float) -> None:
     """Have the engine write so many samples, the first of them at the present."""
     from carom.engine.observers.currents import Currents
     from carom.engine.observers.interface import chained, listed
@@ -106,7 +106,7 @@ def _ask(machine: Machine, count: int, step: float) -> None:
     )
 
 
-def _taken(machine: Machine) -> np.ndarray:
+def _taken(machine: RunState) -> np.ndarray:
     """Return the samples, those since the last collision included."""
     from carom.engine.observers.currents import Currents, observe
 
@@ -117,7 +117,7 @@ def _taken(machine: Machine) -> np.ndarray:
     return currents.samples
 
 
-def _moments(rows: np.ndarray, every: float, machine: Machine) -> HelfandMoments:
+def _moments(rows: np.ndarray, every: float, machine: RunState) -> HelfandMoments:
     """Return samples in the scene's units."""
     d, unit = machine.scene.dimension, machine.unit
     s = d * (d + 1) // 2

@@ -10,7 +10,7 @@ import numpy as np
 from carom.units import TimeUnit
 
 
-class Mechanics(NamedTuple):
+class EnergyMomentum(NamedTuple):
     """Energy and momentum of all components.
 
     Attributes
@@ -28,7 +28,7 @@ class Mechanics(NamedTuple):
     scale: float
 
     @classmethod
-    def of(cls, masses: np.ndarray, v: np.ndarray, unit: TimeUnit) -> Mechanics:
+    def of(cls, masses: np.ndarray, v: np.ndarray, unit: TimeUnit) -> EnergyMomentum:
         """Return those of masses (n,) and velocities (n, d) in the engine's unit of time."""
         masses = masses[:, None]
         energy = 0.5 * math.fsum((masses * v * v).ravel())
@@ -36,7 +36,7 @@ class Mechanics(NamedTuple):
         scale = float(np.sum(masses[:, 0] * np.sqrt(np.sum(v * v, axis=1))))
         return cls(unit.to_scene(energy, -2), unit.to_scene(momentum, -1), unit.to_scene(scale, -1))
 
-    def momentum_drift(self, start: Mechanics) -> float:
+    def momentum_drift(self, start: EnergyMomentum) -> float:
         """Return the change of the momentum since the start, in terms of its scale."""
         change = float(np.linalg.norm(self.momentum - start.momentum))
         return change / start.scale if start.scale else 0.0

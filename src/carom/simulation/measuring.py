@@ -15,8 +15,8 @@ from carom.observables.protocol import outcome, sees
 from carom.simulation import own_observers
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
-from carom.simulation.precise import tell_doubts, until
 from carom.simulation.relaxation import StructuralRelaxation
+from carom.simulation.until_precise import tell_doubts, until
 
 if TYPE_CHECKING:
     from carom.simulation.running import Running

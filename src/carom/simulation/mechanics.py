@@ -15,11 +15,11 @@ from carom.errors import InputError
 from carom.notebook import table
 from carom.scene.temperature import kept_by_motion
 from carom.simulation.depths import folded
-from carom.simulation.invariants import Mechanics
+from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.pair_steps import potential_at_start, potential_energy
 
 if TYPE_CHECKING:
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import RunState
 
 
 @dataclass(frozen=True)
@@ -112,14 +112,14 @@ class Impacts(NamedTuple):
     impulse: float
     work: float = 0.0
     spared: int = 0
-    lifted: int = 0
+    relaunched: int = 0
 
 
-def statistics(machine: Machine) -> Statistics:
+def statistics(machine: RunState) -> Statistics:
     """Return what the run did so far, and how well."""
     tally = machine.engine.tallies[0]
     tally.depth = max(tally.depth, folded(machine.depths.look(machine)))
-    start, present = machine.start, Mechanics.of(machine.scene.masses, machine.speeds, machine.unit)
+    start, present = machine.start, EnergyMomentum.of(machine.scene.masses, machine.speeds, machine.unit)
     events = 2 * tally.collisions + tally.advancements + tally.transits
     taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
     taken_up |= machine.engine.model.rules is not None
@@ -138,7 +138,7 @@ def statistics(machine: Machine) -> Statistics:
     )
 
 
-def _energy_drift(machine: Machine, present: Mechanics) -> float:
+def _energy_drift(machine: RunState, present: EnergyMomentum) -> float:
     """Return the change of the energy since the start, relative to it: with that in a field, if there is one,
     from the end of the box to which it pulls; NaN, where the boxes that components cross are not counted. The
     energy of pairs on steps counts as a change. NaN, where units decide on their velocities.
@@ -146,7 +146,7 @@ def _energy_drift(machine: Machine, present: Mechanics) -> float:
     if machine.engine.model.rules is not None:
         return math.nan
     scene, before, after = machine.scene, machine.start.energy, present.energy
-    if machine.contents.stepped:
+    if machine.system.stepped:
         after += potential_energy(machine) - potential_at_start(machine)
     if hasattr(scene.motion, "potential_energy"):
         frame = machine.frame()
@@ -158,9 +158,9 @@ def _energy_drift(machine: Machine, present: Mechanics) -> float:
     return abs(after - before) / before if before else 0.0
 
 
-def sizes(machine: Machine, diameters: np.ndarray, duration: float) -> Sizes | None:
+def sizes(machine: RunState, diameters: np.ndarray, duration: float) -> Sizes | None:
     """Return the averages over a stretch that began with diameters (n,), or None where none grows."""
-    rates = machine.contents.rates
+    rates = machine.system.rates
     if rates is None:
         return None
     dimension = machine.scene.dimension
@@ -176,7 +176,7 @@ def sizes(machine: Machine, diameters: np.ndarray, duration: float) -> Sizes | N
     return Sizes(float(sphere_volume(dimension) * filled / machine.scene.volume), float(largest), same)
 
 
-def impacts(machine: Machine) -> tuple[Impacts, ...]:
+def impacts(machine: RunState) -> tuple[Impacts, ...]:
     """Return what each wall and obstacle took up since the start."""
     from carom.observables.wall_pressure import obstacle_names
 
@@ -186,7 +186,7 @@ def impacts(machine: Machine) -> tuple[Impacts, ...]:
         for name, k in zip(obstacle_names(machine.scene), numbers, strict=True)
     ]
     if tally is not None and tally.live is not None:
-        from carom.engine.live import spared_by_number
+        from carom.engine.dynamic_obstacles import spared_by_number
 
         spared = spared_by_number(tally.chain)
         for place, k in enumerate(numbers):
@@ -195,14 +195,14 @@ def impacts(machine: Machine) -> tuple[Impacts, ...]:
     return tuple(found)
 
 
-def impulses(machine: Machine) -> tuple[float, ...]:
+def impulses(machine: RunState) -> tuple[float, ...]:
     """Return the momentum that each wall and obstacle took up since the start."""
     if machine.engine.model.obstacles is None:
         return ()
     return tuple(impact.impulse for impact in impacts(machine))
 
 
-def momenta_at_walls(machine: Machine) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def momenta_at_walls(machine: RunState) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the weighted momentum that belongs to each wall and obstacle, at the present time, and the sums
     of those without one.
     """
@@ -215,7 +215,7 @@ def momenta_at_walls(machine: Machine) -> tuple[tuple[float, ...], tuple[float, 
     return weighted_momenta(frame, machine.scene), surface_sums(frame, machine.scene)
 
 
-def pinned_impulse(machine: Machine) -> np.ndarray:
+def pinned_impulse(machine: RunState) -> np.ndarray:
     """Return the momentum that each component took up while pinned; see
     :attr:`carom.Simulation.pinned_impulse`.
     """
@@ -226,18 +226,18 @@ def pinned_impulse(machine: Machine) -> np.ndarray:
     return np.where(pinned, taken, 0.0)
 
 
-def collisions_by_species(machine: Machine) -> np.ndarray:
+def collisions_by_species(machine: RunState) -> np.ndarray:
     """Return the pair collisions of every pair of species, (K, K), symmetric."""
     return _symmetric(_by_species(machine).collisions, machine.scene.species_count)
 
 
-def virial_by_species(machine: Machine) -> np.ndarray:
+def virial_by_species(machine: RunState) -> np.ndarray:
     """Return the virial of every pair of species, (K, K), symmetric [mass length^2 / time]."""
     virial = machine.unit.to_scene(_by_species(machine).virial, -1)
     return _symmetric(virial, machine.scene.species_count)
 
 
-def _by_species(machine: Machine):
+def _by_species(machine: RunState):
     from carom.engine.observers.species import BySpecies
 
     sums = machine.observer(BySpecies)

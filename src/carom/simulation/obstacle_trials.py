@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.models import choice
+from carom.models import model_checks
 from carom.models.interface import (
     NEVER,
     anchor,
@@ -43,7 +43,7 @@ from carom.units import TimeUnit
 LOOKS = 65
 """Times at which the way of a component is looked at."""
 
-HAIR = 2.0**-48
+ROUNDING_MARGIN = 2.0**-48
 """Part of its coordinates by which a component is put inside an obstacle, as rounding might."""
 
 FAST = 2.0**40
@@ -81,8 +81,8 @@ class ObstacleTrial:
         d, speed = self._setting.dimension, self._setting.speed
         for k in np.flatnonzero(gaps > 0.0).tolist():
             step = 2.0**-12 * float(min(gaps[k], radii[k]) or gaps[k])
-            near = self.gaps(places[k] + step * np.eye(d), np.full(d, radii[k]), 0.0)
-            towards = -(near - gaps[k]) / step
+            gaps_nearby = self.gaps(places[k] + step * np.eye(d), np.full(d, radii[k]), 0.0)
+            towards = -(gaps_nearby - gaps[k]) / step
             if not np.isfinite(towards).all():
                 towards = np.zeros(d)
             v = 10.0 ** rng.uniform(0.0, 2.0) * towards + direction(rng, d)
@@ -116,11 +116,15 @@ class ObstacleTrial:
         if times[-1] != t or t == NEVER:
             return False
         part = 0.37 * t
-        (near,), (speed,) = setting.moved(x[None], v[None], part)
-        left = self._time(near, speed, radius + self._growth * part, part)
-        pace = float(np.linalg.norm(v)) or setting.speed
+        (gaps_nearby,), (speed,) = setting.moved(x[None], v[None], part)
+        left = self._time(gaps_nearby, speed, radius + self._growth * part, part)
+        speed_of_trial = float(np.linalg.norm(v)) or setting.speed
         self._note(
-            "IV", abs(part + left - t) <= TOLERANCE * (t + scale / pace), **facts, part=part, left=left
+            "IV",
+            abs(part + left - t) <= TOLERANCE * (t + scale / speed_of_trial),
+            **facts,
+            part=part,
+            left=left,
         )
         self._thrown(x, v, radius, t, scale, facts)
         return True
@@ -131,8 +135,8 @@ class ObstacleTrial:
     def _inside(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return times until a component leaves the box, or has had the time to cross it."""
         setting = self._setting
-        pace = float(np.abs(v).max()) or setting.speed
-        times = np.linspace(0.0, 2.0 * float(setting.box.max()) / pace, 4 * LOOKS)
+        speed_of_trial = float(np.abs(v).max()) or setting.speed
+        times = np.linspace(0.0, 2.0 * float(setting.box.max()) / speed_of_trial, 4 * LOOKS)
         places = setting.course(x[None], v[None], times)[:, 0]
         out = ((places < 0.0) | (places > setting.box)).any(axis=1)
         last = int(np.argmax(out)) if out.any() else len(times)
@@ -161,11 +165,11 @@ class ObstacleTrial:
         """Return the image of a place that is nearest to the obstacle."""
         if not repeated(self.model):
             return x.copy()
-        near = x.copy()
+        gaps_nearby = x.copy()
         for axis in np.flatnonzero(self._edges):
             edge = self._edges[axis]
-            near[axis] -= edge * np.rint((x[axis] - anchor(self.model, int(axis))) / edge)
-        return near
+            gaps_nearby[axis] -= edge * np.rint((x[axis] - anchor(self.model, int(axis))) / edge)
+        return gaps_nearby
 
     def _thrown(
         self, x: np.ndarray, v: np.ndarray, radius: float, t: float, scale: float, facts: dict[str, Any]
@@ -175,8 +179,8 @@ class ObstacleTrial:
         (x,), (v,) = setting.moved(x[None], v[None], t)
         size = radius + growth * t
         at_time(self.model, t)
-        face = self._facing(x)
-        normal = np.array([number_of(outward, self.model, face, axis) for axis in range(d)])
+        touching_normal = self._facing(x)
+        normal = np.array([number_of(outward, self.model, touching_normal, axis) for axis in range(d)])
         length = float(np.linalg.norm(normal))
         speed = growth + number_of(surface_speed, self.model, normal, t)
         approach = speed - float(normal @ v)
@@ -190,16 +194,18 @@ class ObstacleTrial:
         if not sound or approach < GRAZING * float(np.linalg.norm(v)):
             return
         if not self._moves:
-            hair = HAIR * scale
-            again = self._time(x - hair * normal, v, size, t)
-            self._note("touching", again * approach <= TOLERANCE * scale, **facts, place=x, again=again)
+            hair = ROUNDING_MARGIN * scale
+            next_time = self._time(x - hair * normal, v, size, t)
+            self._note(
+                "touching", next_time * approach <= TOLERANCE * scale, **facts, place=x, next_time=next_time
+            )
         after = self._recoiled(x, v, normal, t)
         if self._live and not getattr(self._value, "adds_energy", False):
             fast = self._recoiled(x, FAST * v, normal, t)
             held = float(fast @ fast) <= (1.0 + TOLERANCE) * FAST * FAST * float(v @ v)
             self._note("gain", held, **facts, before=FAST * v, after=fast)
-        again = self._time(x, after, size, t)
-        self._note("V", again > 0.0, **facts, velocity_after=after, again=again)
+        next_time = self._time(x, after, size, t)
+        self._note("V", next_time > 0.0, **facts, velocity_after=after, next_time=next_time)
 
     def _recoiled(self, x: np.ndarray, v: np.ndarray, normal: np.ndarray, t: float) -> np.ndarray:
         after, mass = np.array(v), float(self._setting.particles.masses[0])
@@ -211,7 +217,7 @@ def _moves(model: Any) -> bool:
     """Tell whether a model is of an obstacle that moves; a surface passes this on from what it covers."""
     while isinstance(model, Lossy | Thermostat):
         model = model.body
-    return any(choice.answers(question, model) for question in (arrival, at_time, surface_speed))
+    return any(model_checks.answers(question, model) for question in (arrival, at_time, surface_speed))
 
 
 def known_to_move(value: Any, model: Any) -> bool:
@@ -260,7 +266,7 @@ def is_own(value: Any) -> bool:
     """Tell whether an obstacle, what it covers, or its path is of a class of the user's."""
     while True:
         path = getattr(value, "path", None)
-        if choice.is_own(value) or (path is not None and choice.is_own(path)):
+        if model_checks.is_own(value) or (path is not None and model_checks.is_own(path)):
             return True
         if not hasattr(value, "obstacle"):
             return False

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import CaromWarning, InputError, OverlapError
-from carom.models import choice
+from carom.models import model_checks
 from carom.models.interface import (
     age,
     carry,
@@ -49,7 +49,7 @@ from carom.simulation.trials import (
 )
 
 if TYPE_CHECKING:
-    from carom.engine.requirements import Contents
+    from carom.engine.system import System
     from carom.scene.scene import Scene
 
 KINDS = 12
@@ -76,7 +76,7 @@ HINTS = {
 """What to do about a condition."""
 
 
-def refuse_unsound(scene: Scene, contents: Contents) -> None:
+def check_user_models(scene: Scene, system: System) -> None:
     """Raise InputError where a model of one's own is not what the engine takes it for.
 
     Raises
@@ -92,70 +92,70 @@ def refuse_unsound(scene: Scene, contents: Contents) -> None:
     CaromWarning
         If a contact law or an obstacle adds energy and does not say so.
     """
-    if choice.is_own(contents.impact):
-        with in_plain_python(contents.impact):
-            refuse_impact(scene, contents)
-    own_pair, own_motion = choice.is_own(contents.interaction), choice.is_own(contents.motion)
+    if model_checks.is_own(system.impact):
+        with in_plain_python(system.impact):
+            refuse_impact(scene, system)
+    own_pair, own_motion = model_checks.is_own(system.interaction), model_checks.is_own(system.motion)
     if own_pair or own_motion:
-        with in_plain_python(contents.interaction if own_pair else contents.motion):
-            refuse_pair_and_motion(scene, contents)
-    own = [k for k, each in enumerate(scene.obstacles) if obstacle_trials.is_own(each)]
-    for k in own[:: max(1, len(own) // SEVERAL)]:
+        with in_plain_python(system.interaction if own_pair else system.motion):
+            refuse_pair_and_motion(scene, system)
+    own_obstacles = [k for k, each in enumerate(scene.obstacles) if obstacle_trials.is_own(each)]
+    for k in own_obstacles[:: max(1, len(own_obstacles) // SEVERAL)]:
         with in_plain_python(scene.obstacles[k]):
-            refuse_obstacle(scene.obstacles[k], scene, contents)
+            refuse_obstacle(scene.obstacles[k], scene, system)
 
 
-def refuse_pair_and_motion(scene: Scene, contents: Contents) -> None:
+def refuse_pair_and_motion(scene: Scene, system: System) -> None:
     """Raise InputError where an interaction, a motion or both together do not keep a condition."""
-    pair, record, flights = contents.interaction.model(contents.particles), Record(), Record()
-    own_pair, own_motion = choice.is_own(contents.interaction), choice.is_own(contents.motion)
+    pair, record, flights = system.interaction.model(system.particles), Record(), Record()
+    own_pair, own_motion = model_checks.is_own(system.interaction), model_checks.is_own(system.motion)
     pairs: list[tuple[int, int]] = []
     if own_pair:
-        refuse_without_steps(contents.interaction, pair)
-        if contents.stepped:
-            _refuse_few_steps(contents.interaction, pair, contents)
-        step = probes.outermost(contents.interaction, contents.particles, 0, contents.n - 1)
-        refuse_short(pair, contents.n, step)
-        if contents.curved and not choice.answers(core_square, pair):
+        refuse_without_steps(system.interaction, pair)
+        if system.stepped:
+            _refuse_few_steps(system.interaction, pair, system)
+        step = probes.outermost(system.interaction, system.particles, 0, system.n - 1)
+        refuse_short(pair, system.n, step)
+        if system.curved and not model_checks.answers(core_square, pair):
             raise InputError(
                 f"On curved paths two components touch at the distance that core_square answers, which "
                 f"{type(pair).__name__} does not: register a function with @core_square.register."
             )
     if own_motion:
-        refuse_motion_that_is_none(contents)
-    if contents.n > 1:
-        kinds = kinds_of(pair, contents)
-        pairs = list(_unlike_pairs(kinds, contents.particles.radii))
-        if own_pair and not contents.curved:
-            refuse_far(pair, pairs, contents)
-        if own_pair and not contents.stepped:
-            refuse_core(pair, kinds, scene, contents)
-    setting = setting_of(scene, contents)
+        refuse_motion_that_is_none(system)
+    if system.n > 1:
+        kinds = kinds_of(pair, system)
+        pairs = list(_unlike_pairs(kinds, system.particles.radii))
+        if own_pair and not system.curved:
+            refuse_far(pair, pairs, system)
+        if own_pair and not system.stepped:
+            refuse_core(pair, kinds, scene, system)
+    setting = setting_of(scene, system)
     rng, met = np.random.default_rng(0), 0
     if own_motion:
         for _ in range(TRIED):
             try_flight(setting, flights, rng)
         if not own_pair or any(name != "relative" for name, _ in flights.failures):
-            refuse(type(contents.motion).__name__, flights)
+            refuse(type(system.motion).__name__, flights)
     if pairs:
-        trial = PairTrial(contents.interaction, copied(pair), setting, record, contents.diameter)
+        trial = PairTrial(system.interaction, copied(pair), setting, record, system.diameter)
         for k, (i, j) in zip(range(ATTEMPTS), itertools.cycle(pairs), strict=False):
             met += trial.of(rng, i, j) > 0
             if record.failures or (k + 1 >= len(pairs) and met >= TRIED):
                 break
     if met == 0 or record.failures:  # else the interaction computes its times along the motion
-        refuse(type(contents.motion).__name__, flights)
+        refuse(type(system.motion).__name__, flights)
     if own_motion:
-        if contents.curved and not record.failures:
+        if system.curved and not record.failures:
             try_images(setting, record, rng)
-        if contents.walls is not None and choice.answers(wall_meeting, setting.motion):
+        if system.walls is not None and model_checks.answers(wall_meeting, setting.motion):
             for _ in range(TRIED):
                 obstacle_trials.try_walls(setting, record, rng)
     both = own_pair and own_motion
     name = " with ".join(
         type(each).__name__
-        for each, own in ((contents.interaction, own_pair), (contents.motion, own_motion))
-        if own
+        for each, own_obstacles in ((system.interaction, own_pair), (system.motion, own_motion))
+        if own_obstacles
     )
     refuse(name, record, plural=both)
 
@@ -175,45 +175,45 @@ def refuse(name: str, record: Record, plural: bool = False) -> None:
         warnings.warn(f"{name} makes energy. {failure}.", CaromWarning, stacklevel=2)
 
 
-def setting_of(scene: Scene, contents: Contents) -> Setting:
+def setting_of(scene: Scene, system: System) -> Setting:
     """Return the components of a scene, and how they move."""
     return Setting(
-        contents.particles,
-        tuple(map(bool, contents.periodic)),
-        contents.motion.model(contents.particles),
-        contents.straight,
-        contents.curved,
-        float(np.min(contents.particles.radii)) * 2.0,
-        _pace(scene, contents),
+        system.particles,
+        tuple(map(bool, system.periodic)),
+        system.motion.model(system.particles),
+        system.straight,
+        system.curved,
+        float(np.min(system.particles.radii)) * 2.0,
+        _pace(scene, system),
     )
 
 
-def _pace(scene: Scene, contents: Contents) -> float:
+def _pace(scene: Scene, system: System) -> float:
     """Return a usual speed of components [length / engine's time]."""
     if scene.velocities is not None and scene.velocities.any():
         speed = float(np.sqrt(np.mean(scene.velocities**2)))
     else:
         speed = 1.0 / math.sqrt(scene.mass)
-    return float(contents.unit.to_kernel(speed, -1))
+    return float(system.unit.to_kernel(speed, -1))
 
 
-def refuse_motion_that_is_none(contents: Contents) -> None:
+def refuse_motion_that_is_none(system: System) -> None:
     """Raise InputError where a motion is curved and cannot say when two meet, or does not say that it is."""
-    model, name = contents.motion.model(contents.particles), type(contents.motion).__name__
-    if contents.curved:
+    model, name = system.motion.model(system.particles), type(system.motion).__name__
+    if system.curved:
         for question in (carry, meeting_time):
-            if not choice.answers(question, model):
+            if not model_checks.answers(question, model):
                 raise InputError(
                     f"{name} has curved = True, and {type(model).__name__} does not answer "
                     f"{question.__name__}: register a function with @{question.__name__}.register."
                 )
-    elif choice.answers(meeting_time, model):
+    elif model_checks.answers(meeting_time, model):
         raise InputError(f"{type(model).__name__} answers meeting_time: give {name} curved = True.")
 
 
-def refuse_impact(scene: Scene, contents: Contents) -> None:
+def refuse_impact(scene: Scene, system: System) -> None:
     """Raise InputError where the part that a contact law exchanges is none; warn where it adds energy."""
-    law, n, record = contents.impact.model(contents.particles), contents.n, Record()
+    law, n, record = system.impact.model(system.particles), system.n, Record()
     if law is None or n < 2:
         return
     law = copied(law)
@@ -221,21 +221,21 @@ def refuse_impact(scene: Scene, contents: Contents) -> None:
         number_of(exchanged_part, law, n - 2, n - 1, np.float64(1.0), np.float64(-1.0), 0.0)
     except IndexError:
         raise InputError(_short(law, _shortest(law, n), n)) from None
-    setting, rng = setting_of(scene, contents), np.random.default_rng(2)
-    pairs = list(_unlike_pairs(kinds_of(law, contents), contents.particles.radii))
+    setting, rng = setting_of(scene, system), np.random.default_rng(2)
+    pairs = list(_unlike_pairs(kinds_of(law, system), system.particles.radii))
     for _, (i, j) in zip(range(max(IMPACTS, len(pairs))), itertools.cycle(pairs), strict=False):
-        try_impact(law, contents.impact, setting, record, rng, i, j)
-    refuse(type(contents.impact).__name__, record)
+        try_impact(law, system.impact, setting, record, rng, i, j)
+    refuse(type(system.impact).__name__, record)
 
 
-def refuse_obstacle(value: Any, scene: Scene, contents: Contents) -> None:
+def refuse_obstacle(value: Any, scene: Scene, system: System) -> None:
     """Raise InputError where components do not meet an obstacle when they touch it, or it is no obstacle."""
-    setting, record, rng = setting_of(scene, contents), Record(), np.random.default_rng(3)
-    particles = contents.particles
+    setting, record, rng = setting_of(scene, system), Record(), np.random.default_rng(3)
+    particles = system.particles
     growth = 0.0 if particles.rates is None else float(particles.rates.max())
     trial = ObstacleTrial(value, setting, record, growth)
-    some = rng.integers(0, contents.n, ATTEMPTS)
-    anywhere = rng.uniform(0.0, 1.0, (ATTEMPTS // 2, contents.dimension)) * setting.box
+    some = rng.integers(0, system.n, ATTEMPTS)
+    anywhere = rng.uniform(0.0, 1.0, (ATTEMPTS // 2, system.dimension)) * setting.box
     places = np.concatenate([scene.positions[some[: ATTEMPTS // 2]], anywhere])
     met = 0
     for k, start in enumerate(trial.starts(rng, places[::3], particles.radii[some[::3]])):
@@ -254,9 +254,9 @@ def refuse_without_steps(value: Any, pair: Any) -> None:
         If only one of the two has steps, or an array of the model is missing.
     """
     name, model = type(value).__name__, type(pair).__name__
-    stepped = choice.answers(step_time, pair)
+    stepped = model_checks.answers(step_time, pair)
     if stepped and not hasattr(value, "steps"):
-        raise InputError(f"{model} answers step_time, and {name} {choice.lacks(value, 'steps')}.")
+        raise InputError(f"{model} answers step_time, and {name} {model_checks.lacks(value, 'steps')}.")
     if not stepped and hasattr(value, "steps"):
         raise InputError(f"{name} has steps, and {model} does not answer step_time.")
     if not stepped:
@@ -266,8 +266,8 @@ def refuse_without_steps(value: Any, pair: Any) -> None:
             raise InputError(f"{model} has steps, and no array {field}, {shape}: give it that field.")
 
 
-def _refuse_few_steps(value: Any, pair: Any, contents: Contents) -> None:
-    count, model = int(value.steps(contents.particles)[0]), type(pair).__name__
+def _refuse_few_steps(value: Any, pair: Any, system: System) -> None:
+    count, model = int(value.steps(system.particles)[0]), type(pair).__name__
     rows = 1 << step_bits(count)
     for field, shape in (("energy", (rows,)), ("events", (rows, 4))):
         found = getattr(pair, field).shape
@@ -286,7 +286,7 @@ def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
     """
     named = {*getattr(pair, "lanes", ())}
     for question, name in ((radius, "radii"), (mass, "masses")):
-        if not choice.answers(question, pair) and getattr(pair, name, None) is not None:
+        if not model_checks.answers(question, pair) and getattr(pair, name, None) is not None:
             named.add(name)
     arrays = {name: getattr(pair, name) for name in pair._fields}
     for name, values in arrays.items():
@@ -308,7 +308,7 @@ def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
         for i in {0, n - 1} - {j}:
             try:
                 probes.time(pair, i, j, one, one, step)
-                if j < n and step is None and choice.answers(jump, pair):
+                if j < n and step is None and model_checks.answers(jump, pair):
                     number_of(lambda i=i, j=j: jump(pair, i, j, one, -one, 0.0)[0])
                 elif j < n and step is not None:
                     number_of(lambda i=i, j=j: step_jump(pair, i, j, step, one, -one, 0.0)[0])
@@ -316,12 +316,12 @@ def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
                 raise InputError(_short(pair, _shortest(pair, n), n)) from None
 
 
-def refuse_forgetful(contents: Contents) -> None:
+def check_copy_state(system: System) -> None:
     """Raise InputError where a model of one's own has a memory, and no answer to copy it into a new model."""
-    own = [value for value in (contents.interaction, contents.impact) if choice.is_own(value)]
-    for model in (*(value.model(contents.particles) for value in own), *contents.obstacle_models):
-        remembers = any(choice.answers(question, model) for question in (age, taken_up))
-        if choice.is_own(model) and remembers and not choice.answers(take_over, model):
+    own_obstacles = [value for value in (system.interaction, system.impact) if model_checks.is_own(value)]
+    for model in (*(value.model(system.particles) for value in own_obstacles), *system.obstacle_models):
+        remembers = any(model_checks.answers(question, model) for question in (age, taken_up))
+        if model_checks.is_own(model) and remembers and not model_checks.answers(take_over, model):
             raise InputError(
                 f"{type(model).__name__} has a memory, and rescale() and growth make the models anew: "
                 "register an answer to take_over that copies it."
@@ -348,26 +348,26 @@ def _short(model: Any, name: str, n: int) -> str:
     )
 
 
-def refuse_far(pair: Any, pairs: list[tuple[int, int]], contents: Contents) -> None:
+def refuse_far(pair: Any, pairs: list[tuple[int, int]], system: System) -> None:
     """Raise InputError where two components act on each other beyond the reach of their interaction."""
-    speed, radii = float(contents.unit.to_kernel(1.0, -1)), contents.reaches
+    speed, radii = float(system.unit.to_kernel(1.0, -1)), system.reaches
     for i, j in pairs:
-        reach = contents.diameter if radii is None else float(radii[i] + radii[j])
-        step = probes.outermost(contents.interaction, contents.particles, i, j)
-        found = probes.contact_distance(pair, i, j, contents.diameter, speed, step)
-        if found > reach * (1.0 + TOLERANCE):
+        contact_range = system.diameter if radii is None else float(radii[i] + radii[j])
+        step = probes.outermost(system.interaction, system.particles, i, j)
+        found = probes.contact_distance(pair, i, j, system.diameter, speed, step)
+        if found > contact_range * (1.0 + TOLERANCE):
             kind = "reach(scene)" if radii is None else "the sum of their radii (by_radii)"
             raise InputError(
                 f"Components {i} and {j} act on each other {found:.6g} apart, beyond {kind} of "
-                f"{type(contents.interaction).__name__}, {reach:.6g}: the engine would not look so far. Let "
-                "reach return the largest such distance."
+                f"{type(system.interaction).__name__}, {contact_range:.6g}: the engine would not look so "
+                "far. Let reach return the largest such distance."
             )
 
 
-def kinds_of(model: Any, contents: Contents) -> np.ndarray:
+def kinds_of(model: Any, system: System) -> np.ndarray:
     """Return a number for each component, (n,): equal where no field of the model and no radius differs."""
-    n = contents.n
-    columns = [contents.particles.radii, contents.particles.masses]
+    n = system.n
+    columns = [system.particles.radii, system.particles.masses]
     for values in model:
         if isinstance(values, np.ndarray) and values.ndim > 0 and len(values) >= n:
             columns.append(values[:n].reshape(n, -1).astype(float))
@@ -404,26 +404,26 @@ def by_kind(kinds: np.ndarray, pairs: np.ndarray, question: Callable[[int, int],
     return np.array([float(question(i, j)) for i, j in pairs[first].tolist()])[which.ravel()]
 
 
-def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, contents: Contents) -> None:
+def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, system: System) -> None:
     """Raise OverlapError where two components start inside the distance that they keep.
 
     This is what ``core_square`` answers, or the distance at which they are thrown back, if they are thrown
     back from where they are, too.
     """
-    room = Room(np.asarray(scene.box), np.asarray(scene.periodic))
-    speed = float(contents.unit.to_kernel(1.0, -1))
-    pairs = room.near(room.wrapped(scene.positions), contents.diameter)
-    distances = room.distances(scene.positions, pairs)
+    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic))
+    speed = float(system.unit.to_kernel(1.0, -1))
+    pairs = geometry.near(geometry.wrapped(scene.positions), system.diameter)
+    distances = geometry.distances(scene.positions, pairs)
     core = np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, 0.0)), 0.0)))
-    throw = by_kind(kinds, pairs, lambda i, j: probes.contact_distance(pair, i, j, contents.diameter, speed))
+    throw = by_kind(kinds, pairs, lambda i, j: probes.contact_distance(pair, i, j, system.diameter, speed))
     for k in np.flatnonzero(distances < np.maximum(core, throw)).tolist():
         (i, j), distance, contact = pairs[k].tolist(), float(distances[k]), float(core[k])
         if probes.time(pair, i, j, distance, speed) == 0.0:
             contact = max(contact, float(throw[k]))
         depth = contact - distance
         # What a root of far away leaves is no overlap.
-        if depth > max(overlaps.tolerance(room.box, contact), TOLERANCE * contact):
+        if depth > max(overlaps.tolerance(geometry.box, contact), TOLERANCE * contact):
             raise OverlapError(
                 f"Components {i} and {j} overlap by {depth:.3g} at the start: they are {distance:.6g} apart, "
-                f"and {type(contents.interaction).__name__} keeps them {contact:.6g} apart. Move them."
+                f"and {type(system.interaction).__name__} keeps them {contact:.6g} apart. Move them."
             )

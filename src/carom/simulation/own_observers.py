@@ -10,15 +10,15 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import choice, parameters
+from carom.models import model_checks, parameters
 from carom.models.interface import CORE
 from carom.models.observers import QUESTIONS, Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
 from carom.simulation.trials import copied, in_plain_python
 
 if TYPE_CHECKING:
-    from carom.engine.requirements import Contents
+    from carom.engine.system import System
     from carom.scene.scene import Scene
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import RunState
 
 TRIED = 64
 """Events that an observer is told of in plain Python, before it is compiled."""
@@ -26,10 +26,10 @@ TRIED = 64
 
 def is_observer(value: Any) -> bool:
     """Tell whether a value is an observer of events."""
-    return isinstance(value, tuple) and any(choice.answers(each, value) for each in QUESTIONS)
+    return isinstance(value, tuple) and any(model_checks.answers(each, value) for each in QUESTIONS)
 
 
-def checked(observers: Sequence[Any], scene: Scene, contents: Contents) -> tuple[Any, ...]:
+def checked(observers: Sequence[Any], scene: Scene, system: System) -> tuple[Any, ...]:
     """Return observers with arrays of their own, to which a run adds.
 
     Raises
@@ -46,17 +46,17 @@ def checked(observers: Sequence[Any], scene: Scene, contents: Contents) -> tuple
                 "An observer is a NamedTuple of arrays, for whose class a function is registered with "
                 f"at_pair.register, at_obstacle.register or at_epoch.register; found {found}."
             )
-        choice.compilable("observer", each)
+        model_checks.compilable("observer", each)
         with in_plain_python(each):
-            _try(copied(each), scene, contents)
+            _try(copied(each), scene, system)
     return tuple(map(copied, observers))
 
 
-def _try(observer: Any, scene: Scene, contents: Contents) -> None:
+def _try(observer: Any, scene: Scene, system: System) -> None:
     """Tell an observer of events that might happen in a scene."""
     rng, n, d = np.random.default_rng(4), scene.n, scene.dimension
     pace = 1.0 if scene.velocities is None else float(np.sqrt(np.mean(scene.velocities**2))) or 1.0
-    radii = contents.particles.radii
+    radii = system.particles.radii
     fixed = len(scene.obstacles) + 2 * int(np.sum(~np.asarray(scene.periodic)))
     for _ in range(TRIED):
         i, j = (int(k) for k in rng.integers(0, n, 2))
@@ -117,7 +117,7 @@ def recalled(kept: Sequence[Mapping[str, Any]], given: Sequence[Any]) -> tuple[A
 
 
 @contextmanager
-def observing(machine: Machine, observer: Any) -> Iterator[Any]:
+def observing(machine: RunState, observer: Any) -> Iterator[Any]:
     """Let an observer in for as long as the body runs, and hand over the one to whose arrays is added.
 
     Raises
@@ -125,15 +125,15 @@ def observing(machine: Machine, observer: Any) -> Iterator[Any]:
     InputError
         If it is no observer, or there are several workers.
     """
-    if machine.team is not None:
+    if machine.executive is not None:
         raise InputError(
             f"{type(observer).__name__} observes every event when it happens, and this simulation has "
             "several workers: make it with workers=1."
         )
-    (mine,) = checked([observer], machine.scene, machine.contents)
+    (mine,) = checked([observer], machine.scene, machine.system)
     with machine.alone.changing():
-        machine.let_in((*machine.contents.observers, mine))
+        machine.let_in((*machine.system.observers, mine))
     try:
         yield mine
     finally:
-        machine.let_in(machine.contents.observers[:-1])
+        machine.let_in(machine.system.observers[:-1])

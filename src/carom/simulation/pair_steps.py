@@ -13,16 +13,16 @@ from carom.scene.first_steps import first_steps
 from carom.simulation.temperature import kT_time
 
 if TYPE_CHECKING:
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import RunState
 
 
-def potential_at_start(machine: Machine) -> float:
+def potential_at_start(machine: RunState) -> float:
     """Return the potential energy at the start of a run [energy]."""
     _, steps = first_steps(machine.scene)
     return _energy(machine, steps)
 
 
-def potential_energy(machine: Machine) -> float:
+def potential_energy(machine: RunState) -> float:
     """Return the potential energy now: the number of pairs on each step times its energy [energy].
 
     Raises
@@ -34,7 +34,7 @@ def potential_energy(machine: Machine) -> float:
     return _energy(machine, steps)
 
 
-def step_sums(machine: Machine) -> StepSums:
+def step_sums(machine: RunState) -> StepSums:
     """Return what happened at the ends of every step since the start, and who is on it now.
 
     Raises
@@ -44,7 +44,7 @@ def step_sums(machine: Machine) -> StepSums:
     """
     _, steps = _present(machine)
     pair = machine.engine.model.pair
-    count, _ = machine.contents.interaction.steps(machine.contents.particles)  # type: ignore[attr-defined]
+    count, _ = machine.system.interaction.steps(machine.system.particles)  # type: ignore[attr-defined]
     heat = kT_time(machine)
     return StepSums(
         time=float(machine.clock.instant),
@@ -61,16 +61,16 @@ def step_sums(machine: Machine) -> StepSums:
     )
 
 
-def _present(machine: Machine) -> tuple[np.ndarray, np.ndarray]:
+def _present(machine: RunState) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs within reach now, and their steps."""
     from carom.engine.pair_steps import read_steps
 
-    if not machine.contents.stepped:
+    if not machine.system.stepped:
         raise InputError("Pairs of this scene have no steps: give it an interaction such as SquareWell().")
     return read_steps(machine.engine.neighbors) if machine.steps is None else machine.steps
 
 
-def _energy(machine: Machine, steps: np.ndarray) -> float:
+def _energy(machine: RunState, steps: np.ndarray) -> float:
     pair = machine.engine.model.pair
     energies = machine.unit.to_scene(pair.energy, -2)
     counts = np.bincount(steps, minlength=len(energies))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from carom.errors import CaromError
-from carom.models import choice
+from carom.models import model_checks
 from carom.models.interface import (
     BOUNCE,
     CORE,
@@ -63,10 +63,10 @@ class PairTrial:
         Largest distance at which two act on each other [length].
     """
 
-    def __init__(self, value: Any, pair: Any, setting: Setting, record: Record, reach: float):
+    def __init__(self, value: Any, pair: Any, setting: Setting, record: Record, contact_range: float):
         self._value, self._pair, self._setting, self._record = value, pair, setting, record
-        self._reach = reach
-        self._stepped = choice.answers(step_time, pair)
+        self._reach = contact_range
+        self._stepped = model_checks.answers(step_time, pair)
         self._span = SPAN * setting.size / setting.speed
         self._keeps_momentum = getattr(value, "keeps_momentum", True)
         conserves = getattr(value, "conserves", None)
@@ -114,8 +114,8 @@ class PairTrial:
     ) -> tuple[float, tuple[np.ndarray, np.ndarray] | None]:
         """Return a distance, and places and velocities (2, d) of two further apart than it, that approach."""
         setting, d = self._setting, self._setting.dimension
-        near = 0.02 if self._stepped else 1.05
-        r = contact * rng.uniform(near, 3.0) * direction(rng, d)
+        nearest_ratio = 0.02 if self._stepped else 1.05
+        r = contact * rng.uniform(nearest_ratio, 3.0) * direction(rng, d)
         aside = contact * rng.uniform(0.0, min(1.1, float(np.linalg.norm(r)) / contact))
         aim = r + aside * direction(rng, d)
         u = -aim / (np.linalg.norm(aim) or 1.0) * setting.speed * 10.0 ** rng.uniform(-1.0, 1.0)
@@ -154,7 +154,7 @@ class PairTrial:
         if self._setting.masses_known:
             a, b = self._setting.particles.masses[[i, j]].tolist()
             return a, b
-        if choice.answers(mass, self._pair) or hasattr(self._pair, "masses"):
+        if model_checks.answers(mass, self._pair) or hasattr(self._pair, "masses"):
             return float(mass(self._pair, i)), float(mass(self._pair, j))
         return 1.0, 1.0
 
@@ -203,8 +203,8 @@ class PairTrial:
         setting = self._setting
         t = self._time(i, j, step, x, v, now)
         other = self._time(j, i, step, x[::-1], v[::-1], now)
-        where = {} if step is None else {"step": step}
-        facts: dict[str, Any] = {"i": i, "j": j, **where, "r": x[1] - x[0], "v": v[1] - v[0], "time": t}
+        on_step = {} if step is None else {"step": step}
+        facts: dict[str, Any] = {"i": i, "j": j, **on_step, "r": x[1] - x[0], "v": v[1] - v[0], "time": t}
         if setting.curved:
             facts = {"i": i, "j": j, "x": x, "v": v, "time": t}
         self._note("I", same(t, other), **facts, exchanged=other)
@@ -244,9 +244,12 @@ class PairTrial:
         self._note("II", agree, **facts, jump=(a, b, virial), exchanged=(mine, yours, its))
         ours, theirs = self._masses(i, j)
         if self._keeps_momentum:
-            lost = ours * a - theirs * b
+            momentum_lost = ours * a - theirs * b
             self._note(
-                "momentum", abs(lost) <= TOLERANCE * (abs(ours * a) + abs(theirs * b)), **facts, lost=lost
+                "momentum",
+                abs(momentum_lost) <= TOLERANCE * (abs(ours * a) + abs(theirs * b)),
+                **facts,
+                momentum_lost=momentum_lost,
             )
             contact = -theirs * b * rr
             self._note("virial", same(virial, contact), **facts, virial=virial, contact=contact)
@@ -261,8 +264,8 @@ class PairTrial:
             if not sound:
                 return None
         self._energy(ours, theirs, v, w, step, reached, virial * rate / math.sqrt(rr), facts)
-        again = self._time(i, j, reached, x, w, now)
-        self._note("V", again > 0.0, **facts, velocity_after=w[1] - w[0], again=again)
+        next_time = self._time(i, j, reached, x, w, now)
+        self._note("V", next_time > 0.0, **facts, velocity_after=w[1] - w[0], next_time=next_time)
         return (x, w, now, reached) if np.isfinite(w).all() else None
 
     def _way(
@@ -293,19 +296,19 @@ class PairTrial:
         if setting.free and u @ u > 0.0:  # and where they are nearest
             times = np.append(times, min(max(-(start @ u) / (u @ u), 0.0), until))
         places = setting.course(x, v, times)
-        apart = places[:, 1] - places[:, 0]
+        distances = places[:, 1] - places[:, 0]
         cores = np.array([core_at(now + s) for s in times])
         slack = TOLERANCE * (core + setting.size)
         if not setting.curved:
-            gaps = np.linalg.norm(apart, axis=1) - cores
+            gaps = np.linalg.norm(distances, axis=1) - cores
             self._note("core", gaps.min() >= -slack, **facts, core=core, least_gap=gaps.min())
             return None
         if not t < NEVER:
             return None
         # A motion may, or may not, look at the images of a periodic box.
         edges = np.where(setting.periodic, setting.box, np.inf)
-        images = apart - np.where(setting.periodic, setting.box, 0.0) * np.rint(apart / edges)
-        for chords in (apart, images):
+        images = distances - np.where(setting.periodic, setting.box, 0.0) * np.rint(distances / edges)
+        for chords in (distances, images):
             gaps = np.linalg.norm(chords, axis=1) - cores
             touches = abs(gaps[-1]) <= slack and gaps.min() >= -slack
             if touches:

@@ -17,7 +17,7 @@ DOUBLINGS = 64
 """How often the distance at which an approach begins is doubled."""
 
 
-def reach_of(interaction: Any, scene: Any) -> float:
+def contact_range_of(interaction: Any, scene: Any) -> float:
     """Return the reach of an interaction in a scene, checked [length].
 
     Raises
@@ -40,7 +40,7 @@ def outermost(interaction: Any, particles: Particles, i: int, j: int) -> int | N
 
 
 def contact_distance(
-    pair: Any, i: int, j: int, reach: float, speed: float = 1.0, step: int | None = None
+    pair: Any, i: int, j: int, contact_range: float, speed: float = 1.0, step: int | None = None
 ) -> float:
     """Return the largest distance [length] at which two act on each other in a head-on approach, or 0.
 
@@ -57,7 +57,7 @@ def contact_distance(
     step : int, optional
         On which the two are from there, where they have steps.
     """
-    return max(_distance(pair, i, j, 4.0 * reach, float(v), step) for v in np.multiply(SPEEDS, speed))
+    return max(_distance(pair, i, j, 4.0 * contact_range, float(v), step) for v in np.multiply(SPEEDS, speed))
 
 
 def _distance(pair: Any, i: int, j: int, far: float, speed: float, step: int | None) -> float:

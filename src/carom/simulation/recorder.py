@@ -12,7 +12,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from carom.io.events import EventLog
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import RunState
 
 BUFFER = 1 << 16
 """Collisions kept in memory before they go to the file."""
@@ -45,7 +45,7 @@ class Recorder:
         What the engine writes into.
     """
 
-    def __init__(self, path: str | PathLike[str], machine: Machine, mark: dict[str, Any] | None = None):
+    def __init__(self, path: str | PathLike[str], machine: RunState, mark: dict[str, Any] | None = None):
         from carom.engine.tallies import make_log
         from carom.io.events import EventLog, verify
 
@@ -56,7 +56,7 @@ class Recorder:
         self._mark = mark
         self._file: EventLog | None = None  # of a log that continues: it is only read until it grows
         if mark is None:
-            self._file = EventLog(path, _header(machine), kinds=machine.contents.stepped)
+            self._file = EventLog(path, _header(machine), kinds=machine.system.stepped)
         else:
             verify(self.path, int(mark["events"]), mark["sums"])
         self.buffer = make_log(BUFFER)
@@ -82,32 +82,34 @@ class Recorder:
             self._file = EventLog(self._place, keep=int(self._mark["events"]), sums=self._mark["sums"])
         return self._file
 
-    def flush(self, machine: Machine) -> None:
+    def flush(self, machine: RunState) -> None:
         """Write what the buffer holds."""
-        from carom.engine.constants import LAMBDA, OBSTACLE, WAKE
+        from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
 
         used = int(self.buffer.used[0])
         if used == 0:
             if machine.clock.instant != self._begun:  # the run goes on, and nothing happens in it
                 self._opened()
             return
-        stepped = machine.contents.stepped
+        stepped = machine.system.stepped
         bits = machine.engine.model.boundary.bits if stepped else _bits(machine)
-        word = self.buffer.word[:used]
-        other, image = word >> bits, word & ((1 << bits) - 1)
+        ref = self.buffer.ref[:used]
+        other, image = ref >> bits, ref & ((1 << bits) - 1)
         kind = image.copy() if stepped else None
         if stepped:
             image[:] = 0
-        alone = word == WAKE  # a unit that was asked on its own: the number after those of all obstacles
+        alone = (
+            ref == TIMER_EVENT
+        )  # a unit that was asked on its own: the number after those of all obstacles
         other[alone], image[alone] = machine.scene.n + len(machine.obstacle_numbers()), 0
-        fixed = (word < LAMBDA) & ~alone
+        fixed = (ref < LAMBDA) & ~alone
         if fixed.any():  # the paper's partners N + k
             public = np.argsort(machine.obstacle_numbers())
             order = np.sort(machine.obstacle_numbers())
-            k = public[np.searchsorted(order, OBSTACLE - word[fixed])]
+            k = public[np.searchsorted(order, OBSTACLE - ref[fixed])]
             other[fixed], image[fixed] = machine.scene.n + k, 0
         if kind is not None:
-            kind[word < LAMBDA] = 0
+            kind[ref < LAMBDA] = 0
         self._opened().append(
             self.buffer.epoch[:used],
             machine.unit.to_scene(self.buffer.time[:used], 1),
@@ -125,7 +127,7 @@ class Recorder:
             self._file.close()
 
 
-def _header(machine: Machine) -> dict[str, Any]:
+def _header(machine: RunState) -> dict[str, Any]:
     """Return the state before the first event, and what its words mean."""
     scene, attributes = machine.scene.to_arrays()
     return {
@@ -133,7 +135,7 @@ def _header(machine: Machine) -> dict[str, Any]:
         "diameters": machine.scene.diameters,
         "masses": machine.scene.masses,
         "scene": np.frombuffer(json.dumps(attributes).encode(), np.uint8),
-        "threshold": np.float64(machine.unit.to_scene(machine.contents.threshold, -1)),
+        "threshold": np.float64(machine.unit.to_scene(machine.system.threshold, -1)),
         "positions": machine.scene.positions,
         "velocities": machine.velocities,
         "box": np.asarray(machine.scene.box),
@@ -142,13 +144,13 @@ def _header(machine: Machine) -> dict[str, Any]:
         "epoch_length": np.float64(machine.unit.to_scene(machine.scheme.epoch, 1)),
         "shape": np.asarray(machine.scheme.shape, np.int64),
         "bits": np.int64(_bits(machine)),
-        "single": np.int64(machine.contents.single),
+        "single": np.int64(machine.system.single),
     }
 
 
-def _bits(machine: Machine) -> int:
+def _bits(machine: RunState) -> int:
     """Return how many bits of a word name the image: none in a wide box."""
-    from carom.engine.images import SectorImage
+    from carom.engine.boundary import SectorImage
 
     boundary = machine.engine.model.boundary
     return boundary.bits if isinstance(boundary, SectorImage) else 0

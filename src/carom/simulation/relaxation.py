@@ -9,7 +9,7 @@ import numpy as np
 from carom.observables.equilibrium import slow_structure
 
 if TYPE_CHECKING:
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import RunState
 
 
 class StructuralRelaxation:
@@ -24,9 +24,9 @@ class StructuralRelaxation:
         The run, at the beginning of the stretch.
     """
 
-    def __init__(self, machine: Machine):
+    def __init__(self, machine: RunState):
         self._machine = machine
-        followed = machine.engine.state.images is not None and machine.contents.rates is None
+        followed = machine.engine.state.images is not None and machine.system.rates is None
         self._start = machine.frame().unwrapped if followed else None
 
     def doubts(self) -> list[str]:

@@ -22,17 +22,16 @@ from typing import Any
 
 import numpy as np
 
-from carom.engine.live import is_live
+from carom.engine.dynamic_obstacles import is_live
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import read_events, read_initial
-from carom.models import choice
+from carom.models import model_checks
 from carom.models.interface import (
     Particles,
     age,
     anchor,
     at_time,
-    begin,
     carry,
     core_square,
     exchanged_part,
@@ -43,6 +42,7 @@ from carom.models.interface import (
     push,
     recoil,
     repeated,
+    start_steps,
     step_jump,
     thrown,
     thrust,
@@ -54,7 +54,7 @@ from carom.models.units import Units
 from carom.scene.first_steps import first_steps
 from carom.scene.scene import Scene
 from carom.simulation import deciding
-from carom.simulation.preparation import prepare
+from carom.simulation.system_of_scene import prepare
 
 CHUNK = 1 << 16
 """Events read at a time."""
@@ -100,23 +100,23 @@ class Replay:
             self._x = np.array(initial["positions"], dtype=np.float64)
             self._box = np.array(initial["box"], dtype=np.float64)
             self._shape = np.array(initial["shape"], dtype=np.int64)
-            contents = prepare(scene, velocities)
-            self._unit = contents.unit
+            system = prepare(scene, velocities)
+            self._unit = system.unit
             self._v = self._unit.to_kernel(velocities, -1)
             self._length = self._unit.to_kernel(float(initial["epoch_length"]), 1)
             self._bits = int(initial["bits"])
-            impact = contents.impact
+            impact = system.impact
             if isinstance(impact, Restitution):
                 impact = impact.below(float(initial["threshold"]))
-            particles = contents.particles
-            self._steps = None if not contents.stepped else _Steps(scene, particles)
-            self._pair = contents.interaction.model(particles)
-            self._motion = contents.motion.model(particles)
-            self._curved = contents.curved
+            particles = system.particles
+            self._steps = None if not system.stepped else _Steps(scene, particles)
+            self._pair = system.interaction.model(particles)
+            self._motion = system.motion.model(particles)
+            self._curved = system.curved
             self._impact = impact.model(particles)
             self._scene = scene
             values = (scene.interaction, scene.motion, scene.impact)
-            self._own = [type(value).__name__ for value in values if choice.is_own(value)]
+            self._own = [type(value).__name__ for value in values if model_checks.is_own(value)]
         except KeyError as missing:
             raise FileError(
                 f"{path} has no {missing} in its initial state; expected a log that a Simulation wrote."
@@ -125,7 +125,7 @@ class Replay:
             raise FileError(f"{path} cannot be replayed: {problem}") from None
         self._decide = isinstance(self._pair, Units)
         if self._decide and self._steps is not None:
-            begin(self._pair, *first_steps(scene))
+            start_steps(self._pair, *first_steps(scene))
         # Along axes with walls nothing is wrapped.
         self._inverse = np.where(self._scene.periodic, 1.0 / self._box, 0.0)
         self._fixed = (*walls(self._scene.box, self._scene.periodic), *self._scene.obstacles)
@@ -177,8 +177,8 @@ class Replay:
 
     @property
     def _instant(self) -> Fraction:
-        passed = self._epoch * Fraction(self._length) + Fraction(self._offset)
-        return self._unit.to_scene(passed, 1)
+        elapsed = self._epoch * Fraction(self._length) + Fraction(self._offset)
+        return self._unit.to_scene(elapsed, 1)
 
     @property
     def collisions(self) -> int:
@@ -280,14 +280,14 @@ class Replay:
             self._epoch += 1
             self._offset = 0.0
 
-    def _moved(self, who: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
+    def _moved(self, components: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return places, not wrapped, and velocities at a time of this epoch."""
-        x, v, t = self._x[who], self._v[who], time - self._t[who]
+        x, v, t = self._x[components], self._v[components], time - self._t[components]
         places, speeds = np.empty_like(x), np.empty_like(v)
         if self._curved:
             for k in range(len(x)):
                 x[k], v[k], t[k] = carry(self._motion, x[k], v[k], t[k], places[k], speeds[k])
-        if choice.is_own(self._scene.motion):  # one by one: math.exp takes no arrays
+        if model_checks.is_own(self._scene.motion):  # one by one: math.exp takes no arrays
             for k, axis in np.ndindex(x.shape):
                 places[k, axis] = position(self._motion, axis, x[k, axis], v[k, axis], t[k])
                 speeds[k, axis] = velocity(self._motion, axis, v[k, axis], t[k])
@@ -297,13 +297,13 @@ class Replay:
             speeds[:, axis] = velocity(self._motion, axis, v[:, axis], t)
         return places, speeds
 
-    def _advance(self, who: np.ndarray, time: float) -> None:
-        x, self._v[who] = self._moved(who, time)
+    def _advance(self, components: np.ndarray, time: float) -> None:
+        x, self._v[components] = self._moved(components, time)
         crossings = np.floor(x * self._inverse)
         # Where nothing is crossed this takes away zero, which changes no bit.
-        self._x[who] = x - crossings * self._box
-        self._images[who] += crossings.astype(np.int32)
-        self._t[who] = time
+        self._x[components] = x - crossings * self._box
+        self._images[components] += crossings.astype(np.int32)
+        self._t[components] = time
 
     def _collide(self, time: float, i: int, j: int, code: int, impulse: float, kind: int) -> None:
         self._advance(np.array([i, j]), time)
@@ -336,7 +336,7 @@ class Replay:
     def _consult(self, time: float, i: int) -> None:
         """Ask a unit alone."""
 
-        def seen(i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
+        def state_of(i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
             x, v = self._moved(np.array([j]), time)
             dx = x[0] - self._x[i]
             return dx - self._box * np.rint(dx * self._inverse), v[0]
@@ -344,7 +344,7 @@ class Replay:
         assert self._steps is not None
         self._advance(np.array([i]), time)
         begun = float(self._epoch) * self._length
-        deciding.consult(self._pair, i, self._x, self._v, seen, time, begun, self._steps)
+        deciding.consult(self._pair, i, self._x, self._v, state_of, time, begun, self._steps)
 
     def _bounce(self, time: float, i: int, k: int, impulse: float) -> None:
         self._advance(np.array([i]), time)
@@ -354,8 +354,8 @@ class Replay:
         if repeated(model):  # the image that is touched is the nearest one
             center = np.array([anchor(model, axis) for axis in range(len(x))])
             x = x - np.rint((x - center) * self._inverse) * self._box
-        place = tuple(x.tolist())
-        normal = [outward(model, place, axis) for axis in range(len(x))]
+        coordinates = tuple(x.tolist())
+        normal = [outward(model, coordinates, axis) for axis in range(len(x))]
         weight, before = mass(self._pair, i), self._v[i].tolist()
         along = 0.0
         if self._live:
@@ -370,19 +370,19 @@ class Replay:
             push(self._motion, along, self._v[i], normal)
         self._compare(weight * along, impulse, f"{i} and {self._fixed[k].name}")
 
-    def _compare(self, found: float, logged: float, who: str, what: str = "impulse") -> None:
+    def _compare(self, found: float, logged: float, components: str, what: str = "impulse") -> None:
         """Raise FileError where the impulse, or the kind, of a collision is not the logged one."""
         if found != logged:
             if abs(found - logged) <= ROUNDING * abs(logged) and self._own:
                 raise FileError(
-                    f"{self._path}: the {what} of collision {self._read_so_far} between {who} is logged as "
-                    f"{logged!r}, and the states before it give {float(found)!r}, which differs by rounding "
-                    f"alone; {' or '.join(self._own)} is computed otherwise by Python than by compiled code: "
+                    f"{self._path}: the {what} of collision {self._read_so_far} between {components} is "
+                    f"logged as {logged!r}, and the states before it give {float(found)!r}, which differs by "
+                    f"rounding alone. {' or '.join(self._own)} is computed otherwise by Python than by compiled code: "
                     "call math.exp, math.expm1, ... and not np.exp, np.expm1, ... in it (docs/models.md)."
                 )
             raise FileError(
-                f"{self._path}: the {what} of collision {self._read_so_far} between {who} is logged as "
-                f"{logged!r}, and the states before it give {found!r}; the log is damaged, or of another "
+                f"{self._path}: the {what} of collision {self._read_so_far} between {components} is logged "
+                f"as {logged!r}, and the states before it give {found!r}; the log is damaged, or of another "
                 "version of Carom."
             )
 
@@ -426,7 +426,7 @@ class _Steps:
         """Return who is on a step with component i, and on which."""
         return [(j if k == i else k, step) for (k, j), step in self._near.items() if i in (k, j)]
 
-    def leave(self, i: int) -> None:
+    def forget_partner(self, i: int) -> None:
         """Forget the pairs of component i."""
         self._near = {pair: step for pair, step in self._near.items() if i not in pair}
 

@@ -15,47 +15,47 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.notebook import watchable
 from carom.scene.temperature import degrees_of_freedom
-from carom.simulation import energy, loop, mechanics, pair_steps, temperature, units
-from carom.simulation.alone import looks
-from carom.simulation.machine import Machine
+from carom.simulation import agents, energy, mechanics, pair_steps, run_loop, temperature
 from carom.simulation.mechanics import Impacts, Statistics
-from carom.simulation.preparation import pace_of
+from carom.simulation.run_guard import exclusive
+from carom.simulation.run_state import RunState
+from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.trials import copied
 
 if TYPE_CHECKING:
     from carom.observables.steps import StepSums
-    from carom.simulation.units import UnitsNow
+    from carom.simulation.agents import UnitsNow
 
 
 class Running:
     """What every run has, however it was made. :class:`carom.Simulation` makes, measures and saves runs."""
 
-    def _face(self, machine: Machine, notes: dict[str, Any]) -> None:
+    def _attach(self, machine: RunState, notes: dict[str, Any]) -> None:
         # What moves is all in the machine; it is no part of the public interface.
         self.machine = machine
         self.scene = machine.scene
         self.notes = notes  # what the caller kept with the checkpoint this was loaded from
 
     @property
-    @looks
+    @exclusive
     def time(self) -> float:
         """Time since the start [time], rounded to a double."""
         return float(self.machine.clock.instant)
 
     @property
-    @looks
+    @exclusive
     def epoch_length(self) -> float:
         """Length of an epoch [time]: a power of two."""
         return self.machine.unit.to_scene(self.machine.scheme.epoch, 1)
 
     @property
-    @looks
+    @exclusive
     def collisions(self) -> int:
         """Pair collisions since the start."""
         return self.machine.collisions
 
     @property
-    @looks
+    @exclusive
     def tally(self) -> Block:
         """Duration, collisions and virial since the start; also the time integral of kT, where it changes."""
         record = self.machine.engine.tallies[0]
@@ -63,13 +63,13 @@ class Running:
         return Block(self.time, int(record.collisions), virial, kT_time=temperature.kT_time(self.machine))
 
     @property
-    @looks
+    @exclusive
     def seconds(self) -> float:
         """Wall time spent in the engine [s]."""
         return self.machine.seconds
 
     @property
-    @looks
+    @exclusive
     def kT(self) -> float:
         """Temperature: twice the kinetic energy over the :attr:`degrees_of_freedom` [energy].
 
@@ -78,7 +78,7 @@ class Running:
         return temperature.temperature(self.machine)
 
     @property
-    @looks
+    @exclusive
     def potential_energy(self) -> float:
         """Potential energy now, of all pairs on steps and of all components in a field [energy].
 
@@ -92,7 +92,7 @@ class Running:
         return energy.potential_energy(self.machine)
 
     @property
-    @looks
+    @exclusive
     def steps(self) -> StepSums:
         """Events at the ends of every step since the start, by kind, and the pairs that are on it now.
 
@@ -104,8 +104,8 @@ class Running:
         return pair_steps.step_sums(self.machine)
 
     @property
-    @looks
-    def units(self) -> UnitsNow:
+    @exclusive
+    def agents(self) -> UnitsNow:
         """Present kinds, counters, memory and timers of units that decide by rules (``docs/range-rules``).
 
         Raises
@@ -113,7 +113,7 @@ class Running:
         InputError
             If the scene has no such units.
         """
-        return units.present(self.machine)
+        return agents.present(self.machine)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -126,13 +126,13 @@ class Running:
         return degrees_of_freedom(self.scene)
 
     @property
-    @looks
+    @exclusive
     def diameters(self) -> np.ndarray:
         """Diameter of each component at the present time, (n,) [length]."""
         return self.machine.diameters
 
     @property
-    @looks
+    @exclusive
     def packing_fraction(self) -> float:
         """Fraction of the box that the components fill at the present time."""
         dimension, motion = self.scene.dimension, self.scene.motion
@@ -142,7 +142,7 @@ class Running:
         return volume / self.scene.volume
 
     @property
-    @looks
+    @exclusive
     def pinned_impulse(self) -> np.ndarray:
         """Momentum that each pinned component received so far, (n,) [mass length / time].
 
@@ -156,7 +156,7 @@ class Running:
         return mechanics.pinned_impulse(self.machine)
 
     @property
-    @looks
+    @exclusive
     def collisions_by_species(self) -> np.ndarray:
         """Pair collisions of every pair of species since the start, (K, K), symmetric.
 
@@ -168,7 +168,7 @@ class Running:
         return mechanics.collisions_by_species(self.machine)
 
     @property
-    @looks
+    @exclusive
     def virial_by_species(self) -> np.ndarray:
         """Sum of ``r_ij . dp_ij`` of every pair of species since the start [mass length^2 / time].
 
@@ -182,7 +182,7 @@ class Running:
         return mechanics.virial_by_species(self.machine)
 
     @property
-    @looks
+    @exclusive
     def obstacles(self) -> tuple[Impacts, ...]:
         """Hits and momentum of each wall and obstacle since the start, in the order of their numbers.
 
@@ -192,20 +192,20 @@ class Running:
         return mechanics.impacts(self.machine)
 
     @property
-    @looks
+    @exclusive
     def observers(self) -> tuple[Any, ...]:
         """Observers of your own, with copies of what they have added up since the start."""
-        return tuple(map(copied, self.machine.contents.observers))
+        return tuple(map(copied, self.machine.system.observers))
 
     @property
-    @looks
+    @exclusive
     def spared_contacts(self) -> int:
         """Contacts of two components that lost nothing: too slow, or too soon after the last contact."""
         spared = getattr(self.machine.engine.model.impact, "spared", None)
         return 0 if spared is None else int(spared[0])
 
     @property
-    @looks
+    @exclusive
     def statistics(self) -> Statistics:
         """Counters and numerical errors of the run so far."""
         return mechanics.statistics(self.machine)
@@ -272,11 +272,11 @@ class Running:
             added = checks.collisions_of(collisions_per_particle, self.scene.n)
             collisions = added if collisions is None else min(collisions, added)
         end = None if time is None else self.machine.clock.instant + Fraction(float(time))
-        return loop.advance(
+        return run_loop.advance(
             self.machine, None if collisions is None else int(collisions), end, walltime, progress
         )
 
-    @looks
+    @exclusive
     def frame(self) -> Frame:
         """Return all components at the present time; does not affect the trajectory."""
         return self.machine.frame()
@@ -289,7 +289,7 @@ class Running:
         InputError
             If diameters grow and a block does not hold their averages, as :attr:`tally`.
         """
-        if self.machine.contents.rates is not None and any(block.sizes is None for block in blocks):
+        if self.machine.system.rates is not None and any(block.sizes is None for block in blocks):
             raise InputError("Sums since the start do not know how diameters grew; use blocks of run().")
         return observable.of_scene(blocks, self.scene, kT=self.kT)
 
@@ -304,7 +304,7 @@ class Running:
         start, step = self.machine.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
         before, energy_before = mechanics.momenta_at_walls(self.machine), energy.now(self.machine)
         for k in range(1, checks.integer(count, "count", low=0) + 1):
-            block = loop.advance(self.machine, None, start + k * step)
+            block = run_loop.advance(self.machine, None, start + k * step)
             after = mechanics.momenta_at_walls(self.machine)
             momenta, surfaces = (
                 tuple(b - a for a, b in zip(*pair, strict=True)) for pair in zip(before, after, strict=True)
@@ -336,6 +336,6 @@ class Running:
     def _rests(self) -> bool:
         """Tell whether nothing moves, and no field, obstacle, growth or rule will change that."""
         machine = self.machine
-        starts = machine.contents.rates is not None or machine.engine.model.rules is not None
-        starts = starts or pace_of(self.scene) > 0.0
+        starts = machine.system.rates is not None or machine.engine.model.rules is not None
+        starts = starts or driven_speed_of(self.scene) > 0.0
         return machine.start.energy == 0.0 and self.collisions == 0 and not starts

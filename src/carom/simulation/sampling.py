@@ -11,7 +11,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.notebook import bar
-from carom.simulation.loop import advance
+from carom.simulation.run_loop import advance
 
 if TYPE_CHECKING:
     from carom.simulation.running import Running

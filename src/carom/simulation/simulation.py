@@ -13,13 +13,13 @@ from carom.scene.scene import Scene
 from carom.scene.temperature import at_temperature
 from carom.scene.velocities import velocities_of
 from carom.simulation import checkpoint, equilibration, flying, helfand, measuring, own_observers, sampling
-from carom.simulation.alone import looks
-from carom.simulation.machine import Machine, wish_of
 from carom.simulation.mechanics import Impacts, Statistics
-from carom.simulation.preparation import growth_rates, prepare
 from carom.simulation.recorder import Recorder
+from carom.simulation.run_guard import exclusive
+from carom.simulation.run_state import RunState, requested_of
 from carom.simulation.running import Running
-from carom.simulation.workers.enlisting import team_of
+from carom.simulation.system_of_scene import growth_rates, prepare
+from carom.simulation.workers.choose_workers import executive_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -102,29 +102,29 @@ class Simulation(Running):
     ):
         if not isinstance(scene, Scene):
             raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
-        wish = wish_of(neighbors, shell)
+        requested = requested_of(neighbors, shell)
         if scene.velocities is None:
             velocities = velocities_of(scene, 1.0 if kT is None else kT, seed)
         elif kT is None:
             velocities = scene.velocities
         else:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
-        contents = prepare(scene, velocities, growth=growth, precision=precision, images=images)
-        if contents.rates is not None and event_log is not None:
+        system = prepare(scene, velocities, growth=growth, precision=precision, images=images)
+        if system.rates is not None and event_log is not None:
             raise InputError(
                 "An event log holds one diameter a component, but growth is given: leave out one."
             )
         if currents:
-            helfand.check(contents)
-            contents = dataclasses.replace(contents, currents=True)
+            helfand.check(system)
+            system = dataclasses.replace(system, currents=True)
         if flights:
-            flying.check(contents)
-            contents = dataclasses.replace(contents, flights=True)
+            flying.check(system)
+            system = dataclasses.replace(system, flights=True)
         if observers:
-            own = own_observers.checked(observers, scene, contents)
-            contents = dataclasses.replace(contents, observers=own)
-        self._face(Machine(scene, velocities, contents, wish), {})
-        self.machine.team = team_of(self.machine, workers)
+            own = own_observers.checked(observers, scene, system)
+            system = dataclasses.replace(system, observers=own)
+        self._attach(RunState(scene, velocities, system, requested), {})
+        self.machine.executive = executive_of(self.machine, workers)
         self.machine.schedule()
         if event_log is not None:
             self.machine.log = Recorder(event_log, self.machine)
@@ -158,7 +158,7 @@ class Simulation(Running):
                 "After rescale() no state could be rebuilt from the event log: close() the log first."
             )
         rates = growth_rates(growth, self.scene)
-        if growth is not None and (rates is None or self.machine.contents.rates is None):
+        if growth is not None and (rates is None or self.machine.system.rates is None):
             raise InputError(
                 "rescale() changes one growth into another: give Simulation() a positive growth, too."
             )
@@ -171,7 +171,7 @@ class Simulation(Running):
     helfand = helfand.helfand
     free_flights = flying.free_flights
 
-    @looks
+    @exclusive
     def save(self, path: str | PathLike[str], **extra: Any) -> None:
         """Write a checkpoint: the continued run equals the uninterrupted one, bit for bit.
 
@@ -228,16 +228,16 @@ class Simulation(Running):
         """
         sim = cls.__new__(cls)
         own = {"interaction": interaction, "motion": motion, "impact": impact}
-        sim._face(*checkpoint.load(path, event_log, obstacles, observers, **own))
-        sim.machine.team = team_of(sim.machine, workers)
+        sim._attach(*checkpoint.load(path, event_log, obstacles, observers, **own))
+        sim.machine.executive = executive_of(sim.machine, workers)
         return sim
 
     def close(self) -> None:
         """Flush and close the event log, if there is one, and end the threads of several workers."""
         with self.machine.alone.changing():
             self.machine.close_log()
-            if self.machine.team is not None:
-                self.machine.team.close()
+            if self.machine.executive is not None:
+                self.machine.executive.close()
 
     def __reduce__(self) -> Any:
         """Refuse to be pickled or copied."""

@@ -17,22 +17,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
+from carom.engine.build import arrays
 from carom.engine.calendar import ENTRIES
-from carom.engine.constants import OBSTACLE, WAKE
-from carom.engine.neighbors.bounds import EqualBounds
-from carom.engine.neighbors.contacts import CHANGED, ROOM
-from carom.engine.neighbors.everybody import Everybody
+from carom.engine.constants import OBSTACLE, TIMER_EVENT
+from carom.engine.neighbors.all_pairs_straight import Everybody
+from carom.engine.neighbors.contact_cache import CAPACITY, STALE
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
+from carom.engine.neighbors.skins import EqualBounds
 from carom.engine.observers.interface import kept_arrays, limits, listed
 from carom.engine.observers.own import Own
-from carom.engine.parts import arrays
 from carom.models.units import COMPLAINTS, Units
 from carom.simulation.clock import LAST_EPOCH
 
 if TYPE_CHECKING:
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import RunState
 
 FAR = 2.0**20
 """Boxes from the origin, at most, and factor on speeds by which they may differ from those of now."""
@@ -44,8 +44,8 @@ PARTED = 2.0**-20
 """Largest part by which radii that have grown may differ from what rates and the clock say."""
 
 FIXED = re.compile(
-    r"state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|spare|names)"
-    r"|neighbors\.bounds\.(bounds|margins|rates|starts|levels|largest)|neighbors\.steps\.(kinds|outside)"
+    r"state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|extra_slack|names)"
+    r"|neighbors\.bounds\.(bounds|skins|rates|starts|size_classes|largest)|neighbors\.steps\.(kinds|outside)"
 )
 """Arrays that follow from the scene and from the scheme."""
 
@@ -63,12 +63,12 @@ COUNTS = re.compile(
 """Arrays of integers of which none is negative."""
 
 SCRATCH = re.compile(
-    r"state\.block|neighbors\.(flights|own|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.obstacles\.(x|image|v)"
+    r"state\.candidate_block|neighbors\.(packed_flights|packed_self|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.obstacles\.(x|image|v)"
 )
 """Arrays of reals that are written before they are read, and memory of the rules of units."""
 
 UNENDING = re.compile(
-    r"state\.(rows\.due|leave)|neighbors\.contacts\.lost|.*\.last|model\.pair\.(timers|inner|outer|enter|leave|energy)"
+    r"state\.(rows\.event_time|crossing_time)|neighbors\.contacts\.first_dropped|.*\.last|model\.pair\.(timers|inner|outer|enter|leave|energy)"
 )
 """Arrays of reals that may be infinite."""
 
@@ -155,12 +155,12 @@ def check_settings(settings: Mapping[str, Any], saved: Mapping[str, np.ndarray],
         raise ValueError(f"its scheme has {math.prod(shape)} cells, for which there are no arrays")
     for name in ("cell_capacity", "capacity"):
         whole(settings, name, 0, largest)
-    whole(settings, "heap", 0, len(saved["calendar.due"]))
+    whole(settings, "heap", 0, len(saved["calendar.event_time"]))
     whole(settings, "step", 0, 2**40)
     for name in ("epoch", "width"):
         if math.frexp(real(settings, name, 5e-324))[0] != 0.5:
             raise ValueError(f"its {name} is no power of two")
-    for name in ("reach", "span", "horizon"):
+    for name in ("list_range", "span", "horizon"):
         if math.isnan(settings[name]) or settings[name] < 0.0:
             raise ValueError(f"its {name} is {settings[name]}; expected a number from 0")
 
@@ -187,7 +187,7 @@ def check_start(saved: Mapping[str, np.ndarray]) -> None:
             raise ValueError(f"its {name} holds {array.min()}; expected {least:g} or more")
 
 
-def check_fixed(machine: Machine, saved: Mapping[str, np.ndarray]) -> None:
+def check_fixed(machine: RunState, saved: Mapping[str, np.ndarray]) -> None:
     """Refuse arrays that follow from the scene, and do not; to be called with a freshly built engine.
 
     Raises
@@ -209,7 +209,7 @@ def check_fixed(machine: Machine, saved: Mapping[str, np.ndarray]) -> None:
             raise ValueError(f"its {name} is not what follows from the scene")
 
 
-def check(machine: Machine) -> None:
+def check(machine: RunState) -> None:
     """Refuse an engine that has numbers with which it cannot go on.
 
     Raises
@@ -221,7 +221,7 @@ def check(machine: Machine) -> None:
         raise ValueError(f"its {problem}")
 
 
-def _problems(machine: Machine) -> Iterator[str]:
+def _problems(machine: RunState) -> Iterator[str]:
     """Yield what is wrong, as the end of a sentence."""
     for name, array in arrays(machine.engine).items():
         if name.startswith("observers."):
@@ -251,7 +251,7 @@ def _outside(name: str, values: np.ndarray, low: float, high: float) -> Iterator
         yield f"{name} holds {values.min()} to {values.max()}; expected {low} to {high}"
 
 
-def _of_clock(machine: Machine) -> Iterator[str]:
+def _of_clock(machine: RunState) -> Iterator[str]:
     clock, record = machine.clock, machine.engine.state.clock[0]
     length = float(record.length)
     if not 0 <= clock.epoch < LAST_EPOCH or not 0 <= clock.epoch - int(record.epoch) <= 1:
@@ -264,7 +264,7 @@ def _of_clock(machine: Machine) -> Iterator[str]:
         yield f"collisions are {machine.collisions}, and {machine.counted} before them"
 
 
-def _of_state(machine: Machine) -> Iterator[str]:
+def _of_state(machine: RunState) -> Iterator[str]:
     scene, engine = machine.scene, machine.engine
     rows, n, length = engine.state.rows, scene.n, float(engine.state.clock[0].length)
     far = FAR * max(scene.box)
@@ -272,10 +272,10 @@ def _of_state(machine: Machine) -> Iterator[str]:
     now, blur = float(engine.state.clock[0].now), PARTED * length
     yield from _outside("state.rows.x", rows["x"], -far, far)
     yield from _outside("state.rows.t", rows["t"], 0.0, now + blur)
-    yield from _outside("state.rows.due", rows["due"][:n], now - blur, math.inf)
-    yield from _outside("state.leave", engine.state.leave, now - blur, math.inf)
-    if rows["due"][n] != -math.inf:
-        yield "state.rows.due lets the ghost meet somebody"
+    yield from _outside("state.rows.event_time", rows["event_time"][:n], now - blur, math.inf)
+    yield from _outside("state.crossing_time", engine.state.crossing_time, now - blur, math.inf)
+    if rows["event_time"][n] != -math.inf:
+        yield "state.rows.event_time lets the ghost meet somebody"
     with np.errstate(over="ignore"):
         squares = np.sum(np.square(rows["v"].astype(np.float64)))
     if not math.isfinite(squares):
@@ -283,23 +283,23 @@ def _of_state(machine: Machine) -> Iterator[str]:
     yield from _of_words(machine, "state.partner", engine.state.partner.astype(np.int64), n - 1, own=True)
 
 
-def _of_words(machine: Machine, name: str, words: np.ndarray, last: int, own: bool = False) -> Iterator[str]:
+def _of_words(machine: RunState, name: str, refs: np.ndarray, last: int, own: bool = False) -> Iterator[str]:
     """Yield what is wrong with words that name components up to ``last``."""
     model, dimension = machine.engine.model, machine.scene.dimension
     bits = getattr(model.boundary, "bits", 0)
-    named = words[words >= 0] if own else words
+    named = refs[refs >= 0] if own else refs
     yield from _outside(name, named >> bits, 0, last)
     if hasattr(model.boundary, "digits"):
         yield from _outside(name, named & ((1 << bits) - 1), 0, 3**dimension - 1)
     if own:
-        fixed = words[(words <= OBSTACLE) & (words != WAKE)]
+        fixed = refs[(refs <= OBSTACLE) & (refs != TIMER_EVENT)]
         count = 0 if model.obstacles is None else len(model.obstacles.hits)
         yield from _outside(name, OBSTACLE - fixed, 0, count - 1)
-        if model.rules is None and (words == WAKE).any():
+        if model.rules is None and (refs == TIMER_EVENT).any():
             yield f"{name} wakes units, of which there are none"
 
 
-def _of_calendar(machine: Machine) -> Iterator[str]:
+def _of_calendar(machine: RunState) -> Iterator[str]:
     calendar, n = machine.engine.calendar, machine.scene.n
     control, length = calendar.control[0], float(machine.engine.state.clock[0].length)
     count = len(calendar.buckets) - 1
@@ -312,7 +312,7 @@ def _of_calendar(machine: Machine) -> Iterator[str]:
         yield f"calendar is open from {start} to {end}"
     for name, value, low, high in (
         ("cursor", control.cursor, -1, count - 1),
-        ("waiting", control.waiting, 0, len(calendar.due)),
+        ("waiting", control.waiting, 0, len(calendar.event_time)),
         ("lines", control.lines, 0, len(calendar.lines)),
         ("full", control.full, 0, 1),
     ):
@@ -329,10 +329,10 @@ def _of_calendar(machine: Machine) -> Iterator[str]:
     if (links >= np.maximum(np.arange(lines), 1)).any():
         yield "calendar.lines is linked in a circle"
     waiting = int(control.waiting)
-    yield from _outside("calendar.who", calendar.who, 0, n - 1)
-    due = calendar.due[:waiting]
-    if (due[(np.arange(1, waiting) - 1) // 2] > due[1:]).any():
-        yield "calendar.due is in no order"
+    yield from _outside("calendar.component", calendar.component, 0, n - 1)
+    event_time = calendar.event_time[:waiting]
+    if (event_time[(np.arange(1, waiting) - 1) // 2] > event_time[1:]).any():
+        yield "calendar.event_time is in no order"
 
 
 def _listed_once(name: str, found: np.ndarray, places: np.ndarray, right: np.ndarray) -> Iterator[str]:
@@ -343,22 +343,22 @@ def _listed_once(name: str, found: np.ndarray, places: np.ndarray, right: np.nda
         yield f"{name} holds a component where it is not"
 
 
-def _of_lists(machine: Machine, lists: Lists) -> Iterator[str]:
+def _of_lists(machine: RunState, lists: Lists) -> Iterator[str]:
     n, dimension = machine.scene.n, machine.scene.dimension
     room = lists.cells.shape[1]
     yield from _outside("neighbors.members", lists.members, 0, room)
     yield from _outside("neighbors.cells", lists.cells, 0, n)
     yield from _outside("neighbors.found", lists.found, 0, n)
     yield from _outside("neighbors.hits", lists.hits, 0, len(lists.hits))
-    yield from _outside("neighbors.grid.near", lists.grid.near, 0, len(lists.members))
+    yield from _outside("neighbors.grid.neighbor_cells", lists.grid.neighbor_cells, 0, len(lists.members))
     bits = 0 if lists.steps is None else lists.steps.bits
-    for name in ("words", "newcomers"):
+    for name in ("refs", "newcomers"):
         yield from _outside(f"neighbors.{name}", getattr(lists, name) >> np.uint32(bits), 0, n)
     if isinstance(lists.bounds, EqualBounds):
-        begins = np.arange(n + 1) * int(lists.bounds.room)
+        begins = np.arange(n + 1) * int(lists.bounds.capacity)
         levels = np.zeros(n, np.int64)
     else:
-        begins, levels = lists.bounds.starts, lists.bounds.levels[:n].astype(np.int64)
+        begins, levels = lists.bounds.starts, lists.bounds.size_classes[:n].astype(np.int64)
     counts = lists.counts.astype(np.int64)
     if (counts < 0).any() or (counts > np.diff(begins)).any():
         yield "neighbors.counts is more than lists have room for"
@@ -378,53 +378,53 @@ def _of_lists(machine: Machine, lists: Lists) -> Iterator[str]:
     # Whoever lists another is listed by that one, on the same step: each finds the entry of the other.
     mine = np.repeat(np.arange(n), counts)
     places = np.arange(len(mine)) + np.repeat(begins[:-1] - (np.cumsum(counts) - counts), counts)
-    words = lists.words[places].astype(np.int64)
-    other, step = words >> bits, words & ((1 << bits) - 1)
+    refs = lists.refs[places].astype(np.int64)
+    other, step = refs >> bits, refs & ((1 << bits) - 1)
     if (other == mine).any() or (other >= n).any():
-        yield "neighbors.words lists nobody, or a component with itself"
+        yield "neighbors.refs lists nobody, or a component with itself"
         return
     sides = [np.sort(((a * n + b) << bits) + step) for a, b in ((mine, other), (other, mine))]
     if not np.array_equal(sides[0], sides[1]) or (sides[0][1:] >> bits == sides[0][:-1] >> bits).any():
-        yield "neighbors.words does not list both of each pair once"
+        yield "neighbors.refs does not list both of each pair once"
 
 
-def _of_sectors(machine: Machine, sectors: Sectors) -> Iterator[str]:
+def _of_sectors(machine: RunState, sectors: Sectors) -> Iterator[str]:
     n, dimension = machine.scene.n, machine.scene.dimension
     for axis, size in enumerate(sectors.shape):
-        yield from _outside("neighbors.place", sectors.place[:, axis], 0, size - 1)
-    yield from _outside("neighbors.turn", sectors.turn, -FAR, FAR)
-    yield from _outside("neighbors.face", sectors.face, 0, 2 * dimension - 1)
-    yield from _outside("neighbors.near", sectors.near, 0, len(sectors.members))
+        yield from _outside("neighbors.cell", sectors.cell[:, axis], 0, size - 1)
+    yield from _outside("neighbors.wraps", sectors.wraps, -FAR, FAR)
+    yield from _outside("neighbors.exit_face", sectors.exit_face, 0, 2 * dimension - 1)
+    yield from _outside("neighbors.neighbor_cells", sectors.neighbor_cells, 0, len(sectors.members))
     room = sectors.members.shape[1] - 1
     counts = sectors.members[:, -1]
     yield from _outside("neighbors.members", counts, 0, room)
     yield from _outside("neighbors.members", sectors.members[:, :-1], 0, n)
-    yield from _of_words(machine, "neighbors.words", sectors.words.astype(np.int64), n)
+    yield from _of_words(machine, "neighbors.refs", sectors.refs.astype(np.int64), n)
     held = np.arange(room) < counts[:, np.newaxis]
     where = np.broadcast_to(np.arange(len(counts))[:, np.newaxis], held.shape)[held]
     cell = np.zeros(n, np.int64)
     for axis, size in enumerate(sectors.shape):
-        cell = cell * size + sectors.place[:n, axis]
+        cell = cell * size + sectors.cell[:n, axis]
     yield from _listed_once("neighbors.members", sectors.members[:, :-1][held].astype(np.int64), where, cell)
 
 
-def _of_everybody(machine: Machine, everybody: Everybody) -> Iterator[str]:
+def _of_everybody(machine: RunState, everybody: Everybody) -> Iterator[str]:
     n, contacts = machine.scene.n, everybody.contacts
     yield from _outside("neighbors.contacts.found", contacts.found["other"], 0, n - 1)
-    yield from _outside("neighbors.contacts.counts", contacts.counts, CHANGED, ROOM)
-    yield from _outside("neighbors.lined", everybody.lined, -1, LAST_EPOCH)
+    yield from _outside("neighbors.contacts.counts", contacts.counts, STALE, CAPACITY)
+    yield from _outside("neighbors.lined_up_epoch", everybody.lined_up_epoch, -1, LAST_EPOCH)
     fastest = float(np.abs(machine.engine.state.rows["v"][:n].astype(np.float64)).max())
     most = FAR * max(fastest * everybody.span * inverse for inverse in everybody.inverse)
     yield from _outside("neighbors.fastest", everybody.fastest, 0.0, most)
     yield from _outside("neighbors.swiftest", everybody.swiftest, 0.0, most)
 
 
-def _of_model(machine: Machine) -> Iterator[str]:
+def _of_model(machine: RunState) -> Iterator[str]:
     model, n = machine.engine.model, machine.scene.n
     record = machine.engine.state.clock[0]
-    if machine.contents.rates is not None and machine.contents.radii is not None:
+    if machine.system.rates is not None and machine.system.radii is not None:
         passed = float(record.epoch) * float(record.length)
-        grown = machine.contents.radii + machine.contents.rates * passed
+        grown = machine.system.radii + machine.system.rates * passed
         if not np.allclose(model.pair.radii[:n], grown, rtol=PARTED, atol=0.0):
             yield "model.pair.radii is not what has grown until now"
     pair = model.pair
@@ -447,7 +447,7 @@ def _of_model(machine: Machine) -> Iterator[str]:
     yield from _of_observers(machine)
 
 
-def _of_observers(machine: Machine) -> Iterator[str]:
+def _of_observers(machine: RunState) -> Iterator[str]:
     record, observers = machine.engine.state.clock[0], machine.engine.model.observers
     oldest = -(float(record.epoch) + 1.0) * float(record.length)
     for each, (name, its) in zip(listed(observers), kept_arrays(observers).items(), strict=True):

@@ -8,15 +8,15 @@ from carom.scene.temperature import degrees_of_freedom
 from carom.scene.temperature import temperature as temperature_of
 
 if TYPE_CHECKING:
-    from carom.simulation.machine import Machine
+    from carom.simulation.run_state import RunState
 
 
-def temperature(machine: Machine) -> float:
+def temperature(machine: RunState) -> float:
     """Return the temperature at the present [energy]: :func:`carom.scene.temperature.temperature`."""
     return machine.unit.to_scene(temperature_of(machine.scene, machine.speeds), -2)
 
 
-def kT_time(machine: Machine) -> float | None:
+def kT_time(machine: RunState) -> float | None:
     """Return the integral of kT since the start [energy time], or None where no contact changes it."""
     from carom.engine.observers.energy import Balance
 

@@ -29,9 +29,9 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, TypeVar
 
 from carom import checks
-from carom.compiling import news
+from carom.compiling import compile_listeners
 from carom.errors import CaromError, InputError
-from carom.simulation.workers.crew import cores
+from carom.simulation.workers.thread_pool import cores
 
 ENGINES = ("processes", "threads", "serial", "mpi")
 
@@ -132,11 +132,10 @@ class Processes(Engine):
     workers : int
         Number of processes.
 
-    Notes
-    -----
-    Workers are started by spawning, on every system. They do not import the caller's main module, so that
-    scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to the leading process, and end whenever
-    it ends. When they compile, they send a message to the leading process (``carom.compiling.news``).
+    Notes ----- Workers are started by spawning, on every system. They do not import the caller's main module,
+    so that scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to the leading process, and end
+    whenever it ends. When they compile, they send a message to the leading process
+    (``carom.compiling.compile_listeners``).
     """
 
     def __init__(self, workers: int):
@@ -172,7 +171,7 @@ class Processes(Engine):
         """Report in this process that workers compile, if they do."""
         while self._news.poll():
             self._news.recv_bytes()
-            news.tell()
+            compile_listeners.tell()
 
     def close(self, now: bool) -> None:
         """End all workers, ``now`` or after their tasks."""
@@ -232,7 +231,7 @@ def _begin(leash: Connection, mouth: Connection) -> None:
             with contextlib.suppress(OSError):  # the study has ended meanwhile
                 mouth.send_bytes(b"compiling")
 
-    news.listen(say)
+    compile_listeners.listen(say)
 
 
 @contextlib.contextmanager

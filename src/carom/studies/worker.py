@@ -66,7 +66,7 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
 def equilibrate(sim: Simulation, task: Task, look: Callable[[float], object]) -> None:
     """Equilibrate the simulation of a task for its time; pairs on steps are brought to its temperature."""
     length, asked = task["equilibration"], sim.scene.velocities is None
-    if asked and sim.machine.contents.stepped and drifts(sim) is None:
+    if asked and sim.machine.system.stepped and drifts(sim) is None:
         sim.equilibrate(task["scene"].get("kT", 1.0), collisions_per_particle=length, progress=look)
     else:
         sim.run(collisions_per_particle=length, progress=look)

@@ -4,27 +4,27 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.windows.ledger import STRETCH, make_ledger, merge, page_of, put_in_order
+from carom.engine.domains.event_log_merge import STRETCH, lp_events_of, make_all_events, merge, put_in_order
 
 
 def filled(counts, instants, seed):
     """Return a ledger of two parts, with so many collisions of each, at so many different times at most."""
     rng = np.random.default_rng(seed)
-    ledger = make_ledger(2, max(counts), False)
+    all_events = make_all_events(2, max(counts), False)
     who = rng.permutation(sum(counts)).astype(np.int32)
     for part, count in enumerate(counts):
         times = (
             np.sort(rng.integers(1, instants, count) / instants) if instants else np.sort(rng.random(count))
         )
-        ledger.used[part, 0] = count
-        ledger.entries[part, :count].time = times
-        ledger.entries[part, :count].virial = rng.standard_normal(count)
-        ledger.who[part, :count] = who[part * counts[0] :][:count]
+        all_events.used[part, 0] = count
+        all_events.entries[part, :count].time = times
+        all_events.entries[part, :count].virial = rng.standard_normal(count)
+        all_events.component[part, :count] = who[part * counts[0] :][:count]
         begin = 0
         for end in np.flatnonzero(np.diff(times, append=np.inf)) + 1:  # as a part's own cycle notes them
-            ledger.who[part, begin:end].sort()
+            all_events.component[part, begin:end].sort()
             begin = end
-    return ledger
+    return all_events
 
 
 @pytest.mark.parametrize("instants", [0, 10**7, 500, 3])
@@ -41,17 +41,19 @@ def filled(counts, instants, seed):
 )
 def test_virials_of_two_parts_are_added_in_the_order_of_time(counts, instants):
     engine = carom.Simulation(carom.Scene.fcc(cells=2, packing_fraction=0.3), seed=1).machine.engine
-    ledger = filled(counts, instants, sum(counts))
+    all_events = filled(counts, instants, sum(counts))
     times, virials, who = (
         np.concatenate([table[part, : counts[part]] for part in range(2)])
-        for table in (ledger.entries.time, ledger.entries.virial, ledger.who)
+        for table in (all_events.entries.time, all_events.entries.virial, all_events.component)
     )
     total = 0.0
     for k in np.lexsort((who, times)):
         total += virials[k]
     engine.tallies.virial, engine.tallies.collisions = 0.0, 0
     heads = np.zeros(2, np.int64)
-    assert merge(ledger, heads, engine.state.clock, engine.tallies, None, None, engine.model.boundary, None)
+    assert merge(
+        all_events, heads, engine.state.clock, engine.tallies, None, None, engine.model.boundary, None
+    )
     assert tuple(heads) == counts
     assert engine.tallies.collisions[0] == sum(counts)
     assert engine.tallies.virial[0] == total
@@ -60,19 +62,24 @@ def test_virials_of_two_parts_are_added_in_the_order_of_time(counts, instants):
 @pytest.mark.parametrize("detailed", [False, True])
 def test_a_page_that_is_put_in_order_keeps_what_belongs_to_each_collision(detailed):
     rng = np.random.default_rng(1)
-    ledger, count = make_ledger(2, 50, detailed), 40
-    page = page_of(ledger, 1)
-    page.used[0] = count
+    all_events, count = make_all_events(2, 50, detailed), 40
+    lp_events = lp_events_of(all_events, 1)
+    lp_events.used[0] = count
     times = rng.permutation(count).astype(float)
-    page.entries.time[:count], page.entries.virial[:count] = times, -times
-    page.who[:count] = times
-    page.who[count:] = 99
+    lp_events.entries.time[:count], lp_events.entries.virial[:count] = times, -times
+    lp_events.component[:count] = times
+    lp_events.component[count:] = 99
     if detailed:
-        page.details.word[:count], page.details.impulse[:count] = times, 2.0 * times
-    put_in_order(page)
-    for column in (page.entries.time, -page.entries.virial, page.who, ledger.who[1]):
+        lp_events.details.ref[:count], lp_events.details.impulse[:count] = times, 2.0 * times
+    put_in_order(lp_events)
+    for column in (
+        lp_events.entries.time,
+        -lp_events.entries.virial,
+        lp_events.component,
+        all_events.component[1],
+    ):
         assert (column[:count] == np.arange(count)).all()
-    assert (page.who[count:] == 99).all()
+    assert (lp_events.component[count:] == 99).all()
     if detailed:
-        assert (page.details.word[:count] == np.arange(count)).all()
-        assert (page.details.impulse[:count] == 2.0 * np.arange(count)).all()
+        assert (lp_events.details.ref[:count] == np.arange(count)).all()
+        assert (lp_events.details.impulse[:count] == 2.0 * np.arange(count)).all()

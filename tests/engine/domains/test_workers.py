@@ -7,15 +7,23 @@ import pytest
 
 import carom
 from carom.engine.calendar import make_calendar, narrow
-from carom.engine.windows.desk import LATEST, PAST, PLACE, TIME, WHOSE, PartCalendar
-from carom.engine.windows.parts import stop
-from carom.engine.windows.slabs import OUTER, OWN, RIM, ZONES, most_slabs, slabs_of, touch_of
-from carom.engine.windows.turns import in_order, in_own_order
+from carom.engine.domains.decomposition import (
+    BORDERS,
+    OWN,
+    READ_HALO,
+    WRITE_HALO,
+    interaction_range,
+    most_slabs,
+    slabs_of,
+)
+from carom.engine.domains.logical_process import stop
+from carom.engine.domains.lp_state import HISTORY_LENGTH, LATEST, PLACE, TIME, WHOSE, LpQueue
+from carom.engine.domains.synchronization import no_straggler, no_straggler_at_border
 from carom.errors import InputError
 from carom.io.events import read_events
-from carom.simulation.workers import lengths
-from carom.simulation.workers.shares import Settings
-from carom.simulation.workers.team import STREAK, Team
+from carom.simulation.workers import window_length
+from carom.simulation.workers.executive import COMMITS_IN_A_ROW, Executive
+from carom.simulation.workers.timings import Settings
 
 
 def fluid(cells=12):
@@ -27,15 +35,19 @@ def tube():
     return carom.Scene.fcc(cells=(80, 5, 5), packing_fraction=0.3)
 
 
-def alone_and_together(scene, workers, collisions=1.0, go=None, team_type=Team, lead=8.0, **settings):
+def alone_and_together(
+    scene, workers, collisions=1.0, go=None, executive_type=Executive, lookahead=8.0, **settings
+):
     """Return a simulation run by one worker, and the same run by several, and what these counted."""
     go = go or (lambda sim: [sim.run(collisions_per_particle=2.3), sim.run(time=0.4)])
     alone, together = (carom.Simulation(scene, seed=3, **settings) for _ in range(2))
-    team = team_type(together.machine, workers, Settings(collisions=collisions, lead=lead, least=0.0))
-    together.machine.team = team
+    executive = executive_type(
+        together.machine, workers, Settings(collisions=collisions, lookahead=lookahead, least=0.0)
+    )
+    together.machine.executive = executive
     assert go(alone) == go(together)
-    team.close()
-    return alone, together, team.shares
+    executive.close()
+    return alone, together, executive.timings
 
 
 def assert_same_bits(alone, together):
@@ -53,34 +65,34 @@ def test_any_number_of_workers_gives_the_bits_of_one(workers):
     def go(sim):
         return sim.run(collisions_per_particle=1.2)
 
-    alone, together, shares = alone_and_together(tube(), workers, 0.5, go)
+    alone, together, timings = alone_and_together(tube(), workers, 0.5, go)
     assert_same_bits(alone, together)
-    assert shares.windows > 0
+    assert timings.windows > 0
 
 
 @pytest.mark.parametrize("packing_fraction", [0.05, 0.3, 0.49, 0.6])
 def test_thin_and_dense_cubes_have_the_same_bits(packing_fraction):
     scene = carom.Scene.fcc(cells=14, packing_fraction=packing_fraction)
-    alone, together, shares = alone_and_together(scene, 2)
+    alone, together, timings = alone_and_together(scene, 2)
     assert_same_bits(alone, together)
-    assert shares.windows > 0
+    assert timings.windows > 0
 
 
 @pytest.mark.parametrize("workers", [2, 5])
 def test_lists_in_the_plane_have_the_same_bits(workers):
     scene = carom.Scene.random(n=6000, packing_fraction=0.7, dimension=2, seed=1)
-    alone, together, shares = alone_and_together(scene, workers)
+    alone, together, timings = alone_and_together(scene, workers)
     assert_same_bits(alone, together)
-    assert shares.windows > 0
+    assert timings.windows > 0
 
 
 @pytest.mark.parametrize("dimension", [1, 4])
 def test_lines_and_four_dimensions_have_the_same_bits(dimension):
     box = (2000.0,) if dimension == 1 else (24.0, 6.0, 6.0, 6.0)
     scene = carom.Scene.random(n=900, box=box, dimension=dimension, seed=1)
-    alone, together, shares = alone_and_together(scene, 2)
+    alone, together, timings = alone_and_together(scene, 2)
     assert_same_bits(alone, together)
-    assert shares.windows > 0
+    assert timings.windows > 0
 
 
 def test_thousands_collide_at_the_same_instant_in_all_parts():
@@ -90,16 +102,16 @@ def test_thousands_collide_at_the_same_instant_in_all_parts():
     velocities = np.zeros(cells.shape)
     velocities[:, 0] = np.where(cells.sum(axis=1) % 2, 1.0, -1.0)
     scene = carom.Scene(cells * 1.5 + 0.5, tuple(1.5 * size for size in shape), velocities=velocities)
-    alone, together, shares = alone_and_together(scene, 2, go=lambda sim: sim.run(time=1.5))
+    alone, together, timings = alone_and_together(scene, 2, go=lambda sim: sim.run(time=1.5))
     assert_same_bits(alone, together)
     assert together.collisions == 3 * scene.n // 2
-    assert shares.windows > 0
+    assert timings.windows > 0
 
 
 def test_parts_keep_the_width_of_their_buckets():
     # All lay out their windows at the same times: one whose lines run out gets more of them.
     plain = make_calendar(10, 0.25)
-    part = PartCalendar(*plain, *[None] * (len(PartCalendar._fields) - len(plain)))
+    part = LpQueue(*plain, *[None] * (len(LpQueue._fields) - len(plain)))
     assert not narrow(part, 8.0)
     assert plain.control.width[0] == 0.25
     assert narrow(plain, 8.0)
@@ -110,20 +122,22 @@ def test_workers_count_what_one_counts():
     def go(sim):
         return sim.run(time=0.5)
 
-    alone, together, shares = alone_and_together(fluid(), 2, go=go, lead=0.0)
+    alone, together, timings = alone_and_together(fluid(), 2, go=go, lookahead=0.0)
     one, two = alone.statistics, together.statistics
-    assert shares.repeats == 0
+    assert timings.repeats == 0
     assert (one.transits, one.advancements) == (two.transits, two.advancements)
 
 
 def test_parts_at_rest_have_told_the_others_that_nothing_is_due():
     sim = carom.Simulation(fluid(), seed=3)
-    team = Team(sim.machine, 2, Settings(collisions=1.0, least=0.0))
-    sim.machine.team = team
+    executive = Executive(sim.machine, 2, Settings(collisions=1.0, least=0.0))
+    sim.machine.executive = executive
     for _ in range(20):
         sim.run(time=0.1)
-        assert np.all(team._parts[0].engine.calendar.board.clocks[:, 0] > sim.machine.clock.offset)
-    team.close()
+        assert np.all(
+            executive._processes[0].engine.calendar.channels.published_time[:, 0] > sim.machine.clock.offset
+        )
+    executive.close()
 
 
 def test_parts_far_ahead_of_each_other_lose_windows_and_no_bit():
@@ -131,53 +145,53 @@ def test_parts_far_ahead_of_each_other_lose_windows_and_no_bit():
         return sim.run(collisions_per_particle=8)
 
     scene = carom.Scene.random(n=2500, packing_fraction=0.7, dimension=2, seed=1)
-    alone, together, shares = alone_and_together(scene, 2, 0.5, go, lead=1e9)
-    assert shares.repeats > 0
-    assert shares.windows > 0
+    alone, together, timings = alone_and_together(scene, 2, 0.5, go, lookahead=1e9)
+    assert timings.repeats > 0
+    assert timings.windows > 0
     assert_same_bits(alone, together)
 
 
 def test_a_window_that_is_given_up_is_run_again_from_its_beginning():
-    class Giving(Team):
+    class Giving(Executive):
         given = 0
 
-        def _rest(self, k):
+        def _wait_for_others(self, k):
             if k == 0 and self.given < 3:
                 self.given += 1
-                stop(self._parts)
-            return super()._rest(k)
+                stop(self._processes)
+            return super()._wait_for_others(k)
 
-    alone, together, shares = alone_and_together(fluid(), 2, team_type=Giving, lead=0.0)
-    assert shares.repeats >= 3
+    alone, together, timings = alone_and_together(fluid(), 2, executive_type=Giving, lookahead=0.0)
+    assert timings.repeats >= 3
     assert_same_bits(alone, together)
 
 
 def part_of(sim):
     """Return the calendar of the first of two parts, after some windows."""
     sim.run(time=0.2)
-    return sim.machine.team._parts[0].engine.calendar
+    return sim.machine.executive._processes[0].engine.calendar
 
 
 def test_who_comes_late_at_a_border_is_seen():
     calendar = part_of(carom.Simulation(tube(), seed=3, workers=2))
-    board, desk = calendar.board, calendar.desk[0]
+    channels, lp = calendar.channels, calendar.lp[0]
     i, now = 5, 0.5
-    board.locks[:, 1] = 0
-    assert in_order(calendar, 0, i, now)
-    assert in_order(calendar, 0, i, now - 0.1)  # its own order it knows itself
-    board.past[0, 1, WHOSE] = 1  # the part on the other side
-    assert in_order(calendar, 0, i, now)
-    assert not in_order(calendar, 0, i, now - 0.2)
-    board.past[0, 1, PLACE] += calendar.near[0] + 1  # elsewhere
-    assert in_order(calendar, 0, i, now - 0.2)
-    board.locks[0, 1] = PAST
-    board.past[0, :, LATEST] = now  # what is about to be forgotten may have been later
-    assert not in_order(calendar, 0, i, now - 0.2)
-    desk.passed, desk.latest, calendar.past[:, TIME] = 0, -np.inf, -np.inf
-    assert in_own_order(calendar, i, now)
-    assert not in_own_order(calendar, i, now - 0.1)
-    calendar.past[0, PLACE] += calendar.near[0] + 1
-    assert in_own_order(calendar, i, now - 0.1)
+    channels.border_locks[:, 1] = 0
+    assert no_straggler_at_border(calendar, 0, i, now)
+    assert no_straggler_at_border(calendar, 0, i, now - 0.1)  # its own order it knows itself
+    channels.history[0, 1, WHOSE] = 1  # the part on the other side
+    assert no_straggler_at_border(calendar, 0, i, now)
+    assert not no_straggler_at_border(calendar, 0, i, now - 0.2)
+    channels.history[0, 1, PLACE] += calendar.conflict_range[0] + 1  # elsewhere
+    assert no_straggler_at_border(calendar, 0, i, now - 0.2)
+    channels.border_locks[0, 1] = HISTORY_LENGTH
+    channels.history[0, :, LATEST] = now  # what is about to be forgotten may have been later
+    assert not no_straggler_at_border(calendar, 0, i, now - 0.2)
+    lp.processed, lp.local_time, calendar.history[:, TIME] = 0, -np.inf, -np.inf
+    assert no_straggler(calendar, i, now)
+    assert not no_straggler(calendar, i, now - 0.1)
+    calendar.history[0, PLACE] += calendar.conflict_range[0] + 1
+    assert no_straggler(calendar, i, now - 0.1)
 
 
 @pytest.mark.parametrize(
@@ -186,7 +200,7 @@ def test_who_comes_late_at_a_border_is_seen():
 def test_what_two_parts_can_touch_without_a_lock_is_never_the_same(scene):
     neighbors = carom.Simulation(scene, seed=3).machine.engine.neighbors
     axis = int(np.argmax(scene.box))
-    touch = touch_of(neighbors, axis)
+    touch = interaction_range(neighbors, axis)
     parts = most_slabs(neighbors, scene.box)
     assert parts >= 2
     masks = slabs_of(neighbors, scene.box, scene.periodic, parts).masks
@@ -201,11 +215,11 @@ def test_what_two_parts_can_touch_without_a_lock_is_never_the_same(scene):
 
     for mask in masks:
         own = mask & OWN != 0
-        alone = own & (mask & ZONES == 0)
-        assert not np.any(around(alone, touch.look) & around(~own, touch.event))
-        assert not np.any(around(alone, touch.event) & around(~own, touch.look))
-        np.testing.assert_array_equal(around(~own, touch.look) & own, (mask & RIM != 0) & own)
-        np.testing.assert_array_equal(around(own, touch.event) & ~own, (mask & OUTER != 0) & ~own)
+        alone = own & (mask & BORDERS == 0)
+        assert not np.any(around(alone, touch.read) & around(~own, touch.write))
+        assert not np.any(around(alone, touch.write) & around(~own, touch.read))
+        np.testing.assert_array_equal(around(~own, touch.read) & own, (mask & READ_HALO != 0) & own)
+        np.testing.assert_array_equal(around(own, touch.write) & ~own, (mask & WRITE_HALO != 0) & ~own)
 
 
 def test_a_run_saved_by_some_workers_is_resumed_by_others(tmp_path):
@@ -214,7 +228,7 @@ def test_a_run_saved_by_some_workers_is_resumed_by_others(tmp_path):
     alone.run(collisions_per_particle=2.0)
     with carom.Simulation(fluid(), seed=3, workers=3) as sim:
         sim.run(collisions_per_particle=2.0)
-        assert sim.machine.team.shares.windows > 0
+        assert sim.machine.executive.timings.windows > 0
         sim.save(tmp_path / "three.h5")
     with carom.Simulation.load(tmp_path / "three.h5", workers=2) as resumed:
         resumed.run(collisions_per_particle=2.0)
@@ -246,7 +260,7 @@ def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp
         with carom.Simulation(twice, event_log=tmp_path / f"{workers}.h5", workers=workers) as sim:
             sim.run(collisions_per_particle=1.0)
             frames.append(sim.frame())
-            assert workers == 1 or sim.machine.team.shares.windows > 0
+            assert workers == 1 or sim.machine.executive.timings.windows > 0
         log = read_events(tmp_path / f"{workers}.h5")
         equal = np.flatnonzero(np.diff(log.time) == 0.0)
         assert len(equal) > 300
@@ -263,7 +277,7 @@ def test_ctrl_c_leaves_a_true_state(monkeypatch):
     alone = carom.Simulation(fluid(), seed=3)
     alone.run(time=1.0)
     sim = carom.Simulation(fluid(), seed=3, workers=2)
-    rest, calls = Team._rest, []
+    rest, calls = Executive._wait_for_others, []
 
     def interrupted(self, k):
         calls.append(k)
@@ -271,7 +285,7 @@ def test_ctrl_c_leaves_a_true_state(monkeypatch):
             raise KeyboardInterrupt
         return rest(self, k)
 
-    monkeypatch.setattr(Team, "_rest", interrupted)
+    monkeypatch.setattr(Executive, "_rest", interrupted)
     with pytest.raises(KeyboardInterrupt):
         sim.run(time=1.0)
     sim.run(time=1.0 - sim.time)
@@ -283,10 +297,10 @@ def test_mixtures_between_walls_have_the_same_bits():
     scene = carom.Scene.mixture(
         counts=(3000, 3000), diameters=(1.0, 1.4), packing_fraction=0.5, periodic=(True, False, True), seed=1
     )
-    alone, together, shares = alone_and_together(scene, 2, 0.5)
+    alone, together, timings = alone_and_together(scene, 2, 0.5)
     assert_same_bits(alone, together)
     np.testing.assert_array_equal(alone.virial_by_species, together.virial_by_species)
-    assert shares.windows > 0
+    assert timings.windows > 0
 
 
 @pytest.mark.parametrize("workers", [0, 1.5, "two"])
@@ -298,24 +312,24 @@ def test_workers_are_a_number_or_auto(workers):
 def test_what_one_worker_alone_can_run_is_said():
     with pytest.raises(InputError, match="growing diameters"):
         carom.Simulation(fluid(6), growth=0.1, workers=2)
-    assert carom.Simulation(fluid(6), growth=0.1, workers="auto").machine.team is None
+    assert carom.Simulation(fluid(6), growth=0.1, workers="auto").machine.executive is None
 
 
 def test_boxes_without_room_for_two_slabs_have_one_worker_and_long_ones_as_many_as_there_is_room_for():
     with pytest.raises(InputError, match="small box"):
         carom.Simulation(fluid(6), workers=2)
-    assert carom.Simulation(fluid(6), workers="auto").machine.team is None
-    assert carom.Simulation(tube(), workers=100).machine.team.workers == 24
+    assert carom.Simulation(fluid(6), workers="auto").machine.executive is None
+    assert carom.Simulation(tube(), workers=100).machine.executive.workers == 24
 
 
 def test_workers_go_over_into_the_next_epoch_themselves():
     def go(sim):
         return sim.run(collisions_per_particle=40)
 
-    alone, together, shares = alone_and_together(fluid(), 2, 2.0, go=go)
+    alone, together, timings = alone_and_together(fluid(), 2, 2.0, go=go)
     assert together.machine.engine.state.clock.epoch[0] >= 2
-    assert shares.turn > 0.0
-    assert 2 * shares.collisions > 0.9 * 40 * alone.machine.scene.n
+    assert timings.epochs > 0.0
+    assert 2 * timings.collisions > 0.9 * 40 * alone.machine.scene.n
     assert_same_bits(alone, together)
 
 
@@ -331,42 +345,42 @@ def test_lists_that_run_out_of_room_in_a_part_cost_no_bit():
         return block
 
     scene = carom.Scene.triangular(40, packing_fraction=0.7)
-    alone, together, shares = alone_and_together(scene, 3, 1.0, go=go)
-    assert shares.repeats > 0
-    assert shares.windows > 0
+    alone, together, timings = alone_and_together(scene, 3, 1.0, go=go)
+    assert timings.repeats > 0
+    assert timings.windows > 0
     assert_same_bits(alone, together)
 
 
 def test_parts_stay_closer_together_after_a_window_was_lost_and_less_so_after_many_were_kept():
-    team = Team(carom.Simulation(fluid(), seed=3).machine, 2)
-    lead = team._lead
-    team._again([0, 0], 0, 1.0, 0.5, good=False)
-    assert team._lead == 0.5 * lead
-    for _ in range(STREAK):
-        team._learn()
-    assert team._lead == lead
+    executive = Executive(carom.Simulation(fluid(), seed=3).machine, 2)
+    lookahead = executive._lookahead
+    executive._after_rollback([0, 0], 0, 1.0, 0.5, good=False)
+    assert executive._lookahead == 0.5 * lookahead
+    for _ in range(COMMITS_IN_A_ROW):
+        executive._after_commit()
+    assert executive._lookahead == lookahead
 
 
 def test_windows_become_longer_while_they_are_kept_and_shorter_where_they_are_lost():
-    held = Team(carom.Simulation(fluid(), seed=3).machine, 2)._lengths
-    assert held.share == lengths.FIRST
-    for _ in range(lengths.STREAK):
-        held.kept()
-    assert held.share == 2.0 * lengths.FIRST == 1.0
-    for _ in range(lengths.STREAK - 1):
-        held.kept()
+    held = Executive(carom.Simulation(fluid(), seed=3).machine, 2)._window_length
+    assert held.share == window_length.FIRST
+    for _ in range(window_length.COMMITS_IN_A_ROW):
+        held.commit()
+    assert held.share == 2.0 * window_length.FIRST == 1.0
+    for _ in range(window_length.COMMITS_IN_A_ROW - 1):
+        held.commit()
     for part in (0.5, 0.25, 0.25):
-        held.lost()
+        held.rollback()
         assert held.share == part
-    for _ in range(lengths.STREAK - 1):  # those before do not count
-        held.kept()
+    for _ in range(window_length.COMMITS_IN_A_ROW - 1):  # those before do not count
+        held.commit()
     assert held.share == 0.25
 
 
 def test_the_first_window_of_disks_at_random_has_room_for_their_many_collisions():
     sim = carom.Simulation(carom.Scene.random(n=4000, dimension=2, packing_fraction=0.7, seed=1), seed=3)
-    sim.machine.team = Team(sim.machine, 1)
+    sim.machine.executive = Executive(sim.machine, 1)
     sim.run(collisions_per_particle=12)
-    shares = sim.machine.team.shares
-    assert shares.windows > 2
-    assert shares.repeats == 0
+    timings = sim.machine.executive.timings
+    assert timings.windows > 2
+    assert timings.repeats == 0

@@ -11,8 +11,8 @@ from helpers.neighbors import check_invariants, check_lists, go, present
 from helpers.oracle import engine_collisions, moving
 
 import carom
-from carom.engine import neighborhood
-from carom.engine.neighbors import choice as scheme
+from carom.engine import build
+from carom.engine.neighbors import plan as scheme
 from carom.engine.neighbors.prefetch import HUGE, LARGE
 from carom.scene import lattices
 
@@ -33,8 +33,8 @@ def check_sectors(sim):
     sectors, n, edges = sim.machine.engine.neighbors, sim.scene.n, np.array(sim.scene.box)
     shape = np.array(sectors.shape)
     slacks = np.broadcast_to(sectors.slacks, (n + 1, len(edges)))
-    if sectors.spare is not None:
-        slacks = np.where(slacks > 0.0, slacks + sectors.spare[:, None], 0.0)
+    if sectors.extra_slack is not None:
+        slacks = np.where(slacks > 0.0, slacks + sectors.extra_slack[:, None], 0.0)
     members = [(int(i), cell) for cell, row in enumerate(sectors.members) for i in row[: row[-1]]]
     assert sorted(i for i, _ in members) == list(range(n))
     # Two that touch are in neighbouring sectors, however far beyond theirs: from the scene's diameters.
@@ -42,7 +42,7 @@ def check_sectors(sim):
     most = np.where(slacks[:n] > 0.0, slacks[:n] + 0.5 * sim.scene.diameters[:, None], 0.5 * sides)
     assert (2.0 * most <= sides).all()
     x, v, now = present(sim)
-    leave = sim.machine.engine.state.leave
+    leave = sim.machine.engine.state.crossing_time
     for i, cell in members:
         place = sectors.place[i].astype(int)
         assert ((place >= 0) & (place < shape)).all()
@@ -123,7 +123,7 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
         scene = carom.Scene.mixture([n // 2, n // 2], packing_fraction=eta, seed=1, **sizes)
     scene = moving(scene, 2)
     loose = simulation(scene, neighbors="sectors")
-    monkeypatch.setattr(neighborhood, "slacks_of", lambda scheme, contents: [0.0] * dimension)
+    monkeypatch.setattr(build, "slacks_of", lambda scheme, system: [0.0] * dimension)
     strict = simulation(scene, neighbors="sectors")
     sectors = loose.machine.engine.neighbors
     sides, slacks = np.array(sectors.sides), np.array(sectors.slacks)
@@ -131,7 +131,7 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
     # Two that touch are in neighbouring sectors.
     most = np.broadcast_to(slacks, (n, dimension))
     if mixed:
-        most = most + sectors.spare[:n, None]
+        most = most + sectors.extra_slack[:n, None]
         assert (most[scene.diameters == 0.5].min(axis=0) > slacks).all()
     contact = 0.5 * scene.diameters
     assert (sides - (most + contact[:, None])[:, None] - (most + contact[:, None])[None] >= 0.0).all()
@@ -212,7 +212,7 @@ def test_a_new_epoch_changes_neither_place_nor_order(simulation):
     start = sim.machine.engine.state.clock[0].epoch
     while sim.machine.engine.state.clock[0].epoch < start + 5:
         before, epoch = present(sim), int(sim.machine.engine.state.clock[0].epoch)
-        due = sim.machine.engine.state.rows["due"][: scene.n].copy()
+        event_time = sim.machine.engine.state.rows["event_time"][: scene.n].copy()
         collisions = sim.collisions
         go(sim, 1)
         if sim.machine.engine.state.clock[0].epoch > epoch and sim.collisions == collisions:
@@ -220,9 +220,11 @@ def test_a_new_epoch_changes_neither_place_nor_order(simulation):
             moved = x - before[0] - before[1] * (now + sim.epoch_length - before[2])
             edges = np.array(scene.box)
             assert np.abs(moved - edges * np.rint(moved / edges)).max() < 1e-13 * edges.max()
-            later = sim.machine.engine.state.rows["due"][: scene.n]
+            later = sim.machine.engine.state.rows["event_time"][: scene.n]
             # The rows were advanced, and their contacts computed anew: to rounding.
-            kept = np.isclose(later + sim.epoch_length, due, rtol=0.0, atol=2.0**-39 * sim.epoch_length)
+            kept = np.isclose(
+                later + sim.epoch_length, event_time, rtol=0.0, atol=2.0**-39 * sim.epoch_length
+            )
             assert kept.sum() >= scene.n - 3  # those of the event itself have new times
 
 

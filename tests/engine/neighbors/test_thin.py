@@ -10,12 +10,12 @@ from helpers.oracle import assert_equal_to_oracle, moving
 from helpers.oracle_scenes import case, check, placed
 
 import carom
-from carom.engine.neighbors import choice as scheme
-from carom.engine.neighbors import sides, thin
-from carom.engine.neighbors.contacts import ROOM, best_of, contact_of, keep, make_contacts
+from carom.engine.neighbors import cost_model, sector_side
+from carom.engine.neighbors import plan as scheme
+from carom.engine.neighbors.contact_cache import ROOM, best_of, contact_of, keep, make_contacts
 from carom.engine.state import State
 from carom.models.interface import NEVER
-from carom.simulation.preparation import prepare
+from carom.simulation.system_of_scene import prepare
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_wider_sectors_where_flights_are_long():
         found = chosen(n, dimension, 1e-4)
         members = n / np.prod(found.shape)
         assert found.kind == "sectors"
-        assert members > 1.5 * sides.SECTOR**dimension
+        assert members > 1.5 * sector_side.SECTOR**dimension
 
 
 @pytest.mark.parametrize(("dimension", "packing_fraction"), [(2, 0.05), (2, 0.3), (3, 0.05), (3, 0.2)])
@@ -69,7 +69,7 @@ def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
     n = 1000
     found = chosen(n, dimension, packing_fraction)
     scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1)
-    side = max(sides.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
+    side = max(sector_side.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
     assert found.shape == tuple(int(edge / side) for edge in scene.box)
 
 
@@ -106,16 +106,16 @@ def test_contacts_that_are_kept_pass_through_a_checkpoint(tmp_path):
 
 def known(contacts, dues):
     """Return which of the contacts of component 0 is first, where others are due at the times given."""
-    rows = np.zeros(len(dues), [("due", "f8")]).view(np.recarray)
-    rows.due = dues
+    rows = np.zeros(len(dues), [("event_time", "f8")]).view(np.recarray)
+    rows.event_time = dues
     k, complete = best_of(contacts, State(rows, None, None, None, None, None), 0, False)
     return (contact_of(contacts, 0, k).other if k >= 0 else None), complete
 
 
 def test_the_next_contact_is_the_earliest_with_whom_nothing_has_happened_to():
     contacts = make_contacts(4, np.float64)
-    for j, due in ((1, 3.0), (2, 1.0), (3, 2.0)):
-        keep(contacts, 0, j, due - 0.5, due)
+    for j, event_time in ((1, 3.0), (2, 1.0), (3, 2.0)):
+        keep(contacts, 0, j, event_time - 0.5, event_time)
     later = [NEVER] * 4
     assert known(contacts, later) == (2, True)
     contacts.versions[2] += 1  # it has collided
@@ -141,7 +141,7 @@ def test_who_has_too_many_contacts_knows_until_when_they_are_complete():
 
 CROWDED = """
 import sys
-import carom.engine.neighbors.contacts as contacts
+import carom.engine.neighbors.contact_cache as contacts
 contacts.ROOM = int(sys.argv[1])
 import carom
 sim = carom.Simulation(carom.Scene.random(8, 2, packing_fraction=0.03, seed=2), seed=3, neighbors="all")
@@ -168,8 +168,8 @@ def test_contacts_that_find_no_room_are_found_again():
 
 
 def test_what_is_thin_costs_what_the_mean_free_path_says():
-    assert thin.crossings(2) == pytest.approx(4 / np.pi)
-    assert thin.crossings(3) == pytest.approx(1.5)
+    assert cost_model.crossings(2) == pytest.approx(4 / np.pi)
+    assert cost_model.crossings(3) == pytest.approx(1.5)
 
 
 def test_in_high_dimension_sectors_are_small_enough_to_tell_most_images_apart():

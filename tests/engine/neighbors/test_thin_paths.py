@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from carom.engine.neighbors import paths
-from carom.engine.neighbors.everybody import line_up_all, line_up_own, make_everybody
-from carom.engine.neighbors.paths import ALL, BLOCK, BLURRED, ROUNDING, blur_of, mark
+from carom.engine.neighbors import prefilter
+from carom.engine.neighbors.all_pairs_straight import line_up_all, line_up_own, make_everybody
+from carom.engine.neighbors.prefilter import ALL, BLOCK, BLURRED, ROUNDING, blur_of, mark
 from carom.engine.state import make_state
 from carom.models.free_flight import Inertial
 
@@ -28,10 +28,10 @@ def marked(edges, core, now, span, positions, velocities):
     line_up_own(everybody, 0)
     elapsed, covered = now / SPAN, span / SPAN
     near = mark(everybody, elapsed, covered, blur_of(everybody, elapsed, covered), 0)
-    found, (lane, last) = [], paths.marked(everybody, 0, near)
+    found, (lane, last) = [], prefilter.marked(everybody, 0, near)
     while lane < BLOCK:
         found.append(lane)
-        lane, same = paths.marked(everybody, lane + 1, near)
+        lane, same = prefilter.marked(everybody, lane + 1, near)
         assert same == (last if lane < BLOCK else 0)
     return [lane for lane in found if lane < len(positions)], near
 

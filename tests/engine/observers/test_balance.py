@@ -12,11 +12,11 @@ import pytest
 from helpers.oracle_scenes import placed
 
 import carom
-from carom.engine.neighbors.choice import choose
-from carom.engine.parts import arrays, build
+from carom.engine.build import arrays, build
+from carom.engine.neighbors.plan import choose
 from carom.reference import NaiveSystem
 from carom.scene.temperature import degrees_of_freedom, peculiar, temperature
-from carom.simulation.preparation import prepare
+from carom.simulation.system_of_scene import prepare
 
 
 def cooling_rods():
@@ -235,9 +235,9 @@ def rescaled(_):
 def test_a_plain_scene_has_no_balance():
     # Scenes whose energy is constant are compiled without it.
     scene = placed(6, (4.0, 4.0), 1, periodic=[True, False])
-    contents = prepare(scene, scene.velocities)
-    scheme = choose(contents, 1.0, "auto", None)
-    engine = build(scheme, contents, scene.positions, scene.velocities)
+    system = prepare(scene, scene.velocities)
+    scheme = choose(system, 1.0, "auto", None)
+    engine = build(scheme, system, scene.positions, scene.velocities)
     assert engine.model.impact is None
     assert engine.model.observers is None
     assert not any("observers" in name for name in arrays(engine))

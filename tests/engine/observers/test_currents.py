@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.parts import arrays
+from carom.engine.build import arrays
 from carom.errors import InputError
 from carom.ranges import Kind, Ranges
 

@@ -12,7 +12,7 @@ from carom.models.balls import Ball
 from carom.models.gravity import Gravity
 from carom.models.surfaces import Thermal
 from carom.ranges import Kind, Ranges
-from carom.simulation.machine import Machine
+from carom.simulation.run_state import RunState
 
 FIVE = 5.0
 
@@ -112,7 +112,7 @@ def test_flights_are_refused_where_speeds_change_on_the_way(change, settings, sa
 
 
 def test_what_is_pinned_does_not_fly(monkeypatch):
-    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     scene = FLUID.with_(pinned=np.arange(FLUID.n) % 2 == 0)
     machine = carom.Simulation(scene, seed=1, flights=True).machine
     engine, flights = machine.engine, machine.observer(Flights)

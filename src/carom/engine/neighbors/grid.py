@@ -26,7 +26,7 @@ class Grid(NamedTuple):
     """How many cells to look to either side along each axis, (levels, levels, d) int64: for a component of
     the first level, in the grid of the second.
     """
-    near: np.ndarray
+    neighbor_cells: np.ndarray
     """Room for the numbers of cells, twice, (2, most) int64."""
     gaps: np.ndarray
     """Room for the squared distances to them, (2, most) float64."""
@@ -68,92 +68,92 @@ def coordinate_bits(dimension):
 @inner
 def bits(lists):
     """Return how many bits of a reference point are for one axis."""
-    return np.int64(coordinate_bits(len(lists.grain)))
+    return np.int64(coordinate_bits(len(lists.grid_step)))
 
 
 @inner
-def steps(lists, point, axis):
+def grid_coordinate(lists, point, axis):
     """Return the coordinate of a reference point along an axis, in steps."""
     size = bits(lists)
     return np.int64(np.uint64(point) >> np.uint64(size * axis)) & ((np.int64(1) << size) - 1)
 
 
 @inner
-def between(lists, to, since, axis):
+def grid_difference(lists, to, since, axis):
     """Return the component along an axis of the way between two reference points, of the nearest image."""
     shift = np.uint64(bits(lists) * axis)
     half = np.int64(1) << (bits(lists) - 1)
     # The bits of other axes, above, are cut off with those of the wrap.
     way = np.int64(np.uint64(to) >> shift) - np.int64(np.uint64(since) >> shift)
-    return np.int32(((way + half) & (2 * half - 1)) - half) * lists.grain[axis]
+    return np.int32(((way + half) & (2 * half - 1)) - half) * lists.grid_step[axis]
 
 
 @inner
-def cell_of(lists, own, point):
-    """Return the cell of a reference point in the grid of level ``own``."""
+def cell_of(lists, own_class, point):
+    """Return the cell of a reference point in the grid of level ``own_class``."""
     cell = np.int64(0)
-    for axis in range(len(lists.grain)):
-        size = lists.grid.shape[own, axis]
-        cell = cell * size + ((steps(lists, point, axis) * size) >> bits(lists))
-    return np.uint64(lists.grid.base[own] + cell)
+    for axis in range(len(lists.grid_step)):
+        size = lists.grid.shape[own_class, axis]
+        cell = cell * size + ((grid_coordinate(lists, point, axis) * size) >> bits(lists))
+    return np.uint64(lists.grid.base[own_class] + cell)
 
 
-HAIR = 1e-9
+ROUNDING_MARGIN = 1e-9
 """Cells are looked into that are this fraction too far away, so that rounding loses nobody."""
 
 
 @inner
-def cells_near(lists, own, other, point, reach, moved, old):
-    """Find the cells of a level that can hold anybody whom a component of level ``own`` has to look at.
+def cells_near(lists, own_class, other, point, range_sq, moved, old):
+    """Find the cells of a level that can hold anybody whom a component of level ``own_class`` has to look at.
 
-    Those are no further from the reference point than the square root of ``reach``; and if the component has
-    ``moved`` from ``old`` to this point, who is new to it is nearer to the new point than to the old one.
+    Those are no further from the reference point than the square root of ``range_sq``; and if the component
+    has ``moved`` from ``old`` to this point, who is new to it is nearer to the new point than to the old one.
 
     Returns
     -------
     half, count : int
-        ``grid.near[half, :count]`` holds the cells.
+        ``grid.neighbor_cells[half, :count]`` holds the cells.
     """
     grid = lists.grid
     half = np.uint64(0)
     count = np.uint64(1)
-    start = HAIR * reach
-    for axis in range(len(lists.grain)):
-        step = between(lists, point, old, axis)
+    start = ROUNDING_MARGIN * range_sq
+    for axis in range(len(lists.grid_step)):
+        step = grid_difference(lists, point, old, axis)
         start += 0.5 * step * step if moved else 0.0
-    grid.near[0, 0] = 0
+    grid.neighbor_cells[0, 0] = 0
     grid.gaps[0, 0] = 0.0
     grid.ahead[0, 0] = start
-    for axis in range(len(lists.grain)):
+    for axis in range(len(lists.grid_step)):
         size = grid.shape[other, axis]
-        span = grid.spans[own, other, axis]
-        scaled = steps(lists, point, axis) * size
+        span = grid.spans[own_class, other, axis]
+        scaled = grid_coordinate(lists, point, axis) * size
         home = scaled >> bits(lists)
-        inside = (scaled - (home << bits(lists))) * lists.grain[axis] / size
-        side = lists.grain[axis] * np.float64(np.int64(1) << bits(lists)) / size
-        step = between(lists, point, old, axis) if moved else 0.0
+        inside = (scaled - (home << bits(lists))) * lists.grid_step[axis] / size
+        side = lists.grid_step[axis] * np.float64(np.int64(1) << bits(lists)) / size
+        step = grid_difference(lists, point, old, axis) if moved else 0.0
         around = 2 * span + 1 > size  # all of them, each once
         first = -(size // 2) if around else -span
         last = first + size if around else span + 1
-        fresh = np.uint64(1) - half
+        other_half = np.uint64(1) - half
         total = np.uint64(0)
         for offset in range(first, last):
             low = offset * side - inside
             high = low + side
             gap = 0.0 if around else max(low, -high, 0.0)
-            place = home + offset
-            place = place + size if place < 0 else (place - size if place >= size else place)
+            cell = home + offset
+            cell = cell + size if cell < 0 else (cell - size if cell >= size else cell)
             reached = abs(step) * size * side if around else max(low * step, high * step)
             for k in range(count):
                 square = grid.gaps[half, k] + gap * gap
-                grid.near[fresh, total] = grid.near[half, k] * size + place
-                grid.gaps[fresh, total] = square
-                grid.ahead[fresh, total] = grid.ahead[half, k] + reached
-                total += np.uint64(square <= reach * (1.0 + HAIR))
-        half = fresh
+                grid.neighbor_cells[other_half, total] = grid.neighbor_cells[half, k] * size + cell
+                grid.gaps[other_half, total] = square
+                grid.ahead[other_half, total] = grid.ahead[half, k] + reached
+                total += np.uint64(square <= range_sq * (1.0 + ROUNDING_MARGIN))
+        half = other_half
         count = total
-    kept = np.uint64(0)
+    count_kept = np.uint64(0)
     for k in range(count):
-        grid.near[half, kept] = grid.base[other] + grid.near[half, k]
-        kept += np.uint64(grid.ahead[half, k] >= 0.0)
-    return half, kept
+        grid.neighbor_cells[half, count_kept] = grid.base[other] + grid.neighbor_cells[half, k]
+        count_kept += np.uint64(grid.ahead[half, k] >= 0.0)
+    return half, count_kept

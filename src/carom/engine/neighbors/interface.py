@@ -23,14 +23,14 @@ def candidates(neighbors, boundary, i, half):
 
 
 @required
-def first_met(neighbors, model, state, i, now, half, avoided):
+def earliest_partner(neighbors, model, state, i, now, half, avoided):
     """Return the word of the component that i meets first, ``avoided`` left out, or -1, and the time until
     then, about.
     """
 
 
 @required
-def first_newcomer(neighbors, model, state, i, now, words, begin, count):
+def earliest_newcomer(neighbors, model, state, i, now, refs, start_index, count):
     """Return the same of the newcomers of a transit."""
 
 
@@ -40,7 +40,7 @@ def transit_time(neighbors, motion, boundary, state, i, now):
 
 
 @optional
-def change_home(neighbors, motion, boundary, state, i, now):
+def rebin(neighbors, motion, boundary, state, i, now):
     """Put component i, whose velocity is new, into the sector in which it will stay longest.
 
     Its neighbours must be searched anyway. By default it stays where it is.
@@ -49,7 +49,7 @@ def change_home(neighbors, motion, boundary, state, i, now):
 
 
 @required
-def transit(neighbors, motion, boundary, state, i, now):
+def cross(neighbors, motion, boundary, state, i, now):
     """Carry component i over into its next sector (or renew its list).
 
     Returns
@@ -68,11 +68,11 @@ def begin_epoch(neighbors, model, state, tally):
 
 
 @optional
-def wrapped(neighbors, i, axis, crossings):
+def on_wrap(neighbors, i, axis, crossings):
     """Note that the coordinate of i was reduced by ``crossings`` boxes; by default that does not matter."""
     return
 
 
 @required
-def settle(neighbors, motion, boundary, state):
+def build(neighbors, motion, boundary, state):
     """Build the scheme from the positions at the present time; False if an array is too small for it."""

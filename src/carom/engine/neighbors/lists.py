@@ -16,24 +16,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.columns import LANES, line_up
 from carom.compiling.prefetch import prefetch
-from carom.compiling.registers import STEP, copy_words
 from carom.compiling.registry import inner
-from carom.engine.images import index
-from carom.engine.neighbors.bounds import (
-    EqualBounds,
-    level,
-    levels,
-    line_up_bounds,
-    margin,
-    start,
-    touching,
-    touching_found,
-    widest,
+from carom.compiling.simd import LANES, pack
+from carom.compiling.simd_words import STEP, copy_words
+from carom.engine.boundary import index
+from carom.engine.neighbors.grid import (
+    Grid,
+    bits,
+    cell_of,
+    cells_near,
+    coordinate_bits,
+    grid_coordinate,
+    grid_difference,
 )
-from carom.engine.neighbors.grid import Grid, between, bits, cell_of, cells_near, coordinate_bits, steps
-from carom.engine.neighbors.interface import candidates, settle, transit, transit_time
+from carom.engine.neighbors.interface import build, candidates, cross, transit_time
 from carom.engine.neighbors.prefetch import (
     HUGE,
     leaves_first,
@@ -41,6 +38,17 @@ from carom.engine.neighbors.prefetch import (
     prefetch_members,
     prefetch_own,
     stages,
+)
+from carom.engine.neighbors.skins import (
+    EqualBounds,
+    list_range_sq,
+    list_range_sq_found,
+    max_range_sq,
+    pack_bounds,
+    size_class,
+    size_classes,
+    skin,
+    start,
 )
 from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing
 from carom.engine.state import aligned
@@ -59,11 +67,11 @@ class Lists(NamedTuple):
     """
     members: np.ndarray
     """How many each cell holds, (cells,) uint16."""
-    grain: tuple
+    grid_step: tuple
     """Length of one step of a reference point along each axis."""
     reference: np.ndarray
     """Reference points, (n,) uint64: steps along each axis, side by side."""
-    words: np.ndarray
+    refs: np.ndarray
     """Neighbours, list after list, uint32."""
     found: np.ndarray
     """Room for those found in the cells around one, (room,) uint32."""
@@ -82,7 +90,7 @@ class Lists(NamedTuple):
 
 
 def make_lists(
-    n: int, spans, bounds, grid: Grid, cell_capacity: int, words: int, longest: int, steps: Any = None
+    n: int, spans, bounds, grid: Grid, cell_capacity: int, refs: int, longest: int, steps: Any = None
 ) -> Lists:
     """Return empty lists.
 
@@ -109,36 +117,36 @@ def make_lists(
     dimension = len(spans)
     cells = int(grid.shape.prod(axis=1).sum())
     blocks = np.minimum(2 * grid.spans + 1, grid.shape).prod(axis=2).sum(axis=1)
-    room = min(int(blocks.max()) * cell_capacity, n) + 2 * STEP
+    found_capacity = min(int(blocks.max()) * cell_capacity, n) + 2 * STEP
     return Lists(
         bounds=bounds,
         grid=grid,
         cells=aligned((cells + 1) * cell_capacity, np.uint32).reshape(cells + 1, cell_capacity),
         members=np.zeros(cells, np.uint16),
-        grain=tuple(span * 2.0 ** -coordinate_bits(dimension) for span in spans),
+        grid_step=tuple(span * 2.0 ** -coordinate_bits(dimension) for span in spans),
         reference=np.zeros(n, np.uint64),
-        words=np.full(words + STEP, nobody, np.uint32),
-        found=np.zeros(room, np.uint32),
-        points=np.zeros(room, np.uint64),
-        sizes=np.zeros(0 if isinstance(bounds, EqualBounds) else room),
-        newcomers=np.full(room + STEP, nobody, np.uint32),
-        hits=np.zeros(room, np.int64),
+        refs=np.full(refs + STEP, nobody, np.uint32),
+        found=np.zeros(found_capacity, np.uint32),
+        points=np.zeros(found_capacity, np.uint64),
+        sizes=np.zeros(0 if isinstance(bounds, EqualBounds) else found_capacity),
+        newcomers=np.full(found_capacity + STEP, nobody, np.uint32),
+        hits=np.zeros(found_capacity, np.int64),
         counts=np.zeros(n, np.uint16 if longest < 2**16 else np.int32),
         steps=steps,
     )
 
 
 @inner
-def unlist(lists, i, j):
+def unlink(lists, i, j):
     """Remove j from the list of i."""
-    first = start(lists.bounds, i)
+    start_index = start(lists.bounds, i)
     count = lists.counts[i] - 1
-    last = first + np.uint64(count)
-    for k in range(first, last):
-        if named(lists.steps, lists.words[k]) == j:
-            lists.words[k] = lists.words[last]
+    last = start_index + np.uint64(count)
+    for k in range(start_index, last):
+        if named(lists.steps, lists.refs[k]) == j:
+            lists.refs[k] = lists.refs[last]
             break
-    lists.words[last] = fresh_word(lists.steps, i, len(lists.counts))
+    lists.refs[last] = fresh_word(lists.steps, i, len(lists.counts))
     lists.counts[i] = count
 
 
@@ -150,19 +158,19 @@ def listed_fully(lists, i):
 
 
 @inner
-def enlist(lists, i, j):
+def link(lists, i, j):
     """Add j to the list of i; the caller ensures that there is room."""
     count = lists.counts[i]
-    lists.words[start(lists.bounds, i) + np.uint64(count)] = fresh_word(lists.steps, i, j)
+    lists.refs[start(lists.bounds, i) + np.uint64(count)] = fresh_word(lists.steps, i, j)
     lists.counts[i] = count + 1
 
 
 @inner
-def apart(lists, point, other):
+def distance_sq(lists, point, other):
     """Return the squared distance of two reference points."""
     rr = 0.0
-    for axis in range(len(lists.grain)):
-        r = between(lists, point, other, axis)
+    for axis in range(len(lists.grid_step)):
+        r = grid_difference(lists, point, other, axis)
         rr += r * r
     return rr
 
@@ -191,34 +199,34 @@ def leave_cell(lists, cell, i):
 
 @candidates.register
 def _(neighbors: Lists, boundary, i, half):
-    return neighbors.words, start(neighbors.bounds, i), np.int64(neighbors.counts[i])
+    return neighbors.refs, start(neighbors.bounds, i), np.int64(neighbors.counts[i])
 
 
 @inner
-def refer(lists, motion, state, i, now):
+def reference_of(lists, motion, state, i, now):
     """Return the present position of i as a reference point."""
-    row = state.rows[i]
+    me = state.rows[i]
     size = bits(lists)
     point = np.uint64(0)
-    for axis in range(len(lists.grain)):
-        x = position(motion, axis, row.x[axis], row.v[axis], now - row.t)
-        whole = np.int64(np.floor(x / lists.grain[axis])) & ((np.int64(1) << size) - 1)
+    for axis in range(len(lists.grid_step)):
+        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+        whole = np.int64(np.floor(x / lists.grid_step[axis])) & ((np.int64(1) << size) - 1)
         point |= np.uint64(whole) << np.uint64(size * axis)
     return point
 
 
 @transit_time.register
 def _(neighbors: Lists, motion, boundary, state, i, now):
-    row = state.rows[i]
-    room, rate = margin(neighbors.bounds, i, now)
+    me = state.rows[i]
+    found_capacity, rate = skin(neighbors.bounds, i, now)
     rr = 0.0
-    b = room * rate
+    b = found_capacity * rate
     a = -rate * rate
-    for axis in range(len(neighbors.grain)):
-        v = np.float64(row.v[axis])
+    for axis in range(len(neighbors.grid_step)):
+        v = np.float64(me.v[axis])
         r = (
-            position(motion, axis, row.x[axis], v, now - row.t)
-            - steps(neighbors, neighbors.reference[i], axis) * neighbors.grain[axis]
+            position(motion, axis, me.x[axis], v, now - me.t)
+            - grid_coordinate(neighbors, neighbors.reference[i], axis) * neighbors.grid_step[axis]
         )
         r -= boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
         rr += r * r
@@ -227,21 +235,21 @@ def _(neighbors: Lists, motion, boundary, state, i, now):
     if a == 0.0 and rate == 0.0:
         return NEVER
     # The outward root of |r + v t| = room - rate t, in the form that does not cancel for either sign of b.
-    c = max(room * room - rr, 0.0)
+    c = max(found_capacity * found_capacity - rr, 0.0)
     root = np.sqrt(max(b * b + a * c, 0.0))
     if b > 0.0:
         return now + c / (b + root)
     return now + (root - b) / a if a > 0.0 else now
 
 
-@transit.register
+@cross.register
 def _(neighbors: Lists, motion, boundary, state, i, now):
-    count = renew(neighbors, motion, state, i, now)
+    count = rebuild_list(neighbors, motion, state, i, now)
     return count >= 0, neighbors.newcomers, np.uint64(0), count
 
 
 @inner
-def renew(lists, motion, state, i, now):
+def rebuild_list(lists, motion, state, i, now):
     """Take a new reference point for i and bring its list, and it in the others' lists, up to date.
 
     Returns the number of newcomers, or -1 if an array is too small.
@@ -249,33 +257,35 @@ def renew(lists, motion, state, i, now):
     me = np.uint32(i)
     nobody = fresh_word(lists.steps, i, len(lists.counts))
     old = lists.reference[i]
-    fresh = refer(lists, motion, state, i, now)
-    own = level(lists.bounds, i)
-    leave_cell(lists, cell_of(lists, own, old), me)
-    first = start(lists.bounds, i)
-    end = first + np.uint64(lists.counts[i])
-    kept = first
-    for k in range(first, end):
-        word = lists.words[k]
-        j = named(lists.steps, word)
-        if apart(lists, fresh, lists.reference[np.uint64(j)]) <= touching(lists.bounds, i, np.uint64(j)):
-            lists.words[kept] = word
-            kept += np.uint64(1)
+    new_point = reference_of(lists, motion, state, i, now)
+    own_class = size_class(lists.bounds, i)
+    leave_cell(lists, cell_of(lists, own_class, old), me)
+    start_index = start(lists.bounds, i)
+    end = start_index + np.uint64(lists.counts[i])
+    kept_end = start_index
+    for k in range(start_index, end):
+        ref = lists.refs[k]
+        j = named(lists.steps, ref)
+        if distance_sq(lists, new_point, lists.reference[np.uint64(j)]) <= list_range_sq(
+            lists.bounds, i, np.uint64(j)
+        ):
+            lists.refs[kept_end] = ref
+            kept_end += np.uint64(1)
         else:
-            unlist(lists, np.uint64(j), me)
-    for k in range(kept, end):
-        lists.words[k] = nobody
-    lists.counts[i] = kept - first
-    total = look_around(lists, i, fresh, True, old)
-    mark_hits(lists, i, total, fresh, True, old)
-    lists.reference[i] = fresh
-    if not enter_cell(lists, cell_of(lists, own, fresh), me):
+            unlink(lists, np.uint64(j), me)
+    for k in range(kept_end, end):
+        lists.refs[k] = nobody
+    lists.counts[i] = kept_end - start_index
+    total = gather_cells(lists, i, new_point, True, old)
+    flag_in_range(lists, i, total, new_point, True, old)
+    lists.reference[i] = new_point
+    if not enter_cell(lists, cell_of(lists, own_class, new_point), me):
         return np.int64(-1)
-    return enlist_hits(lists, i, total)
+    return link_flagged(lists, i, total)
 
 
 @inner
-def look_around(lists, i, point, moved, old):
+def gather_cells(lists, i, point, moved, old):
     """Put all in the cells around a reference point of component i into ``found`` and return how many they
     are; if it has ``moved`` there from ``old``, those at least who are new to it.
 
@@ -283,19 +293,21 @@ def look_around(lists, i, point, moved, old):
     over the right number would be mispredicted at every one.
     """
     total = np.uint64(0)
-    own = level(lists.bounds, i)
-    for other in range(np.uint64(levels(lists.bounds))):
-        half, count = cells_near(lists, own, other, point, widest(lists.bounds, i, other), moved, old)
+    own_class = size_class(lists.bounds, i)
+    for other in range(np.uint64(size_classes(lists.bounds))):
+        half, count = cells_near(
+            lists, own_class, other, point, max_range_sq(lists.bounds, i, other), moved, old
+        )
         for k in range(count):
-            cell = np.uint64(lists.grid.near[half, k])
+            cell = np.uint64(lists.grid.neighbor_cells[half, k])
             members = np.uint64(lists.members[cell])
-            for begin in range(np.uint64(0), members, np.uint64(STEP)):
+            for start_index in range(np.uint64(0), members, np.uint64(STEP)):
                 copy_words(
                     lists.cells,
                     np.int64(cell),
-                    np.int64(begin),
+                    np.int64(start_index),
                     lists.found,
-                    np.int64(total + begin),
+                    np.int64(total + start_index),
                     np.int64(0),
                     np.int64(0),
                 )
@@ -304,24 +316,24 @@ def look_around(lists, i, point, moved, old):
 
 
 @inner
-def mark_hits(lists, i, total, point, moved, old):
+def flag_in_range(lists, i, total, point, moved, old):
     """Mark in ``hits`` who of those found is to be listed with component i at a reference point, and was not
     where it has ``moved`` from.
 
     What is needed of those found is first put side by side: the loop is then vectorised.
     """
     for k in range(0, np.int64(total), LANES):
-        line_up(lists.reference, lists.found, k, np.int64(0), lists.points, k)
-        line_up_bounds(lists.bounds, lists.found, k, lists.sizes)
+        pack(lists.reference, lists.found, k, np.int64(0), lists.points, k)
+        pack_bounds(lists.bounds, lists.found, k, lists.sizes)
     for k in range(total):
-        limit = touching_found(lists.bounds, i, k, lists.sizes)
-        near = apart(lists, point, lists.points[k]) <= limit
-        new = apart(lists, old, lists.points[k]) > limit if moved else True
-        lists.hits[k] = np.int64(near & new)
+        limit = list_range_sq_found(lists.bounds, i, k, lists.sizes)
+        in_range = distance_sq(lists, point, lists.points[k]) <= limit
+        new = distance_sq(lists, old, lists.points[k]) > limit if moved else True
+        lists.hits[k] = np.int64(in_range & new)
 
 
 @inner
-def enlist_hits(lists, i, total):
+def link_flagged(lists, i, total):
     """List i and the hits among those found with each other; return their number, or -1 if a list is full."""
     last = np.uint64(0)
     for k in range(total):  # without a branch: who is near is a coin toss for the processor
@@ -331,8 +343,8 @@ def enlist_hits(lists, i, total):
         j = np.uint64(lists.newcomers[k])
         if listed_fully(lists, i) or listed_fully(lists, j):
             return np.int64(-1)
-        enlist(lists, i, np.uint32(j))
-        enlist(lists, j, np.uint32(i))
+        link(lists, i, np.uint32(j))
+        link(lists, j, np.uint32(i))
         put_newcomer(lists.steps, lists.newcomers, k, i, j)
     return np.int64(last)
 
@@ -340,9 +352,9 @@ def enlist_hits(lists, i, total):
 @inner
 def prefetch_list(lists, i):
     """Ask for the list of component i."""
-    begin = np.int64(start(lists.bounds, i))
-    prefetch(lists.words, begin)
-    prefetch(lists.words, begin + 16)
+    start_index = np.int64(start(lists.bounds, i))
+    prefetch(lists.refs, start_index)
+    prefetch(lists.refs, start_index + 16)
     prefetch(lists.counts, np.int64(i))
     prefetch(lists.reference, np.int64(i))
 
@@ -350,9 +362,9 @@ def prefetch_list(lists, i):
 @inner
 def prefetch_listed(lists, array, i):
     """Ask for the elements of an array that belong to the neighbours of component i."""
-    begin = start(lists.bounds, i)
-    for k in range(begin, begin + np.uint64(lists.counts[i])):
-        prefetch(array, np.int64(named(lists.steps, lists.words[k])))
+    start_index = start(lists.bounds, i)
+    for k in range(start_index, start_index + np.uint64(lists.counts[i])):
+        prefetch(array, np.int64(named(lists.steps, lists.refs[k])))
 
 
 @stages.register
@@ -370,18 +382,18 @@ def _(neighbors: Lists, motion, boundary, state, i, step):
         if len(state.partner) >= HUGE:
             prefetch_cells(neighbors, motion, state, i, step)
         return
-    who = np.int64(i)
-    word = np.int64(state.partner[i])
-    if word >= 0:
-        j = np.int64(index(boundary, word))
+    component = np.int64(i)
+    ref = np.int64(state.partner[i])
+    if ref >= 0:
+        j = np.int64(index(boundary, ref))
         if step == 1:
             prefetch(state.rows, j)
-            prefetch(state.leave, j)
+            prefetch(state.crossing_time, j)
             prefetch_list(neighbors, np.uint64(j))
         else:
-            who = j
-    if step == 1 or word >= 0:
-        prefetch_listed(neighbors, state.rows, np.uint64(who))
+            component = j
+    if step == 1 or ref >= 0:
+        prefetch_listed(neighbors, state.rows, np.uint64(component))
 
 
 @inner
@@ -389,12 +401,14 @@ def prefetch_cells(lists, motion, state, i, step):
     """Ask for the cells that will be looked into when the list of i is renewed, or for who is in them."""
     if step == 1:
         prefetch_listed(lists, lists.reference, i)
-    own, old = level(lists.bounds, i), lists.reference[i]
-    point = refer(lists, motion, state, i, state.leave[i])
-    for other in range(np.uint64(levels(lists.bounds))):
-        half, count = cells_near(lists, own, other, point, widest(lists.bounds, i, other), True, old)
+    own_class, old = size_class(lists.bounds, i), lists.reference[i]
+    point = reference_of(lists, motion, state, i, state.crossing_time[i])
+    for other in range(np.uint64(size_classes(lists.bounds))):
+        half, count = cells_near(
+            lists, own_class, other, point, max_range_sq(lists.bounds, i, other), True, old
+        )
         for k in range(count):
-            cell = np.uint64(lists.grid.near[half, k])
+            cell = np.uint64(lists.grid.neighbor_cells[half, k])
             if step == 1:
                 prefetch(lists.members, np.int64(cell))
                 prefetch(lists.cells, np.int64(cell) * lists.cells.shape[1])
@@ -402,21 +416,21 @@ def prefetch_cells(lists, motion, state, i, step):
                 prefetch_members(lists.reference, lists.cells, cell, np.int64(lists.members[cell]), i)
 
 
-@settle.register
+@build.register
 def _(neighbors: Lists, motion, boundary, state):
     if standing(neighbors.steps):
         return True
     now = state.clock[0].now
     neighbors.members[:] = 0
     neighbors.counts[:] = 0
-    neighbors.words[:] = fresh_word(neighbors.steps, np.uint64(0), len(neighbors.counts))
+    neighbors.refs[:] = fresh_word(neighbors.steps, np.uint64(0), len(neighbors.counts))
     for i in range(np.uint64(len(state.partner))):
-        own = level(neighbors.bounds, i)
-        fresh = refer(neighbors, motion, state, i, now)
-        total = look_around(neighbors, i, fresh, False, fresh)
-        mark_hits(neighbors, i, total, fresh, False, fresh)
-        neighbors.reference[i] = fresh
-        entered = enter_cell(neighbors, cell_of(neighbors, own, fresh), np.uint32(i))
-        if not entered or enlist_hits(neighbors, i, total) < 0:
+        own_class = size_class(neighbors.bounds, i)
+        new_point = reference_of(neighbors, motion, state, i, now)
+        total = gather_cells(neighbors, i, new_point, False, new_point)
+        flag_in_range(neighbors, i, total, new_point, False, new_point)
+        neighbors.reference[i] = new_point
+        entered = enter_cell(neighbors, cell_of(neighbors, own_class, new_point), np.uint32(i))
+        if not entered or link_flagged(neighbors, i, total) < 0:
             return False
     return True

@@ -56,20 +56,20 @@ def prefetch_own(state, i):
     """Ask for what every event of component i needs."""
     prefetch(state.rows, np.int64(i))
     prefetch(state.partner, np.int64(i))
-    prefetch(state.leave, np.int64(i))
+    prefetch(state.crossing_time, np.int64(i))
 
 
 @inner
-def prefetch_members(array, cells, cell, count, who):
-    """Ask for the elements of an array that belong to the members of a cell; ``who`` is a component whose
-    element is there already.
+def prefetch_members(array, cells, cell, count, component):
+    """Ask for the elements of an array that belong to the members of a cell; ``component`` is a component
+    whose element is there already.
 
     It is asked for in the place of the first few where there are less: nobody can foretell how many there
     are, and the processor would go astray at every cell.
     """
     for k in range(FEW):
         member = np.int64(cells[cell, np.uint64(k)])
-        prefetch(array, member if k < count else np.int64(who))
+        prefetch(array, member if k < count else np.int64(component))
     for k in range(FEW, count):
         prefetch(array, np.int64(cells[cell, np.uint64(k)]))
 
@@ -77,18 +77,18 @@ def prefetch_members(array, cells, cell, count, who):
 @inner
 def leaves_first(state, i):
     """Tell whether the event of i is that it leaves its sector."""
-    return state.leave[i] < state.rows[i].due
+    return state.crossing_time[i] < state.rows[i].event_time
 
 
 @inner
-def look_ahead(calendar, state, neighbors, boundary, motion):
+def prefetch_next(calendar, state, neighbors, boundary, motion):
     """Ask for what the events of the buckets after the present one will touch."""
     buckets = calendar.buckets
     last = stages(neighbors)
     for step in range(last):
-        place = calendar.control[0].cursor + last - step
-        if place < len(buckets) - 1:  # the last one takes what is due beyond the window
-            bucket = np.uint64(place)
+        bucket_index = calendar.control[0].cursor + last - step
+        if bucket_index < len(buckets) - 1:  # the last one takes what is due beyond the window
+            bucket = np.uint64(bucket_index)
             for k in range(np.uint64(buckets[bucket, 0])):
                 prefetch_event(
                     neighbors, motion, boundary, state, np.uint64(buckets[bucket, k + np.uint64(2)]), step

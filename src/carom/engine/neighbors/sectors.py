@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.prefetch import prefetch
-from carom.compiling.registers import STEP, copy_words, replace_words
 from carom.compiling.registry import inner, optional
-from carom.engine.images import index, index_bits, mirror, separation
-from carom.engine.neighbors.interface import candidates, change_home, settle, transit, transit_time, wrapped
+from carom.compiling.simd_words import STEP, copy_words, replace_words
+from carom.engine.boundary import index, index_bits, mirror, separation
+from carom.engine.neighbors.interface import build, candidates, cross, on_wrap, rebin, transit_time
 from carom.engine.neighbors.prefetch import (
     leaves_first,
     prefetch_event,
@@ -23,7 +23,7 @@ from carom.engine.neighbors.prefetch import (
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, exit_time, position, velocity
 
-ASKED = 50_000
+PREFETCH_FROM = 50_000
 """Components from which on it pays to ask for sectors ahead of time."""
 
 
@@ -36,7 +36,7 @@ class Sectors(NamedTuple):
     """Sides of a sector [length]."""
     slacks: tuple
     """How far the largest component may be beyond the faces of its sector along each axis [length]."""
-    spare: np.ndarray | None
+    extra_slack: np.ndarray | None
     """How much further each component may be where there is slack, (n + 1,) float32, or None where all are
     equal [length].
     """
@@ -44,13 +44,13 @@ class Sectors(NamedTuple):
     """Who is in each sector, and in the last column how many, (sectors, room) uint32."""
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of the 3^d sectors around one, (3^d, d) int64."""
-    place: np.ndarray
+    cell: np.ndarray
     """Sector of each component along each axis, (n + 1, d) int32; the ghost has one, too."""
-    turn: np.ndarray
+    wraps: np.ndarray
     """Boxes from the component's position, which is not wrapped in flight, to that sector, (n + 1, d)
     int32.
     """
-    face: np.ndarray
+    exit_face: np.ndarray
     """Face through which each component leaves its sector: twice the axis, plus one for the upper, (n,)
     uint8.
     """
@@ -64,35 +64,35 @@ class Sectors(NamedTuple):
     """Neighbouring sectors that come into view when a component moves down or up along an axis, (2 d, 3^(d
     - 1)) int64.
     """
-    near: np.ndarray
+    neighbor_cells: np.ndarray
     """Room for the numbers of sectors that are looked into, or of rows of them, (3^(d - 1),) int64."""
-    words: np.ndarray
+    refs: np.ndarray
     """Room for the candidates of two components, uint32."""
 
 
-def make_sectors(n: int, edges, shape, capacity: int, slacks, spare=None) -> Sectors:
+def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) -> Sectors:
     """Return empty sectors: ``shape`` of them along the edges, ``capacity`` components in each at most, who
-    may be beyond its faces by ``slacks``, and each by something to ``spare``.
+    may be beyond its faces by ``slacks``, and each by something to ``extra_slack``.
     """
     dimension = len(shape)
-    room = -(-(capacity + 1) // STEP) * STEP
+    cell_size = -(-(capacity + 1) // STEP) * STEP
     digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
     steps = np.array([int(np.prod(shape[axis + 1 :])) for axis in range(dimension)])
     return Sectors(
         shape=tuple(int(size) for size in shape),
         sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
         slacks=tuple(slacks),
-        spare=spare,
-        members=aligned(int(np.prod(shape)) * room, np.uint32).reshape(-1, room),
+        extra_slack=extra_slack,
+        members=aligned(int(np.prod(shape)) * cell_size, np.uint32).reshape(-1, cell_size),
         digits=np.ascontiguousarray(digits, dtype=np.int64),
         ways=np.ascontiguousarray(digits @ steps, dtype=np.int64),
         moves=np.ravel(np.outer(steps, (-1, 1))),
-        place=np.zeros((n + 1, dimension), np.int32),
-        turn=np.zeros((n + 1, dimension), np.int32),
-        face=np.zeros(n, np.uint8),
+        cell=np.zeros((n + 1, dimension), np.int32),
+        wraps=np.zeros((n + 1, dimension), np.int32),
+        exit_face=np.zeros(n, np.uint8),
         faces=np.array([np.flatnonzero(digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
-        near=np.zeros(3 ** (dimension - 1), np.int64),
-        words=np.zeros(2 * (3**dimension * room + STEP), np.uint32),
+        neighbor_cells=np.zeros(3 ** (dimension - 1), np.int64),
+        refs=np.zeros(2 * (3**dimension * cell_size + STEP), np.uint32),
     )
 
 
@@ -101,13 +101,14 @@ def sector_of(sectors, i):
     """Return the sector that holds component i."""
     cell = np.int64(0)
     for axis in range(len(sectors.sides)):
-        cell = cell * sectors.shape[axis] + np.int64(sectors.place[i, axis])
+        cell = cell * sectors.shape[axis] + np.int64(sectors.cell[i, axis])
     return np.uint64(cell)
 
 
 @inner
-def survey(sectors, i):
-    """Put the rows of sectors around component i into ``near``, each as the number of its first sector.
+def neighbor_rows(sectors, i):
+    """Put the rows of sectors around component i into ``neighbor_cells``, each as the number of its first
+    sector.
 
     Returns
     -------
@@ -116,42 +117,42 @@ def survey(sectors, i):
     below, place, above : int
         The three sectors of each row.
     """
-    near = sectors.near
-    near[0] = 0
+    neighbor_cells = sectors.neighbor_cells
+    neighbor_cells[0] = 0
     count = np.int64(1)
     last = len(sectors.sides) - 1
     for axis in range(last):
-        place, length = np.int64(sectors.place[i, axis]), sectors.shape[axis + 1]
-        below, above = wrap(sectors, axis, place - 1), wrap(sectors, axis, place + 1)
+        cell, length = np.int64(sectors.cell[i, axis]), sectors.shape[axis + 1]
+        below, above = wrap(sectors, axis, cell - 1), wrap(sectors, axis, cell + 1)
         for k in range(count):
-            row = np.uint64(count - 1 - k)
-            base = near[row]
-            near[np.uint64(3) * row + np.uint64(2)] = (base + above) * length
-            near[np.uint64(3) * row + np.uint64(1)] = (base + place) * length
-            near[np.uint64(3) * row] = (base + below) * length
+            strip = np.uint64(count - 1 - k)
+            base = neighbor_cells[strip]
+            neighbor_cells[np.uint64(3) * strip + np.uint64(2)] = (base + above) * length
+            neighbor_cells[np.uint64(3) * strip + np.uint64(1)] = (base + cell) * length
+            neighbor_cells[np.uint64(3) * strip] = (base + below) * length
         count *= 3
-    place = np.int64(sectors.place[i, last])
-    return count, wrap(sectors, last, place - 1), place, wrap(sectors, last, place + 1)
+    cell = np.int64(sectors.cell[i, last])
+    return count, wrap(sectors, last, cell - 1), cell, wrap(sectors, last, cell + 1)
 
 
 @inner
-def survey_ahead(sectors, i, face, cell):
+def neighbor_rows_ahead(sectors, i, exit_face, cell):
     """Put the numbers of the sectors that come into view when component i enters its sector ``cell`` through
-    a face into ``near``; return how many they are.
+    a face into ``neighbor_cells``; return how many they are.
     """
-    near = sectors.near
-    axis = face >> 1
+    neighbor_cells = sectors.neighbor_cells
+    axis = exit_face >> 1
     below, above = steps_along(sectors, i, axis)
-    near[0] = cell + (above if face & 1 else below)
+    neighbor_cells[0] = cell + (above if exit_face & 1 else below)
     count = np.int64(1)
     for k in range(len(sectors.sides) - 1):
         below, above = steps_along(sectors, i, k + np.int64(k >= axis))
         for back in range(count):
-            row = np.uint64(count - 1 - back)
-            base = near[row]
-            near[np.uint64(3) * row + np.uint64(2)] = base + above
-            near[np.uint64(3) * row + np.uint64(1)] = base
-            near[np.uint64(3) * row] = base + below
+            strip = np.uint64(count - 1 - back)
+            base = neighbor_cells[strip]
+            neighbor_cells[np.uint64(3) * strip + np.uint64(2)] = base + above
+            neighbor_cells[np.uint64(3) * strip + np.uint64(1)] = base
+            neighbor_cells[np.uint64(3) * strip] = base + below
         count *= 3
     return count
 
@@ -159,26 +160,26 @@ def survey_ahead(sectors, i, face, cell):
 @inner
 def steps_along(sectors, i, axis):
     """Return by how much the numbers of the sectors below and above that of component i differ from its."""
-    place, size = np.int64(sectors.place[i, np.uint64(axis)]), sectors.shape[axis]
+    cell, size = np.int64(sectors.cell[i, np.uint64(axis)]), sectors.shape[axis]
     step = sectors.moves[np.uint64(2 * axis + 1)]
-    return (-step if place > 0 else (size - 1) * step), (step if place + 1 < size else (1 - size) * step)
+    return (-step if cell > 0 else (size - 1) * step), (step if cell + 1 < size else (1 - size) * step)
 
 
 @inner
 def unwrapped(sectors, i, axis):
     """Return the place of component i's sector along an axis, counted on beyond the faces of the box."""
-    return np.int64(sectors.place[i, axis]) + sectors.shape[axis] * np.int64(sectors.turn[i, axis])
+    return np.int64(sectors.cell[i, axis]) + sectors.shape[axis] * np.int64(sectors.wraps[i, axis])
 
 
 @optional
-def slack(spare, sectors, i, axis):
+def slack(extra_slack, sectors, i, axis):
     """Return how far component i may be beyond the faces of its sector along an axis."""
     return sectors.slacks[axis]
 
 
 @slack.register
-def _(spare: np.ndarray, sectors, i, axis):
-    return sectors.slacks[axis] + spare[i] if sectors.slacks[axis] > 0.0 else 0.0
+def _(extra_slack: np.ndarray, sectors, i, axis):
+    return sectors.slacks[axis] + extra_slack[i] if sectors.slacks[axis] > 0.0 else 0.0
 
 
 @inner
@@ -194,7 +195,7 @@ def enter(sectors, cell, i):
 
 
 @inner
-def leave(sectors, cell, i):
+def remove_member(sectors, cell, i):
     """Remove i from a sector."""
     last = np.uint64(sectors.members.shape[1] - 1)
     count = np.uint64(sectors.members[cell, last]) - np.uint64(1)
@@ -205,7 +206,7 @@ def leave(sectors, cell, i):
 
 
 @inner
-def look_into(sectors, boundary, cell, code, total):
+def copy_members(sectors, boundary, cell, code, total):
     """Append the words of the first eight at most in a sector at ``total``; return how many are in it.
 
     Eight are copied, whether so many are there or not: sectors hold a few each, and a loop over the right
@@ -217,9 +218,9 @@ def look_into(sectors, boundary, cell, code, total):
 
 
 @inner
-def look_through(sectors, boundary, cell, code, total):
+def copy_all_members(sectors, boundary, cell, code, total):
     """Append the words of all in a sector at ``total``; return how many they are."""
-    count = look_into(sectors, boundary, cell, code, total)
+    count = copy_members(sectors, boundary, cell, code, total)
     for start in range(np.uint64(STEP), count, np.uint64(STEP)):
         copy_code(sectors, boundary, cell, np.int64(start), code, total + start)
     return count
@@ -230,7 +231,7 @@ def copy_code(sectors, boundary, cell, start, code, total):
     """Copy the words of the eight members of a sector from ``start`` on to ``total``."""
     bits = np.int64(index_bits(boundary))
     code = np.int64(code) if bits > 0 else np.int64(0)
-    copy_words(sectors.members, np.int64(cell), start, sectors.words, np.int64(total), bits, code)
+    copy_words(sectors.members, np.int64(cell), start, sectors.refs, np.int64(total), bits, code)
 
 
 @inner
@@ -244,111 +245,115 @@ def narrow(sectors):
 
 @candidates.register
 def _(neighbors: Sectors, boundary, i, half):
-    near = neighbors.near
-    begin = np.uint64(half * (len(neighbors.words) // 2))
-    total = begin
-    count, below, place, above = survey(neighbors, i)
+    neighbor_cells = neighbors.neighbor_cells
+    start_index = np.uint64(half * (len(neighbors.refs) // 2))
+    total = start_index
+    count, below, cell, above = neighbor_rows(neighbors, i)
     if narrow(neighbors):
-        for row in range(np.uint64(count)):
-            base, code = near[row], 3 * np.int64(row)
-            total += look_into(neighbors, boundary, base + below, code, total)
-            total += look_into(neighbors, boundary, base + place, code + 1, total)
-            total += look_into(neighbors, boundary, base + above, code + 2, total)
+        for strip in range(np.uint64(count)):
+            base, code = neighbor_cells[strip], 3 * np.int64(strip)
+            total += copy_members(neighbors, boundary, base + below, code, total)
+            total += copy_members(neighbors, boundary, base + cell, code + 1, total)
+            total += copy_members(neighbors, boundary, base + above, code + 2, total)
     else:
         for number in range(np.uint64(3 * count)):
             third = number // np.uint64(3)
             digit = np.int64(number - np.uint64(3) * third)
-            way = below if digit == 0 else (place if digit == 1 else above)
-            total += look_through(neighbors, boundary, near[third] + way, number, total)
-    return neighbors.words, begin, np.int64(total - begin)
+            way = below if digit == 0 else (cell if digit == 1 else above)
+            total += copy_all_members(neighbors, boundary, neighbor_cells[third] + way, number, total)
+    return neighbors.refs, start_index, np.int64(total - start_index)
 
 
 @transit_time.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
-    row = state.rows[i]
+    strip = state.rows[i]
     best = NEVER
-    face = np.int64(0)
+    exit_face = np.int64(0)
     for axis in range(len(neighbors.sides)):
-        v = np.float64(row.v[axis])
-        x = position(motion, axis, row.x[axis], v, now - row.t)
-        v = velocity(motion, axis, v, now - row.t)
-        place, side = unwrapped(neighbors, i, axis), neighbors.sides[axis]
-        beyond = slack(neighbors.spare, neighbors, i, axis)
-        t, up = exit_time(motion, axis, x, v, side * place - beyond, side * (place + 1) + beyond)
-        face = 2 * axis + up if t < best else face
+        v = np.float64(strip.v[axis])
+        x = position(motion, axis, strip.x[axis], v, now - strip.t)
+        v = velocity(motion, axis, v, now - strip.t)
+        cell, side = unwrapped(neighbors, i, axis), neighbors.sides[axis]
+        beyond = slack(neighbors.extra_slack, neighbors, i, axis)
+        t, up = exit_time(motion, axis, x, v, side * cell - beyond, side * (cell + 1) + beyond)
+        exit_face = 2 * axis + up if t < best else exit_face
         best = min(t, best)
-    neighbors.face[i] = face
+    neighbors.exit_face[i] = exit_face
     return now + best
 
 
 @inner
-def advice(sectors, i, axis, x, v):
+def best_cell(sectors, i, axis, x, v):
     """Return which sector along an axis component i would stay in longest with coordinate x and velocity v:
     -1, 0 or 1 from its own.
     """
     up = np.int64(v > 0.0)
     sign = 2 * up - 1
     ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * sign
-    beyond = slack(sectors.spare, sectors, i, axis)
+    beyond = slack(sectors.extra_slack, sectors, i, axis)
     return sign if (v != 0.0) & (ahead < beyond) & (beyond > 0.0) else np.int64(0)
 
 
-@change_home.register
+@rebin.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
-    row = state.rows[i]
+    strip = state.rows[i]
     new = np.int64(0)
     changed = False
     for axis in range(len(neighbors.sides)):
-        v = np.float64(row.v[axis])
-        x = position(motion, axis, row.x[axis], v, now - row.t)
-        way = advice(neighbors, i, axis, x, v)
-        new = new * neighbors.shape[axis] + wrap(neighbors, axis, np.int64(neighbors.place[i, axis]) + way)
+        v = np.float64(strip.v[axis])
+        x = position(motion, axis, strip.x[axis], v, now - strip.t)
+        way = best_cell(neighbors, i, axis, x, v)
+        new = new * neighbors.shape[axis] + wrap(neighbors, axis, np.int64(neighbors.cell[i, axis]) + way)
         changed |= way != 0
     if not changed or not enter(neighbors, np.uint64(new), np.uint32(i)):
         return
-    leave(neighbors, sector_of(neighbors, i), np.uint32(i))
+    remove_member(neighbors, sector_of(neighbors, i), np.uint32(i))
     for axis in range(len(neighbors.sides)):
-        v = np.float64(row.v[axis])
-        x = position(motion, axis, row.x[axis], v, now - row.t)
-        move(neighbors, i, axis, advice(neighbors, i, axis, x, v))
+        v = np.float64(strip.v[axis])
+        x = position(motion, axis, strip.x[axis], v, now - strip.t)
+        move(neighbors, i, axis, best_cell(neighbors, i, axis, x, v))
 
 
 @inner
-def wrap(sectors, axis, place):
+def wrap(sectors, axis, cell):
     """Return a place along an axis that is at most one beyond the box as the one that it is an image of."""
     size = sectors.shape[axis]
-    return place + size if place < 0 else (place - size if place >= size else place)
+    return cell + size if cell < 0 else (cell - size if cell >= size else cell)
 
 
 @inner
 def move(sectors, i, axis, way):
     """Note that component i is in the next sector along an axis, if ``way`` is 1 or -1."""
-    place = np.int64(sectors.place[i, axis]) + way
-    sectors.place[i, axis] = wrap(sectors, axis, place)
-    sectors.turn[i, axis] += np.int64(place >= sectors.shape[axis]) - np.int64(place < 0)
+    cell = np.int64(sectors.cell[i, axis]) + way
+    sectors.cell[i, axis] = wrap(sectors, axis, cell)
+    sectors.wraps[i, axis] += np.int64(cell >= sectors.shape[axis]) - np.int64(cell < 0)
 
 
-@transit.register
+@cross.register
 def _(neighbors: Sectors, motion, boundary, state, i, now):
-    face = np.int64(neighbors.face[i])
-    axis = face >> 1
+    exit_face = np.int64(neighbors.exit_face[i])
+    axis = exit_face >> 1
     old = sector_of(neighbors, i)
-    move(neighbors, i, axis, 2 * (face & 1) - 1)
+    move(neighbors, i, axis, 2 * (exit_face & 1) - 1)
     new = sector_of(neighbors, i)
     total = np.uint64(0)
     done = True
     if new != old:  # one sector along this axis is its own neighbour
         done = enter(neighbors, new, np.uint32(i))
         if done:
-            leave(neighbors, old, np.uint32(i))
-    count = survey_ahead(neighbors, i, face, np.int64(new))
+            remove_member(neighbors, old, np.uint32(i))
+    count = neighbor_rows_ahead(neighbors, i, exit_face, np.int64(new))
     if narrow(neighbors):
         for k in range(np.uint64(count)):
-            total += look_into(neighbors, boundary, neighbors.near[k], neighbors.faces[face, k], total)
+            total += copy_members(
+                neighbors, boundary, neighbors.neighbor_cells[k], neighbors.faces[exit_face, k], total
+            )
     else:
         for k in range(np.uint64(count)):
-            total += look_through(neighbors, boundary, neighbors.near[k], neighbors.faces[face, k], total)
-    return done, neighbors.words, np.uint64(0), np.int64(total)
+            total += copy_all_members(
+                neighbors, boundary, neighbors.neighbor_cells[k], neighbors.faces[exit_face, k], total
+            )
+    return done, neighbors.refs, np.uint64(0), np.int64(total)
 
 
 @stages.register
@@ -360,17 +365,17 @@ def _(neighbors: Sectors):
 def _(neighbors: Sectors, motion, boundary, state, i, step):
     if step == 0:
         prefetch_own(state, i)
-        prefetch_place(neighbors, i)
-        prefetch(neighbors.face, np.int64(i))
+        prefetch_cell(neighbors, i)
+        prefetch(neighbors.exit_face, np.int64(i))
         return
-    if len(state.partner) < ASKED:
+    if len(state.partner) < PREFETCH_FROM:
         return
-    word = np.int64(state.partner[i])
+    ref = np.int64(state.partner[i])
     if leaves_first(state, i):
         if step < 3:
             prefetch_ahead(neighbors, state, i, step)
-    elif word >= 0:
-        prefetch_both(neighbors, motion, boundary, state, i, word, step)
+    elif ref >= 0:
+        prefetch_both(neighbors, motion, boundary, state, i, ref, step)
     elif step < 3:
         prefetch_around(neighbors, state, i, np.int64(sector_of(neighbors, i)), step)
 
@@ -380,14 +385,14 @@ def prefetch_ahead(sectors, state, i, step):
     """Ask for the sectors that component i leaves and enters and those that come into view, or for who is in
     them.
     """
-    face = np.uint64(sectors.face[i])
+    exit_face = np.uint64(sectors.exit_face[i])
     old = np.int64(sector_of(sectors, i))
-    new = old + sectors.moves[face]
+    new = old + sectors.moves[exit_face]
     if step == 1:
         prefetch_sector(sectors, old)
         prefetch_sector(sectors, new)
     for k in range(np.uint64(sectors.faces.shape[1])):
-        prefetch_near(sectors, state, i, new, np.uint64(sectors.faces[face, k]), step)
+        prefetch_near(sectors, state, i, new, np.uint64(sectors.faces[exit_face, k]), step)
 
 
 @inner
@@ -398,34 +403,34 @@ def prefetch_around(sectors, state, i, cell, step):
 
 
 @inner
-def prefetch_both(sectors, motion, boundary, state, i, word, step):
-    """Ask for what the collision of component i with the one that ``word`` names will touch."""
-    j = np.uint64(index(boundary, word))
+def prefetch_both(sectors, motion, boundary, state, i, ref, step):
+    """Ask for what the collision of component i with the one that ``ref`` names will touch."""
+    j = np.uint64(index(boundary, ref))
     if step == 1:
         prefetch_sector(sectors, np.int64(sector_of(sectors, i)))
         prefetch(state.rows, np.int64(j))
-        prefetch(state.leave, np.int64(j))
-        prefetch_place(sectors, j)
+        prefetch(state.crossing_time, np.int64(j))
+        prefetch_cell(sectors, j)
         return
     if step == 2:
         prefetch_sector(sectors, np.int64(sector_of(sectors, j)))
-    prefetch_after(sectors, motion, boundary, state, i, word, step)
-    prefetch_after(sectors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), word)), step)
+    prefetch_after(sectors, motion, boundary, state, i, ref, step)
+    prefetch_after(sectors, motion, boundary, state, j, np.int64(mirror(boundary, np.int64(i), ref)), step)
 
 
 @inner
-def prefetch_after(sectors, motion, boundary, state, i, word, step):
+def prefetch_after(sectors, motion, boundary, state, i, ref, step):
     """Ask for the sectors around the one in which component i will be after its collision with the one that
-    ``word`` names, as if they were of one mass; or for who is in them.
+    ``ref`` names, as if they were of one mass; or for who is in them.
     """
-    me, other = state.rows[i], state.rows[np.uint64(index(boundary, word))]
-    now = me.due
+    me, other = state.rows[i], state.rows[np.uint64(index(boundary, ref))]
+    now = me.event_time
     rr = 0.0
     rv = 0.0
     for axis in range(len(sectors.sides)):
         x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
         y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
-        r = separation(boundary, i, word, axis, y - x)
+        r = separation(boundary, i, ref, axis, y - x)
         rr += r * r
         rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
     factor = rv / rr
@@ -435,17 +440,17 @@ def prefetch_after(sectors, motion, boundary, state, i, word, step):
         axis = len(sectors.sides) - 1 - back
         x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
         y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
-        v = me.v[axis] + factor * separation(boundary, i, word, axis, y - x)
-        cell += scale * advice(sectors, i, axis, x, v)
+        v = me.v[axis] + factor * separation(boundary, i, ref, axis, y - x)
+        cell += scale * best_cell(sectors, i, axis, x, v)
         scale *= sectors.shape[axis]
     prefetch_around(sectors, state, i, cell, step - 1)
 
 
 @inner
-def prefetch_place(sectors, i):
+def prefetch_cell(sectors, i):
     """Ask for where component i is."""
-    prefetch(sectors.place, np.int64(i) * len(sectors.sides))
-    prefetch(sectors.turn, np.int64(i) * len(sectors.sides))
+    prefetch(sectors.cell, np.int64(i) * len(sectors.sides))
+    prefetch(sectors.wraps, np.int64(i) * len(sectors.sides))
 
 
 @inner
@@ -460,31 +465,31 @@ def prefetch_near(sectors, state, i, cell, code, step):
 
     Across a face of the box it is a wrong one: what is asked for in vain harms nobody.
     """
-    near = min(max(cell + sectors.ways[code], 0), len(sectors.members) - 1)
+    neighbor_cells = min(max(cell + sectors.ways[code], 0), len(sectors.members) - 1)
     if step == 1:
-        prefetch_sector(sectors, near)
+        prefetch_sector(sectors, neighbor_cells)
         return
-    count = np.int64(sectors.members[np.uint64(near), np.uint64(sectors.members.shape[1] - 1)])
-    prefetch_members(state.rows, sectors.members, np.uint64(near), count, i)
+    count = np.int64(sectors.members[np.uint64(neighbor_cells), np.uint64(sectors.members.shape[1] - 1)])
+    prefetch_members(state.rows, sectors.members, np.uint64(neighbor_cells), count, i)
 
 
-@wrapped.register
+@on_wrap.register
 def _(neighbors: Sectors, i, axis, crossings):
-    neighbors.turn[i, axis] -= np.int64(crossings)
+    neighbors.wraps[i, axis] -= np.int64(crossings)
 
 
-@settle.register
+@build.register
 def _(neighbors: Sectors, motion, boundary, state):
     now = state.clock[0].now
     neighbors.members[:, neighbors.members.shape[1] - 1] = 0
     for i in range(np.uint64(len(state.partner))):
-        row = state.rows[i]
+        strip = state.rows[i]
         for axis in range(len(neighbors.sides)):
-            x = position(motion, axis, row.x[axis], row.v[axis], now - row.t)
-            place = np.int64(np.floor(x / neighbors.sides[axis]))
-            turn = place // neighbors.shape[axis]
-            neighbors.place[i, axis] = place - turn * neighbors.shape[axis]
-            neighbors.turn[i, axis] = turn
+            x = position(motion, axis, strip.x[axis], strip.v[axis], now - strip.t)
+            cell = np.int64(np.floor(x / neighbors.sides[axis]))
+            wraps = cell // neighbors.shape[axis]
+            neighbors.cell[i, axis] = cell - wraps * neighbors.shape[axis]
+            neighbors.wraps[i, axis] = wraps
         if not enter(neighbors, sector_of(neighbors, i), np.uint32(i)):
             return False
     return True

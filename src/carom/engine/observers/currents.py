@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner, optional
-from carom.engine.images import separation
+from carom.engine.boundary import separation
 from carom.engine.observers.interface import at_epoch, at_rest, before_pair, spared
 from carom.models.interface import NEVER, mass
 
@@ -206,7 +206,7 @@ def _(observer: Currents, model, state, event):
     )
     d = len(model.boundary.edges)
     for p in range(d):
-        x = separation(model.boundary, i, event.word, p, np.float64(other.x[p]) - np.float64(me.x[p]))
+        x = separation(model.boundary, i, event.ref, p, np.float64(other.x[p]) - np.float64(me.x[p]))
         r[p] = x
         v[p] = np.float64(me.v[p]) - currents.drift[p]
         w[p] = np.float64(other.v[p]) - currents.drift[p]

@@ -63,7 +63,7 @@ def make_flights(n: int, kinds, inverse) -> Flights:
 
 
 @inner
-def place(value, width):
+def bin_of(value, width):
     """Return the bin of a value that is not negative."""
     return np.int64(min(value / width, BINS - 1.0))
 
@@ -80,8 +80,8 @@ def _(observer: Flights, model, state, event):
                 square += v * v
             time = now - flights.last[c]
             path = time * np.sqrt(square)
-            flights.times[kind, place(time, flights.widths[0])] += 1
-            flights.paths[kind, place(path, flights.widths[1])] += 1
+            flights.times[kind, bin_of(time, flights.widths[0])] += 1
+            flights.paths[kind, bin_of(path, flights.widths[1])] += 1
             flights.flown[kind, 0] += 1.0
             flights.flown[kind, 1] += time
             flights.flown[kind, 2] += path
@@ -95,7 +95,7 @@ def _(observer: Flights, model, state, event):
     a = min(flights.kinds[i], flights.kinds[j])
     b = max(flights.kinds[i], flights.kinds[j])
     u = abs(event.rv) / np.sqrt(event.rr)
-    flights.speeds[a, b, place(u, flights.widths[2])] += 1
+    flights.speeds[a, b, bin_of(u, flights.widths[2])] += 1
     flights.met[a, b, 0] += 1.0
     flights.met[a, b, 1] += u
     flights.met[a, b, 2] += u * u

@@ -47,7 +47,7 @@ class PairEvent(NamedTuple):
 
     i: int | np.integer
     j: int | np.integer
-    word: int
+    ref: int
     """The word that names j and its image."""
     now: float
     """Time since the beginning of the epoch."""

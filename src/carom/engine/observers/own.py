@@ -9,7 +9,7 @@ import numpy as np
 
 from carom.compiling import registry
 from carom.compiling.registry import inner
-from carom.engine.images import separation
+from carom.engine.boundary import separation
 from carom.engine.observers import interface
 from carom.engine.observers.interface import after_obstacle, after_pair, before_obstacle, before_pair, spared
 from carom.models.interface import take_over
@@ -93,7 +93,7 @@ def _(observer: Own, model, state, event):
     _write(observer, state, event.j, observer.before, 1)
     for axis in range(len(model.boundary.edges)):
         x = observer.x[1, axis] - observer.x[0, axis]
-        observer.r[axis] = separation(model.boundary, event.i, event.word, axis, x)
+        observer.r[axis] = separation(model.boundary, event.i, event.ref, axis, x)
 
 
 @after_pair.register

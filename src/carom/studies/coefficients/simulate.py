@@ -49,7 +49,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
 
     sim = simulation_of(task, _refuse_other_interactions, currents=True)
     scene = sim.scene
-    every, stepped = task["every"], sim.machine.contents.stepped
+    every, stepped = task["every"], sim.machine.system.stepped
     equilibrate(sim, task, look)
     if stepped:
         # Crossings of steps count as collisions, but carry little. So the length is in free times of cores.

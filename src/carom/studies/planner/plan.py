@@ -17,7 +17,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.io import records
 from carom.io.paths import replacing, writing
-from carom.simulation.workers.crew import cores as all_cores
+from carom.simulation.workers.thread_pool import cores as all_cores
 from carom.studies.places import refuse_others, refuse_to_replace
 from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod

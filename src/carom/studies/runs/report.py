@@ -19,7 +19,7 @@ from carom.block import Block
 from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.io.paths import replacing, writing
-from carom.models import choice
+from carom.models import model_checks
 from carom.models.faces import stand_ins
 from carom.models.planes import sides
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
@@ -523,7 +523,7 @@ def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
 
 def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
     """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
-    usual = all(scene.usual(kind) for kind in choice.USUAL) and scene.pinned is None
+    usual = all(scene.usual(kind) for kind in model_checks.USUAL) and scene.pinned is None
     if scene.walls or scene.obstacles or scene.contact is not None or scene.restitution < 1.0 or not usual:
         return []
     d, eta = scene.dimension, scene.packing_fraction

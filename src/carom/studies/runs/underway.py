@@ -11,7 +11,7 @@ from dataclasses import fields
 from typing import Any
 
 from carom import io
-from carom.compiling import news
+from carom.compiling import compile_listeners
 from carom.errors import CaromWarning, InputError
 from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
@@ -23,8 +23,8 @@ from carom.scene.scene import Scene
 from carom.simulation.checkpoint import size, size_of_file
 from carom.simulation.equilibration import Equilibration, drifts
 from carom.simulation.equipartition import Thermometer
-from carom.simulation.preparation import pace_of
 from carom.simulation.simulation import Simulation
+from carom.simulation.system_of_scene import driven_speed_of
 from carom.studies.runs import report
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder
@@ -80,7 +80,7 @@ class Run:
         self.stretch: Stretch
         self.writers: list[Writer] = []
         self._before = 0.0  # seconds spent in earlier sessions
-        self._began, self._due = news.running(), clock.perf_counter()
+        self._began, self._due = compile_listeners.running(), clock.perf_counter()
 
     # Beginning.
 
@@ -217,7 +217,7 @@ class Run:
         """
         sim = self.sim
         asked = sim.scene.velocities is None and not self.plan.output.event_log
-        return asked and sim.machine.contents.stepped and drifts(sim) is None
+        return asked and sim.machine.system.stepped and drifts(sim) is None
 
     def _begin(self, segments: int, duration: float) -> None:
         """Begin a stretch, and save its beginning."""
@@ -283,7 +283,7 @@ class Run:
 
     def _spent(self) -> float:
         """Return the seconds spent, in all sessions, without those of compiling."""
-        return self._before + news.running() - self._began
+        return self._before + compile_listeners.running() - self._began
 
     def _measure(self) -> None:
         """Run the remaining segments of the stretch, part by part, and write frames."""
@@ -383,7 +383,7 @@ def _check_pressure(scene: Scene, kT: float | None) -> None:
     rests = kT == 0.0 if scene.velocities is None else not scene.velocities.any()
     if scene.n == 1:
         reason = "One particle has Z = 1 exactly."
-    elif rests and pace_of(scene) == 0.0:
+    elif rests and driven_speed_of(scene) == 0.0:
         reason = "Nothing moves."
     if reason is not None:
         raise InputError(

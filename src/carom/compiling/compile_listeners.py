@@ -1,0 +1,71 @@
+"""Who is told when something is compiled, here or in a worker that sends word; and how long it takes."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+
+_LISTENERS: list[Callable[[], object]] = []
+_taken = 0.0
+
+
+@contextlib.contextmanager
+def compiling() -> Iterator[None]:
+    """Leave the time that the body takes out of :func:`running`."""
+    global _taken
+    began = time.perf_counter()
+    try:
+        yield
+    finally:
+        _taken += time.perf_counter() - began
+
+
+def running() -> float:
+    """Return wall time [s] that does not pass while this process compiles, or loads what it has compiled."""
+    return time.perf_counter() - _taken
+
+
+def tell() -> None:
+    """Tell all who listen in this process that something is being compiled."""
+    for listener in [*_LISTENERS]:
+        listener()
+
+
+def listen(listener: Callable[[], object]) -> Callable[[], None]:
+    """Call a function whenever something is compiled, or :func:`tell` is called; return how to end that.
+
+    What is found in the cache is not compiled, and nobody is told of it. Who listens until the process ends
+    need not end it.
+    """
+    from numba.core import event
+
+    class Watch(event.Listener):
+        """Passes on what Numba says."""
+
+        def on_start(self, event: object) -> None:
+            """Pass it on."""
+            listener()
+
+        def on_end(self, event: object) -> None:
+            """Say nothing."""
+
+    collector = Watch()
+    event.register("numba:compile", collector)
+    _LISTENERS.append(listener)
+
+    def end() -> None:
+        _LISTENERS.remove(listener)
+        event.unregister("numba:compile", collector)
+
+    return end
+
+
+@contextlib.contextmanager
+def listening(listener: Callable[[], object]) -> Iterator[None]:
+    """Call a function as :func:`listen` does, while the body runs."""
+    end = listen(listener)
+    try:
+        yield
+    finally:
+        end()

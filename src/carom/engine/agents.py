@@ -1,0 +1,133 @@
+"""Units that decide by rules: when a rule is called, and the consequences of its decision.
+
+A rule is called when a pair crosses a circle, when a timer runs out, and when a unit in a circle has changed.
+The last two are events of one unit, as those with an obstacle: their partner is WAKE. If a unit is removed or
+changes its kind, all units in whose circles it is must be told. They are put into a queue, which the cycle
+empties before it continues: each gets an event of its own at the present time.
+
+Scenes without rules have none of this.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.registry import inner, optional
+from carom.engine.boundary import separation
+from carom.engine.constants import TIMER_EVENT
+from carom.engine.neighbors.skins import start
+from carom.engine.observers.interface import gain
+from carom.engine.pair_steps import named, put_step, step_of
+from carom.models.interface import IN, mass, position, velocity
+from carom.models.units import (
+    ENTERED,
+    LEFT,
+    NO_AGENT,
+    Units,
+    apply,
+    call_rule,
+    cause_of,
+    fill_agent,
+    fill_event,
+    place_other,
+    recount,
+)
+
+
+@inner
+def _settle(rules, model, state, neighbors, slot, i, now):
+    """Carry out the decision of unit i, and update counters and news if it has changed."""
+    me = state.rows[i]
+    dimension = len(model.boundary.edges)
+    before = 0.0
+    for axis in range(dimension):
+        before += me.v[axis] * me.v[axis]
+    was = apply(rules, slot, np.int64(i), me.v, now)
+    after = 0.0
+    for axis in range(dimension):
+        after += me.v[axis] * me.v[axis]
+    gain(model.observers, 0.5 * mass(rules, i) * (after - before), now)
+    if was != NO_AGENT:
+        start_index = start(neighbors.bounds, i)
+        for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
+            ref = neighbors.refs[k]
+            j = np.int64(named(neighbors.steps, ref))
+            recount(rules, np.int64(i), j, step_of(model.boundary, ref), was)
+            if rules.present[i] == 0:  # who meets nobody is in no circle, wherever the others go
+                put_step(neighbors, i, np.uint64(j), 0)
+                put_step(neighbors, np.uint64(j), i, 0)
+
+
+@optional
+def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
+    """Call the rules of the units whose circle a pair has crossed; both are at the time now.
+
+    Both decide on the state before either decision.
+    """
+    return
+
+
+@on_crossing.register
+def _(rules: Units, model, state, neighbors, i, j, ref, kind, now):
+    crossed = step_of(model.boundary, ref) - np.int64(kind != IN)
+    mine = rules.watch[rules.kinds[i], crossed]
+    yours = rules.watch[rules.kinds[j], crossed]
+    if mine < 0 and yours < 0:
+        return
+    cause = ENTERED if kind == IN else LEFT
+    clock = state.clock[0]
+    time = clock.epoch * clock.length + now
+    me = state.rows[i]
+    other = state.rows[j]
+    fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
+    fill_agent(rules, 1, np.int64(j), other.x, other.v, now)
+    fill_event(rules, 0, cause, mine, np.int64(j), time)
+    fill_event(rules, 1, cause, yours, np.int64(i), time)
+    for axis in range(len(model.boundary.edges)):
+        r = separation(model.boundary, i, ref, axis, other.x[axis] - me.x[axis])
+        place_other(rules, 0, axis, r, other.v[axis])
+        place_other(rules, 1, axis, -r, me.v[axis])
+    if mine >= 0:
+        call_rule(rules.rule, rules.units[0], rules.told[0])
+    if yours >= 0:
+        call_rule(rules.rule, rules.units[1], rules.told[1])
+    if mine >= 0:
+        _settle(rules, model, state, neighbors, 0, i, now)
+    if yours >= 0:
+        _settle(rules, model, state, neighbors, 1, j, now)
+
+
+@optional
+def schedule_timer(rules, state, i, now, event_time, blocked):
+    """Give i an event of its own, if it is to be asked before the time ``event_time``, or before the obstacle
+    that it is ``blocked`` by; return whether it is blocked, by either.
+    """
+    return blocked
+
+
+@schedule_timer.register
+def _(rules: Units, state, i, now, event_time, blocked):
+    until = now if rules.news[i] != NO_AGENT else max(rules.timers[i], now)
+    if until >= (np.float64(state.rows[i].event_time) if blocked else event_time):
+        return blocked
+    state.rows[i].event_time = until
+    state.partner[i] = TIMER_EVENT
+    return True
+
+
+@inner
+def on_timer(rules, model, state, neighbors, i, ref, now):
+    """Ask unit i alone, which is at the time now."""
+    cause, other = cause_of(rules, np.int64(i), now)
+    clock = state.clock[0]
+    me = state.rows[i]
+    fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
+    fill_event(rules, 0, cause, NO_AGENT, other, clock.epoch * clock.length + now)
+    if other != NO_AGENT:
+        far = state.rows[other]
+        for axis in range(len(model.boundary.edges)):
+            x = position(model.motion, axis, far.x[axis], far.v[axis], now - far.t)
+            r = separation(model.boundary, i, ref, axis, x - me.x[axis])
+            place_other(rules, 0, axis, r, velocity(model.motion, axis, far.v[axis], now - far.t))
+    call_rule(rules.rule, rules.units[0], rules.told[0])
+    _settle(rules, model, state, neighbors, 0, i, now)

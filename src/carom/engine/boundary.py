@@ -1,0 +1,158 @@
+"""Periodic boxes: the image of a component that a word names.
+
+A candidate is named by a *word*. In a wide box the word is the candidate's index and the image is the nearest
+one. In a small box one component can be met under several images (the paper's unsectored case), and the word
+says which: ``index << bits | code``, where ``code`` < 3^d names the neighbouring sector, image or not, in
+which it was found.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import optional, required
+
+
+class NearestImage(NamedTuple):
+    """A periodic box in which no component can meet two images of another before one of the two changes
+    sector.
+    """
+
+    edges: tuple
+    """Edges of the box [length]."""
+    inverse: tuple
+    """Their inverses."""
+
+
+class SectorImage(NamedTuple):
+    """A periodic box with fewer than four sectors along an edge: the image is the one seen in the sector."""
+
+    edges: tuple
+    """Edges of the box [length]."""
+    inverse: tuple
+    """Their inverses."""
+    shape: tuple
+    """Number of sectors along each edge."""
+    cell: np.ndarray
+    """Sector of each component, (n + 1, d) int32: the array of the sectors themselves."""
+    wraps: np.ndarray
+    """Boxes between a component's position and its sector, (n + 1, d) int32, theirs too."""
+    digits: np.ndarray
+    """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
+    bits: int
+    """Bits of a word that hold the neighbouring sector."""
+
+
+@required
+def index(boundary, ref):
+    """Return the component that a word names."""
+
+
+@index.register
+def _(boundary: NearestImage, ref):
+    return ref
+
+
+@index.register
+def _(boundary: SectorImage, ref):
+    return np.int64(ref) >> boundary.bits
+
+
+@required
+def index_bits(boundary):
+    """Return how many low bits of a word are not the component's index."""
+
+
+@index_bits.register
+def _(boundary: NearestImage):
+    return 0
+
+
+@index_bits.register
+def _(boundary: SectorImage):
+    return boundary.bits
+
+
+@required
+def lasting(boundary):
+    """Return whether a word stays valid when its component, or the one that uses it, changes sector."""
+
+
+@lasting.register
+def _(boundary: NearestImage):
+    return True
+
+
+@lasting.register
+def _(boundary: SectorImage):
+    return False
+
+
+@required
+def mirror(boundary, i, ref):
+    """Return the word under which the component named by ``ref`` sees component ``i``."""
+
+
+@mirror.register
+def _(boundary: NearestImage, i, ref):
+    return i
+
+
+@mirror.register
+def _(boundary: SectorImage, i, ref):
+    code = ref & ((1 << boundary.bits) - 1)
+    return (i << boundary.bits) | (len(boundary.digits) - 1 - code)
+
+
+@required
+def separation(boundary, i, ref, axis, dx):
+    """Return the coordinate of the image named by ``ref`` relative to i, from the difference ``dx`` of
+    their coordinates.
+    """
+
+
+@separation.register
+def _(boundary: NearestImage, i, ref, axis, dx):
+    return dx - boundary.edges[axis] * np.rint(dx * boundary.inverse[axis])
+
+
+@separation.register
+def _(boundary: SectorImage, i, ref, axis, dx):
+    ref = np.int64(ref)
+    j = np.uint64(ref >> boundary.bits)
+    code = np.uint64(ref & ((1 << boundary.bits) - 1))
+    sectors = boundary.cell[i, axis] + boundary.digits[code, axis] - boundary.cell[j, axis]
+    turns = boundary.wraps[i, axis] - boundary.wraps[j, axis]
+    return dx + boundary.edges[axis] * (np.rint(sectors / boundary.shape[axis]) + turns)
+
+
+@required
+def in_box(boundary, i, axis, x):
+    """Return a coordinate of component i as one in the box in which it flies.
+
+    At a face of the box rounding decides in which one a position lies; where the component may fly through
+    all of a box before it is looked at again, that is the box of its sector.
+    """
+
+
+@in_box.register
+def _(boundary: NearestImage, i, axis, x):
+    return x - np.floor(x * boundary.inverse[axis]) * boundary.edges[axis]
+
+
+@in_box.register
+def _(boundary: SectorImage, i, axis, x):
+    return x - boundary.wraps[i, axis] * boundary.edges[axis] if boundary.inverse[axis] > 0.0 else x
+
+
+@optional
+def count_images(images, i, axis, crossings):
+    """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
+    return
+
+
+@count_images.register
+def _(images: np.ndarray, i, axis, crossings):
+    images[i, axis] += crossings

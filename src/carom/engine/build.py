@@ -1,0 +1,183 @@
+"""Everything that a run consists of: built for a scene and its scheme, enlarged, saved and filled again."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.simd_fields import make_lanes
+from carom.engine.calendar import Calendar, make_calendar, most_lines
+from carom.engine.contact_timing import sight_of
+from carom.engine.dynamic_obstacles import is_live, with_work
+from carom.engine.neighbors.all_pairs_curved import Pairs
+from carom.engine.neighbors.all_pairs_straight import Everybody
+from carom.engine.neighbors.build import build_neighbors
+from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.plan import NeighborPlan
+from carom.engine.neighbors.sectors import Sectors
+from carom.engine.observers.build import make_observers
+from carom.engine.observers.interface import kept_arrays
+from carom.engine.obstacles import make_obstacles
+from carom.engine.pair_steps import SteppedImage
+from carom.engine.state import State, aligned, make_state
+from carom.engine.system import System
+from carom.engine.tallies import TALLY
+from carom.models.units import Units
+
+
+class Model(NamedTuple):
+    """What the basic functions are, by type, and their parameters, by value."""
+
+    pair: Any
+    lanes: Any
+    """Room for what the search reads of candidates, or None."""
+    motion: Any
+    boundary: Any
+    impact: Any
+    """What a contact of two components loses, or None where it is elastic."""
+    obstacles: Any
+    """Everything fixed that components can meet, or None."""
+    timing: Any
+    """How the time of a contact is computed; None: from the moment at which it is found."""
+    observers: Any
+    """What adds something up of the events (:mod:`carom.engine.observers`), or None."""
+    rules: Any
+    """The pair model again, where units decide by rules, or None."""
+
+
+class Engine(NamedTuple):
+    """Everything that a run consists of."""
+
+    model: Model
+    state: State
+    neighbors: Lists | Sectors | Everybody | Pairs
+    calendar: Calendar
+    tallies: Any
+
+
+def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine:
+    """Return the arrays of a run at time zero, nothing scheduled yet."""
+    number = np.float32 if system.single else np.float64
+    state = make_state(positions, velocities, scheme.epoch, system.images, number)
+    particles = system.particles
+    pair, impact = system.interaction.model(particles), system.impact.model(particles)
+    obstacles = with_work(
+        make_obstacles(system.dimension, system.walls, system.obstacle_models), system.obstacle_models
+    )
+    live = obstacles is not None and obstacles.live is not None
+    lossy = impact is not None or system.rates is not None or system.stepped or live
+    neighbors, boundary = build_neighbors(scheme, system, pair)
+    return Engine(
+        Model(
+            pair,
+            make_lanes(pair),
+            system.motion.model(particles),
+            boundary,
+            impact,
+            obstacles,
+            sight_of(scheme, system, neighbors, pair),
+            make_observers(system, pair, velocities, lossy),
+            pair if isinstance(pair, Units) else None,
+        ),
+        state,
+        neighbors,
+        make_calendar(system.n, scheme.width, scheme.heap),
+        np.zeros(1, TALLY).view(np.recarray),
+    )
+
+
+def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> Engine:
+    """Return the engine with empty, larger arrays for its neighbour scheme; everything must be scheduled
+    anew.
+    """
+    neighbors, boundary = build_neighbors(scheme, system, engine.model.pair)
+    return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
+
+
+def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
+    """Copy what has been counted so far into an engine that takes the place of another, and whose unit of
+    time is longer by ``2**slower``.
+    """
+    new.tallies[:] = old.tallies
+    new.tallies["virial"] = np.ldexp(old.tallies["virial"], slower)
+    if hasattr(old.model.pair, "impulse"):  # what pinned components took up
+        new.model.pair.impulse[:] = np.ldexp(old.model.pair.impulse, slower)
+    if isinstance(old.model.boundary, SteppedImage):
+        new.model.pair.events[:] = old.model.pair.events
+    for counted, before in zip(new.model.impact or (), old.model.impact or (), strict=True):
+        if isinstance(counted, np.ndarray):  # what a contact law counts
+            counted[:] = before
+    if old.model.obstacles is not None:
+        new.model.obstacles.hits[:] = old.model.obstacles.hits
+        new.model.obstacles.impulse[:] = np.ldexp(old.model.obstacles.impulse, slower)
+
+
+def enlarge_heap(engine: Engine, capacity: int) -> Engine:
+    """Return the engine with a heap for so many entries, and as many times more lines, up to all that are
+    ever needed; what they hold is kept.
+    """
+    calendar = engine.calendar
+    event_time, component = np.zeros(capacity), np.zeros(capacity, np.int32)
+    event_time[: len(calendar.event_time)], component[: len(calendar.component)] = (
+        calendar.event_time,
+        calendar.component,
+    )
+    width = calendar.lines.shape[1]
+    count = min(
+        len(calendar.lines) * capacity // len(calendar.event_time), most_lines(len(engine.state.partner))
+    )
+    lines = aligned(width * count, np.uint32).reshape(count, width)
+    lines[: len(calendar.lines)] = calendar.lines
+    return engine._replace(
+        calendar=calendar._replace(event_time=event_time, component=component, lines=lines)
+    )
+
+
+def arrays(engine: Engine) -> dict[str, np.ndarray]:
+    """Return every array of the engine by a dotted name, the fields of records apart: what a checkpoint
+    holds.
+    """
+    found: dict[str, np.ndarray] = {}
+
+    def gather(name, value):
+        if isinstance(value, np.ndarray):
+            if value.dtype.names:
+                for field in value.dtype.names:
+                    found[f"{name}.{field}"] = value[field]
+            else:
+                found[name] = value
+        elif hasattr(value, "_fields"):
+            for field, part in zip(value._fields, value, strict=True):
+                gather(f"{name}.{field}" if name else field, part)
+        elif isinstance(value, tuple):
+            for k, part in enumerate(value):
+                if is_live(part):
+                    gather(f"{name}.{k}", part)
+
+    for part in ("state", "neighbors", "calendar", "tallies"):
+        gather(part, getattr(engine, part))
+    for part in ("pair", "impact", "obstacles"):
+        gather(f"model.{part}", getattr(engine.model, part))
+    for observer, its in kept_arrays(engine.model.observers).items():
+        found |= {f"observers.{observer}.{field}": array for field, array in its.items()}
+    return found
+
+
+def restore(engine: Engine, saved: dict[str, np.ndarray]) -> None:
+    """Fill the arrays of a freshly built engine with those of a checkpoint.
+
+    Raises
+    ------
+    ValueError
+        If an array is missing or has another shape or type.
+    """
+    mine = arrays(engine)
+    for name, target in mine.items():
+        source = saved.get(name)
+        if name == "calendar.buckets" and source is not None and len(source) == len(target) - 1:
+            # Written when there was no bucket yet for what is due beyond the window.
+            source = np.concatenate([source, target[-1:]])
+        if source is None or source.shape != target.shape or source.dtype != target.dtype:
+            raise ValueError(f"The checkpoint's array {name!r} does not fit this scene.")
+        target[...] = source

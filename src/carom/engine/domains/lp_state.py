@@ -1,0 +1,170 @@
+"""What a part knows of itself, what parts tell each other, and the calendar that holds both."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.atomics import store
+from carom.compiling.registry import inner
+from carom.engine.domains.decomposition import PATCHES, layer_of
+
+MOST_MESSAGES = 256
+"""Messages that may be on their way to a part from one side; a power of two."""
+
+HISTORY_LENGTH = 128
+"""Events that a part, and a border, remember; a power of two."""
+
+TIME, LATEST, WHOSE, PLACE = 0, 1, 2, 3
+"""Of an event that is remembered: its time, the latest of this and of those before, its part, its layers."""
+
+MOST_ANNOUNCED = 64
+"""Events in a zone that a part announces."""
+
+PROCESSING, INTERIOR = 4, 8
+"""What ``held_borders`` has in addition while an event is processed, and if it is far away from all borders:
+what it touches is the part's own, and concerns nobody else.
+"""
+
+LINE = 8
+"""Words of a cache line."""
+
+LP_STATE = np.dtype(
+    [
+        ("me", "i8"),
+        ("parts", "i8"),
+        ("axis", "i8"),
+        ("lookahead", "f8"),
+        ("spins_before_yield", "i8"),
+        ("held_borders", "i8"),
+        ("waits", "i8"),
+        ("processed", "i8"),
+        ("stragglers", "i8"),
+        ("local_time", "f8"),
+        ("announced_time", "f8"),
+        ("announced_bucket", "i8"),
+        ("window_end", "f8"),
+        ("scanned_time", "f8"),
+        ("announced_horizon", "f8"),
+        ("unacknowledged", "i8"),
+        ("scanned_bucket", "i8"),
+        ("first_unannounced", "f8"),
+        ("announced_counts", "i8", (2,)),
+        ("written", "i8", (2,)),
+        ("read", "i8", (2,)),
+        ("unread", "f8", (2,)),
+    ]
+)
+"""What one part knows of itself.
+
+``me``: its number of ``processes``; ``axis``: as in ``Slabs``; ``lookahead``: widths of a bucket that it may
+be ahead of others; ``spins_before_yield``: refusals after which it lets another thread have the core;
+``held_borders``: borders that it holds; ``waits``: how often in a row; ``processed``: events noted,
+``local_time`` the time of the latest, ``stragglers``: how many came after a later one; ``announced_time`` and
+``announced_horizon``: what it has announced, ``announced_bucket``: in which bucket; ``window_end``: the end
+of the window; ``unacknowledged``: it has read messages and not said so; ``scanned_bucket``: last bucket
+looked into, and ``scanned_time`` its end; ``first_unannounced``: time of an event that it had no room for. Of
+each side: ``announced_counts`` events; messages ``written`` and ``read``; the time of the earliest that may
+be ``unread``.
+"""
+
+
+class Channels(NamedTuple):
+    """What parts tell each other; each writes on cache lines of its own."""
+
+    published_time: np.ndarray
+    """Of each part: nothing is due before this time, and nothing that it has not announced before that one,
+    (parts, 8) float64.
+    """
+    sent_count: np.ndarray
+    """Messages sent to each part from below and from above, and whether all are to stop, (parts, 8) int64."""
+    acknowledged: np.ndarray
+    """Messages that each part has read, (parts, 8) int64."""
+    messages: np.ndarray
+    """The messages: components that are due, (parts, 2, MAIL) int32."""
+    border_locks: np.ndarray
+    """Whether somebody holds the border below each part, and the events in its zone, (parts, 8) int64."""
+    history: np.ndarray
+    """The last of them, (parts, PAST, 8 or more) float64: a cache line each."""
+    event_time: np.ndarray
+    """Earliest event announced in each patch of both borders, (parts, 2, PATCHES) float64."""
+
+
+class LpQueue(NamedTuple):
+    """The calendar of a part: the first five as those of a ``Calendar``."""
+
+    control: Any
+    buckets: np.ndarray
+    lines: np.ndarray
+    event_time: np.ndarray
+    component: np.ndarray
+    neighbors: Any
+    """The neighbour scheme, which says where components are."""
+    lp: Any
+    """One record of type DESK."""
+    channels: Channels
+    mask: np.ndarray
+    """What each layer is to the part, (layers,) uint8."""
+    along: np.ndarray
+    """Two axes along which borders are divided into patches, (2,) int64."""
+    patches: np.ndarray
+    """Into how many, along each of them, (2,) int64."""
+    rows: np.ndarray
+    """The row of patches that each layer along each of them is in, (2, layers) int64."""
+    layers: np.ndarray
+    """Layers along each axis, (d,) int64."""
+    conflict_range: np.ndarray
+    """Layers between two events up to which they may touch the same, (d,) int64."""
+    history: np.ndarray
+    """The last events, (PAST, 8 or more) float64."""
+    announced_times: np.ndarray
+    """Times of the events announced on each side, (2, NOTES) float64."""
+    announced_patches: np.ndarray
+    """Their patches, (2, NOTES) int64."""
+    flags: np.ndarray
+    """Whether a bucket may hold one, (buckets,) uint8."""
+
+
+@inner
+def mask_of(calendar, i):
+    """Return what the layer of component i is to this part."""
+    return np.int64(calendar.mask[layer_of(calendar.neighbors, i, calendar.lp[0].axis)])
+
+
+@inner
+def row_of(calendar, i, k):
+    """Return the row of patches that component i is in, along the k-th axis of a border."""
+    return calendar.rows[k, layer_of(calendar.neighbors, i, calendar.along[k])]
+
+
+@inner
+def patch_at(calendar, side, process, patch_row, column):
+    """Return where the board has what a part announces in a patch of its border on a side."""
+    return (2 * process + side) * PATCHES + patch_row * calendar.patches[1] + column
+
+
+@inner
+def beside(lp, side):
+    """Return the part below (side 0) or above (1)."""
+    other = lp.me + 2 * side - 1
+    return other + lp.processes if other < 0 else (other - lp.processes if other >= lp.processes else other)
+
+
+@inner
+def slot_of(lp, side):
+    """Return which messages are those from or to the part on a side: of two parts, all are from below."""
+    return np.int64(0 if lp.processes == 2 else side)
+
+
+@inner
+def border(lp, side):
+    """Return where the lock of the border on a side is."""
+    return np.int64(LINE) * np.int64(lp.me if side == 0 else beside(lp, np.int64(1)))
+
+
+@inner
+def abort_window(calendar):
+    """Tell all parts that the window is lost."""
+    for process in range(calendar.lp[0].processes):
+        store(calendar.channels.sent_count, LINE * process + 2, np.int64(1))

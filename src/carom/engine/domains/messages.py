@@ -1,0 +1,93 @@
+"""Messages between parts: what one schedules for a component of another, and the locks of borders."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.atomics import load, store
+from carom.compiling.registry import inner
+from carom.engine.calendar import MOST_NEW_ENTRIES, insert, time_of
+from carom.engine.domains.decomposition import BORDER_BELOW, BORDERS, OWN, READ_HALO, WRITE_HALO
+from carom.engine.domains.lp_state import (
+    INTERIOR,
+    LINE,
+    MOST_MESSAGES,
+    PROCESSING,
+    LpQueue,
+    abort_window,
+    beside,
+    border,
+    mask_of,
+    slot_of,
+)
+from carom.engine.queue_hooks import count_local, is_remote, local_component, receive, send_if_remote
+
+
+@is_remote.register
+def _(calendar: LpQueue, i):
+    return mask_of(calendar, i) & OWN == 0
+
+
+@count_local.register
+def _(calendar: LpQueue, start_index, end):
+    # Rows of others are not looked at: half of the memory that two parts would ask for.
+    count = np.uint64(0)
+    for i in range(start_index, end):
+        calendar.component[count] = i
+        count += np.uint64(mask_of(calendar, i) & OWN != 0)
+    return count
+
+
+@local_component.register
+def _(calendar: LpQueue, start_index, k):
+    return np.uint64(calendar.component[k])
+
+
+@send_if_remote.register
+def _(calendar: LpQueue, i, time):
+    lp, channels = calendar.lp[0], calendar.channels
+    if lp.held_borders & INTERIOR != 0:
+        return False
+    mask = mask_of(calendar, np.uint64(i))
+    foreign = mask & OWN == 0
+    if lp.held_borders & PROCESSING != 0:
+        held = mask & BORDERS & lp.held_borders != 0
+        inside = held and mask & WRITE_HALO != 0 if foreign else held or mask & READ_HALO == 0
+        if not inside:
+            abort_window(calendar)  # further away than an event should reach: somebody else may be at it
+    if not foreign:
+        return False
+    side = np.int64(0 if mask & BORDER_BELOW != 0 else 1)
+    slot, other = slot_of(lp, side), beside(lp, side)
+    back = slot_of(lp, 1 - side)
+    k = lp.written[np.uint64(slot)]
+    channels.messages[np.uint64(other), np.uint64(back), np.uint64(k & (MOST_MESSAGES - 1))] = i
+    lp.written[np.uint64(slot)] = k + 1
+    lp.unread[np.uint64(slot)] = min(lp.unread[np.uint64(slot)], time)
+    store(channels.sent_count, LINE * other + back, k + 1)
+    return True
+
+
+@receive.register
+def _(calendar: LpQueue, state):
+    lp, channels, control = calendar.lp[0], calendar.channels, calendar.control[0]
+    if lp.held_borders & BORDERS != 0:
+        unlock(calendar)
+    lp.held_borders = 0
+    for slot in range(2):
+        count = load(channels.sent_count, LINE * lp.me + slot)
+        while lp.read[slot] != count and control.waiting + MOST_NEW_ENTRIES <= len(calendar.event_time):
+            i = channels.messages[np.uint64(lp.me), slot, np.uint64(lp.read[slot] & (MOST_MESSAGES - 1))]
+            lp.read[slot] += 1
+            lp.unacknowledged = 1
+            insert(calendar, np.uint64(i), time_of(state, np.uint64(i)))
+
+
+@inner
+def unlock(calendar):
+    """Let others have the borders that this part holds."""
+    lp = calendar.lp[0]
+    for side in range(2):
+        if lp.held_borders & (side + 1) != 0:
+            store(calendar.channels.border_locks, border(lp, np.int64(side)), np.int64(0))
+    lp.held_borders = 0

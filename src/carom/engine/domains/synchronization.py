@@ -1,0 +1,229 @@
+"""Whose turn it is: parts that share one state process what both can touch in the order of time.
+
+Every part has a calendar of its own, and runs ahead in the middle of its slab. An event that touches what
+another part can touch, too, is in the *zone* of their border. It waits until the other part has nothing
+earlier there, and holds the lock of the border meanwhile. What a part schedules for a component of another
+goes there as a message.
+
+Whether something earlier will turn up at the border is not known. Every border, and every part, remembers its
+last events. Where one is processed that would have had to come before one of them nearby, the window is lost,
+and is run again from its beginning.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.atomics import load, take, yield_thread
+from carom.compiling.registry import inner
+from carom.engine.boundary import index
+from carom.engine.calendar import pop, time_of
+from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, HISTORY, OWN, layer_of, layers_apart
+from carom.engine.domains.lp_state import (
+    HISTORY_LENGTH,
+    INTERIOR,
+    LATEST,
+    LINE,
+    MOST_MESSAGES,
+    PLACE,
+    PROCESSING,
+    TIME,
+    WHOSE,
+    LpQueue,
+    abort_window,
+    beside,
+    border,
+    mask_of,
+    patch_at,
+    row_of,
+    slot_of,
+)
+from carom.engine.domains.messages import unlock
+from carom.engine.neighbors.prefetch import leaves_first
+from carom.engine.queue_hooks import safe_to_process, should_return
+from carom.models.interface import NEVER
+
+MOST_WAITS = 1 << 20
+"""Refusals after which a thread asks whether all are to stop."""
+
+
+@inner
+def no_earlier_event(calendar, side, now, i):
+    """Return whether the part on a side has nothing before now that may touch what an event of component i
+    does.
+    """
+    lp, channels = calendar.lp[0], calendar.channels
+    other = beside(lp, side)
+    slot = slot_of(lp, side)
+    if lp.unread[np.uint64(slot)] < NEVER:
+        read = load(channels.acknowledged, LINE * other + slot_of(lp, 1 - side))
+        if read == lp.written[np.uint64(slot)]:
+            lp.unread[np.uint64(slot)] = NEVER
+        elif lp.unread[np.uint64(slot)] <= now or lp.written[np.uint64(slot)] - read > MOST_MESSAGES // 2:
+            return False
+    clock = load(channels.published_time, LINE * other)
+    if clock > now or (clock == now and lp.me < other):
+        return True
+    too_far = clock + lp.lookahead * calendar.control[0].width <= now
+    if too_far or load(channels.published_time, LINE * other + 1) <= now:
+        return False
+    rows, columns = calendar.patches[0], calendar.patches[1]
+    patch_row, column = row_of(calendar, i, 0), row_of(calendar, i, 1)
+    for above in range(min(rows, 3)):
+        for beyond in range(min(columns, 3)):
+            facing = patch_at(
+                calendar,
+                1 - side,
+                other,
+                around(patch_row + above - 1, rows),
+                around(column + beyond - 1, columns),
+            )
+            if load(channels.event_time, facing) <= now:
+                return False
+    return True
+
+
+@inner
+def around(k, count):
+    """Return k, which may be one too low or too high, within a ring of so many."""
+    return k + count if k < 0 else (k - count if k >= count else k)
+
+
+@inner
+def near_to(calendar, history, k, i):
+    """Return whether component i is near the k-th event that is remembered."""
+    for axis in range(len(calendar.layers)):
+        layer = layer_of(calendar.neighbors, i, axis)
+        if (
+            layers_apart(layer, np.int64(history[k, PLACE + axis]), calendar.layers[axis])
+            > calendar.conflict_range[axis]
+        ):
+            return False
+    return True
+
+
+@inner
+def record_history(calendar, history, k, i, now, local_time):
+    """Remember the event of component i now as the k-th."""
+    history[k, TIME] = now
+    history[k, LATEST] = local_time
+    history[k, WHOSE] = calendar.lp[0].me
+    for axis in range(len(calendar.layers)):
+        history[k, PLACE + axis] = layer_of(calendar.neighbors, i, axis)
+
+
+@inner
+def borders_of(calendar, state, boundary, i):
+    """Return the borders in whose zones the event of component i is."""
+    mask = mask_of(calendar, i)
+    ref = np.int64(state.partner[i])
+    if ref >= 0 and not leaves_first(state, i):
+        mask |= mask_of(calendar, np.uint64(index(boundary, ref)))
+    return mask & BORDERS
+
+
+@inner
+def lock_borders(calendar, state, boundary, i, now, borders):
+    """Take the locks of borders, and return whether the event of component i is still what it was."""
+    lp, channels = calendar.lp[0], calendar.channels
+    for side in range(2):
+        if borders & (side + 1) != 0:
+            if take(channels.border_locks, border(lp, np.int64(side))) != 0:
+                return False
+            lp.held_borders |= side + 1
+    # All that others have sent is on its way by now.
+    for slot in range(2):
+        if load(channels.sent_count, LINE * lp.me + slot) != lp.read[slot]:
+            return False
+    still = mask_of(calendar, i) & OWN != 0 and time_of(state, i) == now
+    return still and borders_of(calendar, state, boundary, i) & ~borders == 0
+
+
+@inner
+def no_straggler_at_border(calendar, side, i, now):
+    """Return whether nothing later was processed near component i at a border, by others; and note it."""
+    lp, channels = calendar.lp[0], calendar.channels
+    at = border(lp, np.int64(side))
+    b = np.uint64(at // LINE)
+    count = channels.border_locks[b, 1]
+    history = channels.history[b]
+    local_time = now
+    for back in range(min(count, HISTORY_LENGTH)):
+        k = np.uint64((count - 1 - back) & (HISTORY_LENGTH - 1))
+        local_time = max(local_time, history[k, LATEST])
+        if history[k, LATEST] < now:
+            break
+        later = history[k, TIME] >= now and history[k, WHOSE] != lp.me
+        if (later and near_to(calendar, history, k, i)) or back == HISTORY_LENGTH - 1:
+            return False
+    channels.border_locks[b, 1] = count + 1
+    record_history(calendar, history, np.uint64(count & (HISTORY_LENGTH - 1)), i, now, local_time)
+    return True
+
+
+@inner
+def no_straggler(calendar, i, now):
+    """Return whether this part has processed nothing later near component i; and note it.
+
+    Late can be only what follows from an event of another part.
+    """
+    lp, history = calendar.lp[0], calendar.history
+    entry = np.uint64(lp.processed & (HISTORY_LENGTH - 1))
+    if now < lp.local_time:
+        # What was far from all borders is not remembered, and may concern those that are not near one.
+        if mask_of(calendar, i) & ANNOUNCED == 0 or history[entry, TIME] > now:
+            return False
+        for k in range(np.uint64(HISTORY_LENGTH)):
+            if history[k, TIME] > now and near_to(calendar, history, k, i):
+                return False
+        lp.stragglers += 1
+    lp.local_time = max(lp.local_time, now)
+    lp.processed += 1
+    record_history(calendar, history, entry, i, now, lp.local_time)
+    return True
+
+
+@safe_to_process.register
+def _(calendar: LpQueue, state, boundary, i, now):
+    lp = calendar.lp[0]
+    lp.waits += 1
+    mask = mask_of(calendar, i)
+    if mask & (OWN | HISTORY) == OWN and now >= lp.local_time:
+        lp.local_time = now
+        lp.waits = 0
+        lp.held_borders = PROCESSING | INTERIOR
+        return True
+    if mask & OWN == 0:  # it has gone over to another part, which knows of it
+        pop(calendar)
+        return False
+    borders = borders_of(calendar, state, boundary, i)
+    if borders != 0:
+        for side in range(2):
+            if borders & (side + 1) != 0 and not no_earlier_event(calendar, np.int64(side), now, i):
+                return False
+        if not lock_borders(calendar, state, boundary, i, now, borders):
+            return False
+        for side in range(2):
+            if borders & (side + 1) != 0 and not no_straggler_at_border(calendar, side, i, now):
+                abort_window(calendar)
+                return False
+    if not no_straggler(calendar, i, now):
+        abort_window(calendar)
+        return False
+    lp.waits = 0
+    lp.held_borders |= PROCESSING
+    return True
+
+
+@should_return.register
+def _(calendar: LpQueue):
+    lp = calendar.lp[0]
+    if lp.waits % lp.spins_before_yield == 0:
+        if lp.held_borders != 0:
+            unlock(calendar)
+        yield_thread()
+    stopped = load(calendar.channels.sent_count, LINE * lp.me + 2) != 0
+    if stopped or lp.waits >= MOST_WAITS:
+        lp.waits = 0
+        return True
+    return False

@@ -1,0 +1,190 @@
+"""Obstacles that move, lose energy or have a memory: their contacts, and the sums over these.
+
+Scenes without them have none of this. An obstacle is *live* where its value has ``live``.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling import registry
+from carom.compiling.registry import optional
+from carom.engine.observers.interface import listed
+from carom.engine.obstacles import Chain, Crowd, Obstacles, gained, normal_along, reflect
+from carom.models.interface import age, at_time, growth, mass, recoil, surface_speed, take_over
+
+QUESTIONS = (recoil, surface_speed, at_time, age, take_over)
+"""What is asked of live obstacles only."""
+
+
+class ObstacleWork(NamedTuple):
+    """What live obstacles add up to."""
+
+    work: np.ndarray
+    """Energy that each wall and obstacle gave to components, (numbers,) float64."""
+    energy: np.ndarray
+    """That of the contact now, (1,) float64."""
+
+
+def is_live(model: Any) -> bool:
+    """Return whether the model of an obstacle has its own answer to one of these questions."""
+    return any(registry.answers(question, type(model)) for question in QUESTIONS)
+
+
+def with_work(obstacles: Obstacles | None, models) -> Obstacles | None:
+    """Return obstacles that are live, if one of their models is."""
+    if obstacles is None or not any(map(is_live, models)):
+        return obstacles
+    return obstacles._replace(live=ObstacleWork(np.zeros(len(obstacles.hits)), np.zeros(1)))
+
+
+def models_in(chain: Any) -> list:
+    """Return the models of the live obstacles in a chain."""
+    if chain is None:
+        return []
+    heads = chain.head if isinstance(chain, Chain) else ()
+    return [model for model in heads if is_live(model)] + models_in(chain.tail)
+
+
+def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
+    """Return, by the number of each obstacle that loses energy, its contacts that were elastic, and that were
+    thrown faster than they came.
+    """
+    found: dict[int, tuple[int, int]] = {}
+    while chain is not None:
+        for k, model in enumerate(chain.head if isinstance(chain, Chain) else ()):
+            if hasattr(model, "spared"):
+                found[chain.number + k] = (int(model.spared[0]), int(model.spared[1]))
+        chain = chain.tail
+    return found
+
+
+def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> None:
+    """Copy the memory of pairs, impact, obstacles and observers from the model of an old engine to that of a
+    new one.
+    """
+    take_over(model.pair, old.pair, instant, passed, slower)
+    take_over(model.impact, old.impact, instant, passed, slower)
+    for mine, before in zip(listed(model.observers), listed(old.observers), strict=True):
+        take_over(mine, before, instant, passed, slower)
+    if model.obstacles is None or model.obstacles.live is None:
+        return
+    model.obstacles.live.work[:] = np.ldexp(old.obstacles.live.work, 2 * slower)
+    chains = (models_in(each.obstacles.chain) for each in (model, old))
+    for mine, before in zip(*chains, strict=True):
+        take_over(mine, before, instant, passed, slower)
+
+
+@optional
+def age_obstacles(obstacles, duration):
+    """Refer the times that obstacles remember to the start of the next epoch."""
+    return
+
+
+@age_obstacles.register
+def _(obstacles: Obstacles, duration):
+    age_live(obstacles.live, obstacles.chain, duration)
+
+
+@optional
+def age_live(live, chain, duration):
+    """Do so, if there are live ones."""
+    return
+
+
+@age_live.register
+def _(live: ObstacleWork, chain, duration):
+    age_link(chain, duration)
+
+
+@optional
+def age_link(chain, duration):
+    """Do so for a chain."""
+    return
+
+
+@age_link.register
+def _(chain: Chain, duration):
+    age_link(chain.tail, duration)
+    for k in range(len(chain.head)):
+        age(chain.head[k], duration)
+
+
+@age_link.register
+def _(chain: Crowd, duration):
+    age_link(chain.tail, duration)
+
+
+@optional
+def set_time(chain, number, now):
+    """Tell the obstacle of that number the time, if it is in the chain."""
+    return
+
+
+@set_time.register
+def _(chain: Chain, number, now):
+    set_time(chain.tail, number, now)
+    k = number - chain.number
+    if 0 <= k < len(chain.head):
+        at_time(chain.head[k], now)
+
+
+@set_time.register
+def _(chain: Crowd, number, now):
+    set_time(chain.tail, number, now)
+
+
+@optional
+def reflect_from(chain, model, i, number, now):
+    """Replace the velocity in the room for it by that after the contact with the obstacle of that number.
+
+    Where that is none of a chain of single obstacles (a wall of the box, one of a crowd) it is elastic.
+    """
+    there = model.obstacles
+    recoil(
+        None, model.motion, i, mass(model.pair, i), there.x, there.v, there.image, growth(model.pair, i), now
+    )
+
+
+@reflect_from.register
+def _(chain: Chain, model, i, number, now):
+    k = number - chain.number
+    if 0 <= k < len(chain.head):
+        there = model.obstacles
+        rate = growth(model.pair, i)
+        recoil(chain.head[k], model.motion, i, mass(model.pair, i), there.x, there.v, there.image, rate, now)
+    else:
+        reflect_from(chain.tail, model, i, number, now)
+
+
+@reflect_from.register
+def _(chain: Crowd, model, i, number, now):
+    reflect_from(chain.tail, model, i, number, now)
+
+
+@reflect.register
+def _(live: ObstacleWork, model, state, i, number, now):
+    obstacles = model.obstacles
+    set_time(obstacles.chain, number, now)
+    normal_along(obstacles.chain, obstacles, model.boundary, number)
+    reflect_from(obstacles.chain, model, np.int64(i), number, now)
+    me = state.rows[i]
+    along = 0.0
+    energy = 0.0
+    for axis in range(len(model.boundary.edges)):
+        change = obstacles.v[axis] - me.v[axis]
+        along += obstacles.image[axis] * change
+        energy += 0.5 * change * (obstacles.v[axis] + me.v[axis])
+        me.v[axis] = obstacles.v[axis]
+    weight = mass(model.pair, np.int64(i))
+    live.energy[0] = weight * energy
+    live.work[number] += weight * energy
+    return weight * along
+
+
+@gained.register
+def _(live: ObstacleWork, momentum, rate):
+    return live.energy[0]

@@ -1,0 +1,380 @@
+"""Everybody: no sectors at all. A component is searched among all others, along their relative path through
+the images of the box.
+
+In a dilute system a component crosses the box several times between two collisions, and would cross hundreds
+of sectors in vain. Here the straight path of a pair is followed from one image to the next. In units of the
+edges, contacts lie near points with integer coordinates. Along the axis in which the pair moves fastest, the
+path passes one plane of these points after the other, at equal intervals. There the other coordinates say
+whether it comes near such a point. Candidates are found with few digits, many at a time (``paths``), and are
+then followed with all digits.
+
+A search covers the rest of the epoch, and all contacts that it finds are kept (``contacts``). At the
+beginning of an epoch every pair is searched once, and all events are chosen together. During the epoch only
+the two that have collided are searched. A component that has lost its partner takes the next of its contacts:
+components that have changed since have searched all others, and have entered the contacts on both sides.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner
+from carom.engine.boundary import separation
+from carom.engine.constants import LAMBDA
+from carom.engine.neighbors.contact_cache import (
+    STALE,
+    Contacts,
+    best_of,
+    clear,
+    contact_of,
+    keep,
+    make_contacts,
+)
+from carom.engine.neighbors.interface import (
+    begin_epoch,
+    build,
+    cross,
+    earliest_newcomer,
+    earliest_partner,
+    rebin,
+    transit_time,
+)
+from carom.engine.neighbors.prefilter import BLOCK, UNITS, marked, position_error_of, prefilter
+from carom.engine.search import contact_time_of, relative
+from carom.engine.state import aligned
+from carom.models.interface import NEVER, interaction_time, position
+
+WIDENED = 1.0 + 2.0**-10
+"""Factor on how near is near, for the rounding of paths that are boxes long: 1e-3 of a diameter, in boxes of
+10^9 diameters a thousand roundings.
+"""
+
+NARROWEST = 3.0
+"""Edges in largest diameters, at least: the image that is nearest where the other's plane is passed, up to
+sqrt(2) diameters away, must be the one that is met.
+"""
+
+
+class Everybody(NamedTuple):
+    """All components, side by side."""
+
+    span: float
+    """Length of an epoch: a search covers what is left of it."""
+    core: float
+    """The largest distance of contact [length]."""
+    inverse: tuple
+    """1 / edge along each axis."""
+    lengths: tuple
+    """Edges in parts of the longest."""
+    stretch: float
+    """The longest edge over the shortest."""
+    width: float
+    """How near to an image a path must pass its plane for a contact [edges], along the shortest edge."""
+    packed_flights: np.ndarray
+    """Coordinates at the beginning of the epoch [units] and velocities [units / span] of a block of
+    components, axis after axis, and block after block, float32. Flat, and blocks of a constant size: only so
+    does the compiler see that what is written is not what is read.
+    """
+    packed_self: np.ndarray
+    """The same of the one that searches, (2 d,)."""
+    fastest: np.ndarray
+    """The largest velocity along an axis that anybody had in this epoch [edges / span], (1,)."""
+    swiftest: np.ndarray
+    """The same of each block, axis by axis, (blocks d,)."""
+    lined_up_epoch: np.ndarray
+    """The epoch that this is true for, (1,) int64."""
+    names: np.ndarray
+    """0 to n - 1, and the ghost from there on, uint32."""
+    paths: np.ndarray
+    """Of a block of pairs, ((2 d - 1) BLOCK,) uint16: for all axes but one where the next plane is passed and
+    by how much more the one after it is [units]; the mark.
+    """
+    flight: np.ndarray
+    """Of one pair, coordinates [edges] and velocities [edges / time] along all axes but one, (2 d,)."""
+    from_time: np.ndarray
+    """Shortly before the contact that the last search of each component has found, (n,): a time from which
+    the nearest image is the one met, and close.
+    """
+    contacts: Contacts
+    """Of every component, whom it meets in this epoch if neither changes its flight before."""
+
+
+def make_everybody(n: int, edges, core: float, span: float, number: type = np.float64) -> Everybody:
+    """Return room for ``n`` components in a box, whose rows hold numbers of a type.
+
+    ``span`` is the length of an epoch, ``core`` the largest distance of contact.
+    """
+    dimension = len(edges)
+    padded = -(-n // BLOCK) * BLOCK
+    shortest, longest = float(min(edges)), float(max(edges))
+    return Everybody(
+        span=float(span),
+        core=float(core),
+        inverse=tuple(1.0 / float(edge) for edge in edges),
+        lengths=tuple(float(edge) / longest for edge in edges),
+        stretch=longest / shortest,
+        width=math.sqrt(2.0) * WIDENED * core / shortest,
+        packed_flights=aligned(2 * dimension * padded, np.float32),
+        packed_self=np.zeros(2 * dimension, np.float32),
+        fastest=np.zeros(1),
+        swiftest=np.zeros(dimension * (padded // BLOCK)),
+        lined_up_epoch=np.full(1, -1),
+        names=np.minimum(np.arange(padded + BLOCK), n).astype(np.uint32),
+        paths=aligned((2 * dimension - 1) * BLOCK, np.uint16),
+        flight=np.zeros(2 * dimension),
+        from_time=np.zeros(n),
+        contacts=make_contacts(n, number),
+    )
+
+
+@inner
+def pack_one(everybody, motion, state, i):
+    """Put component i among the others, as its row says."""
+    me = state.rows[i]
+    block_index, lane = np.uint64(i) // np.uint64(BLOCK), np.uint64(i) % np.uint64(BLOCK)
+    start_index = block_index * np.uint64(2 * BLOCK * len(everybody.inverse)) + lane
+    for axis in range(len(everybody.inverse)):
+        inverse = everybody.inverse[axis]
+        x = position(motion, axis, me.x[axis], me.v[axis], -me.t) * inverse
+        v = np.float64(me.v[axis]) * (inverse * everybody.span)
+        everybody.packed_flights[start_index + np.uint64(2 * axis * BLOCK)] = (x - np.floor(x)) * UNITS
+        everybody.packed_flights[start_index + np.uint64((2 * axis + 1) * BLOCK)] = v * UNITS
+        everybody.fastest[0] = max(everybody.fastest[0], abs(v))
+        swiftest = block_index * np.uint64(len(everybody.inverse)) + np.uint64(axis)
+        everybody.swiftest[swiftest] = max(everybody.swiftest[swiftest], abs(v))
+
+
+@inner
+def pack_self(everybody, i):
+    """Put the flight of component i apart."""
+    block_index, lane = np.uint64(i) // np.uint64(BLOCK), np.uint64(i) % np.uint64(BLOCK)
+    start_index = block_index * np.uint64(2 * BLOCK * len(everybody.inverse)) + lane
+    for k in range(2 * len(everybody.inverse)):
+        everybody.packed_self[k] = everybody.packed_flights[start_index + np.uint64(k * BLOCK)]
+
+
+@inner
+def pack_all(everybody, motion, state):
+    """Put all components side by side, if an epoch has begun since that was done."""
+    epoch = state.clock[0].epoch
+    if everybody.lined_up_epoch[0] != epoch:
+        everybody.lined_up_epoch[0] = epoch
+        everybody.fastest[0] = 0.0
+        for k in range(len(everybody.swiftest)):
+            everybody.swiftest[k] = 0.0
+        for i in range(np.uint64(len(everybody.from_time))):
+            pack_one(everybody, motion, state, i)
+
+
+@inner
+def approach(everybody, model, state, i, j, now, at_plane):
+    """Return a time shortly before i and j would touch, if they do, near the time at which j passes its
+    plane: one diameter of flight before they are closest.
+    """
+    rows = state.rows
+    me = rows[i]
+    other = rows[np.uint64(j)]
+    rv = 0.0
+    vv = 0.0
+    for axis in range(len(everybody.inverse)):
+        x = position(model.motion, axis, me.x[axis], me.v[axis], at_plane - me.t)
+        y = position(model.motion, axis, other.x[axis], other.v[axis], at_plane - other.t)
+        r = separation(model.boundary, i, j, axis, y - x)
+        v = np.float64(other.v[axis]) - np.float64(me.v[axis])
+        rv += r * v
+        vv += v * v
+    return max(at_plane - rv / vv - everybody.core / np.sqrt(vv), now)
+
+
+@inner
+def exact_meeting(everybody, model, state, i, j, now, avoided):
+    """Follow the path of a pair until the end of the epoch, with all digits.
+
+    Returns
+    -------
+    begin, due : float
+        A time shortly before i and j touch for the first time, and that time, or NEVER. The contact of i with
+        the one ``avoided`` does not count if it is now.
+    """
+    flight = everybody.flight
+    dimension = len(everybody.inverse)
+    me = state.rows[i]
+    other = state.rows[np.uint64(j)]
+    fastest = 0.0
+    main = np.int64(0)
+    for axis in range(dimension):
+        x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
+        speed = (np.float64(other.v[axis]) - np.float64(me.v[axis])) * everybody.inverse[axis]
+        flight[np.uint64(2 * axis)] = (y - x) * everybody.inverse[axis]
+        flight[np.uint64(2 * axis + 1)] = speed
+        if abs(speed) * everybody.lengths[axis] > fastest:
+            fastest = abs(speed) * everybody.lengths[axis]
+            main = np.int64(axis)
+    if fastest == 0.0:
+        return now, NEVER
+    u = flight[np.uint64(2 * main)]
+    w = flight[np.uint64(2 * main + 1)]
+    # The last axis in the place of the one that counts the planes.
+    flight[np.uint64(2 * main)] = flight[np.uint64(2 * dimension - 2)]
+    flight[np.uint64(2 * main + 1)] = flight[np.uint64(2 * dimension - 1)]
+    ahead = u if w > 0.0 else -u
+    period = 1.0 / abs(w)
+    first_plane = np.ceil(ahead - everybody.width)
+    last = np.floor(ahead + abs(w) * (everybody.span - now) + everybody.width)
+    for number in range(np.int64(last - first_plane) + 1):
+        at_plane = (first_plane + number - ahead) * period
+        from_time = True
+        for axis in range(dimension - 1):
+            coordinate = flight[np.uint64(2 * axis)] + flight[np.uint64(2 * axis + 1)] * at_plane
+            from_time &= abs(coordinate - np.rint(coordinate)) <= everybody.width
+        if not from_time:
+            continue
+        start_index = approach(everybody, model, state, i, j, now, now + at_plane)
+        rr, rv, vv = relative(model, state, i, j, start_index)
+        event_time = start_index + interaction_time(model.pair, np.int64(i), j, rr, rv, vv, start_index)
+        repeats = j == np.int64(avoided) and event_time <= now
+        if event_time <= everybody.span and not repeats:
+            return start_index, event_time
+    return now, NEVER
+
+
+@inner
+def search_all(everybody, model, state, i, now, after, avoided):
+    """Look at all behind number ``after`` but i itself, and keep the contacts that are found, for both sides.
+
+    Whoever has changed and has yet to look at all is left out: it will find i itself.
+
+    Returns
+    -------
+    chosen : int
+        Whom of those looked at i can meet first, or -1.
+    """
+    contacts = everybody.contacts
+    pack_self(everybody, i)
+    n = np.int64(len(everybody.from_time))
+    best = NEVER
+    chosen = np.int64(-1)
+    elapsed = now / everybody.span
+    covered = 1.0 - elapsed
+    position_error = position_error_of(everybody, elapsed, covered)
+    start_index = np.int64(after) + 1
+    for start in range(start_index // BLOCK * BLOCK, n, BLOCK):
+        from_time = prefilter(everybody, elapsed, covered, position_error, start)
+        lane, last = marked(everybody, max(start_index - start, 0), from_time)
+        while lane < BLOCK:
+            j = np.int64(start) + np.int64(lane)
+            if j < n and j != np.int64(i) and contacts.counts[j] != STALE:
+                shortly, event_time = exact_meeting(everybody, model, state, i, j, now, avoided)
+                if event_time < NEVER:
+                    keep(contacts, i, np.uint64(j), shortly, event_time)
+                    keep(contacts, np.uint64(j), i, shortly, event_time)
+                    if event_time < best and event_time <= state.rows[np.uint64(j)].event_time:
+                        best = event_time
+                        chosen = j
+                        everybody.from_time[i] = shortly
+            if lane == last:
+                break
+            lane, _ = marked(everybody, lane + 1, from_time)
+    return chosen
+
+
+@inner
+def search_everybody(everybody, model, state, now):
+    """Look at every pair, from now to the end of the epoch."""
+    pack_all(everybody, model.motion, state)
+    for i in range(np.uint64(len(everybody.from_time))):
+        clear(everybody.contacts, i)
+    for i in range(np.uint64(len(everybody.from_time))):
+        search_all(everybody, model, state, i, now, i, np.int64(-1))
+
+
+@earliest_partner.register
+def _(neighbors: Everybody, model, state, i, now, half, avoided):
+    if neighbors.lined_up_epoch[0] != state.clock[0].epoch:
+        search_everybody(neighbors, model, state, now)
+    contacts = neighbors.contacts
+    if contacts.counts[i] != STALE and avoided < 0:
+        k, known = best_of(contacts, state, i, False)
+        if known:
+            if k < 0:
+                return np.int64(-1), 0.0
+            contact = contact_of(contacts, i, k)
+            neighbors.from_time[i] = contact.start_time
+            return np.int64(contact.other), 0.0
+    clear(contacts, i)
+    return search_all(neighbors, model, state, i, now, np.int64(-1), avoided), 0.0
+
+
+@earliest_newcomer.register
+def _(neighbors: Everybody, model, state, i, now, refs, start_index, count):
+    return np.int64(-1), 0.0
+
+
+@transit_time.register
+def _(neighbors: Everybody, motion, boundary, state, i, now):
+    return neighbors.span if neighbors.fastest[0] > 0.0 else NEVER
+
+
+@cross.register
+def _(neighbors: Everybody, motion, boundary, state, i, now):
+    return True, neighbors.names, np.uint64(0), np.int64(0)
+
+
+@rebin.register
+def _(neighbors: Everybody, motion, boundary, state, i, now):
+    pack_one(neighbors, motion, state, i)
+    neighbors.contacts.versions[i] += 1
+    neighbors.contacts.counts[i] = STALE
+
+
+@inner
+def choose(everybody, model, state, tally, i):
+    """Give i its first contact with somebody who has no earlier event, if it has a later one itself; whom the
+    two leave has none. Return whether that is so.
+    """
+    rows = state.rows
+    k, _ = best_of(everybody.contacts, state, i, True)
+    if k < 0 or contact_of(everybody.contacts, i, k).event_time >= rows[i].event_time:
+        return False
+    contact = contact_of(everybody.contacts, i, k)
+    j = np.uint64(contact.other)
+    for left in (state.partner[i], state.partner[j]):
+        if left >= 0:
+            rows[left].event_time = NEVER
+            state.partner[left] = LAMBDA
+    everybody.from_time[i] = contact.start_time
+    event_time, clamped = contact_time_of(model.timing, model, state, i, np.int64(j), 0.0, 0.0)
+    tally.clamped += np.int64(clamped)
+    rows[i].event_time = event_time
+    rows[j].event_time = event_time
+    state.partner[i] = np.int64(j)
+    state.partner[j] = np.int64(i)
+    return True
+
+
+@begin_epoch.register
+def _(neighbors: Everybody, model, state, tally):
+    rows = state.rows
+    n = np.uint64(len(neighbors.from_time))
+    search_everybody(neighbors, model, state, 0.0)
+    for i in range(n):
+        # An advancement now for whom contacts found no room: it looks at all by itself.
+        rows[i].event_time = NEVER if neighbors.contacts.first_dropped[i] == NEVER else 0.0
+        state.partner[i] = LAMBDA
+        state.crossing_time[i] = transit_time(neighbors, model.motion, model.boundary, state, i, 0.0)
+    # Nobody takes the earliest pair apart, then nobody the next earliest, and so on: this ends.
+    changed = True
+    while changed:
+        changed = False
+        for i in range(n):
+            changed |= choose(neighbors, model, state, tally, i)
+
+
+@build.register
+def _(neighbors: Everybody, motion, boundary, state):
+    neighbors.lined_up_epoch[0] = -1
+    return True

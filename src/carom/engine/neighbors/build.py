@@ -1,0 +1,137 @@
+"""The neighbour scheme of a run, empty, and the boundary that goes with it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from carom.engine.boundary import NearestImage, SectorImage
+from carom.engine.neighbors.all_pairs_curved import make_pairs
+from carom.engine.neighbors.all_pairs_straight import make_everybody
+from carom.engine.neighbors.grid import make_grid
+from carom.engine.neighbors.lists import Lists, make_lists
+from carom.engine.neighbors.plan import NeighborPlan
+from carom.engine.neighbors.sector_side import ROUNDING_MARGIN
+from carom.engine.neighbors.sectors import make_sectors
+from carom.engine.neighbors.size_classes import (
+    bounds_of,
+    cells_around,
+    shape_of,
+    size_classes_of,
+    spans_of,
+    starts_of,
+)
+from carom.engine.neighbors.skins import EqualBounds, GrowingBounds, UnequalBounds
+from carom.engine.pair_steps import SteppedImage, make_steps
+from carom.engine.system import System
+
+SLACK = 1.0 - 2.0**-20
+"""Flights end this fraction of the margin, or of the slack, early, so that rounding cannot hide a contact
+behind the end of a list, or two sectors away.
+"""
+
+
+def build_neighbors(scheme: NeighborPlan, system: System, pair):
+    """Return the empty neighbour scheme and the boundary that goes with it."""
+    edges = tuple(float(edge) for edge in system.box)
+    # Along an axis with walls nothing is an image of anything: an inverse of zero rounds to no box at all.
+    inverse = tuple(1.0 / edge if wraps else 0.0 for edge, wraps in zip(edges, system.periodic, strict=True))
+    if scheme.kind == "lists":
+        lists = _build_lists(scheme, system, pair)
+        if lists.steps is not None:
+            return lists, SteppedImage(edges, inverse, lists.steps.bits)
+        return lists, NearestImage(edges, inverse)
+    if scheme.kind == "all":
+        number = np.float32 if system.single else np.float64
+        everybody = make_everybody(system.n, edges, system.diameter, scheme.span, number)
+        return everybody, NearestImage(edges, inverse)
+    if scheme.kind == "pairs":
+        return make_pairs(system.n, scheme.span), NearestImage(edges, inverse)
+    slacks = slacks_of(scheme, system)
+    extra_slack = _extra_slack(scheme, system, slacks)
+    sectors = make_sectors(system.n, edges, scheme.shape, scheme.cell_capacity, slacks, extra_slack)
+    if _is_wide(scheme, system):
+        return sectors, NearestImage(edges, inverse)
+    return sectors, SectorImage(
+        # What is seen through a wall is so far away that a wall is met before it.
+        tuple(edge if wraps else 4.0 * edge for edge, wraps in zip(edges, system.periodic, strict=True)),
+        inverse,
+        sectors.shape,
+        sectors.cell,
+        sectors.wraps,
+        sectors.digits,
+        (len(sectors.digits) - 1).bit_length(),
+    )
+
+
+def _is_wide(scheme: NeighborPlan, system: System) -> bool:
+    """Tell whether two neighbouring sectors hold no two components half a box apart."""
+    return all(size >= 4 or not wraps for size, wraps in zip(scheme.shape, system.periodic, strict=True))
+
+
+def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
+    """Return how far a component may be beyond its sector along each axis [length].
+
+    Two that touch are in neighbouring sectors as long as a sector is a diameter and two slacks wide.
+    Components that grow need that room, and beyond a wall of the box there is nothing. Small ones have more
+    (:func:`_extra_slack`).
+    """
+    slacks = [0.0] * system.dimension
+    if _is_wide(scheme, system) and system.rates is None:
+        for axis, (edge, size) in enumerate(zip(system.box, scheme.shape, strict=True)):
+            if system.periodic[axis]:
+                free = 0.5 * (edge / size - system.diameter * (1.0 + ROUNDING_MARGIN))
+                # The images of neighbours must be told apart as before.
+                slacks[axis] = max(SLACK * min(free, 0.25 * edge - edge / size), 0.0)
+    return slacks
+
+
+def _extra_slack(scheme: NeighborPlan, system: System, slacks: list[float]) -> np.ndarray | None:
+    """Return how much more slack each component has than the largest, (n + 1,) [length], or None where all
+    have the same: by as much as its radius is smaller.
+    """
+    radii = system.radii
+    if not system.by_radii or radii is None or system.contact is not None or system.rates is not None:
+        return None
+    most_free = [
+        0.25 * edge - edge / size - slack
+        for edge, size, slack in zip(system.box, scheme.shape, slacks, strict=True)
+        if slack > 0.0
+    ]
+    extra_slack = np.minimum(0.5 * system.diameter - radii, min(most_free, default=0.0))
+    return system.particles.with_ghost(SLACK * extra_slack, np.float32)
+
+
+def _build_lists(scheme: NeighborPlan, system: System, pair) -> Lists:
+    """Return empty lists."""
+    n, dimension = system.n, system.dimension
+    sizes = system.reaches
+    # Reference points beyond a wall are no neighbours: a stretched axis keeps its two ends apart.
+    spans = spans_of(system, scheme.list_range)
+    if sizes is None:
+        skin = 0.5 * (scheme.list_range - system.diameter)
+        bounds: Any = EqualBounds(scheme.list_range**2, skin * SLACK, scheme.capacity)
+        longest, refs = scheme.capacity, n * scheme.capacity
+        shapes = [shape_of(spans, scheme.list_range)]
+        around = [[[1] * dimension]]
+    else:
+        bound = bounds_of(system, scheme.list_range)
+        levels = size_classes_of(system, scheme.list_range)
+        shapes = levels.shapes
+        around = cells_around(levels, spans)
+        starts = starts_of(bound, system, scheme.capacity)
+        longest, refs = int(np.diff(starts).max()), int(starts[-1])
+        ghostly = system.particles.with_ghost(bound)
+        marks = system.particles.with_ghost(levels.levels, np.uint8)
+        largest = np.array(levels.reaches)
+        if system.rates is not None:
+            bounds = GrowingBounds(
+                ghostly, pair.radii, pair.rates, starts, marks, len(shapes), largest, SLACK
+            )
+        else:
+            skins = system.particles.with_ghost(bound - sizes) * SLACK
+            bounds = UnequalBounds(ghostly, skins, starts, marks, len(shapes), largest)
+    steps = make_steps(system.interaction, system.particles)
+    grid = make_grid(shapes, around)
+    return make_lists(n, spans, bounds, grid, scheme.cell_capacity, refs, longest, steps)

@@ -1,0 +1,121 @@
+"""Future contacts of every component, for as long as neither partner changes its flight.
+
+A search finds all contacts until some time and keeps them, so that the next search is seldom needed. A
+contact is valid as long as both partners fly as they did when it was found. A component that changes its
+flight gets a new *version*, which identifies contacts with its former flight.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner
+from carom.engine.state import aligned
+from carom.models.interface import NEVER
+
+CAPACITY = 16
+"""Contacts kept for each component. Of more the earliest are kept."""
+
+STALE = -1
+"""In the place of how many contacts are kept, for one whose flight has changed since it has looked at all."""
+
+
+class Contacts(NamedTuple):
+    """Contacts of all components."""
+
+    found: np.ndarray
+    """Of each component ROOM records: the other, its version then, a time shortly before the contact, and the
+    time of the contact, rounded as rows round it; (n ROOM,).
+    """
+    counts: np.ndarray
+    """How many of them are filled, or CHANGED, (n,) int64."""
+    versions: np.ndarray
+    """How often the flight of each has changed, (n,) int64."""
+    first_dropped: np.ndarray
+    """Time of the earliest contact that found no room, or NEVER, (n,)."""
+
+
+def make_contacts(n: int, number: type) -> Contacts:
+    """Return room for the contacts of ``n`` components, whose rows hold numbers of a type."""
+    kind = np.dtype(
+        [("other", "i8"), ("version", "i8"), ("start_time", "f8"), ("event_time", number)], align=True
+    )
+    return Contacts(
+        found=aligned(n * CAPACITY, kind).view(np.recarray),
+        counts=np.zeros(n, np.int64),
+        versions=np.zeros(n, np.int64),
+        first_dropped=np.full(n, NEVER),
+    )
+
+
+@inner
+def contact_of(contacts, i, k):
+    """Return contact number k of component i, a record."""
+    return contacts.found[np.uint64(i) * np.uint64(CAPACITY) + np.uint64(k)]
+
+
+@inner
+def clear(contacts, i):
+    """Forget the contacts of component i."""
+    contacts.counts[i] = 0
+    contacts.first_dropped[i] = NEVER
+
+
+@inner
+def stands(contacts, contact):
+    """Return whether the partner of a contact still flies as it did when the contact was found."""
+    return contacts.versions[np.uint64(contact.other)] == contact.version
+
+
+@inner
+def keep(contacts, i, j, start_time, event_time):
+    """Keep the contact of i with j, in the place of an earlier find of the same two if there is one."""
+    count = contacts.counts[i]
+    slot = count
+    for k in range(count):
+        contact = contact_of(contacts, i, k)
+        if np.int64(contact.other) == np.int64(j):
+            slot = k
+            break
+        if not stands(contacts, contact):
+            slot = k
+    if slot == CAPACITY:
+        slot = 0
+        for k in range(1, CAPACITY):
+            if contact_of(contacts, i, k).event_time > contact_of(contacts, i, slot).event_time:
+                slot = k
+        last_time = np.float64(contact_of(contacts, i, slot).event_time)
+        contacts.first_dropped[i] = min(contacts.first_dropped[i], max(last_time, event_time))
+        if event_time >= last_time:
+            return
+    elif slot == count:
+        contacts.counts[i] = count + 1
+    contact = contact_of(contacts, i, slot)
+    contact.other = np.int64(j)
+    contact.version = contacts.versions[j]
+    contact.start_time = start_time
+    contact.event_time = event_time
+
+
+@inner
+def best_of(contacts, state, i, before):
+    """Return the number of the first contact of i with somebody who has no earlier event, or -1, and whether
+    none that comes first has been lost for want of room.
+
+    With ``before`` the event of the other must be later, not at the same time.
+    """
+    best = NEVER
+    chosen = np.int64(-1)
+    for k in range(contacts.counts[i]):
+        contact = contact_of(contacts, i, k)
+        event_time, other = (
+            np.float64(contact.event_time),
+            np.float64(state.rows[np.uint64(contact.other)].event_time),
+        )
+        free = event_time < other or (event_time == other and not before)
+        if event_time < best and free and stands(contacts, contact):
+            best = event_time
+            chosen = np.int64(k)
+    return chosen, best <= contacts.first_dropped[i]

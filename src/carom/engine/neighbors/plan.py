@@ -1,0 +1,211 @@
+"""The neighbour scheme of a scene, and the sizes of its arrays: a rule that was measured
+(docs/performance).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from carom.engine.calendar import usual_heap
+from carom.engine.neighbors import cost_model
+from carom.engine.neighbors.capacities import cell_capacity_of, list_capacity_of
+from carom.engine.neighbors.epoch_length import horizon_of, lengths_of, power_of_two, short
+from carom.engine.neighbors.list_ranges import list_ranges, of_dimension, refuse_lists
+from carom.engine.neighbors.sector_side import sector_of
+from carom.engine.system import System
+
+DENSEST = (1.0, 0.9069, 0.7405, 0.6169, 0.4653, 0.3729, 0.2953, 0.2537)
+"""Densest known packing fractions in d = 1 to 8, rounded as they are: lengths of epochs follow from these
+digits, and with them the bits of all runs (``carom.densities.CLOSEST_PACKING`` has the rest).
+"""
+
+
+@dataclass(frozen=True)
+class NeighborPlan:
+    """The choices that change speed and memory, never the physics.
+
+    Attributes
+    ----------
+    kind : {"lists", "sectors", "all", "pairs"}
+        The neighbour scheme.
+    shape : tuple of int
+        Cells along each edge.
+    cell_capacity : int
+        Components a cell can hold; grown when a cell is full.
+    reach : float
+        Distance of reference points up to which the largest components are listed [length]; 0 for sectors.
+    capacity : int
+        Neighbours a list can hold (where lists are of several lengths: beyond the number expected); grown
+        when a list is full; 0 for sectors.
+    epoch : float
+        Length of an epoch [time], a power of two: times are relative to the epoch.
+    width : float
+        First width of the calendar's buckets [time], a power of two; adapted as the run goes on.
+    heap : int
+        Entries that the calendar's heap can hold; grown when it is full.
+    """
+
+    kind: str
+    shape: tuple[int, ...]
+    cell_capacity: int
+    list_range: float
+    capacity: int
+    epoch: float
+    width: float
+    heap: int
+    horizon: float = math.inf
+    """Time after which components that grow need another scheme."""
+    span: float = 0.0
+    """Time that a search among all, or all pairs, covers; 0 for lists and sectors."""
+    step: int = 8
+    """By how much the room in lists grows at least when one is full, twice that the next time; 0 where all
+    lists have the room of the longest, which then grows by a sixteenth.
+    """
+
+    def with_larger_neighbors(self, full_cell: bool) -> NeighborPlan:
+        """Return the scheme with more room in cells, or in lists."""
+        if full_cell:
+            return replace(self, cell_capacity=self.cell_capacity + (8 if self.kind == "sectors" else 1))
+        growth = max(self.step, self.capacity // 16, 1)
+        return replace(self, capacity=self.capacity + growth, step=2 * self.step)
+
+    def with_larger_heap(self) -> NeighborPlan:
+        """Return the scheme with more room in the calendar's heap."""
+        return replace(self, heap=2 * self.heap)
+
+
+def collision_rate(packing_fraction: float, dimension: int, diameter: float, speed: float) -> float:
+    """Return a rough collision rate of one component [1 / time]: the exact law for it, with a pressure that
+    is right at both ends.
+
+    The law is ``2 d (Z - 1) sqrt(kT / m) / (sqrt(pi) sigma)``; ``Z - 1`` is taken as ``2^(d-1) eta / (1 - eta
+    / eta_max)``.
+    """
+    free_volume = max(1.0 - packing_fraction / of_dimension(DENSEST, dimension), 2.0**-40)
+    excess = 2.0 ** (dimension - 1) * packing_fraction / free_volume
+    return 2.0 * math.sqrt(dimension / math.pi) * excess * speed / diameter
+
+
+DILUTE = (0.01, 0.51, 0.36, 0.18, 0.07, 0.03)
+"""Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
+
+LISTS_FROM = 6.0
+"""Components in a sector as wide as the largest, on the average, from which on lists run faster."""
+
+
+def choose(
+    system: System,
+    speed: float,
+    neighbors: str = "auto",
+    shell: float | None = None,
+    rate: float | None = None,
+) -> NeighborPlan:
+    """Choose the scheme for a scene; a given ``shell`` means lists if they fit.
+
+    Parameters
+    ----------
+    contents : Contents
+        The scene.
+    speed : float
+        Root mean square speed [length / time].
+    neighbors : {"auto", "lists", "sectors", "all"}
+        The requested scheme.
+    shell : float, optional
+        Reach of the lists in (largest) diameters.
+    rate : float, optional
+        Collisions of one component a time, where it is known.
+
+    Raises
+    ------
+    ValueError
+        If lists are asked for in a box too small for them.
+    """
+    if system.curved:
+        if neighbors not in ("auto", "all"):
+            raise ValueError(
+                f"neighbors={neighbors!r} is for straight flight, and {type(system.motion).__name__} bends "
+                "the paths of a pair apart; use neighbors='auto'."
+            )
+        return _pairs(system, speed)
+    if system.stepped:
+        if neighbors not in ("auto", "lists"):
+            raise ValueError(
+                f"The steps of pairs are kept in neighbour lists, which neighbors={neighbors!r} has not; use "
+                "neighbors='auto'."
+            )
+        neighbors = "lists"
+    if rate is None:
+        rate = _expected_rate(system, speed)
+    density = system.n / math.prod(system.box)
+    spacing = density ** (-1.0 / system.dimension)
+    ranges = list_ranges(system, shell)
+    if neighbors == "lists":
+        refuse_lists(system, ranges)
+    if neighbors == "all" and (lack := cost_model.fits_everybody(system)) is not None:
+        raise ValueError(f"neighbors='all' needs {lack}; use neighbors='auto'.")
+    requested = neighbors
+    if neighbors == "auto":
+        dense = system.packing_fraction > dilute(system.dimension)
+        dense = dense or (system.diameter / spacing) ** system.dimension > LISTS_FROM
+        neighbors = "lists" if ranges.fit(system) and (dense or shell is not None) else "sectors"
+    if neighbors == "lists":
+        side = ranges.list_range
+    else:
+        side, widest_side = sector_of(system, spacing)
+        if system.rates is None and neighbors == "sectors" and cost_model.is_thin(system) and rate > 0.0:
+            side = min(cost_model.best_side(system, side, speed / rate), max(system.box), widest_side)
+        if requested == "auto" and cost_model.prefers_everybody(system, side, speed, rate):
+            neighbors = "all"
+    alone = neighbors == "all"
+    shape = tuple(1 if alone else max(int(edge / side), 1) for edge in system.box)
+    epoch, width = lengths_of(system, speed, rate, alone)
+    horizon = short(horizon_of(system, neighbors, shape, ranges))
+    return NeighborPlan(
+        kind=neighbors,
+        shape=shape,
+        list_range=ranges.list_range if neighbors == "lists" else 0.0,
+        capacity=list_capacity_of(system, density, ranges.list_range) if neighbors == "lists" else 0,
+        cell_capacity=cell_capacity_of(system, neighbors, shape, ranges.list_range),
+        epoch=epoch,
+        width=width,
+        heap=usual_heap(system.n),
+        horizon=horizon,
+        step=0 if system.reaches is None else 8,
+        span=epoch if alone else 0.0,
+    )
+
+
+def _expected_rate(system: System, speed: float) -> float:
+    """Return the collisions of one component a time, where it is not known."""
+    typical = system.diameter if system.radii is None else 2.0 * float(system.radii.mean())
+    if typical > 0.0:
+        return collision_rate(system.packing_fraction, system.dimension, typical, speed)
+    return 0.0
+
+
+def _pairs(system: System, speed: float) -> NeighborPlan:
+    """Return the scheme that looks at all pairs, one by one; ``speed`` as of :func:`choose`."""
+    # Between walls along all axes nothing is met in an image, and no path is longer than about the box.
+    edge = min(system.box) if math.isinf(system.narrowest) else system.narrowest
+    epoch = power_of_two(4.0 * edge / speed) if speed > 0.0 else 1.0
+    horizon = math.inf
+    if system.rates is not None:  # nobody can outgrow this scheme
+        horizon = 0.5 * edge / float(system.rates.max())
+    return NeighborPlan(
+        kind="pairs",
+        shape=(1,) * system.dimension,
+        cell_capacity=0,
+        list_range=0.0,
+        capacity=0,
+        epoch=epoch,
+        width=epoch / power_of_two(4.0 * system.n),
+        heap=256,
+        horizon=short(horizon),
+        span=short(0.25 * epoch),
+    )
+
+
+def dilute(dimension: int) -> float:
+    """Return the packing fraction below which sectors run faster than lists."""
+    return of_dimension(DILUTE, dimension)

@@ -1,0 +1,201 @@
+"""The facts of a scene that the engine needs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from carom.densities import unit_ball_volume
+from carom.models.interface import Impact, Interaction, Motion, Particles
+from carom.units import TimeUnit
+
+
+@dataclass(frozen=True)
+class System:
+    """What the engine has to know of a scene, in its own unit of time (:mod:`carom.units`).
+
+    Attributes
+    ----------
+    n : int
+        Components.
+    box : tuple of d floats
+        Edges [length].
+    periodic : tuple of d bools
+        Which axes are periodic; the others have walls.
+    diameter : float
+        The largest distance of contact between two components, now [length].
+    mass : float
+        The common mass, where there is one.
+    radii, masses : (n,) float64 arrays, optional
+        Of each component, where they differ or grow.
+    kinds : (n,) int64 array, optional
+        Species of each component, 0 to K - 1.
+    interaction, motion, impact : values
+        Which make the models of the scene (:mod:`carom.models.interface`).
+    walls : model or None
+        Walls of the box.
+    unit : TimeUnit
+        The engine's unit of time.
+    contact : (K, K) float64 array, optional
+        Distances of contact between species, where they are not the sums of the radii.
+    by_radii : bool
+        Whether no two components act on each other beyond the sum of their radii, or ``contact``. Otherwise
+        all do so up to ``diameter``.
+    rates : (n,) float64 array, optional
+        Radius gained a time.
+    obstacles : tuple of NamedTuples and values
+        Kernel models of the obstacles; values of those that are live.
+    still : tuple of d bools, optional
+        Along which axes the momentum is conserved; none, if left out.
+    pace : float
+        Speed that the motion, or what moves, gives to components that rest.
+    images : bool
+        Whether to count the boxes that each component crosses.
+    single : bool
+        Whether positions, velocities and times are kept in single precision.
+    currents : bool
+        Whether to add up the currents of momentum and heat.
+    flights : bool
+        Whether to make histograms of free flights and normal speeds.
+    observers : tuple of NamedTuples
+        Observers of the user's own (:mod:`carom.models.observers`); the run adds up in their arrays.
+    """
+
+    n: int
+    box: tuple[float, ...]
+    periodic: tuple[bool, ...]
+    diameter: float
+    mass: float
+    interaction: Interaction
+    motion: Motion
+    impact: Impact
+    walls: Any = None
+    unit: TimeUnit = TimeUnit()  # noqa: RUF009 (a NamedTuple does not change)
+    radii: np.ndarray | None = None
+    masses: np.ndarray | None = None
+    kinds: np.ndarray | None = None
+    contact: np.ndarray | None = None
+    rates: np.ndarray | None = None
+    by_radii: bool = True
+    obstacles: tuple = field(default=())
+    still: tuple[bool, ...] = ()
+    driven_speed: float = 0.0
+    images: bool = True
+    single: bool = False
+    currents: bool = False
+    flights: bool = False
+    observers: tuple = ()
+
+    @property
+    def obstacle_models(self) -> tuple:
+        """What the engine compiles of the obstacles: their models, or what those that are live make."""
+        particles = self.particles
+        return tuple(each.live(particles) if hasattr(each, "live") else each for each in self.obstacles)
+
+    @property
+    def dimension(self) -> int:
+        """Number of dimensions."""
+        return len(self.box)
+
+    @property
+    def elastic(self) -> bool:
+        """Whether no contact loses energy."""
+        return bool(getattr(self.impact, "elastic", False))
+
+    @property
+    def straight(self) -> bool:
+        """Whether components move along straight lines, uniformly, between two events."""
+        return bool(getattr(self.motion, "straight", True))
+
+    @property
+    def stepped(self) -> bool:
+        """Whether pairs have steps (:mod:`carom.engine.pair_steps`)."""
+        return hasattr(self.interaction, "steps")
+
+    @property
+    def plunge(self) -> float:
+        """Speed that a pair of the lightest gains in its deepest well [length / time]; 0 without one."""
+        if not self.stepped:
+            return 0.0
+        deepest = float(self.interaction.model(self.particles).energy.min())
+        return math.sqrt(4.0 * max(-deepest, 0.0) / float(self.particles.masses.min()))
+
+    @property
+    def curved(self) -> bool:
+        """Whether two components do not even fly straight relative to each other."""
+        return bool(getattr(self.motion, "curved", False))
+
+    @property
+    def threshold(self) -> float:
+        """Normal speed below which contacts are elastic; 0 where there is no such."""
+        return float(self.unit.to_kernel(getattr(self.impact, "elastic_below", None) or 0.0, -1))
+
+    @property
+    def particles(self) -> Particles:
+        """The components, for values that make models."""
+        radii, masses = self.radii, self.masses
+        return Particles(
+            self.box,
+            np.broadcast_to(0.5 * self.diameter, self.n) if radii is None else radii,
+            np.broadcast_to(self.mass, self.n) if masses is None else masses,
+            self.kinds,
+            self.rates,
+            radii is None,
+            self.unit,
+        )
+
+    @property
+    def packing_fraction(self) -> float:
+        """Part of the box that is filled."""
+        powers = self.n * self.diameter**self.dimension
+        if self.radii is not None:
+            powers = float(np.sum((2.0 * self.radii) ** self.dimension))
+        return powers * unit_ball_volume(self.dimension) / 2.0**self.dimension / math.prod(self.box)
+
+    @property
+    def reaches(self) -> np.ndarray | None:
+        """Radii whose sums are no smaller than any distance of contact, (n,), or None where all are equal."""
+        if not self.by_radii:
+            return None
+        if self.radii is None or self.contact is None or self.kinds is None:
+            return self.radii
+        core = np.zeros(len(self.contact))
+        core[self.kinds] = self.radii
+        # An empty species has no radius, and nobody touches it.
+        occur = np.ix_(*[np.unique(self.kinds)] * 2)
+        sums = core[:, None] + core[None, :]
+        return self.radii * max(1.0, float((self.contact[occur] / sums[occur]).max()))
+
+    @property
+    def paces(self) -> np.ndarray:
+        """Square roots of thermal speeds over their mean, (n,): the ratios of the margins.
+
+        A light component uses up its margin sooner, at a rate proportional to ``v / margin``. Among all
+        margins with the same sum, these need the fewest renewals.
+        """
+        if self.masses is None:
+            return np.ones(self.n)
+        paces = (self.masses / self.masses.mean()) ** -0.25
+        return np.clip(paces / paces.mean(), 1.0 / 8.0, 8.0)
+
+    @property
+    def narrowest(self) -> float:
+        """The shortest edge along which images are met [length]; infinite if there is none."""
+        edges = [edge for edge, wraps in zip(self.box, self.periodic, strict=True) if wraps]
+        return min(edges, default=math.inf)
+
+    @property
+    def smallest(self) -> float:
+        """The smallest diameter [length]."""
+        return self.diameter if self.radii is None else 2.0 * float(self.radii.min())
+
+    @property
+    def nearest(self) -> float:
+        """The smallest distance of contact [length]: that of two of the smallest, or one of ``contact``."""
+        if self.contact is None or self.kinds is None:
+            return self.smallest
+        occur = np.unique(self.kinds)
+        return min(self.smallest, float(self.contact[np.ix_(occur, occur)].min()))

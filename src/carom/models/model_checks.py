@@ -1,0 +1,165 @@
+"""Interaction, motion and impact of a scene: what is given, checked, or what the usual keywords mean."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any
+
+import numpy as np
+
+from carom import checks
+from carom.compiling import registry
+from carom.compiling.compile_errors import unknown_part
+from carom.errors import InputError
+from carom.models import interface, parameters, tables
+from carom.models.free_flight import FreeFlight
+from carom.models.hard_cores import HardCores
+from carom.models.restitution import Restitution
+
+USUAL: dict[str, type] = {"interaction": HardCores, "motion": FreeFlight, "impact": Restitution}
+"""The kinds that keywords and files describe."""
+
+REQUIRED: dict[str, tuple[Any, ...]] = {
+    "interaction": (interface.interaction_time, interface.jump),
+    "motion": (interface.position, interface.velocity),
+    "impact": (interface.transfer,),
+}
+"""The questions that the model of each kind must answer."""
+
+STEPPED: tuple[Any, ...] = (interface.step_time, interface.step_jump)
+"""The questions that the model of an interaction with steps must answer, instead of those above."""
+
+METHODS: dict[str, tuple[str, ...]] = {
+    "interaction": ("reach", "model"),
+    "motion": ("model",),
+    "impact": ("model",),
+}
+"""What the value of each kind must have."""
+
+
+def checked(kind: str, value: Any) -> Any:
+    """Return the value of an interaction, a motion or an impact, or None where none is given.
+
+    Raises
+    ------
+    InputError
+        If it lacks a method, or is an interaction given as something else.
+    """
+    if value is None:
+        return None
+    wanted = f"{kind} must be a value with {' and '.join(METHODS[kind])}, such as {USUAL[kind].__name__}()"
+    if isinstance(value, type):
+        raise InputError(f"{wanted}; found the class {value.__name__}, not a value of it.")
+    for name in METHODS[kind]:
+        if not callable(getattr(value, name, None)):
+            raise InputError(f"{wanted}; found {checks.describe(value)}, which {lacks(value, name)}.")
+    if kind != "interaction" and callable(getattr(value, "reach", None)):
+        raise InputError(f"{wanted}; found {type(value).__name__}, an interaction: it has reach.")
+    for name, other in (("steps", "steps_of"), ("steps_of", "steps")):
+        if kind == "interaction" and hasattr(value, name) and not callable(getattr(value, other, None)):
+            raise InputError(f"{type(value).__name__} has {name}, and no {other}: give it both.")
+    return value
+
+
+def is_own(value: Any) -> bool:
+    """Tell whether a value is of a class from outside of the package."""
+    return type(value).__module__.partition(".")[0] != "carom"
+
+
+def lacks(value: Any, name: str) -> str:
+    """Return that a value has no method of this name, and which of a similar name it has."""
+    given = [each for each in dir(value) if is_own(value) and not each.startswith("_")]
+    similar = difflib.get_close_matches(name, given, n=1)
+    return f"has no {name}" + (f", but {similar[0]}" if similar else "")
+
+
+def made(value: Any, particles: interface.Particles) -> Any:
+    """Return the model that a value of one's own makes.
+
+    Raises
+    ------
+    InputError
+        If it makes none.
+    """
+    model = value.model(particles)
+    if model is None:
+        raise InputError(
+            f"model(particles) of {type(value).__name__} returns None; expected a NamedTuple: end it with "
+            "return."
+        )
+    return model
+
+
+def compilable(kind: str, model: Any) -> Any:
+    """Return a model that is a NamedTuple of what the compiler knows.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    wanted = "expected a number, an array of numbers, None, or a tuple of these"
+    if not hasattr(model, "_fields"):
+        raise InputError(f"The model of the {kind} is {checks.describe(model)}; expected a NamedTuple.")
+    for field in model._fields:
+        found = unknown_part(getattr(model, field), field)
+        if found is not None:
+            name, part = found
+            what = f"an array of {part.dtype}" if isinstance(part, np.ndarray) else checks.describe(part)
+            raise InputError(
+                f"The field {name} of {type(model).__name__}, the model of the {kind}, is {what}, which the "
+                f"compiler does not know; {wanted}."
+            )
+    return model
+
+
+def answered(kind: str, model: Any) -> Any:
+    """Return a model that can be compiled, all of whose required questions are answered.
+
+    Raises
+    ------
+    InputError
+        If one is not, or the model holds what the compiler does not know.
+    """
+    if model is not None:
+        compilable(kind, model)
+    steps = kind == "interaction" and registry.answers(interface.step_time, type(model))
+    for question in STEPPED if steps else REQUIRED[kind]:
+        if not registry.answers(question, type(model)):
+            raise InputError(
+                f"The {kind} {type(model).__name__} does not answer {question.__name__}: register a function "
+                f"with @{question.__name__}.register (docs/models.md)."
+            )
+    return model
+
+
+def answers(question: Any, model: Any) -> bool:
+    """Tell whether the type of a model has an answer of its own to a question."""
+    return registry.answers(question, type(model))
+
+
+def answers_any(kind: str, model: Any) -> bool:
+    """Tell whether a model answers one of the required questions of a kind."""
+    return any(registry.answers(question, type(model)) for question in REQUIRED[kind])
+
+
+def recalled(kind: str, kept: Any, given: Any) -> Any:
+    """Return the value for a scene from a file, or None for the usual one.
+
+    Raises
+    ------
+    InputError
+        If the file names a class of one's own, and none is given, or one with other parameters.
+    """
+    if kept is not None and given is None and "type" in kept:
+        return tables.from_table(kept, kind)
+    if kept is not None and given is None:
+        raise InputError(
+            f"The {kind} of this scene is of the class {kept.get('class')}, which no file holds; "
+            f"give the value, {kind}=..., where the file is loaded."
+        )
+    if kept is not None and "class" in kept:
+        other = parameters.difference(kept, given)
+        if other is not None:
+            raise InputError(f"The {kind} of the file is {other}: give the value of the run.")
+    return given

@@ -1,0 +1,80 @@
+"""One at a time: a simulation is used by one thread, and does not run while it is already running.
+
+Compiled code runs at the same time as other threads and rewrites arrays in place. A second thread could read
+half of an event, or an invalid index, and crash the program.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from carom.errors import BusyError
+
+
+class RunGuard:
+    """Who is using a simulation.
+
+    Attributes
+    ----------
+    moving : bool
+        Whether it is running or being changed.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self.moving = False
+
+    @contextlib.contextmanager
+    def reading(self) -> Iterator[None]:
+        """Keep other threads out while the body looks.
+
+        Raises
+        ------
+        BusyError
+            If another thread is at it.
+        """
+        if not self._lock.acquire(blocking=False):
+            raise BusyError(
+                "This simulation is in use by another thread; use one Simulation a thread, or look at this "
+                "one from its own: run(progress=...) calls back."
+            )
+        try:
+            yield
+        finally:
+            self._lock.release()
+
+    @contextlib.contextmanager
+    def changing(self) -> Iterator[None]:
+        """Keep everybody out while the body runs on, or changes what runs.
+
+        Raises
+        ------
+        BusyError
+            If another thread is at it, or the simulation is running: this is a callback of its.
+        """
+        with self.reading():
+            if self.moving:
+                raise BusyError(
+                    "This simulation is running: a progress callback may look at it and save() it, but not "
+                    "run, rescale or close it; do so when run() has returned."
+                )
+            self.moving = True
+            try:
+                yield
+            finally:
+                self.moving = False
+
+
+def exclusive(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a method of a simulation one that another thread's run refuses."""
+
+    @functools.wraps(method)
+    def looking(self: Any, *arguments: Any, **options: Any) -> Any:
+        with self.machine.alone.reading():
+            return method(self, *arguments, **options)
+
+    return looking

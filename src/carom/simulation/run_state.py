@@ -1,0 +1,434 @@
+"""The engine of a scene with its clock, and how both are rebuilt during a run."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from carom import checks
+from carom.errors import BusyError, InputError
+from carom.frame import Frame
+from carom.models.interface import start_steps
+from carom.scene.temperature import peculiar
+from carom.simulation.call_budget import CYCLES, MOST_SCHEDULED, CallBudget
+from carom.simulation.clock import Clock
+from carom.simulation.depths import Depths
+from carom.simulation.invariants import EnergyMomentum
+from carom.simulation.own_models import check_copy_state
+from carom.simulation.run_guard import RunGuard
+from carom.simulation.system_of_scene import driven_speed_of, impact_of, refuse_steep, unit_of
+
+if TYPE_CHECKING:
+    from carom.engine.build import Engine
+    from carom.engine.neighbors.plan import NeighborPlan
+    from carom.engine.system import System
+    from carom.scene.scene import Scene
+    from carom.units import TimeUnit
+
+Steps = tuple[np.ndarray, np.ndarray]
+"""Pairs (m, 2), and on which step each is, (m,)."""
+
+Requested = tuple[str, float | None]
+"""The neighbour scheme that was asked for, and the reach of its lists."""
+
+
+def requested_of(neighbors: str, shell: float | None) -> Requested:
+    """Return what is asked for of the neighbour scheme, checked.
+
+    Raises
+    ------
+    InputError
+        If there is no such scheme, or lists cannot have such a reach.
+    """
+    if neighbors not in ("auto", "lists", "sectors", "all"):
+        raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists', 'sectors' or 'all'.")
+    if shell is not None:
+        shell = checks.number(shell, "shell", low=1.0, open_low=True)
+    return neighbors, shell
+
+
+class Log(Protocol):
+    """Where collisions go: :class:`carom.simulation.recorder.Recorder`."""
+
+    buffer: Any
+    """What the engine writes into."""
+
+    @property
+    def path(self) -> Any:
+        """The file."""
+
+    @property
+    def inherited(self) -> bool:
+        """Whether another process, of which this one is a fork, writes the file."""
+
+    def mark(self) -> dict[str, Any]:
+        """Return how much the file holds."""
+
+    def flush(self, machine: RunState) -> None:
+        """Write what the buffer holds."""
+
+    def close(self) -> None:
+        """Close the file."""
+
+
+class Workers(Protocol):
+    """Several threads for one machine: :class:`carom.simulation.workers.executive.Executive`."""
+
+    def window(self, stop: tuple[np.int64, float], target: int) -> bool:
+        """Run one window; False if the plain cycle is to go on."""
+
+    def close(self) -> None:
+        """End the threads."""
+
+
+class RunState:
+    """The engine of a scene, its clock, and what they were made for.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is simulated.
+    velocities : (n, d) array
+        At the start [length / time].
+    contents : Contents
+        The facts of the scene that the engine needs, in its own unit of time.
+    wish : tuple
+        The requested neighbour scheme and reach.
+    scheme : Scheme, optional
+        The neighbour scheme; chosen for the scene, if left out.
+
+    Raises
+    ------
+    InputError
+        If the neighbour scheme that was asked for cannot be had.
+
+    Attributes
+    ----------
+    engine : Engine
+        Model, state, neighbours, calendar, tallies: the engine's arrays.
+    clock : Clock
+        The present.
+    counted : int
+        Collisions before the clock's base.
+    start : Mechanics
+        Energy and momentum at the start.
+    seconds : float
+        Wall time spent in the engine [s].
+    log : Log or None
+        Where collisions go.
+    alone : Alone
+        Who is using it.
+    budget : Pace
+        Cycles a call of the compiled cycle.
+    steps : tuple of two arrays, or None
+        Pairs and their steps, to be written into the next lists; None where there are none.
+    scheduled : bool
+        Whether every component has its event: not, where Ctrl-C came while they were being given them.
+    team : Workers or None
+        Workers, where there are several.
+    depths : Depths
+        States in which overlaps are looked for when somebody asks.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        velocities: np.ndarray,
+        system: System,
+        requested: Requested,
+        scheme: NeighborPlan | None = None,
+    ):
+        # All answers are registered before the first is compiled, which may be that of projecting.
+        import carom.engine.cycle
+        import carom.engine.domains.logical_process  # noqa: F401
+        from carom.engine.build import build
+
+        self.scene = scene
+        self.velocities = velocities.copy()
+        self.system = system
+        self.requested = requested
+        self.scheme = self._choose(velocities, requested) if scheme is None else scheme
+        self.engine: Engine = build(
+            self.scheme, system, scene.positions, self.unit.to_kernel(self.velocities, -1)
+        )
+        self.clock = Clock(self.unit, self.scheme.epoch)
+        self.counted = 0
+        self.start = EnergyMomentum.of(scene.masses, self.speeds, self.unit)
+        self.seconds = 0.0
+        self.log: Log | None = None
+        self.alone = RunGuard()
+        self.budget = CallBudget(CYCLES)
+        self.steps: Steps | None = None
+        self.scheduled = True
+        self.executive: Workers | None = None
+        self.depths = Depths()
+
+    def _choose(
+        self, velocities: np.ndarray, requested: Requested, rate: float | None = None
+    ) -> NeighborPlan:
+        """Return the scheme for velocities [length / time]; ``rate`` is in the engine's unit."""
+        from carom.engine.neighbors.plan import choose
+
+        v = self.unit.to_kernel(velocities, -1)
+        speed = math.sqrt(float(np.mean(np.sum(v * v, axis=1))))
+        if self.system.rates is not None:
+            speed += 2.0 * float(self.system.rates.max())
+        if not self.system.straight or self.system.obstacles:
+            speed = max(speed, self.system.driven_speed)
+        try:
+            return choose(self.system, speed, *requested, rate)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+
+    @property
+    def unit(self) -> TimeUnit:
+        """The engine's unit of time."""
+        return self.system.unit
+
+    @property
+    def collisions(self) -> int:
+        """Pair collisions since the start."""
+        return int(self.engine.tallies.collisions[0])
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """Velocities in the engine's unit, (n, d) float64: in single precision squares overflow."""
+        if not self.system.straight:
+            return np.asarray(self.unit.to_kernel(self.frame().velocities, -1))
+        return np.asarray(self.engine.state.rows["v"][: self.scene.n], np.float64)
+
+    @property
+    def diameters(self) -> np.ndarray:
+        """Diameter of each component at the present time, (n,) [length]."""
+        if self.system.rates is None:
+            return self.scene.diameters
+        pair = self.engine.model.pair
+        return 2.0 * (pair.radii + pair.rates * self.in_epoch())[: self.scene.n]
+
+    def observer(self, kind: type) -> Any:
+        """Return the engine's observer of a type, or None where there is none."""
+        from carom.engine.observers.interface import observer_of
+
+        return observer_of(self.engine.model.observers, kind)
+
+    def observe(self, observers: Any) -> None:
+        """Let the engine go on with other observers."""
+        self.engine = self.engine._replace(model=self.engine.model._replace(observers=observers))
+
+    def let_in(self, observers: tuple) -> None:
+        """Let the engine go on with other observers of the user's own."""
+        from carom.engine.observers.build import owned
+        from carom.engine.observers.interface import chained, listed
+        from carom.engine.observers.own import Own
+
+        self.system = dataclasses.replace(self.system, observers=observers)
+        others = [each for each in listed(self.engine.model.observers) if not isinstance(each, Own)]
+        origin = float(self.unit.to_kernel(self.clock.base, 1))
+        self.observe(chained([*others, *owned(self.system, origin)]))
+
+    def in_epoch(self) -> float:
+        """Return the present time relative to the epoch that the kernel is in, in the kernel's unit."""
+        ahead = self.clock.epoch - int(self.engine.state.clock[0].epoch)
+        return self.clock.offset + float(ahead) * self.scheme.epoch
+
+    def obstacle_numbers(self) -> list[int]:
+        """Return the engine's number of each wall and obstacle, in the scene's order."""
+        from carom.engine.obstacles import numbers_of
+
+        return numbers_of(self.scene.periodic, self.system.obstacle_models)
+
+    def frame(self) -> Frame:
+        """Return all components at the present time; does not affect the trajectory."""
+        from carom.engine.projection import project
+
+        scene, state = self.scene, self.engine.state
+        positions, velocities = np.empty((scene.n, scene.dimension)), np.empty((scene.n, scene.dimension))
+        images = None if state.images is None else state.images.copy()
+        project(self.engine.model, state, self.in_epoch(), positions, velocities, images)
+        return Frame(
+            time=float(self.clock.instant),
+            step=self.collisions,
+            positions=positions,
+            velocities=self.unit.to_scene(velocities, -1),
+            box=scene.box,
+            diameters=self.diameters,
+            masses=scene.masses,
+            images=images,
+            species=scene.species,
+            species_names=scene.species_names,
+            periodic=scene.periodic,
+        )
+
+    def schedule(self) -> None:
+        """Give every component its first event."""
+        from carom.engine import cycle
+
+        self.scheduled = False
+        n, start, budget = self.scene.n, 0, CallBudget(MOST_SCHEDULED)
+        while start < n:
+            if start == 0 and self.system.stepped and not self._settle_steps():
+                self.enlarge_neighbors()
+                continue
+            end = min(start + budget.count, n)
+            with budget:
+                done = cycle.schedule(*self.engine, np.int64(start), np.int64(end))
+            if done:
+                start = end
+            else:
+                start = 0
+                self.enlarge_neighbors()
+        self.scheduled = True
+        self.steps = None
+
+    def _settle_steps(self) -> bool:
+        """Build the lists and write into them on which step each pair is; False if an array is too small."""
+        from carom.engine import cycle
+        from carom.engine.observers.currents import Currents, fill
+        from carom.engine.pair_steps import write_steps
+        from carom.scene.first_steps import first_steps
+
+        if self.steps is None:
+            self.steps = first_steps(self.scene)
+        lists: Any = self.engine.neighbors
+        lists.steps.ready[0] = 0
+        if not cycle.schedule(*self.engine, np.int64(0), np.int64(0)):
+            return False
+        write_steps(lists, *self.steps)
+        start_steps(self.engine.model.pair, *self.steps)
+        lists.steps.ready[0] = 1
+        if self.system.currents:
+            fill(self.observer(Currents), *self.steps, self.speeds)
+        return True
+
+    def _keep_steps(self) -> None:
+        """Take the steps of pairs out of the lists, which are about to be built anew."""
+        from carom.engine.pair_steps import read_steps
+
+        if self.system.stepped and self.scheduled:
+            self.steps = read_steps(self.engine.neighbors)
+
+    def enlarge_neighbors(self, full_cell: bool | None = None, times: int = 1) -> None:
+        """Make more room in sectors and cells, or in lists; everything has then to be scheduled anew.
+
+        Without ``full_cell`` it is made where there is none left.
+        """
+        from carom.engine.build import enlarge_neighbors
+
+        self._keep_steps()
+        self.scheduled = False
+        if full_cell is None:
+            members = getattr(self.engine.neighbors, "members", np.zeros(1))
+            full_cell = self.scheme.kind == "sectors" or members.max() == self.scheme.cell_capacity
+        for _ in range(times):
+            self.scheme = self.scheme.with_larger_neighbors(full_cell)
+        self.engine = enlarge_neighbors(self.engine, self.scheme, self.system)
+
+    def enlarge_heap(self) -> None:
+        """Make more room in the calendar."""
+        from carom.engine.build import enlarge_heap
+
+        self.scheme = self.scheme.with_larger_heap()
+        self.engine = enlarge_heap(self.engine, self.scheme.heap)
+
+    def refuse_inherited(self) -> None:
+        """Raise BusyError in a fork of the process that writes the event log, if there is one."""
+        if self.log is not None and self.log.inherited:
+            raise BusyError(
+                f"{self.log.path} is written by the process of which this one is a fork: run this simulation "
+                "there, or close() it here and go on without its log."
+            )
+
+    def flush_log(self) -> None:
+        """Write what the event log has in memory, if there is one."""
+        self.refuse_inherited()
+        if self.log is not None:
+            self.log.flush(self)
+
+    def close_log(self) -> None:
+        """Flush and close the event log, if there is one; in a fork, forget it."""
+        if self.log is not None and not self.log.inherited:
+            self.log.flush(self)
+            self.log.close()
+        self.log = None
+
+    def rest_until(self, end: tuple[np.int64, float]) -> None:
+        """Let time pass where nothing moves."""
+        from carom.engine.observers.interface import at_rest
+
+        record = self.engine.state.clock[0]
+        ahead = int(end[0]) - int(record.epoch)
+        at_rest(self.engine.model.observers, end[1] + float(ahead) * self.scheme.epoch, end[1])
+        record.epoch, record.now = end
+        self.engine.state.rows["t"] = end[1]
+        self.engine.calendar.control.end[0] = self.scheme.epoch
+
+    def refit(self, velocities: np.ndarray | None = None, rates: np.ndarray | None = None) -> None:
+        """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything.
+
+        Parameters
+        ----------
+        velocities : (n, d) array, optional
+            New ones [length / time].
+        rates : (n,) array, optional
+            New rates at which the radii grow [length / time].
+        """
+        names = ("system", "scheme", "engine", "clock", "counted", "steps", "scheduled")
+        before = {name: getattr(self, name) for name in names}
+        try:
+            self._refit(velocities, rates)
+        except BaseException:  # Ctrl-C, too: all of it, or nothing
+            vars(self).update(before)
+            raise
+
+    def _refit(self, velocities: np.ndarray | None, rates: np.ndarray | None) -> None:
+        from carom.engine.build import build, keep_tallies
+        from carom.engine.dynamic_obstacles import take_over_all
+
+        check_copy_state(self.system)
+        frame = self.frame()
+        rescaled = velocities is not None
+        velocities = frame.velocities if velocities is None else velocities
+        instant, old, before = self.clock.instant, self.engine, self.unit
+        self._keep_steps()
+        passed_in_epoch = self.in_epoch()
+        if self.system.rates is not None and rates is None:
+            rates = before.to_scene(self.system.rates, -1)
+        unit, thermal = unit_of(self.scene, velocities, rates)
+        driven_speed = unit.to_kernel(driven_speed_of(self.scene), -1)
+        self.system = dataclasses.replace(self.system, unit=unit, driven_speed=driven_speed)
+        refuse_steep(self.system, thermal)
+        if rescaled:
+            impact = impact_of(self.scene, thermal, rates, unit)
+            self.system = dataclasses.replace(self.system, impact=impact)
+        if rates is not None:
+            radii = 0.5 * frame.diameters
+            self.system = dataclasses.replace(
+                self.system,
+                radii=radii,
+                diameter=2.0 * float(radii.max()),
+                rates=unit.to_kernel(rates, -1),
+            )
+        elapsed, counted_since = float(self.clock.since_base(instant)), self.collisions - self.counted
+        rate = None
+        if counted_since >= self.scene.n and elapsed > 0.0:
+            rate = before.to_scene(2.0 * counted_since / (self.scene.n * elapsed), -1)
+            fastest = [float(np.abs(peculiar(self.scene, v)).max()) for v in (velocities, frame.velocities)]
+            quicker = fastest[0] / fastest[1]  # a common drift meets nobody
+            rate = unit.to_kernel(math.ldexp(rate, round(math.log2(quicker))), -1)
+        try:
+            self.scheme = self._choose(velocities, self.requested, rate)
+        except InputError:  # components have outgrown the lists that were asked for
+            self.scheme = self._choose(velocities, ("sectors", None), rate)
+        self.engine = build(self.scheme, self.system, frame.positions, unit.to_kernel(velocities, -1))
+        keep_tallies(old, self.engine, unit.exponent - before.exponent)
+        present = unit.to_kernel(instant, 1)
+        take_over_all(self.engine.model, old.model, present, passed_in_epoch, unit.exponent - before.exponent)
+        images = self.engine.state.images
+        if frame.images is not None and images is not None:
+            images[:] = frame.images
+        self.clock = Clock(unit, self.scheme.epoch, instant)
+        self.counted = self.collisions
+        self.schedule()

@@ -1,0 +1,385 @@
+"""From a scene to the facts that the engine needs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import checks
+from carom.densities import CLOSEST_PACKING
+from carom.errors import InputError
+from carom.models import faces, interface, model_checks
+from carom.models.growing_cores import Growing
+from carom.models.parabolas import time_to_moving
+from carom.models.restitution import Restitution
+from carom.models.walls import Cushions, cushions
+from carom.scene.temperature import Thermal, thermal_of
+from carom.simulation import probes
+from carom.simulation.own_models import check_copy_state, check_user_models
+from carom.units import TimeUnit
+
+if TYPE_CHECKING:
+    from carom.engine.system import System
+    from carom.models.interface import Impact
+    from carom.scene.scene import Scene
+
+LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
+"""Temperatures must not be below the one, nor kinetic energies above the other: as doubles they have all
+their digits, with some room for their products.
+"""
+
+STEEPEST = 2.0**43
+"""Height of steps over kT, at most: a sum of both is then rounded by a thousandth of kT."""
+
+SINGLE = 2.0**-23
+"""Spacing of single precision at 1."""
+
+COARSEST = 2.0**-6
+"""Part of a diameter, or of the speeds, that single precision may round off."""
+
+SLOWEST_GROWTH = 2.0**-512
+"""Growth of diameters over speeds, about, below which nothing grows by a digit, and quotients overflow."""
+
+
+def driven_speed_of(scene: Scene) -> float:
+    """Return a speed that the motion, or what moves, gives to components that rest [length / time]."""
+    paces = [float(each.fastest) for each in scene.obstacles if hasattr(each, "fastest")]
+    if hasattr(scene.motion, "pace"):
+        paces.append(float(scene.motion.pace(scene.diameter)))
+    return max(paces, default=0.0)
+
+
+def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> tuple[TimeUnit, Thermal]:
+    """Return the engine's unit of time for a scene, and what is thermal of its velocities, in that unit.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    velocities : (n, d) array
+        Of its components [length / time].
+    rates : (n,) array or None
+        Radius that each component gains a time.
+
+    Raises
+    ------
+    InputError
+        If the energy is out of range, or the growth is below ``SLOWEST_GROWTH``.
+    """
+    fastest = float(np.abs(velocities).max())
+    others = 0.0 if rates is None else 2.0 * float(rates.max())
+    unit = TimeUnit.of(max(fastest, others, driven_speed_of(scene)), scene.diameter)
+    v = unit.to_kernel(velocities, -1)
+    twice = unit.to_scene(float(np.sum(scene.masses[:, None] * v * v)), -2)
+    slowest = unit.to_scene(SLOWEST_GROWTH, -1)
+    thermal = thermal_of(scene, v)
+    if fastest > 0.0 and not (LEAST_ENERGY * thermal.degrees_of_freedom <= twice <= MOST_ENERGY):
+        raise InputError(
+            f"Velocities of up to {fastest:g} make a kinetic energy of {0.5 * twice:g}; expected between "
+            f"{LEAST_ENERGY:g} a degree of freedom and {MOST_ENERGY:g} in all, or rest, to keep all "
+            "digits: choose another unit of time or of mass."
+        )
+    if others > 0.0 and not others >= slowest:
+        raise InputError(
+            f"Diameters that grow at {others:g} do not grow beside speeds of {fastest:g} or more; "
+            "leave out growth, or let them grow faster."
+        )
+    return unit, thermal
+
+
+def impact_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit: TimeUnit) -> Impact:
+    """Return the contact law of a scene; restitution gets a threshold from the thermal speed.
+
+    Where nothing moves yet, that is the speed that the motion, what moves, or growth ``rates`` of the radii
+    give to components that rest [length / time]. ``thermal`` is in the engine's unit of time.
+    """
+    impact = scene.impact
+    if not isinstance(impact, Restitution):
+        return impact
+    speed = unit.to_scene(math.sqrt(thermal.kT / scene.mass), -1)
+    if speed == 0.0:
+        speed = max(driven_speed_of(scene), 0.0 if rates is None else 2.0 * float(rates.max()))
+    return impact.at(speed)
+
+
+def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
+    """Return the rate at which each radius grows, (n,), or None where nothing grows.
+
+    Parameters
+    ----------
+    growth : None, float or (n,) array_like
+        Rate at which diameters grow [length / time], not negative.
+    scene : Scene
+        What grows.
+
+    Raises
+    ------
+    InputError
+        If a rate is negative or not a number, or they are not one a component. If the scene has a contact
+        matrix, pinned components or an interaction of one's own.
+    """
+    if growth is None:
+        return None
+    rates = checks.array(growth, "growth", "(n,)", ndim=1) if checks.several(growth) else None
+    if rates is None:
+        rates = np.full(scene.n, checks.number(growth, "growth", low=0.0, high=checks.FASTEST))
+    if rates.shape != (scene.n,) or not ((rates >= 0.0) & (rates <= checks.FASTEST)).all():
+        raise InputError(
+            f"growth must be one rate, at least zero and at most {checks.FASTEST:g}, or {scene.n} of them."
+        )
+    if scene.pinned is not None:
+        raise InputError("growth is not defined for a scene with pinned components; leave one of them out.")
+    if scene.contact is not None:
+        raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
+    if model_checks.is_own(scene.interaction) and rates.any():
+        raise InputError(
+            f"growth is of Carom's hard cores, and the interaction is a {type(scene.interaction).__name__}, "
+            "which would be replaced by them; leave one of them out."
+        )
+    rates = 0.5 * rates
+    return rates if rates.any() else None
+
+
+def refuse_steep(system: System, thermal: Thermal) -> None:
+    """Raise InputError if steps of pairs are so high that a crossing leaves no digit of a thermal energy.
+
+    ``thermal`` is in the engine's unit of time.
+    """
+    if not system.stepped:
+        return
+    energies = np.asarray(system.interaction.model(system.particles).energy)
+    finite = energies[np.isfinite(energies)]
+    height, energy = float(np.ptp(finite)), thermal.kT + system.mass * thermal.drift**2
+    if 0.0 < STEEPEST * energy < height:
+        height, energy = (system.unit.to_scene(each, -2) for each in (height, energy))
+        raise InputError(
+            f"Steps of pairs are {height:.3g} high, where kT is {energy:.3g}; expected at most "
+            f"{STEEPEST:.2g} kT, because a double cannot hold both energies. Use math.inf for a hard core or "
+            "a bond, lower the steps, or let the components move faster."
+        )
+
+
+def single_allowed(precision: str, scene: Scene, thermal: Thermal, unit: TimeUnit) -> bool:
+    """Tell whether a scene is to be kept in single precision.
+
+    Parameters
+    ----------
+    precision : {"double", "single"}
+        What was asked for.
+    scene : Scene
+        The scene.
+    thermal : Thermal
+        What is thermal of its velocities, in ``unit``.
+    unit : TimeUnit
+        The engine's unit of time.
+
+    Raises
+    ------
+    InputError
+        If the precision is neither, or single precision cannot tell contact from overlap, gap or rest.
+    """
+    if precision not in ("double", "single"):
+        raise InputError(f"precision is {precision!r}; expected 'double' or 'single'.")
+    if precision == "double":
+        return False
+    otherwise = "leave out precision='single'."
+    rounding = 16.0 * SINGLE * max(scene.box)  # what flights through the box leave, as measured
+    smallest = float(scene.diameters.min())
+    if rounding > COARSEST * smallest:
+        raise InputError(
+            f"Single precision leaves overlaps of {rounding / smallest:.2g} diameters in a box of "
+            f"{max(scene.box) / smallest:.6g}; expected an edge of at most {COARSEST / (16.0 * SINGLE):.6g} "
+            f"diameters, or {otherwise}"
+        )
+    d = scene.dimension
+    if scene.simple and d in CLOSEST_PACKING:
+        room = 1.0 - min(scene.packing_fraction / CLOSEST_PACKING[d], 1.0) ** (1.0 / d)
+        if room * scene.diameter < rounding:
+            raise InputError(
+                f"This near to close packing gaps are {room:.2g} diameters wide, and single precision rounds "
+                f"positions by {rounding / scene.diameter:.2g}; lower packing_fraction (now "
+                f"{scene.packing_fraction:.9g}), or {otherwise}"
+            )
+    drift, fastest = thermal.drift, float(np.abs(thermal.peculiar).max())
+    if scene.n > 1 and SINGLE * drift > COARSEST * fastest:
+        drift, fastest = unit.to_scene(drift, -1), unit.to_scene(fastest, -1)
+        raise InputError(
+            f"All components drift at {drift:.3g}, and at most at {fastest:.3g} relative to that, which "
+            f"single precision loses: take the drift out of the velocities, or {otherwise}"
+        )
+    return True
+
+
+def refuse_with_steps(scene: Scene, rates: np.ndarray | None, single: bool) -> None:
+    """Raise InputError where something is asked for that is not defined for pairs on steps."""
+    for name, given, instead in (
+        ("growth", rates is not None, "leave it out"),
+        ("precision='single'", single, "leave it out"),
+        ("restitution", not scene.usual("impact") or scene.restitution < 1.0, "give hysteretic steps"),
+    ):
+        if given:
+            raise InputError(f"{name} is not for pairs on steps (SquareWell, ...): {instead}.")
+
+
+def check_meetings(system: System, scene: Scene) -> None:
+    """Raise InputError where components cannot meet walls or obstacles in their motion, or grow or are kept
+    in single precision where obstacles move.
+    """
+    model = system.motion.model(system.particles)
+    bends = not system.straight
+    fixed = system.walls is not None or system.obstacles
+    meets = model_checks.answers(interface.meeting, model)
+    meets &= system.walls is None or model_checks.answers(interface.wall_meeting, model)
+    if bends and fixed and not meets:
+        raise InputError(
+            f"Walls and obstacles are met in straight flight only, and {type(scene.motion).__name__} bends: "
+            "make all axes periodic and leave out obstacles, or answer meeting and wall_meeting."
+        )
+    if system.single:
+        raise InputError(
+            "Single precision is for straight flight between obstacles that rest; leave out "
+            "precision='single'."
+        )
+    for value, each in zip(scene.obstacles, system.obstacle_models, strict=True):
+        if system.rates is not None and hasattr(value, "live"):
+            raise InputError(f"growth is not defined where {value.name} moves or loses energy; leave it out.")
+        if bends and not _falls(each):
+            raise InputError(
+                f"{value.name} is met in straight flight only: register an answer of "
+                f"{type(each).__name__} to fall (docs/gravity.md)."
+            )
+
+
+def walls_of(scene: Scene) -> Any:
+    """Return what the engine compiles for the walls of the box, or None where there are none."""
+    fixed = scene.obstacles, scene.box, scene.periodic
+    replaced = faces.stand_ins(*fixed)
+    return cushions(scene.box, scene.periodic, replaced, faces.yielding(*fixed) - {*replaced})
+
+
+def refuse_own_walls(system: System, scene: Scene) -> None:
+    """Raise InputError where a motion of the user's own meets all walls of the box, and an obstacle stands
+    for one or lies in the plane of one.
+    """
+    if isinstance(system.walls, Cushions) or not model_checks.is_own(scene.motion):
+        return
+    model = system.motion.model(system.particles)
+    fixed = scene.obstacles, scene.box, scene.periodic
+    found = [*faces.stand_ins(*fixed), *faces.yielding(*fixed)]
+    if found and model_checks.answers(interface.wall_meeting, model):
+        raise InputError(
+            f"An obstacle is at the {faces.name_of(found[0])}, and {type(scene.motion).__name__} answers "
+            "wall_meeting for all walls of the box: move the obstacle away from the wall."
+        )
+
+
+def _falls(model: Any) -> bool:
+    """Tell whether an obstacle is met on parabolas, whatever its surface and however it moves."""
+    while hasattr(model, "body"):
+        model = model.body
+    return model_checks.answers(interface.fall, model) or model_checks.answers(time_to_moving, model)
+
+
+def prepare(
+    scene: Scene,
+    velocities: np.ndarray,
+    *,
+    growth: Any = None,
+    precision: str = "double",
+    images: bool = True,
+) -> System:
+    """Return what the engine has to know of a scene with velocities (n, d) [length / time].
+
+    Parameters
+    ----------
+    scene, velocities
+        What is simulated.
+    growth, precision, images
+        As of :class:`carom.Simulation`.
+
+    Raises
+    ------
+    InputError
+        If the scene, or what is asked for, cannot be simulated.
+    """
+    rates = growth_rates(growth, scene)
+    unit, thermal = unit_of(scene, velocities, rates)
+    single = single_allowed(precision, scene, thermal, unit)
+    return system_of(scene, thermal, rates, images, single, unit)
+
+
+def system_of(
+    scene: Scene, thermal: Thermal, rates: np.ndarray | None, images: bool, single: bool, unit: TimeUnit
+) -> System:
+    """Return what the engine has to know of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    thermal : Thermal
+        What is thermal of its velocities, in ``unit``.
+    rates : (n,) array or None
+        Radius that each component gains a time [length / time].
+    images : bool
+        Whether to count crossings of the box.
+    single : bool
+        Whether to keep the state in single precision.
+    unit : TimeUnit
+        The engine's unit of time.
+    """
+    from carom.engine.system import System
+
+    interaction = scene.interaction if rates is None else Growing()
+    if hasattr(scene.interaction, "steps"):
+        refuse_with_steps(scene, rates, single)
+    by_radii = getattr(interaction, "by_radii", False)
+    equal = scene.equal and rates is None and by_radii
+    impact = impact_of(scene, thermal, rates, unit)
+    system = System(
+        n=scene.n,
+        box=scene.box,
+        periodic=scene.periodic,
+        diameter=probes.contact_range_of(interaction, scene),
+        mass=scene.mass,
+        interaction=interaction,
+        motion=scene.motion,
+        impact=impact,
+        walls=walls_of(scene),
+        unit=unit,
+        radii=None if equal else 0.5 * scene.diameters,
+        masses=None if equal else scene.masses,
+        kinds=scene.species,
+        contact=scene.contact,
+        by_radii=by_radii,
+        rates=None if rates is None else unit.to_kernel(rates, -1),
+        obstacles=tuple(each if hasattr(each, "live") else each.model() for each in scene.obstacles),
+        still=thermal.conserved,
+        driven_speed=unit.to_kernel(driven_speed_of(scene), -1),
+        images=images,
+        single=single,
+    )
+    if system.curved and single:
+        raise InputError(
+            f"precision='single' is for straight flight, and {type(scene.motion).__name__} bends: "
+            "leave it out."
+        )
+    if not system.straight or any(hasattr(each, "live") for each in scene.obstacles):
+        check_meetings(system, scene)
+    refuse_own_walls(system, scene)
+    for kind in model_checks.USUAL:
+        if not scene.usual(kind):
+            value = getattr(system, kind)
+            own = model_checks.is_own(value) and kind != "impact"  # that of an elastic impact is None
+            model = model_checks.made(value, system.particles) if own else value.model(system.particles)
+            model_checks.answered(kind, model)
+    for value, model in zip(scene.obstacles, system.obstacle_models, strict=True):
+        if model_checks.is_own(model):
+            model_checks.compilable(f"obstacle {value.name}", model)
+    check_user_models(scene, system)
+    refuse_steep(system, thermal)
+    if rates is not None:
+        check_copy_state(system)
+    return system

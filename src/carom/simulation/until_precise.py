@@ -1,0 +1,190 @@
+"""A measurement that continues until its error bar is small enough."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from carom.block import Block, Energy, Sizes
+from carom.compiling import compile_listeners
+from carom.errors import CaromWarning
+from carom.observables.equilibrium import doubts_about
+from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions, lengthen
+from carom.observables.statistics import Estimate
+from carom.simulation.cooling import Blocks
+from carom.simulation.equipartition import Thermometer
+from carom.simulation.relaxation import StructuralRelaxation
+
+if TYPE_CHECKING:
+    from carom.simulation.running import Running
+
+
+def until(
+    sim: Running,
+    observable: Any,
+    goal: Goal,
+    *,
+    max_walltime: float = math.inf,
+    progress: Callable[[float], object] | None = None,
+    predicted: Callable[[Prediction], object] | None = None,
+) -> Any:
+    """Run on until the observable's error bar reaches the goal, and return the estimate.
+
+    Notes
+    -----
+    The error is computed after a pilot of 64 blocks, and then at the end that the previous error predicted.
+    The stretch never becomes more than four times as long from one time to the next. When there are twice
+    ``observable.blocks`` blocks, neighbours are merged. The length depends on the measured values only,
+    except for ``max_walltime``.
+    """
+    stretch = _Stretch(sim, observable, goal, max_walltime, progress, predicted)
+    if not lengthen(goal, FLOOR, stretch.extend, stretch.error_bar, stretch.expect):
+        stretch.result = sim.estimate(observable, stretch.blocks)
+        found = stretch.result.primary
+        if not goal.reached(found):
+            warnings.warn(
+                f"max_walltime = {max_walltime:g} s ended the measurement at a relative error of "
+                f"{found.relative_error:.2g}; {goal.relative_error:g} was asked for.",
+                CaromWarning,
+                stacklevel=3,
+            )
+    if progress is not None:
+        progress(1.0)
+    tell_doubts(stretch.result, stretch.thermometer, stretch.relaxation)
+    return stretch.result
+
+
+def tell_doubts(result: Any, thermometer: Thermometer, relaxation: StructuralRelaxation) -> None:
+    """Warn of what speaks against a result."""
+    primary = getattr(result, "primary", None)
+    error = math.inf if primary is None else primary.relative_error
+    for sentence in (*doubts_about(result), *relaxation.doubts(), *thermometer.doubts(error)):
+        warnings.warn(sentence, CaromWarning, stacklevel=3)
+
+
+class _Stretch:
+    """A measurement that grows until its error bar fits. Lengths are in blocks of the first kind."""
+
+    def __init__(
+        self,
+        sim: Running,
+        observable: Any,
+        goal: Goal,
+        max_walltime: float,
+        progress: Callable[[float], object] | None,
+        predicted: Callable[[Prediction], object] | None,
+    ):
+        self._sim, self._observable, self._goal = sim, observable, goal
+        self._seconds, self._deadline = max_walltime, compile_listeners.running() + max_walltime
+        self._progress, self._predicted = progress, predicted
+        self._source = Blocks(sim, block_collisions(sim.scene.n))
+        self._capacity = 2 * max(int(observable.blocks), 2 * FLOOR)
+        self._size = 1  # of a block now
+        self._expected = math.inf
+        self._rate = _Rate(sim)
+        self.thermometer, self.relaxation = Thermometer(sim.machine), StructuralRelaxation(sim.machine)
+        self.blocks: list[Block] = []
+        self.result: Any = None
+
+    @property
+    def _length(self) -> int:
+        return self._size * len(self.blocks)
+
+    def extend(self, length: int) -> int | None:
+        """Run on to a length, and return the length then; None if the time is over before."""
+        while self._length < length:
+            if len(self.blocks) >= 2 and compile_listeners.running() >= self._deadline:
+                return None
+            self.blocks.append(self._source.next(self._size))
+            self._rate.tick()
+            self.thermometer.look()
+            if len(self.blocks) == self._capacity:
+                pairs = zip(self.blocks[::2], self.blocks[1::2], strict=True)
+                self.blocks = [merged(*pair) for pair in pairs]
+                self._size *= 2
+            if self._progress is not None:
+                left = self._deadline - compile_listeners.running()
+                fraction_spent = 1.0 - left / self._seconds if self._seconds < math.inf else 0.0
+                self._progress(min(max(self._length / self._expected, fraction_spent), 1.0))
+        return self._length
+
+    def error_bar(self) -> Estimate:
+        """Return the estimate so far."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # the run may go on, so it is not short yet
+            self.result = self._sim.estimate(self._observable, self.blocks)
+        return self.result.primary
+
+    def expect(self, length: int, found: Estimate) -> None:
+        """Say how much is still to come."""
+        self._expected = length * self._goal.remaining(found)
+        if self._predicted is not None:
+            more = (self._expected / length - 1.0) * sum(block.collisions for block in self.blocks)
+            self._predicted(Prediction(found.relative_error, more, more / self._rate.collisions_per_second))
+        self._rate.pause()
+
+
+class _Rate:
+    """Collisions per second of wall time, the first block left out: it may have waited for the compiler."""
+
+    def __init__(self, sim: Running):
+        self._sim = sim
+        self._collisions, self._seconds = 0, 0.0
+        self._last: tuple[int, float] | None = None
+
+    def tick(self) -> None:
+        """Count what came since the last tick."""
+        now = self._sim.collisions, compile_listeners.running()
+        if self._last is not None:
+            self._collisions += now[0] - self._last[0]
+            self._seconds += now[1] - self._last[1]
+        self._last = now
+
+    def pause(self) -> None:
+        """Leave out the time from the last tick until now."""
+        if self._last is not None:
+            self._last = self._last[0], compile_listeners.running()
+
+    @property
+    def collisions_per_second(self) -> float:
+        """Seen so far; infinite before anything was."""
+        return self._collisions / self._seconds if self._seconds else math.inf
+
+
+def merged(one: Block, other: Block) -> Block:
+    """Return two neighbouring blocks as one."""
+    return Block(
+        one.duration + other.duration,
+        one.collisions + other.collisions,
+        one.virial + other.virial,
+        tuple(a + b for a, b in zip(one.impulses, other.impulses, strict=True)),
+        tuple(a + b for a, b in zip(one.momentum_changes, other.momentum_changes, strict=True)),
+        None if one.kT_time is None or other.kT_time is None else one.kT_time + other.kT_time,
+        _averaged(one, other),
+        tuple(a + b for a, b in zip(one.surface_changes, other.surface_changes, strict=True)),
+        tuple(a + b for a, b in zip(one.works, other.works, strict=True)),
+        _means(one, other),
+    )
+
+
+def _means(one: Block, other: Block) -> Energy | None:
+    """Return the mean energies of two blocks, where they hold them."""
+    if one.energy is None or other.energy is None:
+        return None
+    part = one.duration / (one.duration + other.duration)
+    return Energy(*(part * a + (1.0 - part) * b for a, b in zip(one.energy, other.energy, strict=True)))
+
+
+def _averaged(one: Block, other: Block) -> Sizes | None:
+    """Return the average sizes of two blocks, where diameters grow."""
+    a, b = one.sizes, other.sizes
+    if a is None or b is None:
+        return None
+    part = one.duration / (one.duration + other.duration)
+    return Sizes(
+        part * a.packing_fraction + (1.0 - part) * b.packing_fraction,
+        part * a.cube + (1.0 - part) * b.cube,
+        a.equal and b.equal,
+    )

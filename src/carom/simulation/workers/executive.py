@@ -1,0 +1,447 @@
+"""One system on several threads: windows of time that all parts run together, kept or run again."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from carom.simulation.workers.thread_pool import ThreadPool, cores
+from carom.simulation.workers.timings import LOOKAHEAD, MANY, Settings, Timings
+from carom.simulation.workers.window_length import LENGTH, WindowLength
+
+if TYPE_CHECKING:
+    from carom.simulation.run_state import RunState
+
+CYCLES = 2_000_000
+"""Cycles in one call of a worker: between two, others wait for it, and it looks whether it is to stop."""
+
+MOST_ROLLBACKS = 6
+"""Times that a window is run again, half as long each time, before the plain cycle takes it over."""
+
+SPINS_SHARED, SPINS_OWN = 64, 4096
+"""Refusals after which a thread lets others go first: where they share cores, and where each has its own."""
+
+EVENTS = 0.7
+"""Events of a part for each collision of a particle there, about."""
+
+MORE, LEAST_ROOM = 1.5, 4096
+"""Room for collisions in a window, over those that a part should have, and in addition."""
+
+EXTRA_CAPACITY = 4
+"""For how many more each list and each cell has room, where all have the same."""
+
+COMMITS_IN_A_ROW = 16
+"""Windows kept in a row after which parts may be further ahead of each other again."""
+
+
+@dataclass
+class Executive:
+    """Workers for one machine.
+
+    Attributes
+    ----------
+    machine : Machine
+        What runs. Between two windows its arrays hold the true state.
+    workers : int
+        How many threads.
+    settings : Settings
+        How long windows are, and how far parts may be ahead of each other.
+    shares : Shares
+        Where the time went.
+    """
+
+    machine: RunState
+    workers: int
+    settings: Settings = field(default_factory=Settings)
+    timings: Timings = field(default_factory=Timings)
+
+    def __post_init__(self) -> None:
+        wanted, least = self.settings.collisions, self.settings.least
+        self._pool = ThreadPool(self.workers)
+        self._window_length = WindowLength(self.machine, LENGTH if wanted is None else wanted, least)
+        if wanted is not None:
+            self._window_length.share = 1.0
+        lookahead = self.settings.lookahead
+        scheme, neighbors = self.machine.scheme, cast(Any, self.machine.engine.neighbors)
+        if scheme.kind == "lists" and scheme.step == 0 and not neighbors.counts.any():
+            for full_cell in (True, False):  # a window that finds no room is run again
+                self.machine.enlarge_neighbors(full_cell, EXTRA_CAPACITY)
+        self._most = LOOKAHEAD * min(1.0, self.machine.scene.n / MANY) if lookahead is None else lookahead
+        self._lookahead = self._most
+        self._streak = 0
+        self._engine: Any = None
+        self._all_events: Any = None
+        self._detailed = False
+        self._capacity = 0
+        self._processes: list[Any] = []
+        self._saved: tuple[np.ndarray, np.ndarray | None] | None = None
+        self._width = 0.0  # of the buckets of all parts
+        self._decided = True  # whether the last window was kept, or undone
+        self._queues_valid = False  # whether the calendars of the parts are those of the true state
+        self._committed: tuple[Any, ...] = ()
+        self._plain = (-1, 0.0)  # epoch, and until when the plain cycle is to run
+        self._idle: list[bool] = []
+        self._busy: list[float] = []
+        self._idling = threading.Lock()
+        self._over = threading.Event()
+
+    # One window -------------------------------------------------------------------------------------------
+
+    def window(self, stop: tuple[np.int64, float], target: int) -> bool:
+        """Run one window, if the machine can and it is worth it; False if the plain cycle is to go on.
+
+        Parameters
+        ----------
+        stop : tuple
+            Epoch and offset where the run has to end.
+        target : int
+            Number of the collision at which it has to end; windows stay short of it.
+        """
+        machine = self.machine
+        record = machine.engine.state.clock[0]
+        epoch, start = int(record.epoch), float(record.now)
+        if machine.clock.epoch == epoch:
+            start = max(start, machine.clock.offset)
+        last = math.nextafter(float(record.length), 0.0)
+        if int(stop[0]) < epoch or machine.clock.epoch > epoch:
+            return False
+        if start >= last:
+            return int(stop[0]) > epoch and self._next_epoch(epoch) and self.window(stop, target)
+        if int(stop[0]) == epoch:
+            last = min(last, float(stop[1]))
+        if epoch == self._plain[0] and start < self._plain[1]:  # windows did not get over this
+            return False
+        end = self._window_length.end(start, last, target)
+        return end is not None and self._fits() and self._run(epoch, start, end, target)
+
+    def _fits(self) -> bool:
+        """Return whether the box has room for the slabs, with the neighbour scheme that the run has now."""
+        from carom.engine.domains.decomposition import most_slabs
+
+        neighbors: Any = self.machine.engine.neighbors
+        return self.workers == 1 or self.workers <= most_slabs(neighbors, self.machine.scene.box)
+
+    def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
+        from carom.compiling.deferred_signals import signals_held
+        from carom.engine.domains.logical_process import begin_window
+
+        began = time.perf_counter()
+        self._ready(epoch, start)
+        self._all_events.used[:] = 0
+        begin_window(self._processes, epoch, start, end, self._lookahead)
+        self._pool.each(self._save_state)
+        self._queues_valid = self._decided = False
+        self._idle = [False] * self.workers
+        self._over.clear()
+        commit = time.perf_counter()
+        try:
+            codes = self._pool.each(self._advance, epoch, end, halt=self._halt)
+            ran = time.perf_counter()
+            with signals_held():
+                good = self._commit_or_roll_back(codes, epoch, start, end, target)
+        except BaseException:  # Ctrl-C: the true state is that of the beginning
+            if not self._decided:
+                self._roll_back(epoch, start)
+            raise
+        timings, now = self.timings, time.perf_counter()
+        timings.wall += now - began
+        if not good:
+            timings.repeats += 1
+            timings.rolled_back += now - began
+            return True
+        timings.windows += 1
+        timings.busy += sum(self._busy)
+        timings.save_state += commit - began
+        timings.run += ran - commit
+        timings.merge += now - ran
+        return True
+
+    def _commit_or_roll_back(
+        self, codes: list[int], epoch: int, start: float, end: float, target: int
+    ) -> bool:
+        """Keep a window, or go back to its beginning; return which of the two."""
+        from carom.engine import constants
+        from carom.engine.domains.logical_process import stopped
+
+        reached = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
+        reached = reached and not stopped(self._processes)
+        count = sum(int(process.engine.tallies[0].collisions) for process in self._processes)
+        good = reached and self.machine.collisions + count < target
+        if good:
+            self._merge()
+            self._at(epoch, end)
+            self._queues_valid = True
+            self.timings.collisions += count
+            self._after_commit()
+        else:
+            if constants.NEEDS_NEIGHBORS in codes:
+                self.machine.enlarge_neighbors(times=EXTRA_CAPACITY if self.machine.scheme.step == 0 else 1)
+            self._roll_back(epoch, start)
+            self._after_rollback(codes, epoch, end, end - start, reached)
+        self._decided = True
+        return good
+
+    def _next_epoch(self, epoch: int) -> bool:
+        """Begin the next epoch with all workers, where all has happened that was due in this one."""
+        from carom.compiling.deferred_signals import signals_held
+
+        if not self._queues_valid or self._committed != self._state():
+            return False
+        began = time.perf_counter()
+        with signals_held():
+            self._pool.each(self._advance_epoch_of)
+            self._pool.each(self._retime_of)
+            self._at(epoch + 1, 0.0)
+        self._queues_valid = False
+        elapsed = time.perf_counter() - began
+        self.timings.epochs += elapsed
+        self.timings.wall += elapsed
+        return True
+
+    def _at(self, epoch: int, now: float) -> None:
+        """Note that the true state is now of this time."""
+        from carom.engine.domains.logical_process import refill_queue
+
+        refill_queue(self.machine.engine, epoch, now)
+        self.machine.clock.epoch, self.machine.clock.offset = epoch, now
+        self._committed = self._state()
+
+    # Its steps --------------------------------------------------------------------------------------------
+
+    def _mine(self, k: int) -> tuple[int, int]:
+        """Return the share of worker k of what is done for one component after the other."""
+        n = self.machine.scene.n
+        return n * k // self.workers, n * (k + 1) // self.workers
+
+    def _save_state(self, k: int) -> None:
+        """Copy rows and images, for the case that the window is lost."""
+        assert self._saved is not None
+        state: Any = self.machine.engine.state
+        mine = slice(*self._mine(k))
+        rows, images = self._saved
+        rows[mine] = state.rows.view(np.ndarray)[mine]
+        if images is not None:
+            images[mine] = state.images[mine]
+
+    def _roll_back(self, epoch: int, start: float) -> None:
+        """Go back to the beginning of a window that was lost: scheduling leaves no trace."""
+        from carom.compiling.deferred_signals import signals_held
+
+        assert self._saved is not None
+        machine = self.machine
+        state: Any = machine.engine.state
+        rows, images = self._saved
+        with signals_held():
+            state.rows.view(np.ndarray)[: len(rows)] = rows
+            if images is not None:
+                state.images[...] = images
+            state.clock.epoch[0], state.clock.now[0] = epoch, start
+            machine.scheduled = False
+        machine.schedule()
+
+    def _advance_epoch_of(self, k: int) -> None:
+        from carom.engine.domains.next_epoch import advance_epoch
+
+        engine = self.machine.engine
+        advance_epoch(engine.model, engine.state, engine.neighbors, *map(np.int64, self._mine(k)))
+
+    def _retime_of(self, k: int) -> None:
+        from carom.engine.domains.next_epoch import retime_all
+
+        engine = self.machine.engine
+        retime_all(engine.model, engine.state, *map(np.int64, self._mine(k)))
+
+    def _advance(self, k: int, epoch: int, end: float) -> int:
+        began = time.thread_time()
+        try:
+            return self._to_the_end(k, epoch, end)
+        except BaseException:  # the others do not wait for it
+            self._halt()
+            raise
+        finally:
+            self._busy[k] = time.thread_time() - began
+
+    def _halt(self) -> None:
+        from carom.engine.domains.logical_process import stop
+
+        stop(self._processes)
+
+    def _to_the_end(self, k: int, epoch: int, end: float) -> int:
+        """Run part k to the end of the window, or until all are to stop."""
+        from carom.engine import constants
+        from carom.engine.domains.logical_process import stopped, with_larger_heap
+
+        code = constants.SPENT
+        while not stopped(self._processes):
+            code = self._cycle(k, epoch, end)
+            if code in (constants.REACHED_TIME, constants.IDLE):
+                if self._wait_for_others(k):
+                    break
+            elif code == constants.NEEDS_HEAP:
+                self._processes[k] = with_larger_heap(self._processes[k])
+            elif code != constants.SPENT:
+                self._halt()
+        return code
+
+    def _cycle(self, k: int, epoch: int, end: float) -> int:
+        from carom.engine import cycle
+
+        process = self._processes[k]
+        until = np.int64(epoch), end
+        code, _ = cycle.run(*process.engine, process.recorder, *until, np.int64(2**62), np.int64(CYCLES))
+        return int(code)
+
+    def _wait_for_others(self, k: int) -> bool:
+        """Wait at the end of the window; False if part k has messages to read, True if all is over."""
+        from carom.engine.domains.logical_process import has_messages, stopped
+
+        with self._idling:
+            self._idle[k] = True
+            if all(self._idle) and not any(map(has_messages, self._processes)):
+                self._over.set()
+        while not self._over.is_set():
+            if stopped(self._processes):
+                return True
+            if has_messages(self._processes[k]):
+                with self._idling:
+                    self._idle[k] = False
+                return False
+            time.sleep(0)
+        return True
+
+    def _merge(self) -> None:
+        from carom.engine.domains.event_log_merge import merge, put_in_order
+
+        machine, engine = self.machine, self.machine.engine
+        heads = np.zeros(self.workers, np.int64)
+        log = None if machine.log is None else machine.log.buffer
+        total = engine.tallies[0]
+        for process in self._processes:
+            tally = process.engine.tallies[0]
+            for name in ("advancements", "transits", "returns", "clamped"):
+                total[name] += tally[name]
+            total.depth = max(total.depth, tally.depth)
+            if process.engine.calendar.lp[0].stragglers != 0:
+                put_in_order(process.recorder.lp_events)
+        while not merge(
+            self._all_events,
+            heads,
+            engine.state.clock,
+            engine.tallies,
+            engine.model.observers,
+            engine.model.obstacles,
+            engine.model.boundary,
+            log,
+        ):
+            machine.flush_log()
+
+    # What windows teach -----------------------------------------------------------------------------------
+
+    def _after_commit(self) -> None:
+        """Let parts be further ahead of each other after many windows that were kept."""
+        self._window_length.commit()
+        self._streak += 1
+        if self._streak >= COMMITS_IN_A_ROW:
+            self._streak, self._lookahead = 0, min(2.0 * self._lookahead, self._most)
+
+    def _after_rollback(self, codes: list[int], epoch: int, end: float, length: float, good: bool) -> None:
+        """Prepare to run a window again, from where it began."""
+        from carom.engine import constants
+
+        self._streak = 0
+        self._window_length.rollback()
+        if constants.NEEDS_NEIGHBORS in codes:
+            return
+        if constants.NEEDS_LOG in codes:
+            self._engine = None  # with more room
+            self._capacity *= 2
+        else:
+            self._window_length.halve(length)
+            if self._window_length.failed > MOST_ROLLBACKS:
+                self._plain = (epoch, end)
+                self._window_length.commit()
+            elif not good:
+                self._lookahead *= 0.5
+
+    # The parts --------------------------------------------------------------------------------------------
+
+    def _state(self) -> tuple[Any, ...]:
+        """Return what changes whenever the plain cycle has run."""
+        record = self.machine.engine.state.clock[0]
+        control = self.machine.engine.calendar.control[0]
+        return int(record.epoch), float(record.now), int(control.full), self.machine.collisions
+
+    def _ready(self, epoch: int, start: float) -> None:
+        """Make the parts, where the engine is another than before, and lay out their calendars."""
+        from carom.engine.domains.logical_process import refill_queue
+
+        other = self._engine is None or self._engine.neighbors is not self.machine.engine.neighbors
+        if other or self._detailed != self._details():
+            self._make_processes()
+        valid = self._queues_valid and self._committed == self._state()
+        wanted = self._bucket_width()
+        if not 0.5 < self._width / wanted < 2.0:
+            self._width, valid = 2.0 ** round(math.log2(wanted)), False
+        if not valid:
+            for process in self._processes:
+                refill_queue(process.engine, epoch, start, self._width)
+
+    def _details(self) -> bool:
+        """Tell whether anybody asks for more of a collision than its virial."""
+        engine: Any = self.machine.engine
+        asking = (engine.model.observers, engine.model.obstacles, self.machine.log)
+        return any(who is not None for who in asking)
+
+    def _make_processes(self) -> None:
+        """Make the parts, and compile what they run: at a time before anything is due."""
+        from carom.engine.domains.decomposition import slabs_of
+        from carom.engine.domains.event_log_merge import lp_events_of, make_all_events
+        from carom.engine.domains.logical_process import (
+            begin_window,
+            make_channels,
+            make_process,
+            refill_queue,
+        )
+
+        machine, workers = self.machine, self.workers
+        scene: Any = machine.scene
+        engine: Any = machine.engine
+        if self._capacity == 0:
+            self._capacity = int(MORE * 0.5 * scene.n * self._window_length.held / workers) + LEAST_ROOM
+        self._detailed = self._details()
+        all_events = self._all_events
+        small = all_events is None or all_events.entries.shape[1] < self._capacity
+        if small or (all_events.details is None) == self._detailed:
+            self._all_events = make_all_events(workers, self._capacity, self._detailed)
+        slabs = slabs_of(engine.neighbors, scene.box, scene.periodic, workers)
+        channels = make_channels(workers, scene.dimension)
+        events_of_all = [lp_events_of(self._all_events, k) for k in range(workers)]
+        spins_before_yield = SPINS_OWN if workers <= cores() else SPINS_SHARED
+        self._processes = [
+            make_process(engine, k, slabs, channels, events_of_all[k], spins_before_yield)
+            for k in range(workers)
+        ]
+        self._engine, self._queues_valid, self._busy = engine, False, [0.0] * workers
+        rows, images = engine.state.rows.view(np.ndarray)[: scene.n], engine.state.images
+        self._saved = np.empty_like(rows), None if images is None else np.empty_like(images)
+        begin_window(self._processes, 0, 0.0, 0.0, 0.0)
+        refill_queue(self._processes[0].engine, 0, 0.0, self._width)
+        self._cycle(0, 0, -math.inf)
+
+    def _bucket_width(self) -> float:
+        """Return how wide the buckets of all parts should be: a few cycles of each fall into one."""
+        from carom.engine.calendar import FEWEST, LARGE_SYSTEM_FACTOR, MOST
+        from carom.engine.neighbors.prefetch import HUGE
+
+        n = self.machine.scene.n
+        cycles = EVENTS * self._window_length.rate() * n / self.workers
+        return (LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0) * math.sqrt(FEWEST * MOST) / cycles
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.close()

@@ -1,0 +1,58 @@
+"""Threads that take one step after another, all at once, and the cores that there are for them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Any
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class ThreadPool:
+    """A fixed number of threads.
+
+    Parameters
+    ----------
+    workers : int
+        How many.
+    """
+
+    def __init__(self, workers: int):
+        self.workers = workers
+        self._pool = None if workers == 1 else ThreadPoolExecutor(workers)
+        self._process = os.getpid()
+        self._seen = {"<lambda>"}
+
+    def each(
+        self, step: Callable[..., Any], *arguments: Any, halt: Callable[[], None] | None = None
+    ) -> list[Any]:
+        """Call ``step(k, *arguments)`` for every worker k, each in its thread, and return what they return.
+
+        The first time they go one after the other, in this thread: that is when the step is compiled. They do
+        not where they need each other: such a step has been compiled before. It comes with ``halt``, which
+        makes all end soon, and is called where one fails or is interrupted.
+        """
+        if self._pool is None or (halt is None and step.__name__ not in self._seen):
+            self._seen.add(step.__name__)
+            return [step(k, *arguments) for k in range(self.workers)]
+        if self._process != os.getpid():  # a fork has no threads but the one that forked
+            self._pool, self._process = ThreadPoolExecutor(self.workers), os.getpid()
+        futures: list[Future[Any]] = [self._pool.submit(step, k, *arguments) for k in range(self.workers)]
+        try:
+            return [future.result() for future in futures]
+        except BaseException:
+            if halt is not None:
+                halt()
+            wait(futures)
+            raise
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._pool is not None and self._process == os.getpid():
+            self._pool.shutdown()
+        self._pool = None
