@@ -1,4 +1,4 @@
-"""One box in several parts, each run by a thread: slabs, whose turn it is, and what each part counts.
+"""One box in several processes, each run by a thread: slabs, whose turn it is, and what each process counts.
 
-All parts work on one state. Nothing here starts a thread.
+All processes work on one state. Nothing here starts a thread.
 """

@@ -14,10 +14,11 @@ from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors, prefetch_cell
 
 BORDER_BELOW, BORDER_ABOVE, OWN, MAY_REACH_BORDER, READ_HALO, HISTORY, WRITE_HALO = 1, 2, 4, 8, 32, 64, 128
-"""What a layer is to a part: in the zone of its lower border, in that of its upper border, its own.
+"""What a layer is to a process: in the zone of its lower border, in that of its upper border, its own.
 ``MAY_REACH_BORDER`` times one of the first two: an event of somebody there may be in that zone.
-``READ_HALO``: an event of the part beyond the border may look there. ``WRITE_HALO``: an event of that part
-may touch somebody's partner there. ``HISTORY``: what happens there may touch the same as an event in a zone.
+``READ_HALO``: an event of the process beyond the border may look there. ``WRITE_HALO``: an event of that
+process may touch somebody's partner there. ``HISTORY``: what happens there may touch the same as an event in
+a zone.
 """
 
 BORDERS = BORDER_BELOW | BORDER_ABOVE
@@ -36,7 +37,7 @@ class InteractionRange(NamedTuple):
     A component has moved at most one sector, or one margin, when it searches. It finds somebody there whose
     partner is elsewhere: two whose contact is scheduled are no further apart than when it was found, but may
     be in other sectors, or in no list of each other's any more. A few are further away than this allows for:
-    a part that meets one at a border gives the window up.
+    a process that meets one at a border gives the window up.
     """
 
     layers: int
@@ -122,7 +123,7 @@ class Slabs(NamedTuple):
     axis: int
     """Axis across the slabs."""
     masks: np.ndarray
-    """What each layer is to each part, (parts, layers) uint8."""
+    """What each layer is to each process, (processes, layers) uint8."""
     along: np.ndarray
     """Two axes along which borders are divided into patches, (2,) int64."""
     patches: np.ndarray

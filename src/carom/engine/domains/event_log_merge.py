@@ -1,4 +1,4 @@
-"""The collisions of several parts: noted by each, added up in the order of time."""
+"""The collisions of several processes: noted by each, added up in the order of time."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STRETCH = 256
 
 
 class LpEvents(NamedTuple):
-    """The collisions of one part."""
+    """The collisions of one process."""
 
     used: np.ndarray
     """How many there are, the first of a line of int64."""
@@ -41,24 +41,24 @@ class LpEvents(NamedTuple):
 
 
 class AllEvents(NamedTuple):
-    """The same of all parts, a row for each part."""
+    """The same of all processes, a row for each process."""
 
     used: np.ndarray
-    """How many collisions each has, in the first column, (parts, 8) int64: a cache line for each."""
+    """How many collisions each has, in the first column, (processes, 8) int64: a cache line for each."""
     entries: Any
-    """(parts, room) of type ENTRY."""
+    """(processes, room) of type ENTRY."""
     stamps: np.ndarray
-    """The bits of times and virials, a view of them, (parts, room, 2) int64."""
+    """The bits of times and virials, a view of them, (processes, room, 2) int64."""
     component: np.ndarray
-    """(parts, room) int32."""
+    """(processes, room) int32."""
     details: Any
-    """(parts, room) of type DETAIL, or None."""
+    """(processes, room) of type DETAIL, or None."""
     ordered: np.ndarray
     """Bits of virials in the order of time, room for adding up, (4, STRETCH) int64."""
 
 
 def make_all_events(processes: int, capacity: int, detailed: bool) -> AllEvents:
-    """Return an empty ledger with room for a given number of collisions of each part."""
+    """Return an empty ledger with room for a given number of collisions of each process."""
 
     def rows(kind):
         return aligned(processes * capacity, kind).reshape(processes, capacity)
@@ -72,7 +72,7 @@ def make_all_events(processes: int, capacity: int, detailed: bool) -> AllEvents:
 
 
 def lp_events_of(all_events: AllEvents, process: int) -> LpEvents:
-    """Return the page of a part."""
+    """Return the page of a process."""
     details = None if all_events.details is None else all_events.details[process]
     return LpEvents(
         all_events.used[process], all_events.entries[process], all_events.component[process], details
@@ -80,12 +80,12 @@ def lp_events_of(all_events: AllEvents, process: int) -> LpEvents:
 
 
 class LpRecorder(NamedTuple):
-    """The log of a part, and its observer: both note its collisions."""
+    """The log of a process, and its observer: both note its collisions."""
 
     last_virial: np.ndarray
     """Virial of the collision at hand, (1,) float64."""
     lp_events: LpEvents
-    """The part's page of the ledger."""
+    """The process's page of the ledger."""
 
 
 @count_pair.register
@@ -124,7 +124,7 @@ def _(details: np.ndarray, k, ref, impulse):
 
 @optional
 def detail(details, process, k):
-    """Return the word and the impulse of the k-th collision of a part."""
+    """Return the word and the impulse of the k-th collision of a process."""
     return np.int64(0), 0.0
 
 
@@ -146,7 +146,7 @@ def _(obstacles: Obstacles, number, momentum):
 
 
 def put_in_order(lp_events: LpEvents) -> None:
-    """Sort the collisions of a part by time, where one came late."""
+    """Sort the collisions of a process by time, where one came late."""
     count = lp_events.used[0]
     order = np.argsort(lp_events.entries.view(np.ndarray)["time"][:count], kind="stable")
     for column in (lp_events.entries, lp_events.component, lp_events.details):
@@ -157,7 +157,7 @@ def put_in_order(lp_events: LpEvents) -> None:
 
 @inner
 def of_left(left, right, a, b, count):
-    """Return how many of the next ``count`` collisions are of the left part, from the a-th and b-th on."""
+    """Return how many of the next ``count`` collisions are of the left process, from the a-th and b-th on."""
     low, high = np.int64(0), np.int64(count)
     while low < high:
         middle = (low + high) // 2
@@ -182,7 +182,8 @@ def next_of_two(left, right, a, b):
 
 @inner
 def add_two(all_events, heads, tally):
-    """Add up what two parts have, until one of them has little left, or two collisions are at the same time.
+    """Add up what two processes have, until one of them has little left, or two collisions are at the same
+    time.
 
     Which comes first is a coin tossed for each collision, and the next question hangs on the answer. So four
     stretches are put in order at a time, and without a jump: positive numbers are in the order of their bits.
@@ -219,12 +220,12 @@ def add_two(all_events, heads, tally):
 
 def _merge(digest):
     def merge(all_events, heads, clock, tallies, observers, obstacles, boundary, log):
-        """Add up the collisions of all parts in the order of time, as one cycle would have.
+        """Add up the collisions of all processes in the order of time, as one cycle would have.
 
         Parameters
         ----------
-        heads : (parts,) int64 array
-            Number of collisions of each part that have been added already.
+        heads : (processes,) int64 array
+            Number of collisions of each process that have been added already.
 
         Returns
         -------

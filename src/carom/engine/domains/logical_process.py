@@ -1,4 +1,4 @@
-"""The engine as each of several parts of the box sees it."""
+"""The engine as each of several logical processes sees it: one slab of the box is its own."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def clone(value: Any) -> Any:
 
 
 class LogicalProcess(NamedTuple):
-    """The engine as one part sees it: one state and one neighbour scheme, and a calendar of its own."""
+    """The engine as one process sees it: one state and one neighbour scheme, and a calendar of its own."""
 
     engine: Engine
     """Its one observer is what it gathers."""
@@ -121,7 +121,7 @@ def make_history(events: int, dimension: int) -> np.ndarray:
 def make_process(
     engine: Engine, k: int, slabs: Slabs, channels: Channels, lp_events: LpEvents, spins_before_yield: int
 ) -> LogicalProcess:
-    """Return an engine as part k of several sees it. Its calendar is to be laid out yet.
+    """Return an engine as process k of several sees it. Its calendar is to be laid out yet.
 
     ``spins_before_yield``: refusals after which its thread lets another have the core.
     """
@@ -139,7 +139,7 @@ def make_process(
     )
     lp = aligned(1, LP_STATE)
     lp["spins_before_yield"] = spins_before_yield
-    lp["me"], lp["parts"], lp["axis"] = k, processes, slabs.axis
+    lp["me"], lp["processes"], lp["axis"] = k, processes, slabs.axis
     calendar = LpQueue(
         *plain,
         neighbors=neighbors,
@@ -169,7 +169,7 @@ def make_process(
 def begin_window(
     processes: list[LogicalProcess], epoch: int, start: float, end: float, lookahead: float
 ) -> None:
-    """Let all parts begin a window from ``start`` to ``end``, with empty tallies and no messages.
+    """Let all processes begin a window from ``start`` to ``end``, with empty tallies and no messages.
 
     ``lookahead`` is how far one may be ahead of another, in widths of a bucket.
     """
@@ -191,24 +191,24 @@ def begin_window(
 
 
 def stop(processes: list[LogicalProcess]) -> None:
-    """Let all parts stop at their next refusal."""
+    """Let all processes stop at their next refusal."""
     processes[0].engine.calendar.channels.sent_count[:, 2] = 1  # type: ignore[attr-defined]
 
 
 def stopped(processes: list[LogicalProcess]) -> bool:
-    """Tell whether all parts are to stop."""
+    """Tell whether all processes are to stop."""
     return bool(processes[0].engine.calendar.channels.sent_count[:, 2].any())  # type: ignore[attr-defined]
 
 
 def has_messages(process: LogicalProcess) -> bool:
-    """Tell whether a part, which does not run, has messages to read."""
+    """Tell whether a process, which does not run, has messages to read."""
     calendar: Any = process.engine.calendar
     lp = calendar.lp[0]
     return bool((calendar.channels.sent_count[int(lp.me), :2] != lp.read).any())
 
 
 def refill_queue(engine: Engine, epoch: int, now: float, width: float | None = None) -> None:
-    """Let the calendar of an engine be laid out anew, at a time within an epoch; that of a part with a
+    """Let the calendar of an engine be laid out anew, at a time within an epoch; that of a process with a
     ``width`` of its buckets.
     """
     clock, control = engine.state.clock, engine.calendar.control
@@ -221,5 +221,5 @@ def refill_queue(engine: Engine, epoch: int, now: float, width: float | None = N
 
 
 def with_larger_heap(process: LogicalProcess) -> LogicalProcess:
-    """Return a part whose calendar has twice the heap, its entries kept."""
+    """Return a process whose calendar has twice the heap, its entries kept."""
     return process._replace(engine=enlarge_heap(process.engine, 2 * len(process.engine.calendar.event_time)))

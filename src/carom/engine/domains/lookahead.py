@@ -1,4 +1,4 @@
-"""What a part announces: when its next event is, and which events will be in the zones of its borders."""
+"""What a process announces: when its next event is, and which events will be in the zones of its borders."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from carom.engine.queue_hooks import clear_notes, note_border_event, publish_tim
 from carom.models.interface import NEVER
 
 HORIZON = 16
-"""Buckets in which a part looks for events in zones in advance."""
+"""Buckets in which a process looks for events in zones in advance."""
 
 PREFETCH_AHEAD = 4
-"""Buckets by which what they name is asked for before a part looks into them."""
+"""Buckets by which what they name is asked for before a process looks into them."""
 
 
 @inner
@@ -132,7 +132,7 @@ def scan_component(calendar, state, bucket, i):
 @publish_time.register
 def _(calendar: LpQueue, state, time):
     lp, control, published_time = calendar.lp[0], calendar.control[0], calendar.channels.published_time
-    # What was said holds on: once a bucket is enough, unless this part waits, has read messages, or comes to
+    # What was said holds on: once a bucket is enough, unless this process waits, has read messages, or comes to
     # the end of what it has to do.
     more = time < control.end and time <= lp.window_end
     if lp.announced_bucket == control.cursor and lp.waits == 0 and lp.unacknowledged == 0 and more:
@@ -170,11 +170,11 @@ def _(calendar: LpQueue, state, time):
 
 @choose_width.register
 def _(calendar: LpQueue, n, longest):
-    """All parts lay out their calendars at the same times: nobody waits for another that does."""
+    """All processes lay out their calendars at the same times: nobody waits for another that does."""
     return
 
 
 @narrow.register
 def _(calendar: LpQueue, longest):
-    """For the same reason a part whose lines run out is given more of them."""
+    """For the same reason a process whose lines run out is given more of them."""
     return False

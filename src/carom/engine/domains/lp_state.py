@@ -1,4 +1,4 @@
-"""What a part knows of itself, what parts tell each other, and the calendar that holds both."""
+"""What a process knows of itself, what processes tell each other, and the calendar that holds both."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from carom.compiling.registry import inner
 from carom.engine.domains.decomposition import PATCHES, layer_of
 
 MOST_MESSAGES = 256
-"""Messages that may be on their way to a part from one side; a power of two."""
+"""Messages that may be on their way to a process from one side; a power of two."""
 
 HISTORY_LENGTH = 128
-"""Events that a part, and a border, remember; a power of two."""
+"""Events that a process, and a border, remember; a power of two."""
 
 TIME, LATEST, WHOSE, PLACE = 0, 1, 2, 3
-"""Of an event that is remembered: its time, the latest of this and of those before, its part, its layers."""
+"""Of an event that is remembered: its time, the latest of this and of those before, its process, its layers.
+"""
 
 MOST_ANNOUNCED = 64
-"""Events in a zone that a part announces."""
+"""Events in a zone that a process announces."""
 
 PROCESSING, INTERIOR = 4, 8
 """What ``held_borders`` has in addition while an event is processed, and if it is far away from all borders:
-what it touches is the part's own, and concerns nobody else.
+what it touches is the process's own, and concerns nobody else.
 """
 
 LINE = 8
@@ -33,7 +34,7 @@ LINE = 8
 LP_STATE = np.dtype(
     [
         ("me", "i8"),
-        ("parts", "i8"),
+        ("processes", "i8"),
         ("axis", "i8"),
         ("lookahead", "f8"),
         ("spins_before_yield", "i8"),
@@ -56,7 +57,7 @@ LP_STATE = np.dtype(
         ("unread", "f8", (2,)),
     ]
 )
-"""What one part knows of itself.
+"""What one process knows of itself.
 
 ``me``: its number of ``processes``; ``axis``: as in ``Slabs``; ``lookahead``: widths of a bucket that it may
 be ahead of others; ``spins_before_yield``: refusals after which it lets another thread have the core;
@@ -71,28 +72,31 @@ be ``unread``.
 
 
 class Channels(NamedTuple):
-    """What parts tell each other; each writes on cache lines of its own."""
+    """What processes tell each other; each writes on cache lines of its own."""
 
     published_time: np.ndarray
-    """Of each part: nothing is due before this time, and nothing that it has not announced before that one,
-    (parts, 8) float64.
+    """Of each process: nothing is due before this time, and nothing that it has not announced before that
+    one, (processes, 8) float64.
     """
     sent_count: np.ndarray
-    """Messages sent to each part from below and from above, and whether all are to stop, (parts, 8) int64."""
+    """Messages sent to each process from below and from above, and whether all are to stop, (processes, 8)
+    int64.
+    """
     acknowledged: np.ndarray
-    """Messages that each part has read, (parts, 8) int64."""
+    """Messages that each process has read, (processes, 8) int64."""
     messages: np.ndarray
-    """The messages: components that are due, (parts, 2, MAIL) int32."""
+    """The messages: components that are due, (processes, 2, MAIL) int32."""
     border_locks: np.ndarray
-    """Whether somebody holds the border below each part, and the events in its zone, (parts, 8) int64."""
+    """Whether somebody holds the border below each process, and the events in its zone, (processes, 8) int64.
+    """
     history: np.ndarray
-    """The last of them, (parts, PAST, 8 or more) float64: a cache line each."""
+    """The last of them, (processes, PAST, 8 or more) float64: a cache line each."""
     event_time: np.ndarray
-    """Earliest event announced in each patch of both borders, (parts, 2, PATCHES) float64."""
+    """Earliest event announced in each patch of both borders, (processes, 2, PATCHES) float64."""
 
 
 class LpQueue(NamedTuple):
-    """The calendar of a part: the first five as those of a ``Calendar``."""
+    """The calendar of a process: the first five as those of a ``Calendar``."""
 
     control: Any
     buckets: np.ndarray
@@ -105,7 +109,7 @@ class LpQueue(NamedTuple):
     """One record of type DESK."""
     channels: Channels
     mask: np.ndarray
-    """What each layer is to the part, (layers,) uint8."""
+    """What each layer is to the process, (layers,) uint8."""
     along: np.ndarray
     """Two axes along which borders are divided into patches, (2,) int64."""
     patches: np.ndarray
@@ -128,7 +132,7 @@ class LpQueue(NamedTuple):
 
 @inner
 def mask_of(calendar, i):
-    """Return what the layer of component i is to this part."""
+    """Return what the layer of component i is to this process."""
     return np.int64(calendar.mask[layer_of(calendar.neighbors, i, calendar.lp[0].axis)])
 
 
@@ -140,20 +144,20 @@ def row_of(calendar, i, k):
 
 @inner
 def patch_at(calendar, side, process, patch_row, column):
-    """Return where the board has what a part announces in a patch of its border on a side."""
+    """Return where the board has what a process announces in a patch of its border on a side."""
     return (2 * process + side) * PATCHES + patch_row * calendar.patches[1] + column
 
 
 @inner
 def beside(lp, side):
-    """Return the part below (side 0) or above (1)."""
+    """Return the process below (side 0) or above (1)."""
     other = lp.me + 2 * side - 1
     return other + lp.processes if other < 0 else (other - lp.processes if other >= lp.processes else other)
 
 
 @inner
 def slot_of(lp, side):
-    """Return which messages are those from or to the part on a side: of two parts, all are from below."""
+    """Return which messages are those from or to the process on a side: of two processes, all are from below."""
     return np.int64(0 if lp.processes == 2 else side)
 
 
@@ -165,6 +169,6 @@ def border(lp, side):
 
 @inner
 def abort_window(calendar):
-    """Tell all parts that the window is lost."""
+    """Tell all processes that the window is rolled back."""
     for process in range(calendar.lp[0].processes):
         store(calendar.channels.sent_count, LINE * process + 2, np.int64(1))

@@ -1,4 +1,4 @@
-"""Messages between parts: what one schedules for a component of another, and the locks of borders."""
+"""Messages between processes: what one schedules for a component of another, and the locks of borders."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _(calendar: LpQueue, i):
 
 @count_local.register
 def _(calendar: LpQueue, start_index, end):
-    # Rows of others are not looked at: half of the memory that two parts would ask for.
+    # Rows of others are not looked at: half of the memory that two processes would ask for.
     count = np.uint64(0)
     for i in range(start_index, end):
         calendar.component[count] = i
@@ -85,7 +85,7 @@ def _(calendar: LpQueue, state):
 
 @inner
 def unlock(calendar):
-    """Let others have the borders that this part holds."""
+    """Let others have the borders that this process holds."""
     lp = calendar.lp[0]
     for side in range(2):
         if lp.held_borders & (side + 1) != 0:

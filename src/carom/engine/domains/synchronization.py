@@ -1,13 +1,13 @@
-"""Whose turn it is: parts that share one state process what both can touch in the order of time.
+"""Whose turn it is: processes that share one state process what both can touch in the order of time.
 
-Every part has a calendar of its own, and runs ahead in the middle of its slab. An event that touches what
-another part can touch, too, is in the *zone* of their border. It waits until the other part has nothing
-earlier there, and holds the lock of the border meanwhile. What a part schedules for a component of another
+Every process has a calendar of its own, and runs ahead in the middle of its slab. An event that touches what
+another process can touch, too, is in the *zone* of their border. It waits until the other process has nothing
+earlier there, and holds the lock of the border meanwhile. What a process schedules for a component of another
 goes there as a message.
 
-Whether something earlier will turn up at the border is not known. Every border, and every part, remembers its
-last events. Where one is processed that would have had to come before one of them nearby, the window is lost,
-and is run again from its beginning.
+Whether something earlier will turn up at the border is not known. Every border, and every process, remembers
+its last events. Where one is processed that would have had to come before one of them nearby, the window is
+rolled back, and is run again from its beginning.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ MOST_WAITS = 1 << 20
 
 @inner
 def no_earlier_event(calendar, side, now, i):
-    """Return whether the part on a side has nothing before now that may touch what an event of component i
+    """Return whether the process on a side has nothing before now that may touch what an event of component i
     does.
     """
     lp, channels = calendar.lp[0], calendar.channels
@@ -163,9 +163,9 @@ def no_straggler_at_border(calendar, side, i, now):
 
 @inner
 def no_straggler(calendar, i, now):
-    """Return whether this part has processed nothing later near component i; and note it.
+    """Return whether this process has processed nothing later near component i; and note it.
 
-    Late can be only what follows from an event of another part.
+    Late can be only what follows from an event of another process.
     """
     lp, history = calendar.lp[0], calendar.history
     entry = np.uint64(lp.processed & (HISTORY_LENGTH - 1))
@@ -193,7 +193,7 @@ def _(calendar: LpQueue, state, boundary, i, now):
         lp.waits = 0
         lp.held_borders = PROCESSING | INTERIOR
         return True
-    if mask & OWN == 0:  # it has gone over to another part, which knows of it
+    if mask & OWN == 0:  # it has gone over to another process, which knows of it
         pop(calendar)
         return False
     borders = borders_of(calendar, state, boundary, i)
