@@ -89,7 +89,7 @@ def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
         sim.run(collisions=1)
         frame = sim.frame()
         scene.with_(positions=frame.positions, diameter=frame.diameters)
-    assert carom.explain(sim).models["sight"] in ("FromRows", "FromCache")
+    assert carom.explain(sim).models["timing"] in ("FromRows", "FromCache")
     assert sim.collisions == 40
     assert sim.statistics.worst_overlap < 16 * EPS * FLOWN * max(box)
 

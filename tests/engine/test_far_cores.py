@@ -29,7 +29,7 @@ def graze(width, aside):
         periodic=False,
     )
     sim = carom.Simulation(scene)
-    assert carom.explain(sim).models["sight"] == "FarSteps"
+    assert carom.explain(sim).models["timing"] == "FarSteps"
     sim.run(time=2.0 * (far - 0.5) + 0.75 * width)
     return sim
 

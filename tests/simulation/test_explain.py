@@ -103,7 +103,7 @@ def test_an_event_log_is_there_where_it_is_asked_for(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("wish", "says"),
+    ("requested", "says"),
     [
         ({"precision": "half"}, "'double' or 'single'"),
         ({"neighbors": "trees"}, "'auto', 'lists', 'sectors' or 'all'"),

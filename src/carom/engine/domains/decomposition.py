@@ -71,7 +71,7 @@ def interaction_range(neighbors: Lists | Sectors, axis: int) -> InteractionRange
     span = float(neighbors.grid_step[axis]) * 2.0 ** coordinate_bits(len(neighbors.grid_step))
     bounds = neighbors.bounds
     list_range = math.sqrt(bounds.square) if hasattr(bounds, "square") else 2.0 * float(bounds.largest.max())
-    skin = float(bounds.skin) if hasattr(bounds, "margin") else float(bounds.skins.max())
+    skin = float(bounds.skin) if hasattr(bounds, "skin") else float(bounds.skins.max())
     cell = max(span / size for size in neighbors.grid.shape[:, axis])
     # Who is in one cell shares it: between two there is always room for a cell.
     read = skin + max(list_range, 0.5 * cell)

@@ -93,7 +93,7 @@ class LogicalProcess(NamedTuple):
 
 
 SCRATCH: dict[type, tuple[str, ...]] = {
-    Sectors: ("neighbor_cells", "words"),
+    Sectors: ("neighbor_cells", "refs"),
     Lists: ("grid", "found", "points", "sizes", "newcomers", "hits"),
 }
 """What a neighbour scheme has for the search at hand alone."""

@@ -132,8 +132,8 @@ def scan_component(calendar, state, bucket, i):
 @publish_time.register
 def _(calendar: LpQueue, state, time):
     lp, control, published_time = calendar.lp[0], calendar.control[0], calendar.channels.published_time
-    # What was said holds on: once a bucket is enough, unless this process waits, has read messages, or comes to
-    # the end of what it has to do.
+    # What was said holds on: once a bucket is enough, unless this process waits, has read messages, or comes
+    # to the end of what it has to do.
     more = time < control.end and time <= lp.window_end
     if lp.announced_bucket == control.cursor and lp.waits == 0 and lp.unacknowledged == 0 and more:
         return

@@ -157,7 +157,7 @@ def beside(lp, side):
 
 @inner
 def slot_of(lp, side):
-    """Return which messages are those from or to the process on a side: of two processes, all are from below."""
+    """Return which messages are those from or to the process on a side: of two, all are from below."""
     return np.int64(0 if lp.processes == 2 else side)
 
 
