@@ -50,6 +50,7 @@ def test_a_run_in_single_precision_is_resumed_bit_for_bit(fluid, tmp_path):
     assert again.machine.engine.state.rows["x"].dtype == np.float32
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_a_log_of_single_precision_is_not_replayed(tmp_path):
     sim = carom.Simulation(
         carom.Scene.fcc(cells=3, packing_fraction=0.3), precision="single", event_log=tmp_path / "e.h5"

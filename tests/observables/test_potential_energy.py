@@ -143,6 +143,7 @@ def falling():
     return carom.Scene([[4.0, 2.0]], 8.0, periodic=[True, False], motion=Gravity((0.0, -1.0)))
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("scene", "settings", "reason"),
     [

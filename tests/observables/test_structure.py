@@ -9,6 +9,7 @@ from carom.frame import Frame
 from carom.observables import DensityProfile, Dynamics, PairDistribution
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_a_profile_of_a_species_that_is_not_there_is_refused():
     scene = carom.Scene.mixture([5, 5], diameters=[1.0, 0.5], packing_fraction=0.05, dimension=2, seed=1)
     frame = carom.Simulation(scene).frame()

@@ -56,6 +56,7 @@ def test_a_contact_changes_the_first_sum_by_what_the_obstacle_takes_up():
     assert after[1] == pytest.approx(after[0] * distance / 4.5, rel=1e-8)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_only_obstacles_without_a_field_have_sums():
     known = (Plane((0.0, 1.0), 0.3), Ball((5.0, 5.0), 1.0))
     scene = carom.Scene(
