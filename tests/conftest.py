@@ -20,9 +20,9 @@ def pytest_configure(config):
 @pytest.fixture
 def unscheduled(monkeypatch):
     """Let simulations have no first events: nothing can run, and nothing is compiled."""
-    from carom.simulation.run_state import Machine
+    from carom.simulation.run_state import RunState
 
-    monkeypatch.setattr(Machine, "schedule", lambda machine: None)
+    monkeypatch.setattr(RunState, "schedule", lambda machine: None)
 
 
 MOST = 4

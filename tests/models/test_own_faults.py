@@ -29,7 +29,7 @@ from carom.models.interface import (
 )
 from carom.models.wells import SquareWell
 from carom.simulation.replay import Replay
-from carom.simulation.run_state import Machine
+from carom.simulation.run_state import RunState
 
 SCENE = carom.Scene.random(30, 2, packing_fraction=0.3, seed=1)
 
@@ -481,7 +481,7 @@ def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
 
 
 def test_a_memory_that_cannot_be_copied_is_refused_where_models_are_made_anew(monkeypatch):
-    monkeypatch.setattr(Machine, "schedule", lambda machine: None)  # nothing is to run
+    monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     sim = carom.Simulation(SCENE.with_(interaction=Remembering()))
     with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* answer to take_over"):
         sim.machine.refit()

@@ -15,7 +15,7 @@ from carom.compiling import compile_listeners, dispatch
 from carom.engine import cycle
 from carom.errors import BusyError
 from carom.simulation.replay import Replay
-from carom.simulation.workers.thread_pool import Crew
+from carom.simulation.workers.thread_pool import ThreadPool
 
 
 def small(**more):
@@ -187,25 +187,25 @@ def forked(body):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 def test_a_forked_process_has_threads_of_its_own():
     # Those of the parent are not there, and were waited for.
-    crew, meeting = Crew(2), threading.Barrier(2)
+    pool, meeting = ThreadPool(2), threading.Barrier(2)
 
     def both():
-        return int(sorted(crew.each(lambda k: meeting.wait(), halt=lambda: None)) != [0, 1])
+        return int(sorted(pool.each(lambda k: meeting.wait(), halt=lambda: None)) != [0, 1])
 
     def both_and_close():
         code = both()
-        crew.close()
+        pool.close()
         return code
 
     def close():
-        crew.close()
+        pool.close()
         return 0
 
     assert both() == 0
     assert forked(both_and_close) == 0
     assert forked(close) == 0
     assert both() == 0
-    crew.close()
+    pool.close()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")

@@ -33,7 +33,7 @@ class Near(Protocol):
         """Forget the pairs of unit i."""
 
 
-def heed(
+def on_crossing(
     pair: Units,
     components: tuple[int, int],
     crossed: int,
@@ -83,7 +83,7 @@ def heed(
         _settle(pair, slot, i, v, now, steps)
 
 
-def consult(
+def on_timer(
     pair: Units,
     i: int,
     x: np.ndarray,

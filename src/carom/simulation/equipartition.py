@@ -25,7 +25,7 @@ class Thermometer:
 
     Parameters
     ----------
-    machine : Machine
+    machine : RunState
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ class Recorder:
     ----------
     path : path
         The file.
-    machine : Machine
+    machine : RunState
         What runs.
     mark : dict, optional
         What :meth:`mark` returned at the present of the machine: go on with the file, of which what it holds

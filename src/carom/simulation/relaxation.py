@@ -20,7 +20,7 @@ class StructuralRelaxation:
 
     Parameters
     ----------
-    machine : Machine
+    machine : RunState
         The run, at the beginning of the stretch.
     """
 

@@ -331,7 +331,7 @@ class Replay:
             crossed = min(before, self._steps.of(i, j))
             begun = float(self._epoch) * self._length
             states = (self._x, self._v, r, time, begun)
-            deciding.heed(self._pair, (i, j), crossed, kind, *states, self._steps)
+            deciding.on_crossing(self._pair, (i, j), crossed, kind, *states, self._steps)
 
     def _consult(self, time: float, i: int) -> None:
         """Ask a unit alone."""
@@ -344,7 +344,7 @@ class Replay:
         assert self._steps is not None
         self._advance(np.array([i]), time)
         begun = float(self._epoch) * self._length
-        deciding.consult(self._pair, i, self._x, self._v, state_of, time, begun, self._steps)
+        deciding.on_timer(self._pair, i, self._x, self._v, state_of, time, begun, self._steps)
 
     def _bounce(self, time: float, i: int, k: int, impulse: float) -> None:
         self._advance(np.array([i]), time)

@@ -41,7 +41,7 @@ class StallDetector:
 
     Parameters
     ----------
-    machine : Machine
+    machine : RunState
         What runs.
     end : Fraction
         The instant that is to be reached.

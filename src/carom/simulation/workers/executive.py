@@ -45,7 +45,7 @@ class Executive:
 
     Attributes
     ----------
-    machine : Machine
+    machine : RunState
         What runs. Between two windows its arrays hold the true state.
     workers : int
         How many threads.

@@ -41,7 +41,7 @@ class WindowLength:
 
     Attributes
     ----------
-    machine : Machine
+    machine : RunState
         What runs.
     held : float
         Collisions a particle that a window should hold, at most.
