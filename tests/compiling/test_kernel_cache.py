@@ -283,7 +283,7 @@ def test_a_helper_is_compiled_anew_after_an_edit_to_its_file(folder):
     text = "import numba\nfrom carom.jit import compiled\ndef twice(x):\n    return 2.0 * x\n"
     (folder / "helper.py").write_text(text + "print(compiled(twice, numba.f8(numba.f8))(1.5))\n")
     # One of Carom's, whose code is not followed.
-    trusting = "from carom.compiling import origins; origins.TRUSTED |= {'helper'}; import helper"
+    trusting = "from carom.compiling import code_digest; code_digest.TRUSTED |= {'helper'}; import helper"
     assert run(folder, trusting) == "3.0"
     edit(folder / "helper.py", "2.0 * x", "40.0 * x")
     assert run(folder, trusting) == "60.0"

@@ -26,16 +26,16 @@ import warnings
 import numba
 {gone}
 import carom.engine.build, carom.engine.projection
-from carom.compiling import private
+from carom.compiling import numba_features
 
 numba.__version__ = "9.9.9"
-trials = list(private.TRIALS)
-private.try_out()
+trials = list(numba_features.TRIALS)
+numba_features.try_out()
 with warnings.catch_warnings(record=True) as said:
     warnings.simplefilter("always")
-    private.tell()
-    private.tell()
-print(list(private.MISSING), len(trials))
+    numba_features.tell()
+    numba_features.tell()
+print(list(numba_features.MISSING), len(trials))
 for each in said:
     print(each.category.__name__, each.message)
 for part, works in trials:  # as they are now, without what is missing
@@ -109,8 +109,8 @@ def test_arrays_in_a_plain_tuple_are_not_let_go():
 
 @pytest.mark.slow
 def test_the_public_way_gives_the_same_bits(tmp_path):
-    without = "import carom.engine.build\nfrom carom.compiling import private\n" + "".join(
-        f"private.leave_out({part!r}, 'as a test')\n" for part in GONE
+    without = "import carom.engine.build\nfrom carom.compiling import numba_features\n" + "".join(
+        f"numba_features.leave_out({part!r}, 'as a test')\n" for part in GONE
     )
     program = without + "import warnings\nwarnings.simplefilter('ignore')\n" + TINY
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

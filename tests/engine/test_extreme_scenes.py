@@ -19,9 +19,9 @@ import warnings
 import numpy as np
 np.seterr(all="ignore")
 import carom
-from carom.simulation import loop
+from carom.simulation import run_loop
 from helpers.oracle_scenes import assert_no_overlap
-loop.CYCLES = 200  # looks now and then, in plain Python, too
+run_loop.CYCLES = 200  # looks now and then, in plain Python, too
 """
 
 

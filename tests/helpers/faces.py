@@ -20,7 +20,7 @@ from carom.models.planes import Plane
 from carom.models.segments import Segment
 from carom.models.shaken import Shaken
 from carom.models.surfaces import Surface, Thermal
-from carom.models.walls import HAIR
+from carom.models.walls import ROUNDING_MARGIN
 
 LOSS = Loss(0.5, elastic_below=1e-6)
 EDGE = 5.3  # no sum of its digits is exact
@@ -220,7 +220,7 @@ def continued(folder):
     while run.step():
         pass
     same.append(bool(np.abs(run.frame().velocities - whole.frame().velocities).max() == 0.0))
-    return same, hits(whole), HAIR
+    return same, hits(whole), ROUNDING_MARGIN
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from carom.engine import cycle
 from carom.engine.boundary import SectorImage
 from carom.engine.constants import NEEDS_NEIGHBORS
 from carom.engine.neighbors.grid import coordinate_bits
-from carom.engine.neighbors.skins import EqualBounds, level, margin, start, touching
+from carom.engine.neighbors.skins import EqualBounds, list_range_sq, size_class, skin, start
 
 
 def present(sim):
@@ -50,7 +50,7 @@ def check_lists(sim):
     r = reference[:, None] - reference
     r -= edges * np.rint(r / edges)
     near = (r**2).sum(axis=2)
-    reach = np.array([[touching(lists.bounds, i, j) for j in range(n)] for i in range(n)])
+    reach = np.array([[list_range_sq(lists.bounds, i, j) for j in range(n)] for i in range(n)])
     # Rounding of one distance against another's may decide on the edge of the reach alone.
     sure, maybe = near < reach * (1 - 1e-9), near < reach * (1 + 1e-9)
     for i in range(n):
@@ -64,7 +64,7 @@ def check_lists(sim):
         free = np.full(n, 0.5 * (sim.machine.scheme.reach - sim.scene.diameter))
         np.testing.assert_allclose(reach, sim.machine.scheme.reach**2, rtol=1e-15)
     else:
-        free = np.array([margin(lists.bounds, i, now)[0] for i in range(n)])
+        free = np.array([skin(lists.bounds, i, now)[0] for i in range(n)])
     assert (np.sqrt((x**2).sum(axis=1)) <= free + hair).all()
     if sim.machine.system.rates is None:
         # Two who are not listed cannot touch before one of them leaves, and each is there until it leaves.
@@ -79,7 +79,7 @@ def check_lists(sim):
     for cell in range(len(lists.members)):
         for k in range(lists.members[cell]):
             i = lists.cells[cell, k]
-            own = int(level(lists.bounds, np.uint64(i)))
+            own = int(size_class(lists.bounds, np.uint64(i)))
             place = np.floor(reference[i] / edges * grid.shape[own]).astype(int)
             assert grid.base[own] + np.ravel_multi_index(place, grid.shape[own]) == cell
     assert lists.members.sum() == n

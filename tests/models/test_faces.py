@@ -25,7 +25,7 @@ from carom.models.planes import Plane
 from carom.models.segments import Segment, polygon
 from carom.models.shaken import Shaken
 from carom.models.surfaces import Surface, Thermal
-from carom.models.walls import HAIR, cushions
+from carom.models.walls import ROUNDING_MARGIN, cushions
 
 EPS = np.finfo(float).eps
 OPEN = (False, False)
@@ -80,7 +80,7 @@ def test_what_grows_meets_what_lies_in_a_wall(runs):
         assert hits["floor"] > 0
         assert hits["ceiling"] > 0
         assert "lower wall of axis 1" not in hits
-        assert least > -EDGE * HAIR
+        assert least > -EDGE * ROUNDING_MARGIN
 
 
 def test_a_run_on_a_floor_in_a_wall_is_continued_and_replayed_bit_for_bit(runs):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.dynamic_obstacles import age_obstacles, made_live, models_in
+from carom.engine.dynamic_obstacles import age_obstacles, models_in, with_work
 from carom.engine.obstacles import make_obstacles
 from carom.errors import InputError
 from carom.models.balls import SolidBall
@@ -368,9 +368,9 @@ def _(obstacle: Clock, before, instant, passed, slower):
 
 def test_an_obstacle_is_live_whichever_question_it_answers():
     piston, clock, rests = Piston(0.5, np.zeros(1)), Clock(np.zeros(1)), HalfSpace((0.0, 1.0), 0.0)
-    assert made_live(make_obstacles(2, None, (rests,)), (rests,)).live is None
+    assert with_work(make_obstacles(2, None, (rests,)), (rests,)).live is None
     for model in (piston, clock):
-        obstacles = made_live(make_obstacles(2, None, (rests, model)), (rests, model))
+        obstacles = with_work(make_obstacles(2, None, (rests, model)), (rests, model))
         assert obstacles.live is not None
         assert models_in(obstacles.chain) == [model]
         age_obstacles(obstacles, 3.0)

@@ -365,17 +365,17 @@ def test_bad_input_is_refused_in_a_sentence(make, words):
     ("rule", "words"), [(fast, "velocity"), (unknown, "kind"), (early, "timer"), (aimless, "target")]
 )
 def test_a_wrong_answer_of_a_rule_ends_the_run_in_a_sentence(rule, words, run):
-    # What the rule leaves is looked at by obey(), compiled or not.
+    # What the rule leaves is looked at by apply(), compiled or not.
     from carom.models.interface import complaint
-    from carom.models.units import ask, hand, obey, tell
+    from carom.models.units import apply, call_rule, fill_agent, fill_event
 
     pair = scattered().interaction.model(run[0].machine.system.particles)
     pair = pair._replace(rule=ranges(rule).model(run[0].machine.system.particles).rule)
     x, v = np.zeros(2), np.ones(2)
-    hand(pair, 0, 3, x, v, 0.25)
-    tell(pair, 0, TIMER, -1, -1, 0.25)
-    ask(pair.rule, pair.units[0], pair.told[0])
-    assert obey(pair, 0, 3, v, 0.25) == -1
+    fill_agent(pair, 0, 3, x, v, 0.25)
+    fill_event(pair, 0, TIMER, -1, -1, 0.25)
+    call_rule(pair.rule, pair.units[0], pair.told[0])
+    assert apply(pair, 0, 3, v, 0.25) == -1
     assert (v == 1.0).all()
     assert complaint(pair).startswith("The rule gave unit 3")
     assert words in complaint(pair)

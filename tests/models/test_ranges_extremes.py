@@ -75,19 +75,19 @@ def scene(rule, *circles, n=12, d=2, positions=None, velocities=None, **kind):
 
 def assert_counters(sim):
     """Every counter is what distances say; 1e-9 of a radius from a circle nobody can tell."""
-    agents, x = sim.units, sim.frame().positions
+    units, x = sim.units, sim.frame().positions
     r = x[None] - x[:, None]
     apart = np.linalg.norm(r - EDGE * np.rint(r / EDGE), axis=2)
     np.fill_diagonal(apart, np.inf)
     for i in range(len(x)):
         kinds = sim.scene.interaction.kinds
-        for c, radius in enumerate(kinds[agents.kinds[i]].circles):
+        for c, radius in enumerate(kinds[units.kinds[i]].circles):
             low, high = (
-                np.bincount(agents.kinds[who & agents.present & agents.present[i]], minlength=len(kinds))
+                np.bincount(units.kinds[who & units.present & units.present[i]], minlength=len(kinds))
                 for who in (apart[i] < radius * (1.0 - 1e-9), apart[i] < radius * (1.0 + 1e-9))
             )
-            assert (low <= agents.counts[i, c]).all()
-            assert (agents.counts[i, c] <= high).all()
+            assert (low <= units.counts[i, c]).all()
+            assert (units.counts[i, c] <= high).all()
 
 
 def counted(sim, time=1.0):

@@ -54,7 +54,7 @@ def test_how_much_a_call_does_changes_no_bit(count, monkeypatch):
     monkeypatch.setattr(call_budget.CallBudget, "__exit__", lambda self, *error: None)
     monkeypatch.setattr(call_budget, "FIRST", count)
     other = carom.Simulation(scene)
-    usual.machine.pace.count, other.machine.pace.count = 20_000, count
+    usual.machine.budget.count, other.machine.budget.count = 20_000, count
     for sim in (usual, other):
         sim.run(collisions=300)
         sim.run(time=0.5)
@@ -98,7 +98,7 @@ def test_a_run_looks_around_after_the_same_work_whatever_a_call_overdraws(count,
 
     scene = carom.Scene([[1.0, 1.0], [5.0, 5.0]], (9.0, 9.0), velocities=[[1.0, 0.0], [1.5, 0.0]])
     sim = carom.Simulation(scene, neighbors="sectors")
-    sim.machine.pace.count = count
+    sim.machine.budget.count = count
     monkeypatch.setattr(call_budget.CallBudget, "__exit__", lambda self, *error: None)
     monkeypatch.setattr(cycle, "run", run)
     monkeypatch.setattr(run_loop, "CYCLES", 100)

@@ -184,7 +184,7 @@ if __name__ == "__main__":
 
 
 def test_what_a_run_should_keep_does_not_depend_on_the_unit_of_time_of_the_engine():
-    from carom.simulation.invariants import Mechanics
+    from carom.simulation.invariants import EnergyMomentum
     from carom.units import TimeUnit
 
     rng = np.random.default_rng(1)
@@ -192,7 +192,7 @@ def test_what_a_run_should_keep_does_not_depend_on_the_unit_of_time_of_the_engin
     found = []
     for unit in (TimeUnit(0), TimeUnit(40)):
         start, end = (
-            Mechanics.of(masses, unit.to_kernel(v, -1), unit) for v in (velocities, velocities + kick)
+            EnergyMomentum.of(masses, unit.to_kernel(v, -1), unit) for v in (velocities, velocities + kick)
         )
         found.append((start.energy, start.momentum.tolist(), start.scale, end.momentum_drift(start)))
     assert found[0] == found[1]

@@ -90,7 +90,7 @@ def pack_fields(pair, lanes, words, start_index, bits, address):
 
 
 @overload(pack_fields, jit_options=INLINE)
-def _line_up_fields_compiled(pair, lanes, words, start_index, bits, address):
+def _pack_fields_compiled(pair, lanes, words, start_index, bits, address):
     if isinstance(lanes, types.NoneType):
         return lambda pair, lanes, words, start_index, bits, address: None
 
@@ -131,7 +131,7 @@ class _LinedModel(models.StructModel):
     """The layout of the three."""
 
     def __init__(self, manager, kind):
-        members = [("array", kind.array), ("lane", kind.lane), ("place", types.uint64)]
+        members = [("array", kind.array), ("lane", kind.lane), ("address", types.uint64)]
         super().__init__(manager, kind, members)
 
 
@@ -181,7 +181,7 @@ def asked_of(question, pair, lanes, address, i, j, others):
         Which is asked as ``question(pair, i, j, *others)``.
     pair, lanes : models
         The pair interaction, and its lanes or None.
-    place : int
+    address : int
         Where in the lanes the candidate is.
     i, j : int
         The two.
@@ -227,7 +227,7 @@ def _member(name, result):
 
 _array = _member("array", lambda kind: kind.array)
 _lane = _member("lane", lambda kind: kind.lane)
-_place = _member("place", lambda kind: types.uint64)
+_address = _member("address", lambda kind: types.uint64)
 
 
 @overload(operator.getitem, jit_options=INLINE)
@@ -235,5 +235,5 @@ def _getitem(array, j):
     if not isinstance(array, LinedArray):
         return None
     if isinstance(j, Candidate):
-        return lambda array, j: _lane(array)[_place(array)]
+        return lambda array, j: _lane(array)[_address(array)]
     return lambda array, j: _array(array)[j]

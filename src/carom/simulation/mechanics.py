@@ -112,7 +112,7 @@ class Impacts(NamedTuple):
     impulse: float
     work: float = 0.0
     spared: int = 0
-    relaunched: int = 0
+    lifted: int = 0
 
 
 def statistics(machine: RunState) -> Statistics:

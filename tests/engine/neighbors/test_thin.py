@@ -12,7 +12,7 @@ from helpers.oracle_scenes import case, check, placed
 import carom
 from carom.engine.neighbors import cost_model, sector_side
 from carom.engine.neighbors import plan as scheme
-from carom.engine.neighbors.contact_cache import ROOM, best_of, contact_of, keep, make_contacts
+from carom.engine.neighbors.contact_cache import CAPACITY, best_of, contact_of, keep, make_contacts
 from carom.engine.state import State
 from carom.models.interface import NEVER
 from carom.simulation.system_of_scene import prepare
@@ -127,22 +127,22 @@ def test_the_next_contact_is_the_earliest_with_whom_nothing_has_happened_to():
 
 
 def test_who_has_too_many_contacts_knows_until_when_they_are_complete():
-    n = ROOM + 3
+    n = CAPACITY + 3
     contacts = make_contacts(n, np.float64)
     for j in range(n - 1, 0, -1):
         keep(contacts, 0, j, 0.0, float(j))
     dues = np.full(n, NEVER)
     assert known(contacts, dues) == (1, True)
-    dues[1:ROOM] = 0.5
-    assert known(contacts, dues) == (ROOM, True)
-    dues[ROOM] = 0.5  # the next one found no room
+    dues[1:CAPACITY] = 0.5
+    assert known(contacts, dues) == (CAPACITY, True)
+    dues[CAPACITY] = 0.5  # the next one found no room
     assert known(contacts, dues) == (None, False)
 
 
 CROWDED = """
 import sys
 import carom.engine.neighbors.contact_cache as contacts
-contacts.ROOM = int(sys.argv[1])
+contacts.CAPACITY = int(sys.argv[1])
 import carom
 sim = carom.Simulation(carom.Scene.random(8, 2, packing_fraction=0.03, seed=2), seed=3, neighbors="all")
 sim.run(collisions=25)

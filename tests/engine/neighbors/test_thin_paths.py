@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from carom.engine.neighbors import prefilter
-from carom.engine.neighbors.all_pairs_straight import line_up_all, line_up_own, make_everybody
-from carom.engine.neighbors.prefilter import ALL, BLOCK, BLURRED, ROUNDING, blur_of, mark
+from carom.engine.neighbors.all_pairs_straight import make_everybody, pack_all, pack_self
+from carom.engine.neighbors.prefilter import ALL, BLOCK, COARSE, ROUNDING, position_error_of
 from carom.engine.state import make_state
 from carom.models.free_flight import Inertial
 
@@ -24,10 +24,10 @@ def marked(edges, core, now, span, positions, velocities):
     """
     everybody = make_everybody(len(positions), edges, core, SPAN)
     state = make_state(positions, velocities, 1024.0, False, np.float64)
-    line_up_all(everybody, Inertial(), state)
-    line_up_own(everybody, 0)
+    pack_all(everybody, Inertial(), state)
+    pack_self(everybody, 0)
     elapsed, covered = now / SPAN, span / SPAN
-    near = mark(everybody, elapsed, covered, blur_of(everybody, elapsed, covered), 0)
+    near = prefilter.prefilter(everybody, elapsed, covered, position_error_of(everybody, elapsed, covered), 0)
     found, (lane, last) = [], prefilter.marked(everybody, 0, near)
     while lane < BLOCK:
         found.append(lane)
@@ -98,7 +98,7 @@ def test_few_others_are_looked_at_closely(dimension, size):
 def test_where_somebody_is_too_fast_for_16_bits_everybody_is_looked_at():
     rng = np.random.default_rng(3)
     positions, velocities = rng.random((9, 2)) * 100.0, rng.normal(size=(9, 2))
-    velocities[4] = 100.0 / SPAN * BLURRED / (32.0 * ROUNDING)
+    velocities[4] = 100.0 / SPAN * COARSE / (32.0 * ROUNDING)
     found, near = marked((100.0, 100.0), 1.0, 0.0, SPAN, positions, velocities)
     assert near == ALL
     assert found == list(range(9))
