@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+from helpers.compiled import compiled_there
 
 from carom.cli.compiling import TEXT, compiling_told
 from carom.compiling import dispatch
@@ -72,13 +73,6 @@ def test_compiling_is_told_once_and_only_where_something_is_compiled(capsys):
     assert capsys.readouterr().err == ""
     one(1j)  # nobody listens any more
     assert capsys.readouterr().err == ""
-
-
-def compiled_there(value):
-    """Stand for a task that compiles, on a worker."""
-    from numba import njit
-
-    return njit(lambda x: x + value)(1)
 
 
 @pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled")

@@ -385,7 +385,7 @@ def test_a_function_that_is_compiled_cannot_be_replaced():
 def test_what_code_is_made_of_does_not_depend_on_which_modules_were_imported_when(monkeypatch):
     """A resumed run imports others, and in another order, than a new one."""
     importlib.import_module("carom.engine.cycle")
-    assert sum(type(None) in face.registry for face in code_digest.FACES) > 10
+    assert len(code_digest.FACES) > 50
     kinds = (types.none, types.Array(types.float64, 1, "C"))
     known = digest_of(lambda x: x, kinds)
     for faces in (code_digest.FACES[::-1], code_digest.FACES[::2]):

@@ -61,8 +61,8 @@ def check_lists(sim):
     hair = 1e-9 * np.sqrt(reach.max())
     if isinstance(lists.bounds, EqualBounds):
         # From the scene and what was asked for: a diameter and twice the margin are the reach.
-        free = np.full(n, 0.5 * (sim.machine.scheme.reach - sim.scene.diameter))
-        np.testing.assert_allclose(reach, sim.machine.scheme.reach**2, rtol=1e-15)
+        free = np.full(n, 0.5 * (sim.machine.scheme.list_range - sim.scene.diameter))
+        np.testing.assert_allclose(reach, sim.machine.scheme.list_range**2, rtol=1e-15)
     else:
         free = np.array([skin(lists.bounds, i, now)[0] for i in range(n)])
     assert (np.sqrt((x**2).sum(axis=1)) <= free + hair).all()

@@ -519,7 +519,7 @@ def _ask_stepped(digest):
 def in_lanes(pair, j):
     """Return the lanes of a model in which the third candidate is j, with a radius of its own."""
     found = make_lanes(pair)
-    found.room[3] = pair.radii[j] + 0.25
+    found.scratch[3] = pair.radii[j] + 0.25
     return found
 
 

@@ -95,7 +95,7 @@ def spread(rows, words, start_index, bits, chunk, half, lane):
     words : uint32 array
         ``words[start_index : start_index + 8] >> bits`` are the rows meant.
     block : (2, fields, WIDTH) float64 array
-        One line a field of a row: x, t, v, due, padding.
+        One line a field of a row: x, t, v, event_time, padding.
     """
     for k in range(LANES):
         source_row = rows[int(words[start_index + k]) >> int(bits)]
@@ -191,8 +191,8 @@ def _try() -> bool:
         spread(rows, words, 1, 2, chunk, 1, 8)
         pack(values, words, 1, 2, target, 3)
 
-    rows = np.zeros(9, [("x", "f8", (3,)), ("t", "f8"), ("v", "f8", (3,)), ("due", "f8")])
-    for number, name in enumerate(("x", "t", "v", "due")):
+    rows = np.zeros(9, [("x", "f8", (3,)), ("t", "f8"), ("v", "f8", (3,)), ("event_time", "f8")])
+    for number, name in enumerate(("x", "t", "v", "event_time")):
         rows[name] = np.arange(rows[name].size).reshape(rows[name].shape) + 100.0 * number
     words = (np.arange(9, dtype=np.uint32)[::-1] << 2).copy()
     done = []

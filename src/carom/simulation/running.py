@@ -105,7 +105,7 @@ class Running:
 
     @property
     @exclusive
-    def agents(self) -> UnitsNow:
+    def units(self) -> UnitsNow:
         """Present kinds, counters, memory and timers of units that decide by rules (``docs/range-rules``).
 
         Raises

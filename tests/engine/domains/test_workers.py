@@ -285,7 +285,7 @@ def test_ctrl_c_leaves_a_true_state(monkeypatch):
             raise KeyboardInterrupt
         return rest(self, k)
 
-    monkeypatch.setattr(Executive, "_rest", interrupted)
+    monkeypatch.setattr(Executive, "_wait_for_others", interrupted)
     with pytest.raises(KeyboardInterrupt):
         sim.run(time=1.0)
     sim.run(time=1.0 - sim.time)

@@ -44,10 +44,10 @@ def check_sectors(sim):
     x, v, now = present(sim)
     leave = sim.machine.engine.state.crossing_time
     for i, cell in members:
-        place = sectors.place[i].astype(int)
+        place = sectors.cell[i].astype(int)
         assert ((place >= 0) & (place < shape)).all()
         assert np.ravel_multi_index(place, shape) == cell
-        low = (place + sectors.turn[i] * shape) * np.array(sectors.sides)
+        low = (place + sectors.wraps[i] * shape) * np.array(sectors.sides)
         # By rounding, a component may be on either side of a face.
         slack = slacks[i] + 1e-12 * edges
         assert (x[i] >= low - slack).all()
@@ -141,7 +141,7 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
             go(sim, 2 * n)
             check_sectors(sim)
         place = np.floor(present(loose)[0] / sides).astype(int) % np.array(sectors.shape)
-        outside += int((place != sectors.place[:n]).any(axis=1).sum())
+        outside += int((place != sectors.cell[:n]).any(axis=1).sum())
     assert outside > n
     # The same collisions, found with fewer crossings.
     for sim in (loose, strict):
