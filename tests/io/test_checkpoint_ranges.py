@@ -186,7 +186,7 @@ def test_an_array_too_few_or_too_many_is_refused(states, tmp_path):
         {**arrays, "state.crossing_time": np.ones(3)},
     ):
         checkpoint.save(tmp_path / "c.h5", given, attributes)
-        with pytest.raises(FileError, match=r"state\.leave|model\.pair\.radii"):
+        with pytest.raises(FileError, match=r"state\.crossing_time|model\.pair\.radii"):
             carom.Simulation.load(tmp_path / "c.h5")
 
 

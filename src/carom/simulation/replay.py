@@ -377,7 +377,7 @@ class Replay:
                 raise FileError(
                     f"{self._path}: the {what} of collision {self._read_so_far} between {components} is "
                     f"logged as {logged!r}, and the states before it give {float(found)!r}, which differs by "
-                    f"rounding alone. {' or '.join(self._own)} is computed otherwise by Python than by "
+                    f"rounding alone; {' or '.join(self._own)} is computed otherwise by Python than by "
                     "compiled code: call math.exp, math.expm1, ... and not np.exp, np.expm1, ... in it"
                     " (docs/models.md)."
                 )
