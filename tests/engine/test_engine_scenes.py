@@ -260,7 +260,7 @@ scene = moving(carom.Scene.random(12, 1, packing_fraction=0.5, seed=1), 2).with_
 sim = carom.Simulation(scene, neighbors="sectors")
 before = sim.kT
 block = sim.run(time=200.0 / before**0.5, collisions=20_000)
-print(sim.spared_contacts, block.collisions, sim.kT / before, sim.machine.contents.threshold / before**0.5)
+print(sim.spared_contacts, block.collisions, sim.kT / before, sim.machine.system.threshold / before**0.5)
 """
 
 

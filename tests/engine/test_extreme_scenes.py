@@ -100,8 +100,8 @@ sim = carom.Simulation(scene)
 def test_a_row_that_sorts_itself_out_at_one_instant_is_no_stall():
     # n touching rods that all move inwards meet n (n - 1) / 2 times at one time.
     program = """
-from carom.simulation import stalling as reach
-reach.WINDOW = 1
+from carom.simulation import stall_detector
+stall_detector.WINDOW = 1
 n = 20
 scene = carom.Scene(0.5 + np.arange(n)[:, None], n + 50.0, velocities=np.linspace(1.0, -1.0, n)[:, None])
 sim = carom.Simulation(scene)
@@ -126,7 +126,7 @@ def test_collisions_that_come_are_waited_for_however_slow_they_may_get():
 scene = carom.Scene.random(4, 1, packing_fraction=0.6, seed=1).with_(restitution=0.9, elastic_below=1e-30)
 print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
 """
-    impatient = "from carom.simulation import stalling\nstalling.WINDOW = stalling.CLUSTER = 1\n"
+    impatient = "from carom.simulation import stall_detector as s\ns.WINDOW = s.CLUSTER = 1\n"
     assert said(impatient + program) == "60"
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from helpers.commands import CAROM, WAIT, carom, wait_for
+from helpers.workers import die, rest
 
 from carom import studies
 from carom.errors import CaromWarning, InputError
@@ -86,23 +87,6 @@ def test_scripts_need_no_main_guard(tmp_path):
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=WAIT)
     assert done.returncode == 0, done.stderr
     assert done.stdout == "lines True\n"
-
-
-# What a task does to its worker.
-
-
-def die(value):
-    """Kill the worker: always, or the first time only."""
-    mark = Path(value["mark"])
-    if value["always"] or not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return value["number"]
-
-
-def rest(value):
-    time.sleep(value)
-    return os.getpid()
 
 
 @unix

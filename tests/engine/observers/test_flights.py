@@ -151,7 +151,7 @@ def test_sums_of_flights_are_in_the_unit_of_time_of_the_scene():
         flown=unit.to_kernel(flown, np.array([0, 1, 0])), met=unit.to_kernel(met, np.array([0, -1, -2])),
         times=np.zeros(1), paths=np.zeros(1), speeds=np.zeros(1), returns=np.zeros(1),
     )  # fmt: skip
-    machine = SimpleNamespace(engine=SimpleNamespace(model=SimpleNamespace(flights=kept)), unit=unit)
+    machine = SimpleNamespace(observer=lambda _: kept, unit=unit)
     found = _sums(machine)
     np.testing.assert_array_equal(found.flown, flown)
     np.testing.assert_array_equal(found.met, met)
