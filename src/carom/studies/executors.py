@@ -132,10 +132,11 @@ class Processes(Engine):
     workers : int
         Number of processes.
 
-    Notes ----- Workers are started by spawning, on every system. They do not import the caller's main module,
-    so that scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to the leading process, and end
-    whenever it ends. When they compile, they send a message to the leading process
-    (``carom.compiling.compile_listeners``).
+    Notes
+    -----
+    Workers are started by spawning, on every system. They do not import the caller's main module, so that
+    scripts need no ``if __name__ == "__main__"``. They leave Ctrl-C to the leading process, and end whenever
+    it ends. When they compile, they send it a message (``carom.compiling.compile_listeners``).
     """
 
     def __init__(self, workers: int):
