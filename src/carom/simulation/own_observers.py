@@ -63,7 +63,8 @@ def _try(observer: Any, scene: Scene, system: System) -> None:
         normal = rng.normal(size=d)
         normal /= np.sqrt(np.sum(normal**2))
         v = pace * rng.normal(size=(2, d))
-        v[1] *= 1.0 if (approach := float(normal @ (v[1] - v[0]))) < 0.0 else -1.0
+        if normal @ (v[1] - v[0]) > 0.0:  # they would fly apart
+            v = v[::-1].copy()
         approach = float(normal @ (v[1] - v[0]))
         thrown = v + approach * np.array([normal, -normal])
         r, virial = (radii[i] + radii[j]) * normal, -approach * scene.mass * (radii[i] + radii[j])
