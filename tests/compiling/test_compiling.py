@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from helpers.compiled import compiled_there
+from helpers.workers import compiled_there
 
 from carom.cli.compiling import TEXT, compiling_told
 from carom.compiling import dispatch

@@ -1,4 +1,4 @@
-"""What tasks of tests do to their worker, a spawned process that imports them from here."""
+"""Tasks of tests for workers, spawned processes that import them from here."""
 
 import os
 import signal
@@ -18,3 +18,10 @@ def die(value):
 def rest(value):
     time.sleep(value)
     return os.getpid()
+
+
+def compiled_there(value):
+    """Stand for a task that compiles, on a worker."""
+    from numba import njit
+
+    return njit(lambda x: x + value)(1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from carom.compiling.simd_fields import make_lanes
 from carom.engine.calendar import Calendar, make_calendar, most_lines
-from carom.engine.contact_timing import sight_of
+from carom.engine.contact_timing import timing_of
 from carom.engine.dynamic_obstacles import is_live, with_work
 from carom.engine.neighbors.all_pairs_curved import Pairs
 from carom.engine.neighbors.all_pairs_straight import Everybody
@@ -76,7 +76,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
             boundary,
             impact,
             obstacles,
-            sight_of(scheme, system, neighbors, pair),
+            timing_of(scheme, system, neighbors, pair),
             make_observers(system, pair, velocities, lossy),
             pair if isinstance(pair, Units) else None,
         ),

@@ -26,7 +26,7 @@ off by less than a scene tolerates. Where one is less, the flight is measured by
 """
 
 
-def sight_of(
+def timing_of(
     scheme: NeighborPlan, system: System, neighbors, pair
 ) -> FromRows | FarSteps | FromCache | AlongCurves | None:
     """Return how the time of a contact is computed."""

@@ -20,6 +20,7 @@ import numpy as np
 
 from carom.compiling.registry import inner, optional
 from carom.engine.boundary import separation
+from carom.engine.observers.energy import drift_of
 from carom.engine.observers.interface import at_epoch, at_rest, before_pair, spared
 from carom.models.interface import NEVER, mass
 
@@ -74,7 +75,7 @@ def make_currents(masses, velocities, kinds, held=None) -> Currents:
     count = 0 if kinds is None else int(kinds.max()) + 1
     size = d * (d + 1) // 2 + d
     currents = Currents(
-        drift=np.zeros(d),
+        drift=drift_of(masses, velocities),
         kinds=np.zeros(n + 1, np.int64) if kinds is None else kinds,
         flow=np.zeros(size + count * d),
         carried=np.zeros(size + count * d),
@@ -86,8 +87,6 @@ def make_currents(masses, velocities, kinds, held=None) -> Currents:
         room=np.zeros((5, d)),
         held=held,
     )
-    for _ in range(2):  # the second time with the digits that a fast drift has taken
-        currents.drift[:] += masses @ (velocities - currents.drift) / masses.sum()
     v = velocities - currents.drift
     tensor = np.einsum("i,ia,ib->ab", masses, v, v)
     heat = 0.5 * np.einsum("i,ib,ib,ia->a", masses, v, v, v)

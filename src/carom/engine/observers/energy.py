@@ -28,14 +28,20 @@ class Balance(NamedTuple):
     """Time of the last change, in the epoch, (1,) float64."""
 
 
+def drift_of(masses, velocities) -> np.ndarray:
+    """Return the velocity of the centre of mass of components (n,) with velocities (n, d)."""
+    drift = np.zeros(velocities.shape[1])
+    for _ in range(2):  # the second time with the digits that a fast drift has taken
+        drift += masses @ (velocities - drift) / masses.sum()
+    return drift
+
+
 def make_balance(masses, velocities, still) -> Balance:
     """Return the balance of components (n,) with velocities (n, d), before anything has changed.
 
     ``still`` says for each axis whether the momentum along it is conserved.
     """
-    drift = np.zeros(len(still))
-    for _ in range(2):  # the second time with the digits that a fast drift has taken
-        drift += np.where(still, masses @ (velocities - drift) / masses.sum(), 0.0)
+    drift = np.where(still, drift_of(masses, velocities), 0.0)
     energy = 0.5 * float(masses @ ((velocities - drift) ** 2).sum(axis=1))
     return Balance(drift, np.array([energy]), np.zeros(1), np.zeros(1))
 

@@ -48,7 +48,7 @@ class PairEvent(NamedTuple):
     i: int | np.integer
     j: int | np.integer
     ref: int
-    """The word that names j and its image."""
+    """The reference that names j and its image."""
     now: float
     """Time since the beginning of the epoch."""
     rr: float
