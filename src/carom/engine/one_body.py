@@ -1,4 +1,4 @@
-"""Events of one component: a contact with an obstacle (the paper's Q_ik), the timer of a rule, a drive.
+"""Events of one component: a contact with an obstacle (the paper's Q_ik), the timer of a rule, of a drive.
 
 Each of these is a *source*: a part of the model, or None. A source says when it has an event for a component,
 runs it, and finds its time anew in a new epoch. The partner of the component is then the source's code: see
@@ -48,6 +48,7 @@ def schedule_one_body(model, state, i, now, before):
     """
     t, code = earlier_event(model.obstacles, model, state, i, now, NEVER, LAMBDA)
     t, code = earlier_event(model.rules, model, state, i, now, t, code)
+    t, code = earlier_event(model.timers, model, state, i, now, t, code)
     if t >= before:
         return False
     state.rows[i].event_time = t
@@ -59,5 +60,7 @@ def schedule_one_body(model, state, i, now, before):
 def run_one_body(model, state, neighbors, log, i, code, now):
     """Run the event of component i that the code names; False if it is an advancement."""
     if run_event(model.rules, model, state, neighbors, log, i, code, now):
+        return True
+    if run_event(model.timers, model, state, neighbors, log, i, code, now):
         return True
     return run_event(model.obstacles, model, state, neighbors, log, i, code, now)

@@ -11,6 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models import model_checks
+from carom.models.copies import copied
 from carom.models.free_flight import FreeFlight
 from carom.models.growing_cores import Growing
 from carom.models.interface import Obstacle, Particles, meeting_time
@@ -26,7 +27,6 @@ from carom.simulation.trials import (
     Failure,
     Record,
     Setting,
-    copied,
     in_plain_python,
     try_impact,
 )

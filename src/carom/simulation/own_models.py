@@ -16,6 +16,7 @@ import numpy as np
 
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.models import model_checks
+from carom.models.copies import copied
 from carom.models.interface import (
     age,
     carry,
@@ -42,7 +43,6 @@ from carom.simulation.trials import (
     TOLERANCE,
     Record,
     Setting,
-    copied,
     in_plain_python,
     number_of,
     try_impact,

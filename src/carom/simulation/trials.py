@@ -218,17 +218,6 @@ def record_of(x: np.ndarray, v: np.ndarray) -> Any:
     return SimpleNamespace(x=x, v=v, t=0.0)
 
 
-def copied(model: Any) -> Any:
-    """Return a model with copies of its arrays: what is tried leaves nothing in the memory of a value."""
-    if isinstance(model, np.ndarray):
-        return model.copy()
-    if hasattr(model, "_fields"):
-        return model._replace(**{name: copied(getattr(model, name)) for name in model._fields})
-    if isinstance(model, tuple):
-        return tuple(map(copied, model))
-    return model
-
-
 @contextmanager
 def in_plain_python(value: Any) -> Iterator[None]:
     """Ask the functions of a ``value`` in plain Python, as compiled code computes: without errors of floats.
