@@ -199,6 +199,13 @@ class Running:
 
     @property
     @exclusive
+    def drive(self) -> Any:
+        """The model of what kicks single components, with a copy of its memory now; None without a drive."""
+        timers = self.machine.engine.model.timers
+        return None if timers is None else copied(timers.drive)
+
+    @property
+    @exclusive
     def spared_contacts(self) -> int:
         """Contacts of two components that lost nothing: too slow, or too soon after the last contact."""
         spared = getattr(self.machine.engine.model.impact, "spared", None)
