@@ -24,16 +24,16 @@ drive = Brownian(kT=1.0, step=0.1)
 free = drive.diffusion()
 every = 0.1 / free  # a tenth of the time in which a free sphere diffuses over its diameter
 lags = np.arange(1, samples // 5)
-fractions = [0.1, 0.3, 0.5]
+fractions = [0.1, 0.3, 0.45]
 
 # %% Mean squared displacements at three packing fractions.
 results = {}
 for eta in fractions:
     scene = carom.Scene.random(n, 3, packing_fraction=min(eta, 0.3), seed=1)
-    if eta > 0.3:  # denser than spheres that are placed at random
+    if eta > 0.3:  # too dense for random places: a crystal, which melts
         scene = carom.Scene.fcc(6 if not args.smoke else 3, packing_fraction=eta)
     sim = carom.Simulation(scene.with_(drive=drive), seed=1)
-    sim.run(time=5.0 / free if eta < 0.5 else 20.0 / free)
+    sim.run(time=5.0 / free if eta < 0.4 else 20.0 / free)
     paths = np.array([frame.unwrapped for frame in sim.sample(every=every, count=samples)])
     results[eta] = np.array([np.mean(np.sum((paths[k:] - paths[:-k]) ** 2, axis=2)) for k in lags])
 

@@ -78,6 +78,7 @@ class Noise(NamedTuple):
     """A velocity becomes ``keep v + width normal`` at events of each component."""
 
     keep: float
+    """Part of the velocity that remains."""
     width: np.ndarray
     """Standard deviation of the noise along each axis, (n,) [length / time]."""
     interval: float
@@ -85,6 +86,7 @@ class Noise(NamedTuple):
     random: bool
     """Whether the events are those of a Poisson process."""
     seed: int
+    """Seed of the random numbers."""
     due: np.ndarray
     """When each component has its next event, (n,) [time]."""
     drawn: np.ndarray
@@ -260,7 +262,7 @@ class Langevin(_Bath):
         self._check(("friction", "step"))
 
     def diffusion(self, mass: float = 1.0) -> float:
-        """Return the diffusion coefficient of a free particle [length^2 / time], where there is one kT."""
+        """Return the coefficient of diffusion of a free particle of this ``mass`` [length^2 / time]."""
         kept = math.exp(-self.friction * self.step)
         return float(0.5 * self.kT * self.step / mass * (1.0 + kept) / (1.0 - kept))
 
@@ -309,7 +311,7 @@ class Brownian(_Bath):
         self._check(("step",))
 
     def diffusion(self, mass: float = 1.0) -> float:
-        """Return the diffusion coefficient of a free particle [length^2 / time], where there is one kT."""
+        """Return the coefficient of diffusion of a free particle of this ``mass`` [length^2 / time]."""
         return float(0.5 * self.kT * self.step / mass)
 
     def model(self, particles: Particles) -> Noise:
