@@ -322,6 +322,9 @@ class Unseen:
 
     name = "unseen"
 
+    def check(self, box, periodic):
+        """Stand in any box."""
+
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_what_does_not_say_how_it_is_drawn_is_not_and_what_is_no_shape_is_refused(dimension):
@@ -684,3 +687,27 @@ def test_a_bond_across_the_border_begins_at_both_of_its_ends(dimension):
     ]
     off = np.abs(np.concatenate(both)[:, None] - drawn).max(axis=(2, 3))
     assert off.min(axis=1).max() < 1e-5  # single precision, over lengths of some diameters
+
+
+@pytest.mark.parametrize(
+    "show",
+    [
+        lambda frame, ball: carom.view(frame, obstacles=[ball]),
+        lambda frame, ball: plots.snapshot(frame, obstacles=[ball]),
+        lambda frame, ball: packing_network(frame, obstacles=[ball]),
+    ],
+    ids=["view", "snapshot", "packing network"],
+)
+def test_an_obstacle_of_another_dimension_than_the_frame_is_a_sentence(show):
+    with pytest.raises(InputError, match="center of ball"):
+        show(crystal(2, 3), Ball((1.0, 1.0, 1.0), 0.1))
+
+
+def test_the_summary_of_a_packing_names_obstacles_of_its_own_box_only(tmp_path):
+    summary = Packing(crystal(2, 6), np.array([], HISTORY), "", 1, 0.0, (Ball((1.0, 1.0), 0.1),)).save(
+        tmp_path, pictures=False
+    )
+    summary["obstacles"][0]["center"] = [1.0] * 3
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    with pytest.raises(FileError, match=r"summary\.json: .*center of ball"):
+        carom.view(tmp_path)

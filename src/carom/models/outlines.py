@@ -115,11 +115,13 @@ def of_all(obstacles: Sequence[Any], box: Any, periodic: Sequence[bool]) -> list
     Raises
     ------
     InputError
-        If something else than a shape is returned.
+        If something else than a shape is returned, or an obstacle cannot stand in this box.
     """
     name, known = ("outline", PLANE) if len(box) == 2 else ("surface", SPACE)
     found = []
     for obstacle in obstacles:
+        if hasattr(obstacle, "check"):  # what is only drawn needs none
+            obstacle.check(tuple(box), tuple(periodic))
         for shape in shapes(obstacle, name, box, periodic):
             if not isinstance(shape, known):
                 raise InputError(

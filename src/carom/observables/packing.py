@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from carom.arithmetic import power
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.models.obstacles import Obstacle, outwards, walls
+from carom.models.obstacles import Obstacle, checked, outwards, walls
 from carom.scene import overlaps
 from carom.scene.species import Contacts, contact_matrix, labels
 from carom.theory import ball_volume
@@ -228,7 +228,8 @@ def packing_network(
     Raises
     ------
     InputError
-        If no pair is near contact, or the gap is not between 0 and ``REACH``.
+        If no pair is near contact, the gap is not between 0 and ``REACH``, or an obstacle does not fit the
+        box.
 
     Notes
     -----
@@ -241,6 +242,7 @@ def packing_network(
     on; or, with ``sided=False``, count contacts only. Crystalline grains vanish in the same way, because a
     disk at the straight edge of a grain has its neighbours on one side.
     """
+    obstacles = checked(obstacles, tuple(frame.box), frame.periodic)
     pairs, vectors, gaps = _near(frame, contact, obstacles)
     if not len(gaps):
         raise InputError(

@@ -256,7 +256,7 @@ def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
     """
     folder = trajectory.parent
     if trajectory.stem == "packing" and (folder / "summary.json").exists():
-        return _of_packing(folder / "summary.json")
+        return _of_packing(folder / "summary.json", frame)
     plan = folder / "scene.toml"
     if not plan.exists() or not any((folder / name).exists() for name in ("summary.json", "checkpoint.h5")):
         return ()
@@ -288,8 +288,9 @@ def _box_of(summary: Path) -> list[float] | None:
         return None
 
 
-def _of_packing(summary: Path) -> Sequence[Obstacle]:
-    """Return the obstacles that the summary of a packing lists."""
+def _of_packing(summary: Path, frame: Frame) -> Sequence[Obstacle]:
+    """Return the obstacles that the summary of a packing lists, and that stand in the box of its frame."""
+    from carom.models.obstacles import checked
     from carom.models.tables import obstacle_from_table
 
     found = records.read_json(
@@ -299,6 +300,7 @@ def _of_packing(summary: Path) -> Sequence[Obstacle]:
         "so its obstacles are not known: give them, obstacles=[...], to carom.view or carom.movie",
     )
     try:
-        return [obstacle_from_table(table) for table in found.get("obstacles", [])]
+        listed = [obstacle_from_table(table) for table in found.get("obstacles", [])]
+        return checked(listed, tuple(frame.box), frame.periodic)
     except InputError as error:
         raise FileError(f"{summary}: {error}") from None
