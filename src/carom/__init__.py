@@ -14,6 +14,7 @@ from carom.version import __version__
 # Name -> module; imported when first used, so that `import carom` and `carom --help` stay fast.
 _LAZY = {
     "Scene": "carom.scene.scene",
+    "Species": "carom.scene.species",
     "Simulation": "carom.simulation.simulation",
     "Statistics": "carom.simulation.simulation",
     "Frame": "carom.frame",

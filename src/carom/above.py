@@ -22,10 +22,12 @@ def install(question: str, find: Callable[[], Callable[..., Any]]) -> None:
     _answers[question] = find
 
 
-def grown(start: Any, diameters: np.ndarray, seed: int | np.random.Generator) -> np.ndarray:
+def grown(
+    start: Any, diameters: np.ndarray, seed: int | np.random.Generator
+) -> tuple[np.ndarray | None, float]:
     """Return positions (n, d) after the spheres of a scene have grown: ``carom.simulation.growth.grown``."""
-    positions: np.ndarray = _answers["grown"]()(start, diameters, seed)
-    return positions
+    found: tuple[np.ndarray | None, float] = _answers["grown"]()(start, diameters, seed)
+    return found
 
 
 def viewed(frames: Any) -> str:

@@ -285,7 +285,7 @@ class SceneSpec:
             return self._with_added(
                 Scene.random(
                     self.n or 1,
-                    self.dimension,
+                    dimension=self.dimension,
                     packing_fraction=self.packing_fraction,
                     density=self.density,
                     box=self.box,
@@ -299,9 +299,9 @@ class SceneSpec:
         lattice = self._lattice()
         cells = lattices.cells_for(lattice, self.n) if self.cells is None else self.cells
         return self._with_added(
-            Scene.on(
-                lattice,
-                cells,
+            Scene.crystal(
+                lattice=lattice,
+                cells=cells,
                 packing_fraction=self.packing_fraction,
                 density=self.density,
                 diameter=self.diameter,
@@ -313,26 +313,12 @@ class SceneSpec:
 
     def _mixture(self, walls: dict[str, Any], seed: Any) -> Scene:
         """Return the scene of several species."""
-        kinds = self.species
-        names = [str(k) if each.name is None else each.name for k, each in enumerate(kinds)]
-        counted = kinds[0].count is not None
-        return Scene.mixture(
-            [each.count or 0 for each in kinds] if counted else None,
-            n=self.n,
-            fractions=None if counted else [each.fraction or 0.0 for each in kinds],
-            diameters=[each.diameter for each in kinds],
-            masses=[each.mass for each in kinds],
-            names=names if any(each.name for each in kinds) else (),
-            contact=self.contact,
-            dimension=self.dimension if self.initial == "random" else None,
-            packing_fraction=self.packing_fraction,
-            density=self.density,
-            box=self.box,
-            lattice=None if self.initial == "random" else self._lattice(),
-            cells=self.cells,
-            seed=seed,
-            **walls,
-        )
+        kinds = [Species(**dataclasses.asdict(each)) for each in self.species]
+        common: dict[str, Any] = {"n": self.n, "species": kinds, "contact": self.contact, "seed": seed, **walls}
+        common |= {"packing_fraction": self.packing_fraction, "density": self.density}
+        if self.initial == "random":
+            return Scene.random(dimension=self.dimension, box=self.box, **common)
+        return Scene.crystal(lattice=self._lattice(), cells=self.cells, **common)
 
     def _added(self, n: int, seed: Any) -> dict[str, Any]:
         """Return the interaction, motion, impact, drive and pinned components given, by argument name."""

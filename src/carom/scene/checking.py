@@ -115,7 +115,7 @@ def refuse_overlap(
         return
     # Enough digits to show the depth with three of them.
     digits = min(17, max(4, 3 - math.floor(math.log10(overlap.depth / overlap.contact))))
-    start = "Scene.random(...)" if len(contacts.classes) == 1 else "Scene.mixture(...)"
+    start = "Scene.random(...)"
     raise OverlapError(
         f"spheres {overlap.i} and {overlap.j} overlap by {overlap.depth:.3g} "
         f"(distance {overlap.distance:#.{digits}g}, contact {overlap.contact:#.{digits}g}). "

@@ -197,8 +197,17 @@ def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
     return result
 
 
-def cells_for(lattice: Lattice, n: Any) -> tuple[int, ...]:
+def cells_for(lattice: Lattice, n: Any, nearest: bool = False) -> tuple[int, ...]:
     """Return the block of cells, the same along every axis (see :func:`cells_along`), holding ``n`` points.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        The lattice.
+    n : int
+        Points.
+    nearest : bool
+        Take the block with the number nearest to n, where none holds n.
 
     Raises
     ------
@@ -206,19 +215,18 @@ def cells_for(lattice: Lattice, n: Any) -> tuple[int, ...]:
         If there is none; the message names the nearest numbers that do.
     """
     n = checks.integer(n, "n", low=1, high=MOST)
-    below, above = None, None
+    below: tuple[int, ...] | None = None
     guess = (n / len(lattice.basis) * math.prod(lattice.shape)) ** (1 / lattice.dimension)
     for first in itertools.count(max(1, int(guess) - 2)):
         cells = tuple(max(1, round(first / s)) for s in lattice.shape)
         count = lattice.count(cells)
-        if count == n:
-            return cells
-        if count > n:
-            above = count
+        if count >= n:
             break
-        below = count
-    near = " or ".join(str(c) for c in (below, above) if c is not None)
+        below = cells
+    around = [each for each in (below, cells) if each is not None]
+    if count == n or nearest:
+        return min(around, key=lambda each: abs(lattice.count(each) - n))
     raise InputError(
-        f"n = {n} does not fill a {lattice.name} lattice with equal cells along every axis; "
-        f"take n = {near}, or give cells."
+        f"n = {n} does not fill a {lattice.name} lattice with equal cells along every axis; take n = "
+        f"{' or '.join(str(lattice.count(each)) for each in around)} (nearest=True does), or give cells."
     )

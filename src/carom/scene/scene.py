@@ -19,7 +19,7 @@ from carom.models.pinned import Pinned
 from carom.models.pinned import mask as pinned_mask
 from carom.models.restitution import Restitution
 from carom.scene import box as _box
-from carom.scene import checking, conversion, crystals, description, mixtures
+from carom.scene import checking, conversion, description, starts
 from carom.scene import species as _species
 from carom.scene.fields import Fields, Maker
 from carom.scene.first_steps import first_steps
@@ -230,7 +230,7 @@ class Scene(Fields):
 
         Examples
         --------
-        >>> Scene.fcc(2, packing_fraction=0.3).with_(restitution=0.9).restitution
+        >>> Scene.crystal(32, 0.3).with_(restitution=0.9).restitution
         0.9
         """
         arguments: dict[str, Any] = {
@@ -347,15 +347,9 @@ class Scene(Fields):
         except (KeyError, TypeError) as problem:
             raise InputError(f"These arrays and attributes are no scene: {problem}.") from None
 
-    # Constructors: on a lattice, at random, from a frame or from ASE. Each is a function of another module.
-    cubic = Maker(crystals.cubic)
-    fcc = Maker(crystals.fcc)
-    triangular = Maker(crystals.triangular)
-    dn = Maker(crystals.dn)
-    lattice = Maker(crystals.lattice)
-    on = Maker(crystals.on)
-    random = Maker(mixtures.random)
-    mixture = Maker(mixtures.mixture)
+    # Constructors: at random, on a lattice, from a frame or from ASE. Each is a function of another module.
+    random = Maker(starts.random)
+    crystal = Maker(starts.crystal)
     from_frame = Maker(conversion.from_frame)
     from_ase = Maker(conversion.from_ase)
 

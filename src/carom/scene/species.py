@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,70 @@ from carom.errors import InputError
 
 #: The most species: the engine keeps a table of every pair of them.
 MOST_SPECIES = 1000
+
+
+@dataclass(frozen=True)
+class Species:
+    """One species of a mixture.
+
+    Parameters
+    ----------
+    name : str, optional
+        Name of the species, for files and tables; by default its number.
+    fraction : float, optional
+        Part of the n spheres that it has, in any ratio to the parts of the others. All species have a
+        fraction, or all have a count.
+    count : int, optional
+        Number of its spheres.
+    diameter, mass : float
+        Diameter [length] and mass.
+
+    Raises
+    ------
+    InputError
+        If a value has the wrong type or is out of range.
+
+    Examples
+    --------
+    >>> Species("small", fraction=0.8, diameter=0.5)
+    Species(name='small', fraction=0.8, count=None, diameter=0.5, mass=1.0)
+    """
+
+    name: str | None = None
+    fraction: float | None = None
+    count: int | None = None
+    diameter: float = 1.0
+    mass: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.name is not None and not isinstance(self.name, str):
+            raise InputError(f"name of a Species must be a string, found {checks.describe(self.name)}.")
+        whose = f"of species {self.name}" if self.name else "of a Species"
+        if self.fraction is not None:
+            low = checks.number(self.fraction, f"fraction {whose}", low=0.0, high=checks.MAGNITUDE)
+            object.__setattr__(self, "fraction", low)
+        if self.count is not None:
+            object.__setattr__(self, "count", checks.integer(self.count, f"count {whose}", low=0))
+        for name in ("diameter", "mass"):
+            object.__setattr__(self, name, checks.positive(getattr(self, name), f"{name} {whose}"))
+
+
+def checked_species(given: Any) -> list[Species]:
+    """Return a list of species, all of which have a count, or all a fraction.
+
+    Raises
+    ------
+    InputError
+        If it is no such list.
+    """
+    found = listed(given, "species")
+    for each in found:
+        if not isinstance(each, Species):
+            raise InputError(f"species must be a list of Species, found {checks.describe(each)} in it.")
+    ways = {(each.count is not None, each.fraction is not None) for each in found}
+    if len(ways) != 1 or ways & {(True, True), (False, False)}:
+        raise InputError("Give each species a fraction, or each a count.")
+    return found
 
 
 def per_component(value: Any, name: str, n: int) -> np.ndarray:

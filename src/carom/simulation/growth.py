@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from carom import seeds
-from carom.errors import InputError
 from carom.scene import placement
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
@@ -36,8 +35,9 @@ CLEAR = 1.0 + 1e-9
 
 def grown(
     start: Scene, diameters: np.ndarray, seed: int | np.random.Generator, melting: float = 0.0
-) -> np.ndarray:
-    """Return positions (n, d) after the diameters of a scene have grown to those given.
+) -> tuple[np.ndarray | None, float]:
+    """Return positions (n, d) after the diameters of a scene have grown to those given, and the packing
+    fraction that was reached. If the spheres jam on the way, there are no positions.
 
     Parameters
     ----------
@@ -49,11 +49,6 @@ def grown(
         Source of the velocities.
     melting : float
         Collisions a component before they grow.
-
-    Raises
-    ------
-    InputError
-        If the spheres jam on the way.
     """
     size, dimension = float(diameters.mean()), start.dimension
     unit = diameters / (size * np.sqrt(start.mass))
@@ -69,8 +64,5 @@ def grown(
         sim.rescale(1.0, growth=rate * unit)
         time = (end * size - float(sim.diameters.mean())) / (rate * float(unit.mean()))
         if sim.run(time=time, collisions=MOST * start.n).duration < time:
-            raise InputError(
-                f"The spheres jam at packing fraction {sim.packing_fraction:.4g} before {fraction:.4g} is "
-                "reached. Lower packing_fraction, or start from a lattice and equilibrate."
-            )
-    return sim.frame().positions
+            return None, sim.packing_fraction
+    return sim.frame().positions, fraction

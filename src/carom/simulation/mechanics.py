@@ -242,7 +242,7 @@ def _by_species(machine: RunState):
 
     sums = machine.observer(BySpecies)
     if sums is None:
-        raise InputError("The scene has no species: build it with species=, or with Scene.mixture().")
+        raise InputError("The scene has no species: give it species=.")
     return sums
 
 

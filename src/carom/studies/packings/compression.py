@@ -149,10 +149,9 @@ def points(
     sizes = [checks.positive(s, "diameters") for s in diameters]
     d = checks.integer(dimension, "dimension", low=1, high=lattices.MOST_DIMENSIONS)
     fraction = min(0.64 / 2.0 ** (d - 3), 0.9)
-    return Scene.mixture(
-        counts,
+    return Scene.random(
         n=n,
-        diameters=[POINT * s for s in sizes],
+        species=[Species(count=c, diameter=POINT * s) for c, s in zip(counts, sizes, strict=True)],
         dimension=d,
         packing_fraction=fraction * POINT**d,
         periodic=periodic,

@@ -1,0 +1,339 @@
+"""Ways to begin: ``Scene.random`` and ``Scene.crystal``, of one species or of several."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypedDict
+
+import numpy as np
+
+from carom import above, checks, densities, seeds
+from carom.errors import InputError
+from carom.models import obstacles as _obstacles
+from carom.scene import box as _box
+from carom.scene import lattices, placement
+from carom.scene import species as _species
+from carom.scene.fields import S
+from carom.scene.overlaps import Room
+from carom.scene.species import Contacts, Species
+
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    from numpy.typing import ArrayLike
+
+    from carom.models.drives import Drive
+    from carom.models.interface import Impact, Interaction, Motion
+    from carom.models.obstacles import Obstacle
+
+
+class Keywords(TypedDict, total=False):
+    """Keywords of :class:`carom.Scene` that go with every way to begin."""
+
+    periodic: bool | Sequence[bool]
+    obstacles: Sequence[Obstacle]
+    contact: ArrayLike | None
+    restitution: float
+    elastic_below: float | None
+    pinned: ArrayLike | None
+    interaction: Interaction | None
+    motion: Motion | None
+    impact: Impact | None
+    drive: Drive | None
+
+
+KNOWN = tuple(Keywords.__annotations__)
+
+MEANT = {"eta": "packing_fraction", "phi": "packing_fraction", "rho": "density", "sigma": "diameter", "d": "dimension", "N": "n", "L": "box"}
+"""What letters of formulas are called here."""
+
+
+TRIED = 10_000
+"""Spheres that are grown again and again in all, where few of them jam."""
+
+MOST_TRIES = 40
+"""The same in random starts."""
+
+
+@dataclass(frozen=True)
+class _Contents:
+    """What is placed: a value a component."""
+
+    diameters: np.ndarray
+    masses: np.ndarray
+    species: np.ndarray | None
+    names: tuple[str, ...]
+
+
+def random(
+    cls: Callable[..., S],
+    n: int | None = None,
+    packing_fraction: float | None = None,
+    dimension: int | None = None,
+    *,
+    density: float | None = None,
+    box: float | Sequence[float] | None = None,
+    species: Sequence[Species] | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+    seed: int | np.random.Generator = 0,
+    **keywords: Unpack[Keywords],
+) -> S:
+    """Place spheres at random, without overlap, up to near jamming.
+
+    Parameters
+    ----------
+    n : int
+        Number of spheres; may be left out where each species has a ``count``.
+    packing_fraction, density, box : optional
+        At most one of the three: the fraction of a cube's volume that is filled, the number of spheres per
+        diameter^d (of the largest), or the edges [length]. The default is the packing fraction 0.3, and from
+        d = 4 on half of random close packing.
+    dimension : int, optional
+        d; by default that of the box, or 3.
+    species : sequence of :class:`carom.Species`, optional
+        A mixture: each species has a ``fraction`` of the n, or a ``count``.
+    diameter, mass : float
+        Of spheres that are all equal [length], [mass].
+    seed : int or numpy.random.Generator
+        Source of randomness.
+    **keywords
+        Keywords of :class:`carom.Scene`: ``periodic``, ``obstacles``, ``contact``, ``restitution``,
+        ``elastic_below``, ``pinned``, ``interaction``, ``motion``, ``impact``, ``drive``.
+
+    Raises
+    ------
+    InputError
+        If the box is too full (see ``carom.scene.placement``), or an argument is unknown or out of range.
+
+    Notes
+    -----
+    For d = 1 the result is an exact equilibrium configuration; for d >= 2 it must still be equilibrated.
+    Above 0.85 of random close packing smaller spheres are placed, which then grow while they move
+    (``carom.simulation.growth``).
+
+    Examples
+    --------
+    >>> from carom import Scene, Species
+    >>> Scene.random(1000, 0.4).n
+    1000
+    >>> small = Species("small", fraction=3, diameter=0.5)
+    >>> Scene.random(100, species=[Species("large", fraction=1), small])
+    Scene(n=100, dimension=3, ..., diameter=0.5 to 1, mass=1, ..., species=large 25, small 75)
+    """
+    _refuse_unknown("Scene.random", keywords)
+    rng = seeds.generator(seed, "places")
+    what = _contents(n, species, diameter, mass)
+    periodic, obstacles = keywords.pop("periodic", True), keywords.pop("obstacles", ())
+    if box is not None:
+        if packing_fraction is not None or density is not None:
+            raise InputError("Give box or one of packing_fraction and density, found both.")
+        axes = _box.axes(box)
+        d = _box.dimensions(dimension if dimension is not None else 3 if axes is None else len(axes))
+        edges = _box.edges(box, d, float(what.diameters.max()), float(what.diameters.min()))
+    else:
+        d = 3 if dimension is None else _box.dimensions(dimension)
+        if packing_fraction is None and density is None:
+            packing_fraction = placement.default_fraction(d)
+        edges = _box.filled(what.diameters, d, (1.0,) * d, packing_fraction=packing_fraction, density=density)
+    repeats = _box.periodicity(periodic, d)
+    standing = _obstacles.checked(obstacles, edges, repeats)
+    matrix = _species.contact_matrix(keywords.get("contact"), what.species, what.diameters)
+    room = Room(np.asarray(edges), np.asarray(repeats), standing)
+    final: dict[str, Any] = {"mass": what.masses, "periodic": repeats, "obstacles": standing}
+    fraction = _box.packing_fraction(what.diameters, edges)
+    kinds = _exchangeable(what) if len(what.diameters) >= placement.MANY else None
+    if matrix is None and placement.to_grow(fraction, d):
+        smaller = what.diameters * (placement.growth_start(d) / fraction) ** (1.0 / d)
+
+        def grow() -> tuple[np.ndarray | None, float]:
+            loose = placement.random_positions(room, Contacts(smaller), rng, kinds)
+            return above.grown(cls(loose, edges, diameter=smaller, **final), what.diameters, rng)
+
+        positions = _first_that_does_not_jam(grow, fraction, len(smaller))
+    else:
+        contacts = Contacts(what.diameters, what.species, matrix)
+        positions = placement.random_positions(room, contacts, rng, kinds)
+    return cls(
+        positions,
+        edges,
+        diameter=what.diameters,
+        species=what.species,
+        species_names=what.names,
+        **final,
+        **keywords,
+    )
+
+
+def crystal(
+    cls: Callable[..., S],
+    n: int | None = None,
+    packing_fraction: float | None = None,
+    dimension: int | None = None,
+    *,
+    density: float | None = None,
+    lattice: lattices.Lattice | str | None = None,
+    cells: int | Sequence[int] | None = None,
+    nearest: bool = False,
+    species: Sequence[Species] | None = None,
+    diameter: float = 1.0,
+    mass: float = 1.0,
+    seed: int | np.random.Generator = 0,
+    **keywords: Unpack[Keywords],
+) -> S:
+    """Place spheres on a lattice.
+
+    Parameters
+    ----------
+    n : int
+        Number of spheres, which must fill a block with equal cells along every axis; or give ``cells``.
+    packing_fraction, density : float
+        Exactly one of the two: the fraction of the volume that is filled, or the number of spheres per
+        diameter^d (of the largest).
+    dimension : int, optional
+        d; by default that of the lattice, or 3.
+    lattice : str or carom.scene.lattices.Lattice, optional
+        "fcc", "triangular", "cubic" or "dn"; by default the densest of the dimension: a row, triangular, fcc,
+        D_n.
+    cells : int or d ints, optional
+        Cells along each axis, in place of n. One number counts those along the first axis; the others are
+        chosen so that the box is nearly a cube.
+    nearest : bool
+        Take the count nearest to ``n`` that fills a block.
+    species : sequence of :class:`carom.Species`, optional
+        A mixture, in random order on the lattice, on which the largest must fit side by side.
+    diameter, mass : float
+        Of spheres that are all equal [length], [mass].
+    seed : int or numpy.random.Generator
+        Source of the order of species.
+    **keywords
+        Keywords of :class:`carom.Scene`, as for :meth:`carom.Scene.random`. Along axes with walls the lattice
+        is compressed to make room for the spheres at the walls.
+
+    Raises
+    ------
+    InputError
+        If no block has n spheres; the message names the counts that do. If spheres would overlap, or an
+        argument is unknown or out of range.
+
+    Examples
+    --------
+    >>> from carom import Scene
+    >>> Scene.crystal(500, 0.6)
+    Scene(n=500, dimension=3, box=(7.58398, 7.58398, 7.58398), diameter=1, mass=1, packing_fraction=0.6)
+    >>> Scene.crystal(1000, 0.6, nearest=True).n
+    864
+    """
+    _refuse_unknown("Scene.crystal", keywords)
+    if lattice is None:
+        spots = lattices.densest(_box.dimensions(3 if dimension is None else dimension))
+    else:
+        spots = lattices.named(lattice, dimension)
+    if cells is None:
+        if n is None and species is not None:
+            n = sum(each.count or 0 for each in species) or None
+        if n is None:
+            raise InputError("Scene.crystal needs n, or cells; found neither.")
+        block = lattices.cells_for(spots, n, nearest)
+    else:
+        block = lattices.cells_along(spots, cells)
+        if n is not None and checks.integer(n, "n", low=1) != spots.count(block):
+            raise InputError(f"n is {n}, and these cells have {spots.count(block)} places: leave one out.")
+    what = _contents(spots.count(block), species, diameter, mass)
+    if what.species is not None:
+        order = seeds.generator(seed, "places").permutation(len(what.species))
+        what = _Contents(what.diameters[order], what.masses[order], what.species[order], what.names)
+    largest = float(what.diameters.max())
+    if species is None:
+        # The limit of any packing comes first: above it no other lattice helps.
+        for limit, where in ((None, "any packing"), (spots.limit, f"a {spots.name} lattice")):
+            rho = densities.reduced_density(
+                spots.dimension, packing_fraction=packing_fraction, density=density, limit=limit, where=where
+            )
+        edge = spots.edge(rho) * largest
+        edges = _box.edges(spots.box(block, edge), spots.dimension, largest, largest)
+    else:
+        given = {"packing_fraction": packing_fraction, "density": density}
+        edges = _box.filled(what.diameters, spots.dimension, spots.box(block), **given)
+        edge = edges[0] / block[0]
+    repeats = _box.periodicity(keywords.pop("periodic", True), spots.dimension)
+    return cls(
+        lattices.between_walls(spots.points(block, edge), edges, repeats, largest),
+        edges,
+        diameter=what.diameters if what.species is not None else largest,
+        mass=what.masses,
+        species=what.species,
+        species_names=what.names,
+        periodic=repeats,
+        **keywords,
+    )
+
+
+def _first_that_does_not_jam(
+    grow: Callable[[], tuple[np.ndarray | None, float]], fraction: float, n: int
+) -> np.ndarray:
+    """Return the positions of the first growth that reaches a packing fraction; few spheres may need several.
+
+    Raises
+    ------
+    InputError
+        If all jam before.
+    """
+    tries = min(max(TRIED // n, 1), MOST_TRIES)
+    best = 0.0
+    for _ in range(tries):
+        positions, reached = grow()
+        if positions is not None:
+            return positions
+        best = max(best, reached)
+    raise InputError(
+        f"The spheres jam at packing fraction {best:.4g}, the highest of {tries} random starts, and "
+        f"{fraction:.4g} is asked for. Lower packing_fraction, begin with Scene.crystal and melt it, or "
+        "compress with carom.studies.pack, which also says how dense they get."
+    )
+
+
+def _refuse_unknown(maker: str, keywords: Mapping[str, Any]) -> None:
+    """Raise InputError if a keyword is none, with the name that is meant."""
+    for name in keywords:
+        if name not in KNOWN:
+            hint = f"; it is called {MEANT[name]}" if name in MEANT else checks.suggestion(name, KNOWN)
+            raise InputError(f"{maker} has no keyword {name!r}{hint}.")
+
+
+def _contents(n: Any, species: Any, diameter: Any, mass: Any) -> _Contents:
+    """Return what is to be placed, from a number of equal spheres or from species."""
+    if species is None:
+        if n is None:
+            raise InputError("Give n, the number of spheres, or species with a count each; found neither.")
+        count = checks.integer(n, "n", low=1, high=lattices.MOST)
+        sizes = np.full(count, checks.positive(diameter, "diameter"))
+        return _Contents(sizes, np.full(count, checks.positive(mass, "mass")), None, ())
+    each = _species.checked_species(species)
+    counted = each[0].count is not None
+    numbers = _species.counts_from(
+        [one.count for one in each] if counted else None,
+        n,
+        None if counted else [one.fraction for one in each],
+        lattices.MOST,
+    )
+    kinds = np.repeat(np.arange(len(each)), numbers)
+    if not kinds.size:
+        raise InputError("A mixture needs at least one component, found none.")
+    names = tuple(str(k) if one.name is None else one.name for k, one in enumerate(each))
+    return _Contents(
+        np.array([one.diameter for one in each])[kinds],
+        np.array([one.mass for one in each])[kinds],
+        kinds,
+        names if any(one.name for one in each) else (),
+    )
+
+
+def _exchangeable(what: _Contents) -> np.ndarray:
+    """Return equal numbers for components that are alike, (n,) int64."""
+    kinds = np.zeros(len(what.diameters), dtype=np.int64)
+    for given in (what.diameters, what.masses, kinds if what.species is None else what.species):
+        values, which = np.unique(given, return_inverse=True)
+        kinds = kinds * len(values) + which
+    return kinds
