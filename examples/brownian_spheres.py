@@ -29,9 +29,9 @@ fractions = [0.1, 0.3, 0.45]
 # %% Mean squared displacements at three packing fractions.
 results = {}
 for eta in fractions:
-    scene = carom.Scene.random(n, 3, packing_fraction=min(eta, 0.3), seed=1)
+    scene = carom.Scene.random(n, dimension=3, packing_fraction=min(eta, 0.3), seed=1)
     if eta > 0.3:  # too dense for random places: a crystal, which melts
-        scene = carom.Scene.fcc(6 if not args.smoke else 3, packing_fraction=eta)
+        scene = carom.Scene.crystal(cells=6 if not args.smoke else 3, packing_fraction=eta)
     sim = carom.Simulation(scene.with_(drive=drive), seed=1)
     sim.run(time=5.0 / free if eta < 0.4 else 20.0 / free)
     paths = np.array([frame.unwrapped for frame in sim.sample(every=every, count=samples)])

@@ -23,7 +23,7 @@ cells, length = (3, 50) if args.smoke else (6, 500)
 # %% Two densities above melting (0.5433): Z, compared with Almarza's equation, and the displacements.
 print(f"{'eta':>5} {'Z':>20} {'infinite':>9} {'theory':>8} {'Lindemann':>10}")
 for eta in (0.56, 0.62, 0.68):
-    scene = carom.Scene.fcc(cells=cells, packing_fraction=eta)
+    scene = carom.Scene.crystal(cells=cells, packing_fraction=eta)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions_per_particle=100)
     found = sim.measure(carom.Pressure(), collisions_per_particle=length)

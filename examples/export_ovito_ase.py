@@ -20,7 +20,7 @@ args = parser.parse_args()
 args.out.mkdir(parents=True, exist_ok=True)
 
 # %% A fluid of hard spheres, sampled into the native store.
-scene = carom.Scene.fcc(cells=2 if args.smoke else 6, packing_fraction=0.4)
+scene = carom.Scene.crystal(cells=2 if args.smoke else 6, packing_fraction=0.4)
 sim = carom.Simulation(scene, kT=1.0, seed=1)
 sim.run(collisions_per_particle=5 if args.smoke else 50)
 with carom.io.open(args.out / "fluid.h5md", "w", scene) as writer:

@@ -21,7 +21,7 @@ cells, end = (3, 40.0) if args.smoke else (8, 4000.0)
 restitution, density = 0.9, 0.1
 
 # %% An elastic fluid first, so that it starts as a gas, not as a crystal; then contacts lose energy.
-start = carom.Simulation(carom.Scene.fcc(cells, packing_fraction=np.pi / 6.0 * density), seed=1)
+start = carom.Simulation(carom.Scene.crystal(cells=cells, packing_fraction=np.pi / 6.0 * density), seed=1)
 start.run(collisions_per_particle=20)
 fluid = start.scene.with_(
     positions=start.frame().positions, velocities=start.frame().velocities, restitution=restitution

@@ -34,7 +34,7 @@ def simulate(scene: carom.Scene, path: Path) -> None:
             writer.write(frame)
 
 
-spheres = carom.Scene.fcc(cells=3 if args.smoke else 6, packing_fraction=0.4)
+spheres = carom.Scene.crystal(cells=3 if args.smoke else 6, packing_fraction=0.4)
 disks = carom.Scene.random(n=100 if args.smoke else 1000, dimension=2, packing_fraction=0.4, seed=1)
 simulate(spheres, args.out / "spheres.h5md")
 simulate(disks, args.out / "disks.h5md")

@@ -17,7 +17,7 @@ parser.add_argument("--out", type=Path, default=Path("restart"), help="folder of
 args = parser.parse_args()
 args.out.mkdir(parents=True, exist_ok=True)
 cells, collisions = (3, 20) if args.smoke else (6, 200)
-scene = carom.Scene.fcc(cells=cells, packing_fraction=0.45)
+scene = carom.Scene.crystal(cells=cells, packing_fraction=0.45)
 
 # %% One run without a break.
 whole = carom.Simulation(scene, kT=1.0, seed=1)

@@ -21,9 +21,8 @@ from carom.models.obstacles import Ball
 SCENES = {
     "rods": (carom.Scene(np.arange(10.0)[:, None] * 1.5, box=15.0), {}),
     "a mixture of disks with walls and a ball": (
-        carom.Scene.mixture(
-            counts=[16, 4],
-            diameters=[1.0, 1.4],
+        carom.Scene.random(
+            species=[carom.Species(count=16), carom.Species(count=4, diameter=1.4)],
             packing_fraction=0.3,
             dimension=2,
             seed=1,
@@ -32,8 +31,8 @@ SCENES = {
         ),
         {},
     ),
-    "spheres": (carom.Scene.fcc(cells=3, packing_fraction=0.3), {"neighbors": "lists"}),
-    "spheres in four dimensions": (carom.Scene.random(16, 4, packing_fraction=0.05, seed=1), {}),
+    "spheres": (carom.Scene.crystal(cells=3, packing_fraction=0.3), {"neighbors": "lists"}),
+    "spheres in four dimensions": (carom.Scene.random(16, dimension=4, packing_fraction=0.05, seed=1), {}),
 }
 
 

@@ -104,7 +104,7 @@ def snapshots(n):
     from carom.pictures import plots
 
     cells = max(round((n / 4) ** (1 / 3)), 1)
-    frame = carom.Simulation(carom.Scene.fcc(cells, packing_fraction=0.45), seed=1).frame()
+    frame = carom.Simulation(carom.Scene.crystal(cells=cells, packing_fraction=0.45), seed=1).frame()
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(5):
             began = time.process_time()

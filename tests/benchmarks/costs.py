@@ -32,6 +32,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from helpers.mixtures import mixture
 from rates import rate, size_of
 
 import carom
@@ -53,7 +54,7 @@ def size(given: argparse.Namespace) -> None:
     for eta in (0.05, 0.30, 0.49):
         for cells in (3, 6, 14, 30, 63):
             began = time.perf_counter()
-            sim = carom.Simulation(carom.Scene.fcc(cells=cells, packing_fraction=eta), seed=1)
+            sim = carom.Simulation(carom.Scene.crystal(cells=cells, packing_fraction=eta), seed=1)
             seconds = time.perf_counter() - began
             n = sim.scene.n
             sim.run(collisions_per_particle=min(40.0, 4e6 / n))
@@ -67,7 +68,7 @@ def thin(given: argparse.Namespace) -> None:
     for dimension, numbers in ((2, (100, 500, 2000)), (3, (100, 500, 2000, 10_000))):
         for eta in (1e-4, 1e-3, 1e-2):
             for n in numbers:
-                scene = carom.Scene.random(n, dimension, packing_fraction=eta, seed=1)
+                scene = carom.Scene.random(n, dimension=dimension, packing_fraction=eta, seed=1)
                 sims = [carom.Simulation(scene, seed=1, neighbors=wish) for wish in ("auto", "sectors")]
                 for sim in sims:
                     sim.run(walltime=0.2)
@@ -91,7 +92,8 @@ def million(given: argparse.Namespace) -> None:
     print("| packing fraction | 4000 [M/s] | 1 000 188 [M/s] | ratio |\n|---|---|---|---|")
     for eta in (0.05, 0.30, 0.49):
         sims = [
-            carom.Simulation(carom.Scene.fcc(cells=cells, packing_fraction=eta), seed=1) for cells in (10, 63)
+            carom.Simulation(carom.Scene.crystal(cells=cells, packing_fraction=eta), seed=1)
+            for cells in (10, 63)
         ]
         for sim, collisions in zip(sims, (200.0, 6.0), strict=True):
             sim.run(collisions_per_particle=collisions)
@@ -105,7 +107,7 @@ def precision(given: argparse.Namespace) -> None:
     """Print the rate in single precision over that in double, in turn, and bytes per particle."""
     print("| N | packing fraction | single / double | bytes, double | bytes, single |\n|---|---|---|---|---|")
     for cells, eta in itertools.product((10, 63), (0.05, 0.30, 0.49)):
-        scene = carom.Scene.fcc(cells=cells, packing_fraction=eta)
+        scene = carom.Scene.crystal(cells=cells, packing_fraction=eta)
         sims = [
             carom.Simulation(scene, seed=1, images=False, precision=kind) for kind in ("double", "single")
         ]
@@ -119,7 +121,7 @@ def precision(given: argparse.Namespace) -> None:
 
 def scenes() -> dict[str, tuple[carom.Scene, dict]]:
     """Return the same fluid, and with one feature more each: a scene and the simulation's settings."""
-    plain = carom.Scene.fcc(cells=10, packing_fraction=0.45)
+    plain = carom.Scene.crystal(cells=10, packing_fraction=0.45)
     n = plain.n
     hair = np.full(n, 1.0)
     hair[0] -= 1e-9
@@ -156,7 +158,7 @@ def wells(given: argparse.Namespace) -> None:
     """Print the rate of all events in a square well, in parts of that of hard spheres, in turn."""
     print("| density | kT | hard spheres [M/s] | square well [M/s] | ratio |\n|---|---|---|---|---|")
     for density in (0.3, 0.6, 0.8):
-        plain = carom.Scene.fcc(cells=10, density=density)
+        plain = carom.Scene.crystal(cells=10, density=density)
         sims = [
             carom.Simulation(scene, kT=kT, seed=1)
             for scene, kT in ((plain, 1.0), (plain.with_(interaction=SquareWell(1.5, 1.0)), 1.5))
@@ -259,7 +261,7 @@ loaded = time.perf_counter()
 import smallest
 smallest.total(1.0)
 ready = time.perf_counter()
-scene = carom.Scene.fcc(cells=4, packing_fraction=0.3)
+scene = carom.Scene.crystal(cells=4, packing_fraction=0.3)
 made = time.perf_counter()
 carom.Simulation(scene, seed=1).run(collisions=1)
 done = time.perf_counter()
@@ -296,7 +298,7 @@ def start(given: argparse.Namespace) -> None:
 
 def melted(seed: int) -> carom.Simulation:
     """Return a simulation of 4000 spheres that has left the lattice."""
-    sim = carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=0.49), seed=seed)
+    sim = carom.Simulation(carom.Scene.crystal(cells=10, packing_fraction=0.49), seed=seed)
     sim.run(collisions_per_particle=40)
     return sim
 
@@ -423,7 +425,7 @@ def mixtures(given: argparse.Namespace) -> None:
         scenes = [carom.Scene.random(4000, packing_fraction=eta, seed=1)]
         for ratio in ratios:
             sizes = {"diameters": [1.0, 1.0 / ratio], "masses": [1.0, ratio**-3]}
-            scenes.append(carom.Scene.mixture([2000, 2000], packing_fraction=eta, seed=1, **sizes))
+            scenes.append(mixture([2000, 2000], packing_fraction=eta, seed=1, **sizes))
         sims = [carom.Simulation(scene, seed=1) for scene in scenes]
         for sim in sims:
             sim.run(collisions_per_particle=20)

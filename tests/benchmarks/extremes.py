@@ -17,7 +17,7 @@ COLLISIONS = 20.0
 
 def heavy(ratio: float) -> carom.Scene:
     """Return 500 spheres at 0.3, every second one heavier by a ratio."""
-    scene = carom.Scene.fcc(5, packing_fraction=0.3)
+    scene = carom.Scene.crystal(cells=5, packing_fraction=0.3)
     masses = np.where(np.arange(scene.n) % 2, ratio, 1.0)
     return scene.with_(mass=masses)
 
@@ -27,8 +27,8 @@ def scenes() -> dict[str, carom.Scene]:
     return {
         "masses 1 : 10^4": heavy(1e4),
         "masses 1 : 10^8": heavy(1e8),
-        "cooling, restitution 0.9": carom.Scene.fcc(5, packing_fraction=0.1).with_(restitution=0.9),
-        "cooling, restitution 0.6": carom.Scene.fcc(5, packing_fraction=0.1).with_(restitution=0.6),
+        "cooling, restitution 0.9": carom.Scene.crystal(cells=5, packing_fraction=0.1).with_(restitution=0.9),
+        "cooling, restitution 0.6": carom.Scene.crystal(cells=5, packing_fraction=0.1).with_(restitution=0.6),
         "d = 10, N = 100, edge 2.3": carom.Scene.random(100, box=(2.3,) * 10, diameter=1.0, seed=1),
     }
 

@@ -46,7 +46,7 @@ def simulation(state: dict[str, Any], seed: int) -> carom.Simulation:
     d = state["d"]
     eta = state["density"] * theory.ball_volume(d)
     sim = carom.Simulation(
-        carom.Scene.random(state["n"], d, packing_fraction=eta, seed=seed), seed=seed, kT=1.0
+        carom.Scene.random(state["n"], dimension=d, packing_fraction=eta, seed=seed), seed=seed, kT=1.0
     )
     sim.run(collisions_per_particle=state["melt"])
     return sim

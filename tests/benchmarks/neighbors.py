@@ -56,7 +56,7 @@ def main() -> None:
     for d in given.dimensions:
         for n in given.sizes:
             count = NEAREST.get(d, 2)
-            scene = Scene.random(n, d, packing_fraction=PACKING[d])
+            scene = Scene.random(n, dimension=d, packing_fraction=PACKING[d])
             room = Room(np.array(scene.box), np.ones(d, bool))
             places = room.wrapped(scene.positions)
             ways: dict[str, Any] = {"carom": nearest, "tree": by_tree}

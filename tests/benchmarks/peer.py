@@ -53,7 +53,7 @@ def melted(packing_fraction: float, cells: int, collisions: float) -> carom.Simu
     if packing_fraction < FREEZING:
         scene = carom.Scene.random(n=4 * cells**3, packing_fraction=packing_fraction, seed=1)
     else:
-        scene = carom.Scene.fcc(cells=cells, packing_fraction=packing_fraction)
+        scene = carom.Scene.crystal(cells=cells, packing_fraction=packing_fraction)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions_per_particle=collisions)
     return sim

@@ -32,7 +32,9 @@ def main():
     print("pinned   movers   all move     pinned   ratio")
     for fixed in options.fixed:
         n = fixed + max(fixed, 200) if fixed > 1000 else fixed + 200
-        scene = carom.Scene.random(n, options.dimension, packing_fraction=options.packing_fraction, seed=1)
+        scene = carom.Scene.random(
+            n, dimension=options.dimension, packing_fraction=options.packing_fraction, seed=1
+        )
         who = np.random.default_rng(0).permutation(n)[:fixed]
         sims = [carom.Simulation(each, seed=1) for each in (scene, scene.with_(pinned=who))]
         for sim in sims:

@@ -18,11 +18,11 @@ def main():
     parser.add_argument("--packing-fraction", type=float, nargs="+", default=[0.3, 0.45])
     given = parser.parse_args()
     for dimension in given.dimension:
-        carom.Scene.random(overlaps.MANY, dimension, packing_fraction=0.1)  # loads or compiles
+        carom.Scene.random(overlaps.MANY, dimension=dimension, packing_fraction=0.1)  # loads or compiles
         for n in given.n:
             for fraction in given.packing_fraction:
                 began = time.process_time()
-                scene = carom.Scene.random(n, dimension, packing_fraction=fraction, seed=1)
+                scene = carom.Scene.random(n, dimension=dimension, packing_fraction=fraction, seed=1)
                 placed = time.process_time()
                 carom.Scene(scene.positions, scene.box)
                 checked = time.process_time() - placed

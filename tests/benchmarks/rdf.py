@@ -57,7 +57,7 @@ def main():
     parser.add_argument("--reach", type=float, default=5.0, help="last distance [diameters]")
     parser.add_argument("--turns", type=int, default=5)
     given = parser.parse_args()
-    scene = Scene.random(given.n, given.dimension, packing_fraction=given.packing_fraction)
+    scene = Scene.random(given.n, dimension=given.dimension, packing_fraction=given.packing_fraction)
     box = np.array(scene.box)
     edges = np.linspace(1.0, given.reach, round((given.reach - 1.0) / 0.02) + 1)
     ways = {"carom": carom_counts, "k-d tree": tree_counts}

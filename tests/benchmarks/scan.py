@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("--collisions", type=float, default=2e5)
     given = parser.parse_args()
     for eta in given.packing_fractions:
-        scene = carom.Scene.lattice(given.cells, dimension=given.dimension, packing_fraction=eta)
+        scene = carom.Scene.crystal(cells=given.cells, dimension=given.dimension, packing_fraction=eta)
         choices = {"sectors": {"neighbors": "sectors"}}
         choices |= {f"lists {shell}": {"neighbors": "lists", "shell": shell} for shell in given.shells}
         sims = {}

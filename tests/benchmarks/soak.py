@@ -8,6 +8,7 @@ docs/parallel.md.
 """
 
 import argparse
+import functools
 import time
 
 import numpy as np
@@ -17,7 +18,7 @@ import carom
 
 def scene_of(dimension, cells, packing_fraction):
     """Return spheres on the fcc lattice, or disks on the triangular one."""
-    place = carom.Scene.triangular if dimension == 2 else carom.Scene.fcc
+    place = functools.partial(carom.Scene.crystal, dimension=dimension)
     return place(cells=cells, packing_fraction=packing_fraction)
 
 

@@ -31,7 +31,7 @@ def measure(benchmark, sim):
 
 @pytest.mark.parametrize(("dimension", "cells", "packing_fraction"), CASES)
 def test_rate_of_equal_spheres(benchmark, dimension, cells, packing_fraction):
-    scene = carom.Scene.lattice(cells, dimension=dimension, packing_fraction=packing_fraction)
+    scene = carom.Scene.crystal(cells=cells, dimension=dimension, packing_fraction=packing_fraction)
     measure(benchmark, carom.Simulation(scene, seed=1))
 
 
@@ -41,10 +41,11 @@ def test_rate_of_equal_spheres(benchmark, dimension, cells, packing_fraction):
 @pytest.mark.parametrize("ratio", [1.4, 5.0])
 def test_rate_of_unequal_spheres(benchmark, dimension, packing_fraction, ratio):
     big = round(4000 / (1 + ratio**dimension)) if ratio > 2 else 2000
-    scene = carom.Scene.mixture(
-        [big, 4000 - big],
-        diameters=[1.0, 1.0 / ratio],
-        masses=[1.0, ratio**-dimension],
+    scene = carom.Scene.random(
+        species=[
+            carom.Species(count=big),
+            carom.Species(count=4000 - big, diameter=1.0 / ratio, mass=ratio**-dimension),
+        ],
         dimension=dimension,
         packing_fraction=packing_fraction,
         seed=1,

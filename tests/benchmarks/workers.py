@@ -41,7 +41,7 @@ SIZES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 def scene_of(dimension, packing_fraction, n):
     """Return a lattice of about n spheres, or disks at random."""
     if dimension == 3:
-        return carom.Scene.fcc(cells=round((n / 4) ** (1 / 3)), packing_fraction=packing_fraction)
+        return carom.Scene.crystal(cells=round((n / 4) ** (1 / 3)), packing_fraction=packing_fraction)
     return carom.Scene.random(n=n, dimension=dimension, packing_fraction=packing_fraction, seed=1)
 
 

@@ -402,6 +402,6 @@ def test_ctrl_c_before_anything_is_kept_leaves_quietly(tmp_path):
 
 def test_the_picture_of_g_is_not_replaced_unasked(tmp_path):
     with io.open(tmp_path / "a.extxyz", "w") as writer:
-        writer.write(library.Simulation(library.Scene.fcc(cells=2, packing_fraction=0.3), seed=1).frame())
+        writer.write(library.Simulation(library.Scene.crystal(cells=2, packing_fraction=0.3), seed=1).frame())
     (tmp_path / "near.png").write_text("old")
     assert "near.png" in refused("rdf", "a.extxyz", "--out", "near.csv", "--png", cwd=tmp_path)

@@ -18,6 +18,7 @@ GROWS = """
 import sys
 from pathlib import Path
 import numpy as np
+from helpers.mixtures import mixture
 from carom import Scene, Simulation
 from carom.models.obstacles import Ball
 
@@ -26,7 +27,7 @@ state = folder / "checkpoint.h5"
 if state.exists():
     sim = Simulation.load(state)
 else:
-    scene = Scene.mixture(
+    scene = mixture(
         [20, 28], diameters=[1.0, 0.6], masses=[1.0, 0.3], dimension=2, packing_fraction=0.2,
         periodic=[True, False], obstacles=[Ball((2, 2), 0.6)], seed=3,
     )

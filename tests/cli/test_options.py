@@ -469,7 +469,9 @@ def material(tmp_path_factory):
     (folder / "study.toml").write_text(
         "[study]\npacking_fractions = [0.1]\nn = 32\ncollisions_per_particle = 40\n[scene]\nmass = 2.0\n"
     )
-    scene = carom.Scene.mixture([12, 12], diameters=[1.0, 1.0], box=(6.0, 6.0, 6.0), seed=1)
+    scene = carom.Scene.random(
+        species=[carom.Species(count=12), carom.Species(count=12)], box=(6.0, 6.0, 6.0), seed=1
+    )
     with io.open(folder / "two.extxyz", "w") as writer:
         for time in (0.0, 1.0):
             writer.write(frame_at(scene, time))

@@ -147,7 +147,10 @@ def test_the_table_on_the_screen_holds_contact_values_of_pairs(tmp_path, capsys)
 
 def scene_of(diameters, **more):
     return Scene(
-        Scene.cubic(4, packing_fraction=0.01).positions[: len(diameters)], 20.0, diameter=diameters, **more
+        Scene.crystal(cells=4, lattice="cubic", packing_fraction=0.01).positions[: len(diameters)],
+        20.0,
+        diameter=diameters,
+        **more,
     )
 
 
@@ -191,8 +194,10 @@ def test_pairs_touch_where_the_scene_says(tmp_path):
     species = np.repeat([0, 1, 2], [30, 29, 1])
     contact = np.array([[1.0, 0.6, 1.0], [0.6, 1.0, 1.0], [1.0, 1.0, 1.0]])
     scene = Scene(
-        np.random.default_rng(2).permutation(Scene.cubic(4, packing_fraction=0.1).positions)[:60],
-        Scene.cubic(4, packing_fraction=0.1).box,
+        np.random.default_rng(2).permutation(
+            Scene.crystal(cells=4, lattice="cubic", packing_fraction=0.1).positions
+        )[:60],
+        Scene.crystal(cells=4, lattice="cubic", packing_fraction=0.1).box,
         diameter=1.0,
         species=species,
         contact=contact,

@@ -30,7 +30,7 @@ def test_a_number_far_too_small_or_large_is_refused_in_a_sentence(words, tmp_pat
 
 
 def test_growth_that_no_diameter_would_notice_is_refused():
-    scene = carom.Scene.fcc(1, packing_fraction=0.1)
+    scene = carom.Scene.crystal(cells=1, packing_fraction=0.1)
     velocities = scene.positions - scene.positions.mean(axis=0)
     with pytest.raises(InputError, match="do not grow"):
         unit_of(scene, velocities, 1e-320 + 0.0 * scene.diameters)

@@ -396,7 +396,7 @@ def test_what_code_is_made_of_does_not_depend_on_which_modules_were_imported_whe
 GOES_ON = """
 import sys
 from carom import Scene, Simulation
-scene = Scene.fcc(3, packing_fraction=0.3)
+scene = Scene.crystal(cells=3, packing_fraction=0.3)
 sim = Simulation(scene, seed=1) if sys.argv[1] == "new" else Simulation.load("c.h5")
 sim.run(collisions=100)
 sim.save("c.h5")

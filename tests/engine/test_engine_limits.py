@@ -12,7 +12,7 @@ from carom.errors import InputError
 
 @pytest.fixture(scope="module")
 def scene():
-    return moving(carom.Scene.random(20, 2, packing_fraction=0.4, seed=1), 2)
+    return moving(carom.Scene.random(20, dimension=2, packing_fraction=0.4, seed=1), 2)
 
 
 @pytest.fixture
@@ -150,7 +150,7 @@ def test_slow_and_fast_runs_have_the_same_bits(scene, sim, power):
 
 
 def test_one_fast_sphere_among_spheres_at_rest():
-    still = carom.Scene.random(40, 2, packing_fraction=0.3, seed=1)
+    still = carom.Scene.random(40, dimension=2, packing_fraction=0.3, seed=1)
     velocities = np.zeros((40, 2))
     velocities[7] = [1e6, 3e5]
     sim = carom.Simulation(carom.Scene(still.positions, still.box, velocities=velocities))
@@ -186,8 +186,11 @@ def test_long_thin_boxes(box):
 def test_lattices_full_of_ties_keep_their_cores(dimension, speeds):
     # Whole layers meet at the same time, and triples of spheres, up to rounding or exactly.
     rng = np.random.default_rng(dimension)
-    lattice = carom.Scene.cubic(
-        12 if dimension == 1 else 4 if dimension < 4 else 2, dimension, packing_fraction=0.2 / dimension
+    lattice = carom.Scene.crystal(
+        cells=12 if dimension == 1 else 4 if dimension < 4 else 2,
+        lattice="cubic",
+        dimension=dimension,
+        packing_fraction=0.2 / dimension,
     )
     shape = lattice.positions.shape
     velocities = rng.choice([-1.0, 1.0], size=shape)

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 from helpers import oracle_scenes
+from helpers.mixtures import mixed
 from helpers.neighbors import check_invariants, check_lists, go
 from helpers.oracle_scenes import CASES, assert_no_overlap, compare, moving, placed
 from helpers.plain import TESTS, plain_python
@@ -60,8 +61,11 @@ def binary(n, ratio, eta, seed=1, mass=None, dimension=2):
     """Disks of two species, as much area of each."""
     small = round(n / (1 + ratio**-dimension))
     sizes = [1.0, 1.0 / ratio]
-    scene = carom.Scene.mixture(
-        [n - small, small], diameters=sizes, masses=mass, packing_fraction=eta, dimension=dimension, seed=seed
+    scene = carom.Scene.random(
+        species=mixed(counts=[n - small, small], diameters=sizes, masses=mass),
+        packing_fraction=eta,
+        dimension=dimension,
+        seed=seed,
     )
     return moving(scene, seed)
 
@@ -181,7 +185,9 @@ def test_lists_of_several_levels_are_complete(ratio):
 def test_sizes_from_one_to_twenty_keep_their_cores():
     rng = np.random.default_rng(5)
     sizes = np.exp(rng.uniform(np.log(0.05), 0.0, 400))
-    scene = carom.Scene.mixture([1] * 400, diameters=sizes, packing_fraction=0.5, dimension=2, seed=2)
+    scene = carom.Scene.random(
+        species=mixed(counts=[1] * 400, diameters=sizes), packing_fraction=0.5, dimension=2, seed=2
+    )
     sim = carom.Simulation(moving(scene, 3), neighbors="lists")
     for _ in range(4):
         sim.run(collisions_per_particle=20)
@@ -266,7 +272,7 @@ print(sim.spared_contacts, block.collisions, sim.kT / before, sim.machine.system
 
 def test_the_default_threshold_follows_the_thermal_speed(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
-    scene = carom.Scene.fcc(cells=3, packing_fraction=0.3).with_(restitution=0.7)
+    scene = carom.Scene.crystal(cells=3, packing_fraction=0.3).with_(restitution=0.7)
 
     def threshold(scene, kT=None, rescale=None, **settings):
         sim = carom.Simulation(scene, kT=kT, seed=1, **settings)
@@ -365,7 +371,7 @@ def test_the_threshold_of_elastic_contacts_in_a_log_is_in_the_unit_of_the_scene(
     from carom.simulation.recorder import _header
 
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
-    scene = carom.Scene.fcc(cells=3, packing_fraction=0.3).with_(restitution=0.7)
+    scene = carom.Scene.crystal(cells=3, packing_fraction=0.3).with_(restitution=0.7)
     for kT in (1.0, 1e30):
         sim = carom.Simulation(scene, kT=kT, seed=1)
         assert (sim.machine.unit.exponent == 0) == (kT == 1.0)

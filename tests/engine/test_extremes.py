@@ -60,7 +60,7 @@ def assert_sound(sim, overlap=None):
 @pytest.mark.slow
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_packing_fraction_of_1e_6_has_flights_through_many_boxes(dimension):
-    scene = carom.Scene.random(20, dimension, packing_fraction=1e-6, seed=1)
+    scene = carom.Scene.random(20, dimension=dimension, packing_fraction=1e-6, seed=1)
     sim = carom.Simulation(scene, seed=1)
     run(sim, collisions=400)
     assert np.abs(sim.frame().images).max() > 100
@@ -83,7 +83,7 @@ def test_a_packing_fraction_of_1e_6_has_flights_through_many_boxes(dimension):
 )
 def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
     """Not (L / sigma)^2 roundings deep, as they are where they are computed from a sector away."""
-    scene = carom.Scene.random(count, len(box), box=box, seed=1)
+    scene = carom.Scene.random(count, dimension=len(box), box=box, seed=1)
     sim = carom.Simulation(scene, seed=1, growth=growth)
     for _ in range(40):  # at a collision, where two touch
         sim.run(collisions=1)
@@ -98,7 +98,7 @@ def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
 def test_balls_in_wide_boxes_are_met_as_sharply():
     edge = 2.0**19
     scene = carom.Scene.random(
-        10, 2, box=edge, seed=1, obstacles=[carom.models.obstacles.Ball((edge / 2,) * 2, 0.5)]
+        10, dimension=2, box=edge, seed=1, obstacles=[carom.models.obstacles.Ball((edge / 2,) * 2, 0.5)]
     )
     towards = edge / 2 - scene.positions
     towards /= np.linalg.norm(towards, axis=1)[:, None]
@@ -113,7 +113,7 @@ def test_balls_in_wide_boxes_are_met_as_sharply():
 
 
 def test_the_first_collisions_of_a_dilute_gas_are_the_oracles():
-    scene = moving(carom.Scene.random(8, 2, packing_fraction=1e-6, seed=3), 3)
+    scene = moving(carom.Scene.random(8, dimension=2, packing_fraction=1e-6, seed=3), 3)
     oracle = NaiveSystem(scene.positions, scene.velocities, scene.box)
     first = oracle.step()
     sim = carom.Simulation(scene)
@@ -129,7 +129,9 @@ def test_the_first_collisions_of_a_dilute_gas_are_the_oracles():
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_one_part_in_1e9_below_close_packing_has_the_free_volume_pressure(dimension):
     densest = {2: math.pi / (2 * math.sqrt(3)), 3: math.pi / (3 * math.sqrt(2))}[dimension]
-    scene = carom.Scene.lattice(6 if dimension == 2 else 3, dimension, packing_fraction=densest * (1 - 1e-9))
+    scene = carom.Scene.crystal(
+        cells=6 if dimension == 2 else 3, dimension=dimension, packing_fraction=densest * (1 - 1e-9)
+    )
     sim = carom.Simulation(scene, seed=1)
     run(sim, collisions=50 * scene.n)
     assert_sound(sim, overlap=64 * EPS * max(scene.box))
@@ -170,7 +172,7 @@ def test_two_and_three_spheres_in_the_smallest_boxes(count, gap):
 
 @pytest.mark.slow
 def test_a_million_spheres():
-    scene = carom.Scene.fcc(cells=63, packing_fraction=0.4)
+    scene = carom.Scene.crystal(cells=63, packing_fraction=0.4)
     assert scene.n == 1_000_188
     sim = carom.Simulation(scene, seed=1, images=False)
     sim.run(collisions_per_particle=4)
@@ -183,7 +185,7 @@ def test_a_million_spheres():
 
 
 def test_a_run_of_1e12_time_units_of_slow_spheres_keeps_its_bits():
-    scene = moving(carom.Scene.random(20, 2, packing_fraction=0.4, seed=1), 2)
+    scene = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.4, seed=1), 2)
     slow = scene.with_(velocities=scene.velocities * 2.0**-40)
     fast_sim, slow_sim = carom.Simulation(scene), carom.Simulation(slow)
     fast_sim.run(time=2.0)
@@ -201,7 +203,7 @@ def power(exponent):
     return round(exponent * math.log2(10.0))
 
 
-DISKS = moving(carom.Scene.random(20, 2, packing_fraction=0.4, seed=1), 2)
+DISKS = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.4, seed=1), 2)
 RANGE = [-150, -100, -20, -7, 7, 20, 100, 150]
 
 
@@ -228,8 +230,8 @@ def test_velocities_from_1e_150_to_1e150_have_the_same_bits(exponent):
 def test_logs_checkpoints_and_samples_of_any_velocities_are_in_the_scenes_units(exponent, tmp_path):
     k = power(exponent)
     walls = DISKS.with_(
-        positions=carom.Scene.random(20, 2, packing_fraction=0.3, periodic=False, seed=1).positions,
-        box=carom.Scene.random(20, 2, packing_fraction=0.3, periodic=False, seed=1).box,
+        positions=carom.Scene.random(20, dimension=2, packing_fraction=0.3, periodic=False, seed=1).positions,
+        box=carom.Scene.random(20, dimension=2, packing_fraction=0.3, periodic=False, seed=1).box,
         periodic=False,
         restitution=0.9,
         elastic_below=0.25,
@@ -267,7 +269,7 @@ def test_logs_checkpoints_and_samples_of_any_velocities_are_in_the_scenes_units(
 @pytest.mark.parametrize("exponent", [-150, 150])
 def test_growth_and_a_new_temperature_of_any_size(exponent):
     k = power(exponent)
-    loose = moving(carom.Scene.random(30, 2, packing_fraction=0.2, seed=1), 2)
+    loose = moving(carom.Scene.random(30, dimension=2, packing_fraction=0.2, seed=1), 2)
     one, two = (
         carom.Simulation(loose.with_(velocities=np.ldexp(loose.velocities, e)), growth=math.ldexp(0.1, e))
         for e in (0, k)
@@ -288,7 +290,7 @@ def test_growth_and_a_new_temperature_of_any_size(exponent):
 
 
 def test_temperatures_of_any_size_are_drawn():
-    still = carom.Scene.random(20, 2, packing_fraction=0.4, seed=1)
+    still = carom.Scene.random(20, dimension=2, packing_fraction=0.4, seed=1)
     for kT in (1e-300, 1e300):
         sim = carom.Simulation(still, kT=kT, seed=1)
         assert sim.kT == pytest.approx(kT, rel=64 * EPS)
@@ -310,7 +312,7 @@ def test_one_fast_mover_among_slow_ones_meets_them_all(slow):
 
 
 def test_one_mover_among_resting_ones_wakes_them_all():
-    still = carom.Scene.random(30, 2, packing_fraction=0.4, seed=1)
+    still = carom.Scene.random(30, dimension=2, packing_fraction=0.4, seed=1)
     velocities = np.zeros((30, 2))
     velocities[3] = [1e-20, 2e-20]
     sim = carom.Simulation(still.with_(velocities=velocities))
@@ -326,7 +328,9 @@ def crystal(dimension, missing):
     """Return a crystal so far below close packing, in motion."""
     densest = {2: math.pi / (2 * math.sqrt(3)), 3: math.pi / (3 * math.sqrt(2))}[dimension]
     cells = 6 if dimension == 2 else 3
-    return moving(carom.Scene.lattice(cells, dimension, packing_fraction=densest * (1 - missing)), 1)
+    return moving(
+        carom.Scene.crystal(cells=cells, dimension=dimension, packing_fraction=densest * (1 - missing)), 1
+    )
 
 
 def tube(count, gap):
@@ -358,11 +362,11 @@ def two_disks(offset, apart=4.0):
 
 SINGLE = {
     "packing fraction 1e-6": (
-        lambda: moving(carom.Scene.random(20, 2, packing_fraction=1e-6, seed=1), 1),
+        lambda: moving(carom.Scene.random(20, dimension=2, packing_fraction=1e-6, seed=1), 1),
         None,
     ),
     "packing fraction 1e-6, d = 3": (
-        lambda: moving(carom.Scene.random(20, 3, packing_fraction=1e-6, seed=1), 1),
+        lambda: moving(carom.Scene.random(20, dimension=3, packing_fraction=1e-6, seed=1), 1),
         None,
     ),
     "1e-3 of close packing": (lambda: crystal(2, 1e-3), None),
@@ -422,7 +426,11 @@ def test_single_precision_holds_or_is_refused(name):
 
 @pytest.mark.parametrize("box", [None, slow((1500.0, 1.5))], ids=["cube", "tube"])
 def test_single_precision_overlaps_by_its_own_rounding_of_the_box(box):
-    scene = carom.Scene.random(50, 2, box=box, seed=1) if box else carom.Scene.random(50, 2, seed=1)
+    scene = (
+        carom.Scene.random(50, dimension=2, box=box, seed=1)
+        if box
+        else carom.Scene.random(50, dimension=2, seed=1)
+    )
     sim = carom.Simulation(scene, seed=1, precision="single")
     run(sim, collisions=3000)
     rounding = np.finfo(np.float32).eps * 4 * max(scene.box)
@@ -513,7 +521,7 @@ def cradle(dimension, gap):
 
 def opposed_lattice(dimension):
     """Return a lattice in which neighbours move towards each other."""
-    scene = carom.Scene.cubic(4, dimension, packing_fraction=0.3)
+    scene = carom.Scene.crystal(cells=4, lattice="cubic", dimension=dimension, packing_fraction=0.3)
     signs = (-1.0) ** np.indices((4,) * dimension).sum(axis=0).ravel()
     v = np.zeros_like(scene.positions)
     v[:, 0] = signs
@@ -573,7 +581,7 @@ def test_an_overlap_of_1e_6_is_refused_and_named():
     speed=st.integers(-60, 60),
 )
 def test_a_scene_scaled_by_powers_of_two_has_the_same_bits(length, mass, speed):
-    scene = moving(carom.Scene.random(12, 2, packing_fraction=0.3, seed=1), 2)
+    scene = moving(carom.Scene.random(12, dimension=2, packing_fraction=0.3, seed=1), 2)
     other = carom.Scene(
         np.ldexp(scene.positions, length),
         np.ldexp(scene.box, length),
@@ -613,7 +621,7 @@ def followed(scene, other, collisions, tmp_path, label=None):
 )
 def test_a_moving_frame_loses_the_digits_of_its_speed_and_no_more(speed, collisions, tmp_path):
     # All cross sectors all the time: a collision costs as many crossings as the frame is faster.
-    scene = moving(carom.Scene.fcc(cells=2, packing_fraction=0.3), 3)
+    scene = moving(carom.Scene.crystal(cells=2, packing_fraction=0.3), 3)
     drift = scene.with_(velocities=scene.velocities + speed)
     same = followed(scene, drift, collisions, tmp_path)
     # A collision multiplies an error by about e: each factor of 1000 in the speed costs ln(1000) = 7 of some
@@ -628,7 +636,7 @@ def test_a_moving_frame_loses_the_digits_of_its_speed_and_no_more(speed, collisi
 
 
 def test_relabelled_particles_make_the_same_run_up_to_the_horizon(tmp_path):
-    scene = moving(carom.Scene.fcc(cells=3, packing_fraction=0.3), 3)
+    scene = moving(carom.Scene.crystal(cells=3, packing_fraction=0.3), 3)
     names = np.random.default_rng(1).permutation(scene.n)
     other = scene.with_(
         positions=scene.positions[np.argsort(names)], velocities=scene.velocities[np.argsort(names)]

@@ -232,7 +232,7 @@ def test_a_model_of_an_unknown_type_does_not_compile():
 
 @pytest.mark.usefixtures("unscheduled")
 def test_what_a_scene_has_not_is_none():
-    scene = moving(carom.Scene.random(5, 2, seed=1), 1)
+    scene = moving(carom.Scene.random(5, dimension=2, seed=1), 1)
     sim = carom.Simulation(scene, images=False)
     assert sim.machine.engine.state.images is None
     assert sim.machine.log is None

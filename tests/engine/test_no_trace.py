@@ -8,14 +8,18 @@ from carom.engine.constants import LAMBDA
 from carom.engine.domains.logical_process import refill_queue
 
 SCENES = {
-    "sectors": lambda: carom.Scene.fcc(cells=6, packing_fraction=0.3),
-    "lists": lambda: carom.Scene.fcc(cells=6, packing_fraction=0.49),
-    "thin": lambda: carom.Scene.fcc(cells=6, packing_fraction=0.05),
+    "sectors": lambda: carom.Scene.crystal(cells=6, packing_fraction=0.3),
+    "lists": lambda: carom.Scene.crystal(cells=6, packing_fraction=0.49),
+    "thin": lambda: carom.Scene.crystal(cells=6, packing_fraction=0.05),
     "disks": lambda: carom.Scene.random(n=900, dimension=2, packing_fraction=0.65, seed=1),
-    "four dimensions": lambda: carom.Scene.cubic(cells=5, dimension=4, packing_fraction=0.1),
+    "four dimensions": lambda: carom.Scene.crystal(
+        lattice="cubic", cells=5, dimension=4, packing_fraction=0.1
+    ),
     "walls": lambda: carom.Scene.random(n=800, packing_fraction=0.25, periodic=(True, True, False), seed=1),
-    "a mixture": lambda: carom.Scene.mixture(
-        counts=(400, 400), diameters=(1.0, 1.6), packing_fraction=0.4, seed=1
+    "a mixture": lambda: carom.Scene.random(
+        species=[carom.Species(count=400), carom.Species(count=400, diameter=1.6)],
+        packing_fraction=0.4,
+        seed=1,
     ),
 }
 
@@ -49,7 +53,7 @@ def test_a_run_whose_events_are_all_scheduled_anew_goes_on_with_the_same_bits(na
 
 def test_contacts_computed_from_shortly_before_them_leave_none_either():
     """Most flights are longer than a quarter of the box: too long to be computed from the rows."""
-    scene = carom.Scene.cubic(cells=9, packing_fraction=0.01)
+    scene = carom.Scene.crystal(lattice="cubic", cells=9, packing_fraction=0.01)
     alone, disturbed = (carom.Simulation(scene, seed=3, neighbors="sectors") for _ in range(2))
     assert alone.machine.engine.model.timing.square == 64.0  # eight diameters; the mean free path is twelve
     alone.run(collisions_per_particle=0.2)

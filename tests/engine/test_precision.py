@@ -13,7 +13,7 @@ EPSILON = float(np.finfo(np.float32).eps)
 @pytest.fixture(scope="module")
 def fluid():
     """Return the same fluid in double and in single precision after 50 collisions a particle."""
-    scene = moving(carom.Scene.random(500, 3, packing_fraction=0.4, seed=3), 3)
+    scene = moving(carom.Scene.random(500, dimension=3, packing_fraction=0.4, seed=3), 3)
     runs = {name: carom.Simulation(scene, precision=name) for name in ("double", "single")}
     for sim in runs.values():
         sim.run(collisions_per_particle=50)
@@ -53,7 +53,7 @@ def test_a_run_in_single_precision_is_resumed_bit_for_bit(fluid, tmp_path):
 @pytest.mark.usefixtures("unscheduled")
 def test_a_log_of_single_precision_is_not_replayed(tmp_path):
     sim = carom.Simulation(
-        carom.Scene.fcc(cells=3, packing_fraction=0.3), precision="single", event_log=tmp_path / "e.h5"
+        carom.Scene.crystal(cells=3, packing_fraction=0.3), precision="single", event_log=tmp_path / "e.h5"
     )
     sim.close()
     with pytest.raises(carom.FileError, match="cannot be replayed: its run was in single precision"):
@@ -62,4 +62,4 @@ def test_a_log_of_single_precision_is_not_replayed(tmp_path):
 
 def test_an_unknown_precision_is_refused():
     with pytest.raises(carom.InputError, match="precision"):
-        carom.Simulation(carom.Scene.fcc(cells=2, packing_fraction=0.3), precision="half")
+        carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.3), precision="half")

@@ -29,6 +29,7 @@ from carom.models.planes import Plane
 from carom.models.shaken import Shaken
 from carom.models.surfaces import Surface, Thermal
 from carom.ranges import Kind, Ranges, draw
+from helpers.mixtures import mixture
 
 SECONDS = 20
 """Time of the processor for one of them; each takes some milliseconds."""
@@ -78,13 +79,11 @@ def _caps():
 
 
 def _fluid(n=80, d=2, eta=0.3, **more):
-    return carom.Scene.random(n, d, packing_fraction=eta, seed=1, **more)
+    return carom.Scene.random(n, dimension=d, packing_fraction=eta, seed=1, **more)
 
 
 def _mixture(**more):
-    return carom.Scene.mixture(
-        [30, 30], diameters=[1.0, 0.5], dimension=2, packing_fraction=0.4, seed=1, **more
-    )
+    return mixture([30, 30], diameters=[1.0, 0.5], dimension=2, packing_fraction=0.4, seed=1, **more)
 
 
 WELL = carom.wells.SquareWell(1.5, 1.0)
@@ -92,12 +91,12 @@ WELL = carom.wells.SquareWell(1.5, 1.0)
 SCENES: dict[str, Any] = {
     "disks": lambda: (_fluid(), {}),
     "disks in lists": lambda: (_fluid(), {"neighbors": "lists"}),
-    "spheres": lambda: (carom.Scene.fcc(4, packing_fraction=0.4), {}),
-    "a small box": lambda: (carom.Scene.random(4, 2, box=3.0, seed=1), {}),
+    "spheres": lambda: (carom.Scene.crystal(cells=4, packing_fraction=0.4), {}),
+    "a small box": lambda: (carom.Scene.random(4, dimension=2, box=3.0, seed=1), {}),
     "a gas": lambda: (_fluid(6, 3, 1e-4), {}),
     "a mixture": lambda: (_mixture(), {"neighbors": "lists"}),
     "growing": lambda: (_mixture(), {"neighbors": "lists", "growth": 1e-3}),
-    "wells": lambda: (carom.Scene.fcc(3, density=0.4).with_(interaction=WELL), {}),
+    "wells": lambda: (carom.Scene.crystal(cells=3, density=0.4).with_(interaction=WELL), {}),
     "lossy": lambda: (_fluid(periodic=(True, False)).with_(restitution=0.9), {}),
     "pinned": lambda: (_fluid().with_(pinned=np.arange(5)), {}),
     "currents": lambda: (_mixture(), {"currents": True, "flights": True}),

@@ -203,7 +203,7 @@ def continued(folder):
         Thermal(floor_at(2, 1, 0), 1.0, seed=3),
         Surface(Segment((EDGE, 1.0), (EDGE, 4.0), 0.0, "patch"), LOSS),
     ]
-    scene = carom.Scene.random(4, 2, box=(EDGE, EDGE), periodic=False, seed=1, obstacles=obstacles)
+    scene = carom.Scene.random(4, dimension=2, box=(EDGE, EDGE), periodic=False, seed=1, obstacles=obstacles)
     whole = carom.Simulation(scene, seed=2)
     whole.run(time=40.0)
     whole.run(time=40.0)

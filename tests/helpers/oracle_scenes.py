@@ -17,6 +17,7 @@ import carom
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.to_tables import obstacle_to_table
 from carom.reference import NaiveSystem
+from helpers.mixtures import mixture
 from helpers.oracle import EPS, NUDGE, ROUNDINGS
 
 PER_PARTICLE = 10
@@ -148,7 +149,7 @@ def placed(n, box, seed, *, diameters=(0.6, 1.4), masses=(0.3, 3.0), **more):
     sizes = rng.uniform(*diameters, n) if diameters else np.ones(n)
     sizes[0] = max(sizes)
     heavy = np.exp(rng.uniform(*np.log(masses), n)) if masses else np.ones(n)
-    scene = carom.Scene.mixture([1] * n, diameters=sizes, masses=heavy, box=box, seed=seed, **more)
+    scene = mixture([1] * n, diameters=sizes, masses=heavy, box=box, seed=seed, **more)
     changes = (
         {"diameter": 1.0, "mass": 1.0, "species": None} if not (diameters or masses) else {"species": None}
     )
@@ -176,8 +177,11 @@ def in_a_small_box(d):
 def contact_matrix(d):
     kinds = np.arange(8) % 2
     contact = [[1.0, 0.9], [0.9, 0.6]] if d % 2 else [[1.0, 0.65], [0.65, 0.6]]
-    scene = carom.Scene.mixture(
-        [4, 4], diameters=[1.0, 0.6], masses=[1.0, 0.4], contact=contact, box=BOXES[d], seed=30 + d
+    scene = carom.Scene.random(
+        species=[carom.Species(count=4), carom.Species(count=4, diameter=0.6, mass=0.4)],
+        contact=contact,
+        box=BOXES[d],
+        seed=30 + d,
     )
     assert (np.sort(scene.species) == np.sort(kinds)).all()
     return case(moving(scene, d))
@@ -186,7 +190,12 @@ def contact_matrix(d):
 def contact_beyond_the_sum(d):
     """Unlike ones keep far more apart than their radii, in a box that just has room for lists."""
     contact = [[1.0, 1.1], [1.1, 0.3]]
-    scene = carom.Scene.mixture([2, 2], diameters=[1.0, 0.3], contact=contact, box=(5.6,) * d, seed=25 + d)
+    scene = carom.Scene.random(
+        species=[carom.Species(count=2), carom.Species(count=2, diameter=0.3)],
+        contact=contact,
+        box=(5.6,) * d,
+        seed=25 + d,
+    )
     return case(moving(scene, d))
 
 

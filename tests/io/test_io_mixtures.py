@@ -13,6 +13,7 @@ from helpers.frames import frames_of
 
 import carom
 import carom.io
+from carom import Species
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.scene.scene import Scene
@@ -137,8 +138,10 @@ def test_mdanalysis_selects_a_species_by_name(kind, tmp_path):
 
 
 def test_a_run_between_walls_is_written_and_started_again_from(tmp_path):
-    scene = Scene.mixture(
-        [4, 8], diameters=[1.0, 0.5], names=["a", "b"], box=(6.0, 5.0), periodic=[True, False]
+    scene = Scene.random(
+        species=[Species("a", count=4), Species("b", count=8, diameter=0.5)],
+        box=(6.0, 5.0),
+        periodic=[True, False],
     )
     frame = Frame(
         0.0,

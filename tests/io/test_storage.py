@@ -24,11 +24,11 @@ def amount(asked, scene, checkpoint=0):
 
 
 def test_small_systems_have_a_hundred_frames_in_two_formats():
-    assert amount(plan(), Scene.fcc(5, packing_fraction=0.45)) == (("h5md", "extxyz"), 100)
+    assert amount(plan(), Scene.crystal(cells=5, packing_fraction=0.45)) == (("h5md", "extxyz"), 100)
 
 
 def test_the_default_run_leaves_no_text_and_less_than_20_megabytes():
-    scene = Scene.fcc(8, packing_fraction=0.45)  # 2048 spheres
+    scene = Scene.crystal(cells=8, packing_fraction=0.45)  # 2048 spheres
     assert amount(plan(), scene) == (("h5md",), 100)
     assert 100 * scene.n * 3 * storage.BYTES["h5md"] < 20e6
 
@@ -42,7 +42,7 @@ def size(scene, formats, frames, state):
 @pytest.mark.parametrize(("cells", "frames"), [(3, 100), (6, 100), (14, 100), (29, 28)])
 def test_the_files_of_a_run_take_200_megabytes(cells, frames):
     """From 10^2 to 10^5 spheres, with the checkpoint."""
-    scene = Scene.fcc(cells, packing_fraction=0.45)
+    scene = Scene.crystal(cells=cells, packing_fraction=0.45)
     state = checkpoint.size_of_file(Simulation(scene, seed=1).machine)
     formats, found = amount(plan(), scene, state)
     assert found == frames
@@ -62,7 +62,7 @@ def kept(scene, state):
 
 def test_a_million_spheres_leave_no_room_for_a_frame_and_of_two_million_the_checkpoint_is_too_large():
     """What a state takes is in proportion to N."""
-    scene = Scene.fcc(63, packing_fraction=0.45)
+    scene = Scene.crystal(cells=63, packing_fraction=0.45)
     sim = Simulation(scene, seed=1)
     sim.run(time=0.0)
     state = checkpoint.size_of_file(sim.machine)
@@ -85,14 +85,16 @@ def test_a_million_of_any_kind_take_200_megabytes(kind, tmp_path):
     """Written, and in random order: diffusion makes neighbours as random, and checkpoints as large."""
     m = 10**6
     scene = {
-        "spheres": lambda: Scene.fcc(63, packing_fraction=0.45),
-        "a crystal": lambda: Scene.fcc(63, packing_fraction=0.6),
-        "dilute": lambda: Scene.fcc(63, packing_fraction=0.1),
-        "a mixture": lambda: Scene.mixture([m // 2] * 2, diameters=[1.0, 0.5], packing_fraction=0.4),
+        "spheres": lambda: Scene.crystal(cells=63, packing_fraction=0.45),
+        "a crystal": lambda: Scene.crystal(cells=63, packing_fraction=0.6),
+        "dilute": lambda: Scene.crystal(cells=63, packing_fraction=0.1),
+        "a mixture": lambda: Scene.random(
+            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.5]), packing_fraction=0.4
+        ),
         "disks": lambda: Scene.random(m, dimension=2, packing_fraction=0.6),
         "dilute disks": lambda: Scene.random(m, dimension=2, packing_fraction=0.2),
-        "a mixture of disks": lambda: Scene.mixture(
-            [m // 2] * 2, diameters=[1.0, 0.7], dimension=2, packing_fraction=0.5
+        "a mixture of disks": lambda: Scene.random(
+            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.7]), dimension=2, packing_fraction=0.5
         ),
     }[kind]()
     order = np.random.default_rng(1).permutation(scene.n)
@@ -124,7 +126,7 @@ def test_frames_become_fewer_the_larger_a_system_is(count, frames):
 @pytest.mark.parametrize("equal", [True, False])
 def test_a_packed_checkpoint_holds_the_same_bits_and_is_as_small_as_is_thought(equal, tmp_path, monkeypatch):
     """In random order, as diffusion makes it: numbers of neighbours are then as random as they can be."""
-    scene = Scene.fcc(10, packing_fraction=0.45)
+    scene = Scene.crystal(cells=10, packing_fraction=0.45)
     order = np.random.default_rng(1).permutation(scene.n)
     sim = Simulation(Scene(scene.positions[order], scene.box), seed=1)
     sim.run(time=0.0)
@@ -152,7 +154,7 @@ def test_disks_take_as_much_as_spheres():
 
 
 def test_what_is_asked_for_is_written_whatever_its_size():
-    scene = Scene.fcc(14, packing_fraction=0.45)
+    scene = Scene.crystal(cells=14, packing_fraction=0.45)
     assert amount(plan(1000, ("extxyz", "gsd")), scene) == (("extxyz", "gsd"), 1000)
     assert amount(plan(1000), scene) == (("h5md",), 1000)
     assert amount(plan(7), scene) == (("h5md", "extxyz"), 7)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
 import carom
 from carom.errors import InputError
@@ -24,7 +25,7 @@ FOUR_SIGMA = 4.0
 
 
 def disks(drive, **changes):
-    return carom.Scene.random(64, 2, packing_fraction=0.3, seed=1).with_(drive=drive, **changes)
+    return carom.Scene.random(64, dimension=2, packing_fraction=0.3, seed=1).with_(drive=drive, **changes)
 
 
 def same(a, b):
@@ -61,7 +62,7 @@ def test_disks_in_a_bath_have_the_energies_of_the_canonical_distribution(drive):
 @SLOW
 def test_each_species_has_the_temperature_of_its_bath():
     sizes = {"diameters": [1, 0.5], "masses": [1, 4]}
-    scene = carom.Scene.mixture([20, 20], **sizes, dimension=2, packing_fraction=0.02)
+    scene = mixture([20, 20], **sizes, dimension=2, packing_fraction=0.02)
     sim = carom.Simulation(scene.with_(drive=Andersen((1.0, 3.0), rate=200.0)), seed=1)
     sim.run(time=1.0)
     # So often that collisions take no heat from one to the other: 0.02 of them come between two kicks.
@@ -73,7 +74,9 @@ def test_each_species_has_the_temperature_of_its_bath():
 @pytest.mark.parametrize("d", [1, pytest.param(2, marks=SLOW), pytest.param(3, marks=SLOW)])
 def test_a_free_particle_forgets_its_velocity_at_the_rate_of_the_bath(d):
     """<v(0) v(t)> = (kT / m) exp(-rate t): events of a Poisson process."""
-    scene = carom.Scene.random(256, d, box=(4e7,) * d, seed=1, mass=2.0).with_(drive=Andersen(3.0, rate=0.5))
+    scene = carom.Scene.random(256, dimension=d, box=(4e7,) * d, seed=1, mass=2.0).with_(
+        drive=Andersen(3.0, rate=0.5)
+    )
     sim = carom.Simulation(scene, kT=3.0, seed=1)
     v = np.array([f.velocities for f in sim.sample(every=1.0, count=400)])
     assert sim.collisions < 100  # points, nearly
@@ -86,7 +89,7 @@ def test_a_free_particle_forgets_its_velocity_at_the_rate_of_the_bath(d):
     "drive", [Brownian(3.0, step=0.5), Langevin(3.0, friction=2.0, step=0.5)], ids=["Brownian", "Langevin"]
 )
 def test_a_free_particle_diffuses_as_its_steps_say(drive):
-    scene = carom.Scene.random(256, 1, box=(4e7,), seed=1, mass=2.0).with_(drive=drive)
+    scene = carom.Scene.random(256, dimension=1, box=(4e7,), seed=1, mass=2.0).with_(drive=drive)
     sim = carom.Simulation(scene, kT=3.0, seed=1)
     x = np.array([f.unwrapped[:, 0] for f in sim.sample(every=20.0, count=400)])
     square = np.mean(np.diff(x, axis=0) ** 2, axis=1)
@@ -117,7 +120,9 @@ def test_two_disks_in_a_bath_are_bound_with_the_probability_of_boltzmann():
 
 @SLOW
 def test_heavy_disks_in_a_bath_stand_at_the_heights_of_the_barometric_formula():
-    scene = carom.Scene.random(8, 2, box=(60.0, 9.0), periodic=[True, False], mass=2.0, seed=1, diameter=1e-3)
+    scene = carom.Scene.random(
+        8, dimension=2, box=(60.0, 9.0), periodic=[True, False], mass=2.0, seed=1, diameter=1e-3
+    )
     scene = scene.with_(motion=Gravity((0.0, -0.5)), drive=Andersen(1.5, rate=0.3))
     sim = carom.Simulation(scene, kT=1.5, seed=1)
     heights = np.array([f.positions[:, 1].mean() for f in sim.sample(every=3.0, count=6000)])
@@ -131,7 +136,7 @@ def test_heavy_disks_in_a_bath_stand_at_the_heights_of_the_barometric_formula():
 def test_white_noise_gives_what_contacts_lose(d):
     """van Noije and Ernst, Granular Matter 1 (1998) 57; in a box too small for waves of velocity."""
     e, power = 0.9, 0.1
-    scene = carom.Scene.random(256, d, packing_fraction=0.05, restitution=e, seed=1)
+    scene = carom.Scene.random(256, dimension=d, packing_fraction=0.05, restitution=e, seed=1)
     sim = carom.Simulation(scene.with_(drive=WhiteNoise(power, rate=20.0)), seed=1)
     sim.run(collisions_per_particle=100)
     before, start = sim.kT, sim.time
@@ -299,7 +304,9 @@ def test_what_makes_no_sense_is_one_sentence(make, says):
 
 
 def test_several_workers_are_refused_for_a_driven_scene():
-    scene = carom.Scene.random(6000, 2, packing_fraction=0.3, seed=1).with_(drive=Andersen(1.0, 1.0))
+    scene = carom.Scene.random(6000, dimension=2, packing_fraction=0.3, seed=1).with_(
+        drive=Andersen(1.0, 1.0)
+    )
     with pytest.raises(InputError, match="its drive"):
         carom.Simulation(scene, workers=2)
 

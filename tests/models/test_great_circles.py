@@ -223,5 +223,5 @@ def test_a_plain_scene_is_told_nothing_of_spheres():
     found = carom.explain(on_sphere(4))
     assert found.models["motion"] == "Circles"
     assert found.neighbors.startswith("all pairs")
-    plain = carom.explain(carom.Scene.fcc(2, packing_fraction=0.3))
+    plain = carom.explain(carom.Scene.crystal(cells=2, packing_fraction=0.3))
     assert "Circles" not in plain.models.values()

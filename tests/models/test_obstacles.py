@@ -132,7 +132,7 @@ def test_one_component_may_just_fit_between_two_walls():
     ],
 )
 def test_spheres_are_placed_outside_of_obstacles(box, periodic, obstacle):
-    scene = Scene.random(40, len(box), box=box, periodic=periodic, obstacles=[obstacle], seed=4)
+    scene = Scene.random(40, dimension=len(box), box=box, periodic=periodic, obstacles=[obstacle], seed=4)
     gaps = obstacle.gap(scene.positions, 0.5 * scene.diameters, scene.box, scene.periodic)
     assert gaps.min() >= 0
     assert gaps.min() < 1
@@ -140,7 +140,7 @@ def test_spheres_are_placed_outside_of_obstacles(box, periodic, obstacle):
 
 def test_a_container_without_room_is_refused():
     with pytest.raises(InputError, match="No random placement"):
-        Scene.random(40, 2, box=20.0, periodic=False, obstacles=[SphericalContainer((9, 9), 2.0)])
+        Scene.random(40, dimension=2, box=20.0, periodic=False, obstacles=[SphericalContainer((9, 9), 2.0)])
 
 
 @pytest.mark.parametrize(

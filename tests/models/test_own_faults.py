@@ -31,7 +31,7 @@ from carom.models.wells import SquareWell
 from carom.simulation.replay import Replay
 from carom.simulation.run_state import RunState
 
-SCENE = carom.Scene.random(30, 2, packing_fraction=0.3, seed=1)
+SCENE = carom.Scene.random(30, dimension=2, packing_fraction=0.3, seed=1)
 
 
 class Answering(NamedTuple):
@@ -475,7 +475,9 @@ class Remembering(Parity):
 
 @pytest.mark.parametrize("kind", [Counted, Aged])
 def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
-    scene = carom.Scene.triangular(20, packing_fraction=0.4).with_(interaction=Remembering(kind=kind))
+    scene = carom.Scene.crystal(cells=20, dimension=2, packing_fraction=0.4).with_(
+        interaction=Remembering(kind=kind)
+    )
     with pytest.raises(InputError, match="one worker only, because of a pair model with a memory"):
         carom.Simulation(scene, workers=2)
 

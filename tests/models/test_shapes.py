@@ -114,7 +114,9 @@ def test_many_shapes_in_two_dimensions_let_nobody_through():
         Triangle((11.0, 10.0), (13.0, 10.0), (12.0, 12.5), radius=0.2, name="wedge"),
         Arc((8.0, 12.0), 1.5, start=180.0, angle=200.0, name="bowl"),
     ]
-    start = carom.Scene.random(30, 2, packing_fraction=0.1, seed=3, periodic=False, obstacles=obstacles)
+    start = carom.Scene.random(
+        30, dimension=2, packing_fraction=0.1, seed=3, periodic=False, obstacles=obstacles
+    )
     sim = carom.Simulation(start, seed=1)
     # Within the walls of the house nobody starts: whoever is inside later has gone through a wall.
     from matplotlib.path import Path
@@ -140,7 +142,7 @@ def test_solids_in_three_dimensions_stand_in_every_image():
         Triangle((3.0, 7.0, 3.0), (5.0, 7.5, 3.5), (4.0, 9.0, 5.0), name="facet"),
     ]
     sim = carom.Simulation(
-        carom.Scene.random(60, 3, packing_fraction=0.03, seed=2, obstacles=obstacles), seed=1
+        carom.Scene.random(60, dimension=3, packing_fraction=0.03, seed=2, obstacles=obstacles), seed=1
     )
     for frame in sim.sample(every=1.0, count=60):
         for obstacle in obstacles:

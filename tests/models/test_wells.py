@@ -46,7 +46,7 @@ TABLE = StepTable([[AA, AB], [AB, CORE]])
 
 def scattered(n, d, interaction, fraction, seed=1, kT=1.0, **more):
     rng = np.random.default_rng(seed)
-    places = carom.Scene.random(n, d, packing_fraction=fraction, seed=seed)
+    places = carom.Scene.random(n, dimension=d, packing_fraction=fraction, seed=seed)
     v = math.sqrt(kT) * rng.normal(size=(n, d))
     return carom.Scene(places.positions, places.box, velocities=v, interaction=interaction, **more)
 
@@ -109,7 +109,7 @@ def test_a_bonded_chain_in_a_well_follows_the_naive_algorithm():
 
 
 def fluid(kT=1.5, cells=3, density=0.4, **settings):
-    scene = carom.Scene.fcc(cells, density=density).with_(interaction=SquareWell(1.5, 1.0))
+    scene = carom.Scene.crystal(cells=cells, density=density).with_(interaction=SquareWell(1.5, 1.0))
     return carom.Simulation(scene, kT=kT, seed=2, **settings)
 
 
@@ -170,7 +170,7 @@ def test_a_run_that_is_saved_and_resumed_has_the_same_bits(tmp_path):
 
 
 def test_a_logged_run_is_replayed_bit_for_bit_with_the_kinds_of_its_events(tmp_path):
-    places = carom.Scene.triangular(8, packing_fraction=0.35)
+    places = carom.Scene.crystal(cells=8, dimension=2, packing_fraction=0.35)
     scene = places.with_(interaction=TABLE, species=np.arange(places.n) % 2)
     sim = carom.Simulation(scene, seed=3, kT=1.2, event_log=tmp_path / "log.h5")
     sim.run(collisions=2000)
@@ -264,7 +264,7 @@ def test_ends_of_ideal_chains_are_apart_as_links_of_free_joints_are():
     ("width", "depth", "kT"), [(1.5, 1.0, 1e-9), (1.5, 1e9, 1.0), (1.0 + 1e-6, 1.0, 0.3)]
 )
 def test_cold_deep_and_narrow_wells_keep_their_energy(width, depth, kT):
-    scene = carom.Scene.fcc(3, density=0.5).with_(interaction=SquareWell(width, depth))
+    scene = carom.Scene.crystal(cells=3, density=0.5).with_(interaction=SquareWell(width, depth))
     sim = carom.Simulation(scene, kT=kT, seed=1)
     sim.run(collisions=10_000)
     total = 1.5 * kT * scene.n + depth * sim.steps.bonds_per_particle * scene.n
@@ -276,7 +276,7 @@ def test_cold_deep_and_narrow_wells_keep_their_energy(width, depth, kT):
 
 def test_hysteretic_steps_lose_what_their_energies_differ_by():
     steps = Steps([1.0, 1.5], [INF, -1.0], leaving=[INF, -1.5])
-    scene = carom.Scene.fcc(3, density=0.3).with_(interaction=StepTable(steps))
+    scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=StepTable(steps))
     sim = carom.Simulation(scene, kT=3.0, seed=1)
     kinetic = 0.5 * float((sim.frame().velocities ** 2).sum())
     start, before = kinetic + sim.potential_energy, sim.steps.out
@@ -410,7 +410,7 @@ def test_bad_steps_are_refused_in_a_sentence(make, sentence):
 
 
 def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
-    well, cubic = SquareWell(1.5, 1.0), carom.Scene.fcc(3, density=0.4)
+    well, cubic = SquareWell(1.5, 1.0), carom.Scene.crystal(cells=3, density=0.4)
     with pytest.raises(InputError, match="components of one diameter"):
         cubic.with_(diameter=np.where(np.arange(cubic.n) % 2, 1.0, 0.8), interaction=well)
     with pytest.raises(InputError, match="Steps are given for 2 species"):
@@ -439,7 +439,7 @@ def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
 
 @pytest.mark.parametrize(("depth", "kT"), [(1e14, 1.0), (-1e27, 1.0), (1.0, 1e-14), (1e20, 1e6)])
 def test_steps_beyond_the_digits_of_a_thermal_energy_are_refused(depth, kT):
-    scene = carom.Scene.fcc(3, density=0.4).with_(interaction=SquareWell(1.5, depth))
+    scene = carom.Scene.crystal(cells=3, density=0.4).with_(interaction=SquareWell(1.5, depth))
     with pytest.raises(InputError, match=r"high, where kT is \S+; expected at most 8\.8e\+12 kT"):
         carom.Simulation(scene, kT=kT, seed=1)
     usual = carom.Simulation(scene, kT=abs(depth), seed=1)
@@ -456,11 +456,11 @@ def test_steps_beyond_the_digits_of_a_thermal_energy_are_refused(depth, kT):
 
 
 def test_a_scene_without_steps_has_none_of_it():
-    plain = carom.explain(carom.Scene.fcc(4, packing_fraction=0.45), neighbors="lists")
+    plain = carom.explain(carom.Scene.crystal(cells=4, packing_fraction=0.45), neighbors="lists")
     assert plain.models["boundary"] == "NearestImage"
     assert "steps of pairs" in plain.absent
     assert not [array.name for array in plain.arrays if "steps" in array.name]
-    with_steps = carom.explain(carom.Scene.fcc(4, density=0.5).with_(interaction=SquareWell()))
+    with_steps = carom.explain(carom.Scene.crystal(cells=4, density=0.5).with_(interaction=SquareWell()))
     assert with_steps.models["pair"] == "StepPairs"
     assert "steps of pairs" not in with_steps.absent
 
@@ -468,7 +468,7 @@ def test_a_scene_without_steps_has_none_of_it():
 @pytest.mark.slow
 def test_a_dilute_gas_has_the_exact_virial_coefficients():
     rho, well = 0.03, SquareWell(1.5, 1.0)
-    scene = carom.Scene.fcc(5, density=rho).with_(interaction=well)
+    scene = carom.Scene.crystal(cells=5, density=rho).with_(interaction=well)
     sim = carom.Simulation(scene, kT=2.0, seed=4)
     for _ in range(6):
         sim.run(collisions_per_particle=60)

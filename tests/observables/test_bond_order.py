@@ -36,8 +36,8 @@ def measured(frame, **settings):
     return order.result()
 
 
-FCC = carom.Scene.fcc(cells=4, packing_fraction=0.6)
-TRIANGULAR = carom.Scene.triangular(cells=(12, 12), packing_fraction=0.7)
+FCC = carom.Scene.crystal(cells=4, packing_fraction=0.6)
+TRIANGULAR = carom.Scene.crystal(dimension=2, cells=(12, 12), packing_fraction=0.7)
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ TRIANGULAR = carom.Scene.triangular(cells=(12, 12), packing_fraction=0.7)
     [
         (FCC, 4, 0.1909407),  # q_l of the crystals: Mickel et al., J. Chem. Phys. 138, 044501 (2013)
         (FCC, 6, 0.5745243),
-        (carom.Scene.cubic(cells=(5, 5, 5), packing_fraction=0.4), 4, 0.7637626),
+        (carom.Scene.crystal(lattice="cubic", cells=(5, 5, 5), packing_fraction=0.4), 4, 0.7637626),
         (TRIANGULAR, 6, 1.0),
         (TRIANGULAR, 4, 0.0),
     ],
@@ -153,7 +153,7 @@ def test_neighbours_do_not_depend_on_the_first_layer_of_images(periodic, crowd, 
 
 def test_a_point_that_two_cells_share_makes_no_neighbours():
     for d in (2, 3):
-        scene = carom.Scene.on(lattices.cubic(d), 4, packing_fraction=0.3)
+        scene = carom.Scene.crystal(lattice=lattices.cubic(d), cells=4, packing_fraction=0.3)
         assert measured(frame_of(scene), l=4, voronoi=True).neighbors.mean == 2 * d
         room, rng = Room(np.full(d, 4.0), np.full(d, True)), np.random.default_rng(1)
         rounded = np.indices((4,) * d).reshape(d, -1).T + 0.5 + 1e-12 * rng.standard_normal((4**d, d))
@@ -182,7 +182,7 @@ def test_the_correlation_is_one_in_a_crystal_and_nothing_in_a_gas():
 
 
 def test_an_order_on_the_way_is_that_of_the_trajectory_file(tmp_path):
-    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     on_the_way, profile = BondOrder(reach=1.5), carom.observables.DensityProfile(bins=8)
     with io.open(tmp_path / "run.h5md", "w") as trajectory:
         for frame in sim.sample(every=0.5, count=20):

@@ -42,13 +42,15 @@ def tonks():
     share is 4 %.
     """
     n, rho = 4000, 0.5
-    return lambda seed: carom.Scene.random(n, 1, density=rho, seed=seed), 1 / n + (n - 1) / n / (1 - rho)
+    return lambda seed: carom.Scene.random(n, dimension=1, density=rho, seed=seed), 1 / n + (n - 1) / n / (
+        1 - rho
+    )
 
 
 @functools.cache
 def fluid():
     """Spheres at packing fraction 0.3, against a long run."""
-    scene = carom.Scene.fcc(cells=3, packing_fraction=0.3)
+    scene = carom.Scene.crystal(cells=3, packing_fraction=0.3)
     sim = carom.Simulation(scene, seed=99, images=False)
     sim.run(collisions_per_particle=200)
     known = sim.measure(carom.Pressure(blocks=1024), collisions=LONG).compressibility_factor

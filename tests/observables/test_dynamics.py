@@ -19,7 +19,7 @@ SIX = 6.0
 @pytest.fixture(scope="module")
 def frames():
     """Return 200 frames of a fluid."""
-    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     sim.run(collisions_per_particle=30)
     return list(sim.sample(every=0.0625, count=200))
 
@@ -102,7 +102,7 @@ def test_a_trajectory_file_gives_the_same(frames, found, tmp_path):
 
 
 def test_measure_takes_it_as_it_is():
-    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     result = sim.measure(Dynamics(blocks=64), time=8.0)
     assert result.times[0] == 0.125
     assert "mean square displacement" in str(result)
@@ -133,7 +133,7 @@ def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coup
     z = theory.best(3)(eta)
     enskog = theory.enskog(z, eta, 3)
     diffusion = enskog.self_diffusion * theory.erpenbeck_wood(eta)
-    sim = carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=eta), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=10, packing_fraction=eta), seed=1)
     sim.run(collisions_per_particle=100)
     found = sim.measure(Dynamics(blocks=12000), time=3000.0)
     octant = np.indices((15, 15, 15)).reshape(3, -1)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixed
 from scipy.signal import lfilter
 from scipy.stats import binom
 
@@ -154,10 +155,7 @@ def test_species_are_named_that_exchange_energy_more_slowly_than_the_stretch_las
 
 
 def mixture_of_disks(mass):
-    return carom.Scene.mixture(
-        [30, 30], diameters=[1.0, 1.0], masses=[mass, 1.0], dimension=2, packing_fraction=0.1,
-        names=["big", "small"],
-    )  # fmt: skip
+    return carom.Scene.random(species=[carom.Species("big", count=30, mass=mass), carom.Species("small", count=30)], dimension=2, packing_fraction=0.1)  # fmt: skip
 
 
 def test_measure_says_that_a_stretch_is_short_for_heavy_disks():
@@ -172,8 +170,10 @@ def test_measure_says_that_a_stretch_is_short_for_heavy_disks():
 def test_the_few_that_hold_nearly_all_mass_are_not_cold():
     """Two hold 99 % of the mass. Momentum is conserved, so <m v^2> is d kT (1 - m / M): half for them."""
     counts, dice = (2, 20), np.random.default_rng(1)
-    scene = carom.Scene.mixture(
-        counts, diameters=(1.0, 0.5), masses=(1000.0, 1.0), packing_fraction=0.01, seed=1
+    scene = carom.Scene.random(
+        species=mixed(counts=counts, diameters=(1.0, 0.5), masses=(1000.0, 1.0)),
+        packing_fraction=0.01,
+        seed=1,
     )
     machine = SimpleNamespace(scene=scene, system=SimpleNamespace(rates=None, elastic=True))
     thermometer = Thermometer(machine)
@@ -220,7 +220,7 @@ def test_rods_on_a_line_never_freeze():
 
 
 def test_a_short_run_near_freezing_says_that_its_error_bar_is_too_small():
-    scene = carom.Scene.random(108, 3, packing_fraction=0.49, seed=1)
+    scene = carom.Scene.random(108, dimension=3, packing_fraction=0.49, seed=1)
     sim = carom.Simulation(scene, seed=2)
     sim.run(collisions_per_particle=50)
     with pytest.warns(CaromWarning, match=r"moved by 0\.[3-9]\d* mean spacings .* as long"):
@@ -229,7 +229,7 @@ def test_a_short_run_near_freezing_says_that_its_error_bar_is_too_small():
 
 
 def test_a_crystal_beyond_freezing_is_not_doubted():
-    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.58), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.58), seed=1)
     sim.run(collisions_per_particle=50)
     sim.measure(carom.Pressure(), collisions_per_particle=100)
 
@@ -243,7 +243,7 @@ STATES = [(3, 0.30), (3, 0.45), (3, 0.49), (3, 0.494), (2, 0.68), (2, 0.70), (2,
 def test_errors_of_short_runs_near_freezing_are_right_or_said_to_be_too_small(d, eta, length):
     # One long run in 200 stretches: its mean is known ten times as well as that of one of them.
     runs = 200
-    sim = carom.Simulation(carom.Scene.random(256, d, packing_fraction=eta, seed=5), seed=6)
+    sim = carom.Simulation(carom.Scene.random(256, dimension=d, packing_fraction=eta, seed=5), seed=6)
     sim.run(collisions_per_particle=2000)
     means, errors, silent = [], [], []
     for _ in range(runs):

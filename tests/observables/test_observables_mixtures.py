@@ -7,9 +7,10 @@ import math
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixed
 
 import carom
-from carom import theory
+from carom import Species, theory
 from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
@@ -53,7 +54,12 @@ def test_an_ideal_mixture_has_partial_distributions_of_one(dimension, pair):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_partial_counts_are_those_of_every_pair_one_by_one(dimension):
-    scene = Scene.mixture([12, 20], diameters=[1.0, 0.6], dimension=dimension, packing_fraction=0.25, seed=3)
+    scene = Scene.random(
+        species=[Species(count=12), Species(count=20, diameter=0.6)],
+        dimension=dimension,
+        packing_fraction=0.25,
+        seed=3,
+    )
     frame = frame_of(scene.positions, scene.diameters, scene.species, scene.box, names=("big", "small"))
     total = 0
     for a, b in ((0, 0), (0, 1), (1, 1)):
@@ -86,7 +92,9 @@ def test_species_may_touch_at_a_distance_of_their_own():
 
 
 def test_the_same_partial_distribution_comes_through_mdanalysis():
-    scene = Scene.mixture([60, 90], diameters=[1.0, 0.6], packing_fraction=0.3, seed=5)
+    scene = Scene.random(
+        species=[Species(count=60), Species(count=90, diameter=0.6)], packing_fraction=0.3, seed=5
+    )
     frame = frame_of(scene.positions, scene.diameters, scene.species, scene.box, names=("big", "small"))
     universe = carom.io.universe([frame])
     end = 0.5 * scene.box[0] - 1e-3
@@ -123,7 +131,7 @@ def test_a_pair_that_is_none_is_refused(arguments, says):
 
 
 def test_walls_and_frames_without_species_are_refused():
-    scene = Scene.random(10, 2, box=8.0)
+    scene = Scene.random(10, dimension=2, box=8.0)
     plain = Frame(0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses)
     with pytest.raises(InputError, match="no species"):
         rdf([plain], pair=(0, 1))
@@ -179,7 +187,7 @@ def test_the_pressure_of_a_mixture_needs_no_diameter():
 def test_contact_values_of_a_binary_fluid_are_those_of_bmcsl():
     """Partial contact values of 1 : 0.5 at packing fraction 0.3, within errors and the 1 % of the theory."""
     diameters = [1.0, 0.5]
-    scene = Scene.mixture([400, 400], diameters=diameters, packing_fraction=0.3, seed=1)
+    scene = Scene.random(species=mixed(counts=[400, 400], diameters=diameters), packing_fraction=0.3, seed=1)
     sim = carom.Simulation(scene, seed=2)
     sim.run(collisions_per_particle=100)
     frames = list(sim.sample(every=0.2, count=400))

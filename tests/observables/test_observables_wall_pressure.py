@@ -251,7 +251,7 @@ def pulls_of_walls(d, n, eta, periodic, seeds, which=0, per_particle=128, obstac
     found = []
     for seed in range(seeds):
         scene = carom.Scene.random(
-            n, d, packing_fraction=eta, periodic=periodic, seed=seed, obstacles=obstacles
+            n, dimension=d, packing_fraction=eta, periodic=periodic, seed=seed, obstacles=obstacles
         )
         sim = carom.Simulation(scene, seed=seed)
         sim.run(collisions_per_particle=30)

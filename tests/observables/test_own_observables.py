@@ -14,7 +14,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "transport.md"
 
 @pytest.fixture
 def sim():
-    return carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    return carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
 
 
 class Energies:
@@ -65,7 +65,7 @@ def test_what_update_returns_gets_an_error_bar(sim):
 def test_measure_and_sample_show_an_observable_the_same_frames(sim):
     measured = sim.measure(Displacements(), time=2.0)
     assert len(measured) == 5  # at the start, and after each block
-    again = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    again = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     seen = Displacements()
     seen.update(again.frame())
     for frame in again.sample(every=0.5, count=4):
@@ -75,7 +75,7 @@ def test_measure_and_sample_show_an_observable_the_same_frames(sim):
 
 def test_error_bars_of_a_loop_are_those_of_measure(sim):
     measured = sim.measure(Energies(), time=2.0)
-    again = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    again = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     energies = Energies()
     values = [energies.update(again.frame())]
     values += [energies.update(frame) for frame in again.sample(every=0.25, count=8)]

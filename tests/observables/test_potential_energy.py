@@ -87,7 +87,7 @@ def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
 @pytest.fixture(scope="module")
 def fluid():
     """Return a fluid of wells that was brought to kT = 3 at a density of 0.3."""
-    scene = carom.Scene.fcc(4, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+    scene = carom.Scene.crystal(cells=4, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
     sim = carom.Simulation(scene, seed=3)
     sim.equilibrate(3.0, collisions_per_particle=600)
     return sim
@@ -123,7 +123,7 @@ def test_the_energy_can_be_measured_to_an_error(fluid):
 def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
     pulls = []
     for seed in range(6):
-        scene = carom.Scene.fcc(3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+        scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
         sim = carom.Simulation(scene, kT=3.0, seed=seed)
         sim.equilibrate(3.0, collisions_per_particle=1600)
         kT = sim.measure(carom.PotentialEnergy(), collisions_per_particle=600).kT
@@ -133,7 +133,7 @@ def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
 
 
 def test_hard_spheres_are_brought_to_a_temperature_too():
-    sim = carom.Simulation(carom.Scene.fcc(3, packing_fraction=0.2), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.2), seed=1)
     sim.equilibrate(0.5, collisions_per_particle=5)
     assert sim.kT == pytest.approx(0.5, rel=1e-12)
     assert sim.collisions == round(2.5 * sim.scene.n)
@@ -147,11 +147,15 @@ def falling():
 @pytest.mark.parametrize(
     ("scene", "settings", "reason"),
     [
-        (lambda: carom.Scene.fcc(2, packing_fraction=0.2).with_(restitution=0.9), {}, "contacts or rules"),
-        (lambda: carom.Scene.fcc(2, packing_fraction=0.2), {"growth": 0.01}, "leave out growth"),
+        (
+            lambda: carom.Scene.crystal(cells=2, packing_fraction=0.2).with_(restitution=0.9),
+            {},
+            "contacts or rules",
+        ),
+        (lambda: carom.Scene.crystal(cells=2, packing_fraction=0.2), {"growth": 0.01}, "leave out growth"),
         (falling, {}, "mean of kT"),
         (
-            lambda: carom.Scene.fcc(3, density=0.3).with_(
+            lambda: carom.Scene.crystal(cells=3, density=0.3).with_(
                 interaction=StepTable(Steps([1.0, 1.3], [INF, -0.2], leaving=[INF, -0.6]))
             ),
             {},
@@ -166,10 +170,10 @@ def test_a_run_without_a_lasting_temperature_is_not_brought_to_one(scene, settin
 
 
 def test_where_nothing_has_a_potential_energy_none_is_measured():
-    sim = carom.Simulation(carom.Scene.fcc(2, packing_fraction=0.2))
+    sim = carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.2))
     with pytest.raises(InputError, match="no steps"):
         sim.measure(carom.PotentialEnergy(), collisions_per_particle=10)
-    well = carom.Simulation(carom.Scene.fcc(3, density=0.3).with_(interaction=SquareWell()))
+    well = carom.Simulation(carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell()))
     with pytest.raises(InputError, match=r"Simulation\.blocks"):
         well.estimate(carom.PotentialEnergy(), [well.run(collisions=10)])
 

@@ -18,7 +18,7 @@ PRESSURE = carom.Pressure()
 
 @pytest.fixture
 def sim():
-    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     sim.run(collisions_per_particle=50)
     return sim
 
@@ -138,7 +138,7 @@ def test_merged_blocks_add_up():
 
 def test_anticorrelated_blocks_do_not_wait_for_ever():
     # Ten rods on a ring move periodically: blocking always ends with 16 blocks, fewer than the floor.
-    sim = carom.Simulation(carom.Scene.random(10, 1, density=0.5, seed=1), seed=1)
+    sim = carom.Simulation(carom.Scene.random(10, dimension=1, density=0.5, seed=1), seed=1)
     with warnings.catch_warnings():
         warnings.simplefilter("error", CaromWarning)  # that max_walltime came first
         z = sim.measure(PRESSURE, relative_error=1e-3, max_walltime=30.0).compressibility_factor

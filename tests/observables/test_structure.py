@@ -11,7 +11,12 @@ from carom.observables import DensityProfile, Dynamics, PairDistribution
 
 @pytest.mark.usefixtures("unscheduled")
 def test_a_profile_of_a_species_that_is_not_there_is_refused():
-    scene = carom.Scene.mixture([5, 5], diameters=[1.0, 0.5], packing_fraction=0.05, dimension=2, seed=1)
+    scene = carom.Scene.random(
+        species=[carom.Species(count=5), carom.Species(count=5, diameter=0.5)],
+        packing_fraction=0.05,
+        dimension=2,
+        seed=1,
+    )
     frame = carom.Simulation(scene).frame()
     DensityProfile(species=1).update(frame)
     with pytest.raises(InputError, match="species is 2; known are 0, 1"):
@@ -19,7 +24,7 @@ def test_a_profile_of_a_species_that_is_not_there_is_refused():
 
 
 def test_a_uniform_fluid_has_a_flat_profile():
-    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     sim.run(collisions_per_particle=30)
     found = sim.measure(DensityProfile(axis=1, bins=8, blocks=128), collisions_per_particle=200)
     assert len(found.middle) == 8
@@ -62,13 +67,13 @@ def test_the_profile_of_a_species_counts_that_species_alone():
 
 
 def test_an_axis_that_is_none_is_refused():
-    frame = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3)).frame()
+    frame = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3)).frame()
     with pytest.raises(InputError, match="axis"):
         DensityProfile(axis=3).update(frame)
 
 
 def test_running_coordination_counts_the_shells_of_a_crystal():
-    scene = carom.Scene.fcc(cells=4, packing_fraction=0.5)
+    scene = carom.Scene.crystal(cells=4, packing_fraction=0.5)
     frame = carom.Simulation(scene).frame()
     found = carom.rdf([frame], rmax=2.2, width=0.05)
     nearest = (0.5 * np.sqrt(2.0)) * scene.box[0] / 4
@@ -81,7 +86,7 @@ def test_running_coordination_counts_the_shells_of_a_crystal():
 
 
 def test_several_observables_share_one_pass_and_g_of_r_is_that_of_stored_frames():
-    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     pairs, moved, profile = PairDistribution(rmax=2.0), Dynamics(), DensityProfile(bins=4)
     frames = []
     for frame in sim.sample(every=0.25, count=20):
@@ -96,7 +101,7 @@ def test_several_observables_share_one_pass_and_g_of_r_is_that_of_stored_frames(
 
 
 def test_error_bars_of_running_coordination_are_the_scatter_of_runs():
-    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.4), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.4), seed=1)
     sim.run(collisions_per_particle=50)
     found = [
         sim.measure(PairDistribution(rmax=1.75, width=0.05, blocks=32), time=8.0).coordination()
@@ -110,8 +115,11 @@ def test_error_bars_of_running_coordination_are_the_scatter_of_runs():
 
 
 def test_running_coordination_of_two_species_counts_each_others_neighbours():
-    scene = carom.Scene.mixture(
-        [20, 40], diameters=[1.0, 1.0], names=("a", "b"), dimension=3, packing_fraction=0.2, seed=1
+    scene = carom.Scene.random(
+        species=[carom.Species("a", count=20), carom.Species("b", count=40)],
+        dimension=3,
+        packing_fraction=0.2,
+        seed=1,
     )
     still = np.zeros_like(scene.positions)
     frame = Frame(

@@ -121,7 +121,7 @@ def test_error_bars_of_any_obstacle_cover(name, periodic, obstacles):
     runs, forces = 100, []
     for seed in range(runs):
         scene = carom.Scene.random(
-            60, 2, packing_fraction=0.25, periodic=periodic, seed=seed, obstacles=obstacles
+            60, dimension=2, packing_fraction=0.25, periodic=periodic, seed=seed, obstacles=obstacles
         )
         sim = carom.Simulation(scene, seed=seed)
         sim.run(collisions_per_particle=30)

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Polygon
 
+from carom import Species
 from carom.frame import Frame
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.pictures import plots
@@ -74,7 +75,9 @@ def test_distances_of_all_pairs_are_in_the_largest_diameter():
     from carom.observables.partial_rdf import partial_rdf
     from carom.scene.scene import Scene
 
-    scene = Scene.mixture([60, 60], diameters=[1.0, 0.5], packing_fraction=0.2, seed=1)
+    scene = Scene.random(
+        species=[Species(count=60), Species(count=60, diameter=0.5)], packing_fraction=0.2, seed=1
+    )
     frame = Frame(
         0.0, 0, scene.positions, np.zeros((120, 3)), scene.box, scene.diameters, scene.masses,
         species=scene.species,

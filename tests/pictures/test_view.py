@@ -443,7 +443,7 @@ def test_ten_thousand_spheres_are_shown_at_the_width_of_a_desk_and_of_a_phone(tm
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     path = tmp_path_factory.mktemp("log") / "events.h5"
-    scene = carom.Scene.fcc(2, packing_fraction=0.3)
+    scene = carom.Scene.crystal(cells=2, packing_fraction=0.3)
     with carom.Simulation(scene, seed=1, event_log=path) as sim:
         sim.run(collisions=400)
     return path
@@ -663,7 +663,7 @@ def test_psi_6_in_a_replay_is_that_of_a_frame(tmp_path, periodic):
 @pytest.mark.slow
 def test_a_replay_of_disks_is_shown_by_psi_6(tmp_path):
     path = tmp_path / "events.h5"
-    scene = carom.Scene.triangular(6, packing_fraction=0.68)
+    scene = carom.Scene.crystal(cells=6, dimension=2, packing_fraction=0.68)
     with carom.Simulation(scene, seed=1, event_log=path) as sim:
         sim.run(collisions=300)
     plain = shown(carom.view(path), tmp_path, "time=0&colour=species")

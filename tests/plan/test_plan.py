@@ -172,7 +172,7 @@ def test_a_plan_can_be_changed_in_python():
 
 
 def test_a_scene_starts_from_a_frame_of_a_file(tmp_path, monkeypatch):
-    start = Scene.random(10, 2, seed=3)
+    start = Scene.random(10, dimension=2, seed=3)
     velocities = np.random.default_rng(1).standard_normal((10, 2))
     asked = []
 

@@ -19,7 +19,7 @@ ELSEWHERE = {"models.md", "obstacles.md"}
 
 FLUID = """
 import carom
-scene = carom.Scene.fcc(cells=3, packing_fraction=0.3)
+scene = carom.Scene.crystal(cells=3, packing_fraction=0.3)
 sim = carom.Simulation(scene, seed=1)
 sim.run(collisions_per_particle=20)
 """

@@ -217,24 +217,22 @@ def scenes() -> list:
     """Mixtures of every kind, small enough for 50 digits."""
     mixture = {"diameters": [1.0, 0.4], "masses": [3.0, 0.5]}
     return [
-        Scene.mixture([3, 5], **mixture, dimension=1, packing_fraction=0.5, periodic=False),
-        Scene.mixture([3, 5], **mixture, box=(5.0, 4.0), periodic=[False, True]),
-        Scene.mixture([3, 5], **mixture, box=5.0, dimension=2, obstacles=[Ball((0.1, 4.9), 1.2)]),
-        Scene.mixture(
+        mixture([3, 5], **mixture, dimension=1, packing_fraction=0.5, periodic=False),
+        mixture([3, 5], **mixture, box=(5.0, 4.0), periodic=[False, True]),
+        mixture([3, 5], **mixture, box=5.0, dimension=2, obstacles=[Ball((0.1, 4.9), 1.2)]),
+        mixture(
             [3, 5], **mixture, box=(5.0, 5.0, 4.0), periodic=False, obstacles=[Plane((1, -1, 0.2), -3.0)]
         ),
-        Scene.mixture(
-            [3, 5], **mixture, box=6.0, periodic=False, obstacles=[SphericalContainer((3, 3, 3), 2.9)]
-        ),
-        Scene.mixture(
+        mixture([3, 5], **mixture, box=6.0, periodic=False, obstacles=[SphericalContainer((3, 3, 3), 2.9)]),
+        mixture(
             [3, 5],
             **mixture,
             box=(2.5, 5.0, 5.0),
             periodic=[True, False, False],
             obstacles=[CylindricalContainer(0, (0, 2.5, 2.5), 2.3), Ball((1.0, 2.0, 2.5), 0.3)],
         ),
-        Scene.mixture([3, 5], **mixture, contact=[[1.0, 0.9], [0.9, 0.4]], box=(2.5,) * 4),
-        Scene.mixture([3, 5], **mixture, box=(3.0, 3.5, 4.0)).with_(restitution=0.8),
+        mixture([3, 5], **mixture, contact=[[1.0, 0.9], [0.9, 0.4]], box=(2.5,) * 4),
+        mixture([3, 5], **mixture, box=(3.0, 3.5, 4.0)).with_(restitution=0.8),
     ]
 
 
@@ -263,7 +261,7 @@ def test_doubles_keep_the_order_of_fifty_digits(scene):
 
 
 def test_growing_spheres_touch_when_they_collide():
-    scene = moving(Scene.random(8, 2, packing_fraction=0.2), 3)
+    scene = moving(Scene.random(8, dimension=2, packing_fraction=0.2), 3)
     system = oracle_of(scene, growth=0.1 * (1 + np.arange(8) % 2))
     energy = system.energy
     for hit in itertools.islice(system, 40):

@@ -6,8 +6,9 @@ import itertools
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixed, mixture
 
-from carom import InputError, Scene, Simulation, io, studies
+from carom import InputError, Scene, Simulation, Species, io, studies
 from carom.observables.rdf import rdf
 from carom.plan.plan import Plan
 from carom.scene.species import pair_name
@@ -93,8 +94,7 @@ def test_every_pair_of_species_has_a_name_of_its_own(tmp_path, monkeypatch):
 
 
 def test_a_species_whose_name_is_a_number_is_found_by_its_name():
-    scene = Scene.mixture([30, 20], diameters=[1.0, 0.6], names=["1", "0"], dimension=2, packing_fraction=0.2,
-                          seed=1)  # fmt: skip
+    scene = Scene.random(species=[Species("1", count=30), Species("0", count=20, diameter=0.6)], dimension=2, packing_fraction=0.2, seed=1)  # fmt: skip
     frame = Simulation(scene, seed=1).frame()
     assert rdf([frame], pair=("1", "1")).counts.sum() == rdf([frame], pair=(0, 0)).counts.sum()
     unnamed = dataclasses.replace(frame, species_names=())
@@ -103,7 +103,12 @@ def test_a_species_whose_name_is_a_number_is_found_by_its_name():
 
 @pytest.mark.parametrize("counts", COUNTS)
 def test_tables_of_pairs_have_a_row_for_every_species(tmp_path, counts):
-    scene = Scene.mixture(counts, diameters=DIAMETERS, names=NAMES, dimension=2, packing_fraction=0.3, seed=1)
+    scene = Scene.random(
+        species=mixed(counts=counts, diameters=DIAMETERS, names=NAMES),
+        dimension=2,
+        packing_fraction=0.3,
+        seed=1,
+    )
     sim = Simulation(scene, seed=1)
     sim.run(collisions=200)
     for given in (sim, _saved_and_loaded(sim, tmp_path)):
@@ -121,8 +126,8 @@ def test_an_empty_species_has_no_say_in_how_far_contacts_reach():
     """A contact matrix says how large the empty species would be: the run is that of a scene without it."""
     full = np.array([[1.0, 0.9, 5.0], [0.9, 0.8, 5.0], [5.0, 5.0, 9.0]])
     given = {"dimension": 2, "packing_fraction": 0.3, "seed": 1}
-    whole = Scene.mixture((30, 20, 0), diameters=(1.0, 0.8, 9.0), contact=full, **given)
-    part = Scene.mixture((30, 20), diameters=(1.0, 0.8), contact=full[:2, :2], **given)
+    whole = mixture((30, 20, 0), diameters=(1.0, 0.8, 9.0), contact=full, **given)
+    part = mixture((30, 20), diameters=(1.0, 0.8), contact=full[:2, :2], **given)
     runs = [Simulation(scene, seed=1) for scene in (whole, part)]
     for sim in runs:
         sim.run(collisions=500)

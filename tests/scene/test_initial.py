@@ -29,20 +29,44 @@ TEN_ROUNDINGS = 10 * EPS
 UNLIKELY = 1e-4
 
 LATTICES = {
-    "cubic 1": (lambda **k: Scene.cubic(7, 1, **k), 7, 1, 2, 1.0),
-    "cubic 2": (lambda **k: Scene.cubic((4, 6), 2, **k), 24, 2, 4, math.pi / 4),
-    "cubic 3": (lambda **k: Scene.cubic(5, **k), 125, 3, 6, math.pi / 6),
-    "cubic 4": (lambda **k: Scene.cubic(4, 4, **k), 256, 4, 8, math.pi**2 / 32),
-    "triangular": (lambda **k: Scene.triangular((5, 3), **k), 30, 2, 6, math.pi / math.sqrt(12)),
-    "fcc": (lambda **k: Scene.fcc(4, **k), 256, 3, 12, math.pi / math.sqrt(18)),
-    "fcc oblong": (lambda **k: Scene.fcc((3, 4, 5), **k), 240, 3, 12, math.pi / math.sqrt(18)),
-    "d4": (lambda **k: Scene.dn(3, 4, **k), 648, 4, 24, math.pi**2 / 16),
-    "d5": (lambda **k: Scene.dn(2, 5, **k), 512, 5, 40, math.pi**2 / (15 * math.sqrt(2))),
-    "d6": (lambda **k: Scene.dn(2, 6, **k), 2048, 6, 60, math.pi**3 / 96),
-    "dense 1": (lambda **k: Scene.lattice(5, 1, **k), 5, 1, 2, 1.0),
-    "dense 2": (lambda **k: Scene.lattice(5, 2, **k), 30, 2, 6, math.pi / math.sqrt(12)),
-    "dense 3": (lambda **k: Scene.lattice(4, **k), 256, 3, 12, math.pi / math.sqrt(18)),
-    "dense 4": (lambda **k: Scene.lattice(3, 4, **k), 648, 4, 24, math.pi**2 / 16),
+    "cubic 1": (lambda **k: Scene.crystal(cells=7, lattice="cubic", dimension=1, **k), 7, 1, 2, 1.0),
+    "cubic 2": (
+        lambda **k: Scene.crystal(cells=(4, 6), lattice="cubic", dimension=2, **k),
+        24,
+        2,
+        4,
+        math.pi / 4,
+    ),
+    "cubic 3": (lambda **k: Scene.crystal(cells=5, lattice="cubic", **k), 125, 3, 6, math.pi / 6),
+    "cubic 4": (
+        lambda **k: Scene.crystal(cells=4, lattice="cubic", dimension=4, **k),
+        256,
+        4,
+        8,
+        math.pi**2 / 32,
+    ),
+    "triangular": (
+        lambda **k: Scene.crystal(cells=(5, 3), dimension=2, **k),
+        30,
+        2,
+        6,
+        math.pi / math.sqrt(12),
+    ),
+    "fcc": (lambda **k: Scene.crystal(cells=4, **k), 256, 3, 12, math.pi / math.sqrt(18)),
+    "fcc oblong": (lambda **k: Scene.crystal(cells=(3, 4, 5), **k), 240, 3, 12, math.pi / math.sqrt(18)),
+    "d4": (lambda **k: Scene.crystal(cells=3, lattice="dn", dimension=4, **k), 648, 4, 24, math.pi**2 / 16),
+    "d5": (
+        lambda **k: Scene.crystal(cells=2, lattice="dn", dimension=5, **k),
+        512,
+        5,
+        40,
+        math.pi**2 / (15 * math.sqrt(2)),
+    ),
+    "d6": (lambda **k: Scene.crystal(cells=2, lattice="dn", dimension=6, **k), 2048, 6, 60, math.pi**3 / 96),
+    "dense 1": (lambda **k: Scene.crystal(cells=5, dimension=1, **k), 5, 1, 2, 1.0),
+    "dense 2": (lambda **k: Scene.crystal(cells=5, dimension=2, **k), 30, 2, 6, math.pi / math.sqrt(12)),
+    "dense 3": (lambda **k: Scene.crystal(cells=4, **k), 256, 3, 12, math.pi / math.sqrt(18)),
+    "dense 4": (lambda **k: Scene.crystal(cells=3, dimension=4, **k), 648, 4, 24, math.pi**2 / 16),
 }
 
 
@@ -74,7 +98,7 @@ def test_every_lattice_can_be_closest_packed_and_no_closer(name):
 @pytest.mark.parametrize(("packing_fraction", "moved"), [(0.45, True), (0.3, True), (0.2, False)])
 def test_a_lattice_between_walls_keeps_half_a_diameter_from_them(packing_fraction, moved):
     # The outermost layers of fcc are a fourth of a cell from the faces of the box: 0.42, 0.48 and 0.55.
-    scene = Scene.fcc(3, packing_fraction=packing_fraction)
+    scene = Scene.crystal(cells=3, packing_fraction=packing_fraction)
     found = lattices.between_walls(scene.positions, scene.box, (True, True, False), 1.0)
     np.testing.assert_array_equal(found[:, :2], scene.positions[:, :2])
     assert bool((found != scene.positions).any()) is moved
@@ -84,19 +108,19 @@ def test_a_lattice_between_walls_keeps_half_a_diameter_from_them(packing_fractio
 
 @pytest.mark.parametrize("scale", [2.0**-40, 1.0, 2.0**13])
 def test_the_diameter_scales_a_lattice_bit_for_bit(scale):
-    unit = Scene.fcc(3, packing_fraction=0.5)
-    scaled = Scene.fcc(3, packing_fraction=0.5, diameter=scale)
+    unit = Scene.crystal(cells=3, packing_fraction=0.5)
+    scaled = Scene.crystal(cells=3, packing_fraction=0.5, diameter=scale)
     np.testing.assert_array_equal(scaled.positions / scale, unit.positions)
     np.testing.assert_array_equal(np.array(scaled.box) / scale, unit.box)
 
 
 def test_a_density_is_the_number_of_spheres_in_a_volume_of_a_diameter_cubed():
-    scene = Scene.fcc(3, density=0.9, diameter=0.5)
+    scene = Scene.crystal(cells=3, density=0.9, diameter=0.5)
     assert scene.number_density * 0.5**3 == pytest.approx(0.9, rel=TEN_ROUNDINGS)
 
 
 def test_one_number_of_triangular_cells_makes_the_box_nearly_square():
-    scene = Scene.triangular(30, packing_fraction=0.7)
+    scene = Scene.crystal(cells=30, dimension=2, packing_fraction=0.7)
     assert scene.n == 2 * 30 * 17
     assert scene.box[1] / scene.box[0] == pytest.approx(17 * math.sqrt(3) / 30, rel=TEN_ROUNDINGS)
 
@@ -113,32 +137,38 @@ def test_the_unit_ball_has_its_known_volume(dimension):
 @pytest.mark.parametrize(
     ("build", "says"),
     [
-        (lambda: Scene.fcc(4), "exactly one of packing_fraction and density, found neither"),
-        (lambda: Scene.fcc(4, packing_fraction=0.4, density=0.8), "found both"),
-        (lambda: Scene.fcc(4, packing_fraction=0.8), "0.740480"),
-        (lambda: Scene.fcc(4, density=1.5), "0.740480"),
-        (lambda: Scene.cubic(4, packing_fraction=0.6), "cubic lattice .* 0.523599"),
-        (lambda: Scene.triangular(4, packing_fraction=0.91), "0.906900"),
-        (lambda: Scene.fcc(4, packing_fraction=0.0), "greater than 0"),
-        (lambda: Scene.fcc(4, packing_fraction=-0.1), "greater than 0"),
-        (lambda: Scene.fcc(4, packing_fraction=math.nan), "finite"),
-        (lambda: Scene.fcc(4, packing_fraction="0.4"), "string"),
-        (lambda: Scene.fcc(4, packing_fraction=True), "boolean"),
-        (lambda: Scene.fcc(4, density=1e-300), "at most 1e"),
-        (lambda: Scene.fcc(4, density=5e-324), "finite"),
-        (lambda: Scene.fcc(0, packing_fraction=0.4), "at least|between"),
-        (lambda: Scene.fcc(2.5, packing_fraction=0.4), "integer"),
-        (lambda: Scene.fcc((4, 4), packing_fraction=0.4), "3 of them"),
-        (lambda: Scene.fcc("444", packing_fraction=0.4), "integer"),
-        (lambda: Scene.fcc(10**6, packing_fraction=0.4), "at most 100000000 components"),
-        (lambda: Scene.dn(2, 2, packing_fraction=0.4), "dimension must be between 3"),
-        (lambda: Scene.cubic(2, 40, packing_fraction=0.4), "dimension must be between 1"),
+        (lambda: Scene.crystal(cells=4), "exactly one of packing_fraction and density, found neither"),
+        (lambda: Scene.crystal(cells=4, packing_fraction=0.4, density=0.8), "found both"),
+        (lambda: Scene.crystal(cells=4, packing_fraction=0.8), "0.740480"),
+        (lambda: Scene.crystal(cells=4, density=1.5), "0.740480"),
+        (lambda: Scene.crystal(cells=4, lattice="cubic", packing_fraction=0.6), "cubic lattice .* 0.523599"),
+        (lambda: Scene.crystal(cells=4, dimension=2, packing_fraction=0.91), "0.906900"),
+        (lambda: Scene.crystal(cells=4, packing_fraction=0.0), "greater than 0"),
+        (lambda: Scene.crystal(cells=4, packing_fraction=-0.1), "greater than 0"),
+        (lambda: Scene.crystal(cells=4, packing_fraction=math.nan), "finite"),
+        (lambda: Scene.crystal(cells=4, packing_fraction="0.4"), "string"),
+        (lambda: Scene.crystal(cells=4, packing_fraction=True), "boolean"),
+        (lambda: Scene.crystal(cells=4, density=1e-300), "at most 1e"),
+        (lambda: Scene.crystal(cells=4, density=5e-324), "finite"),
+        (lambda: Scene.crystal(cells=0, packing_fraction=0.4), "at least|between"),
+        (lambda: Scene.crystal(cells=2.5, packing_fraction=0.4), "integer"),
+        (lambda: Scene.crystal(cells=(4, 4), packing_fraction=0.4), "3 of them"),
+        (lambda: Scene.crystal(cells="444", packing_fraction=0.4), "integer"),
+        (lambda: Scene.crystal(cells=10**6, packing_fraction=0.4), "at most 100000000 components"),
+        (
+            lambda: Scene.crystal(cells=2, lattice="dn", dimension=2, packing_fraction=0.4),
+            "dimension must be between 3",
+        ),
+        (
+            lambda: Scene.crystal(cells=2, lattice="cubic", dimension=40, packing_fraction=0.4),
+            "dimension must be between 1",
+        ),
         (lambda: Scene.random(0), "n must be"),
         (lambda: Scene.random(10, packing_fraction=0.7), "lattice and equilibrate"),
         (lambda: Scene.random(10, packing_fraction=0.75), "0.740480"),
-        (lambda: Scene.random(10, 1, packing_fraction=1.0), "lattice and equilibrate"),
+        (lambda: Scene.random(10, dimension=1, packing_fraction=1.0), "lattice and equilibrate"),
         (lambda: Scene.random(10, box=[4, 4, 4], density=0.1), "found both"),
-        (lambda: Scene.random(10, 2, box=[4, 4, 4]), "one edge or 2"),
+        (lambda: Scene.random(10, dimension=2, box=[4, 4, 4]), "one edge or 2"),
         (lambda: Scene.random(10, box="4"), "reduced units"),
         (lambda: Scene.random(10, seed=-1), "seed"),
         (lambda: Scene.random(10, seed=1.5), "seed"),
@@ -156,7 +186,7 @@ def test_a_start_that_cannot_be_is_refused(build, says):
 def test_random_spheres_do_not_overlap_up_to_the_limit(dimension, part):
     """Scene checks overlaps itself; here the distances are taken once more, by an independent route."""
     fraction = part * placement.random_limit(dimension)
-    scene = Scene.random(300, dimension, packing_fraction=fraction, seed=7)
+    scene = Scene.random(300, dimension=dimension, packing_fraction=fraction, seed=7)
     assert scene.packing_fraction == pytest.approx(fraction, rel=TEN_ROUNDINGS)
     box = np.array(scene.box)
     for k in range(1, scene.n):
@@ -174,12 +204,12 @@ def test_few_random_spheres_fit_small_boxes(n, dimension):
 
 
 def test_random_scenes_repeat_with_their_seed_only():
-    first, again, other = (Scene.random(50, 2, seed=s).positions for s in (1, 1, 2))
+    first, again, other = (Scene.random(50, dimension=2, seed=s).positions for s in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
     generator = seeds.generator(1, "places")
-    np.testing.assert_array_equal(Scene.random(50, 2, seed=generator).positions, first)
-    assert (Scene.random(50, 2, seed=generator).positions != first).any()
+    np.testing.assert_array_equal(Scene.random(50, dimension=2, seed=generator).positions, first)
+    assert (Scene.random(50, dimension=2, seed=generator).positions != first).any()
 
 
 @pytest.mark.parametrize("placed", ["by Scene.random", "by numpy"])
@@ -189,7 +219,7 @@ def test_speeds_do_not_follow_from_places_of_the_same_seed(placed):
         if placed == "by numpy":
             x = np.random.default_rng(seed).random((100, 3))
         else:
-            scene = Scene.random(100, 3, packing_fraction=1e-4, seed=seed)
+            scene = Scene.random(100, dimension=3, packing_fraction=1e-4, seed=seed)
             x = scene.positions / np.array(scene.box)
         places.append(x)
         speeds.append(np.abs(maxwell_velocities(100, 3, seed=seed)))
@@ -209,7 +239,7 @@ def test_each_purpose_has_a_stream_of_its_own():
 
 
 def test_random_scenes_scale_with_the_diameter_bit_for_bit():
-    unit, scaled = (Scene.random(100, 3, seed=4, diameter=s) for s in (1.0, 0.125))
+    unit, scaled = (Scene.random(100, dimension=3, seed=4, diameter=s) for s in (1.0, 0.125))
     np.testing.assert_array_equal(scaled.positions / 0.125, unit.positions)
 
 

@@ -61,7 +61,8 @@ def test_sorted_places_have_an_axis_after_the_other_in_memory():
 def test_many_random_spheres_are_legal_disordered_and_repeat_with_their_seed(dimension, packing_fraction):
     n = overlaps.MANY
     first, again, other = (
-        carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=s) for s in (1, 1, 2)
+        carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=s)
+        for s in (1, 1, 2)
     )
     np.testing.assert_array_equal(first.positions, again.positions)
     assert (first.positions != other.positions).any()
@@ -81,8 +82,11 @@ def test_many_random_spheres_are_legal_disordered_and_repeat_with_their_seed(dim
 
 def test_many_unequal_spheres_between_walls_are_placed_without_overlap():
     n = overlaps.MANY
-    scene = carom.Scene.mixture(
-        [n // 4, n], diameters=[1.0, 0.4], packing_fraction=0.35, periodic=[True, True, False], seed=1
+    scene = carom.Scene.random(
+        species=[carom.Species(count=n // 4), carom.Species(count=n, diameter=0.4)],
+        packing_fraction=0.35,
+        periodic=[True, True, False],
+        seed=1,
     )
     room = Room(np.array(scene.box), np.array(scene.periodic))
     contacts = Contacts(scene.diameters)
@@ -96,7 +100,7 @@ def test_many_unequal_spheres_between_walls_are_placed_without_overlap():
 
 
 def test_an_overlap_among_many_is_found_and_named():
-    scene = carom.Scene.cubic(28, packing_fraction=0.3)
+    scene = carom.Scene.crystal(cells=28, lattice="cubic", packing_fraction=0.3)
     assert scene.n >= overlaps.MANY
     x = scene.positions.copy()
     x[77] = np.mod(x[12345] + [0.3, 0.0, 0.0], scene.box)

@@ -9,10 +9,12 @@ import ase
 import numpy as np
 import pytest
 from helpers.marks import slow
+from helpers.mixtures import mixed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from carom import Species
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
 from carom.scene import overlaps
@@ -314,7 +316,7 @@ def test_radii_and_a_diameter_contradict_each_other():
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
 def test_a_frame_becomes_a_scene_bit_for_bit(dimension):
-    scene = Scene.random(20, dimension, diameter=0.7, mass=2.0, seed=1)
+    scene = Scene.random(20, dimension=dimension, diameter=0.7, mass=2.0, seed=1)
     velocities = np.random.default_rng(0).standard_normal(scene.positions.shape)
     again = Scene.from_frame(frame_of(scene, velocities))
     np.testing.assert_array_equal(again.positions, scene.positions)
@@ -323,7 +325,7 @@ def test_a_frame_becomes_a_scene_bit_for_bit(dimension):
 
 
 def test_a_frame_without_a_mass_for_each_is_refused():
-    scene = Scene.fcc(2, density=0.5)
+    scene = Scene.crystal(cells=2, density=0.5)
     with pytest.raises(InputError, match="masses must hold one value"):
         Scene.from_frame(frame_of(scene, masses=np.ones(3)))
 
@@ -351,19 +353,22 @@ def test_a_frame_of_single_precision_is_moved_apart_with_a_warning():
 
 @pytest.mark.parametrize(("n", "dimension", "fraction"), [(300, 2, 0.79), (300, 3, 0.6), slow(100, 4, 0.43)])
 def test_dense_random_scenes_are_grown(n, dimension, fraction):
-    scene = Scene.random(n, dimension, packing_fraction=fraction, seed=1)
+    scene = Scene.random(n, dimension=dimension, packing_fraction=fraction, seed=1)
     assert scene.packing_fraction == pytest.approx(fraction, rel=1e-12)
-    again = Scene.random(n, dimension, packing_fraction=fraction, seed=1)
+    again = Scene.random(n, dimension=dimension, packing_fraction=fraction, seed=1)
     assert (again.positions == scene.positions).all()
-    other = Scene.random(n, dimension, packing_fraction=fraction, seed=2)
+    other = Scene.random(n, dimension=dimension, packing_fraction=fraction, seed=2)
     assert (other.positions != scene.positions).any()
     assert scene.velocities is None
 
 
 @pytest.mark.slow
 def test_dense_random_mixtures_between_walls_are_grown():
-    scene = Scene.mixture(
-        [150, 150], diameters=[1.0, 0.5], packing_fraction=0.56, periodic=False, masses=[1.0, 0.1], seed=1
+    scene = Scene.random(
+        species=[Species(count=150), Species(count=150, diameter=0.5, mass=0.1)],
+        packing_fraction=0.56,
+        periodic=False,
+        seed=1,
     )
     assert scene.packing_fraction == pytest.approx(0.56, rel=1e-12)
     assert sorted(set(scene.diameters.tolist())) == [0.5, 1.0]
@@ -372,13 +377,13 @@ def test_dense_random_mixtures_between_walls_are_grown():
 
 def test_beyond_what_growth_reaches_the_limit_is_named():
     with pytest.raises(InputError, match=r"up to packing fraction 0\.608"):
-        Scene.random(100, 3, packing_fraction=0.63)
+        Scene.random(100, dimension=3, packing_fraction=0.63)
 
 
 @pytest.mark.slow
 def test_spheres_that_jam_on_the_way_are_refused():
     with pytest.raises(InputError, match="jam at packing fraction"):
-        Scene.random(100, 3, packing_fraction=0.605, periodic=False, seed=1)
+        Scene.random(100, dimension=3, packing_fraction=0.605, periodic=False, seed=1)
 
 
 def test_positions_put_in_order_are_the_same_of_each_kind():
@@ -398,7 +403,9 @@ def test_neighbours_in_a_large_random_scene_are_neighbours_in_memory():
     from carom.scene import placement
 
     counts = [placement.MANY // 2] * 2
-    scene = Scene.mixture(counts, diameters=[1.0, 1.0], masses=[1.0, 2.0], packing_fraction=0.1, seed=1)
+    scene = Scene.random(
+        species=mixed(counts=counts, diameters=[1.0, 1.0], masses=[1.0, 2.0]), packing_fraction=0.1, seed=1
+    )
     edge = scene.box[0]
     for kind in range(2):
         places = scene.positions[scene.species == kind]

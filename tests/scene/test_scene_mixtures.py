@@ -9,7 +9,9 @@ import math
 import ase
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
+from carom import Species
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
 from carom.models.obstacles import Ball, Plane
@@ -57,7 +59,7 @@ def test_equal_values_one_by_one_are_equal_spheres():
 
 
 def test_a_scene_cannot_be_changed_but_another_can_be_made_of_it():
-    scene = Scene.fcc(2, packing_fraction=0.3)
+    scene = Scene.crystal(cells=2, packing_fraction=0.3)
     with pytest.raises(AttributeError, match="with_"):
         scene.restitution = 0.5
     other = scene.with_(restitution=0.5, mass=2.0)
@@ -158,7 +160,7 @@ def test_the_error_names_a_pair_of_unequal_spheres():
     with pytest.raises(OverlapError) as caught:
         Scene(positions, 8.0, diameter=[1.0, 1.0, 0.5])
     assert str(caught.value).startswith(
-        "spheres 1 and 2 overlap by 0.05 (distance 0.70000, contact 0.75000). Start from Scene.mixture(...)"
+        "spheres 1 and 2 overlap by 0.05 (distance 0.70000, contact 0.75000). Start from Scene.random(...)"
     )
 
 
@@ -197,8 +199,9 @@ def test_counts_follow_ratios_and_lose_nobody():
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
 def test_mixtures_are_placed_without_overlap(dimension):
-    scene = Scene.mixture(
-        [10, 40], diameters=[1.0, 0.4], masses=[2.0, 1.0], names=["large", "small"], dimension=dimension
+    scene = Scene.random(
+        species=[Species("large", count=10, mass=2.0), Species("small", count=40, diameter=0.4)],
+        dimension=dimension,
     )
     assert relative_gaps(scene).min() >= 1 - 1e-12
     np.testing.assert_array_equal(np.bincount(scene.species), [10, 40])
@@ -208,13 +211,23 @@ def test_mixtures_are_placed_without_overlap(dimension):
 
 
 def test_a_ratio_of_one_to_twenty_is_placed_densely():
-    scene = Scene.mixture([2, 700], diameters=[20.0, 1.0], dimension=2, packing_fraction=0.65, seed=2)
+    scene = Scene.random(
+        species=[Species(count=2, diameter=20.0), Species(count=700)],
+        dimension=2,
+        packing_fraction=0.65,
+        seed=2,
+    )
     assert scene.packing_fraction == pytest.approx(0.65, rel=1e-12)
     assert relative_gaps(scene).min() >= 1
 
 
 def test_rods_of_two_lengths_fill_a_walled_line():
-    scene = Scene.mixture([30, 30], diameters=[1.0, 2.0], dimension=1, packing_fraction=0.95, periodic=False)
+    scene = Scene.random(
+        species=[Species(count=30), Species(count=30, diameter=2.0)],
+        dimension=1,
+        packing_fraction=0.95,
+        periodic=False,
+    )
     order = np.argsort(scene.positions[:, 0])
     half = 0.5 * scene.diameters[order]
     places = scene.positions[order, 0]
@@ -225,19 +238,32 @@ def test_rods_of_two_lengths_fill_a_walled_line():
 
 def test_species_that_touch_from_afar_are_placed_by_their_matrix():
     table = [[1.0, 1.4], [1.4, 1.0]]
-    scene = Scene.mixture(
-        [20, 20], diameters=[1, 1], contact=table, dimension=2, packing_fraction=0.3, seed=5
+    scene = Scene.random(
+        species=[Species(count=20), Species(count=20)],
+        contact=table,
+        dimension=2,
+        packing_fraction=0.3,
+        seed=5,
     )
     assert relative_gaps(scene).min() >= 1
 
 
 def test_a_lattice_is_filled_in_random_order():
-    scene = Scene.mixture(
-        fractions=[1, 1], diameters=[1.0, 0.9], lattice="fcc", cells=3, packing_fraction=0.5, seed=1
+    scene = Scene.crystal(
+        species=[Species(fraction=1), Species(fraction=1, diameter=0.9)],
+        lattice="fcc",
+        cells=3,
+        packing_fraction=0.5,
+        seed=1,
     )
     assert (scene.n, scene.packing_fraction) == (108, pytest.approx(0.5))
     assert 30 < (np.diff(scene.species) != 0).sum() < 77
-    same = Scene.mixture([54, 54], diameters=[1.0, 0.9], lattice=lattices.dn(3), packing_fraction=0.5, seed=1)
+    same = Scene.crystal(
+        species=[Species(count=54), Species(count=54, diameter=0.9)],
+        lattice=lattices.dn(3),
+        packing_fraction=0.5,
+        seed=1,
+    )
     np.testing.assert_array_equal(same.positions, scene.positions)
     np.testing.assert_array_equal(same.species, scene.species)
 
@@ -274,17 +300,14 @@ MIX = {"counts": [5, 5], "diameters": [1, 0.5]}
 )
 def test_bad_mixtures_are_named_in_one_sentence(arguments, says):
     with pytest.raises(InputError, match=says) as caught:
-        Scene.mixture(**{**MIX, **arguments})
+        mixture(**{**MIX, **arguments})
     assert "\n" not in str(caught.value)
 
 
 def everything() -> Scene:
     """Return a scene with one of everything."""
-    start = Scene.mixture(
-        [4, 9],
-        diameters=[1.0, 0.3],
-        masses=[1.0, 1 / 3],
-        names=["a", "b"],
+    start = Scene.random(
+        species=[Species("a", count=4), Species("b", count=9, diameter=0.3, mass=1 / 3)],
         contact=[[1.0, 0.6], [0.6, 0.3]],
         box=(6.1, 5.3),
         periodic=[True, False],
@@ -302,7 +325,7 @@ def assert_same(a: Scene, b: Scene) -> None:
 
 
 @pytest.mark.parametrize(
-    "scene", [everything(), Scene.fcc(2, packing_fraction=0.3), Scene(**TWO, restitution=0.5)]
+    "scene", [everything(), Scene.crystal(cells=2, packing_fraction=0.3), Scene(**TWO, restitution=0.5)]
 )
 def test_a_scene_becomes_arrays_and_comes_back(scene):
     arrays, attributes = scene.to_arrays()

@@ -19,7 +19,7 @@ from carom.simulation.workers.thread_pool import ThreadPool
 
 
 def small(**more):
-    return carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1, **more)
+    return carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1, **more)
 
 
 USES = {
@@ -114,7 +114,7 @@ def test_samples_and_runs_may_take_turns_in_one_thread():
 
 
 def test_what_failed_to_grow_can_be_used_on():
-    scene = carom.Scene.random(20, 2, packing_fraction=0.3, seed=1)
+    scene = carom.Scene.random(20, dimension=2, packing_fraction=0.3, seed=1)
     sim = carom.Simulation(scene, seed=1, growth=0.5)
     with pytest.raises(carom.InputError, match="jam"):
         sim.run(time=1e6)
@@ -265,7 +265,7 @@ def test_a_compiled_function_takes_no_wall_time_to_compile(monkeypatch):
 
 def test_a_negative_seed_is_one_sentence():
     with pytest.raises(carom.InputError, match="seed"):
-        carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=-1)
+        carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=-1)
 
 
 def test_what_is_handed_out_does_not_reach_into_the_run():

@@ -50,7 +50,7 @@ from carom.models.surfaces import Surface, Thermal
 from carom.models.wells import StepTable
 from carom.simulation import own_models
 
-SCENE = carom.Scene.random(30, 2, packing_fraction=0.3, seed=1)
+SCENE = carom.Scene.random(30, dimension=2, packing_fraction=0.3, seed=1)
 PLACES = carom.Scene.random(10, box=(8.0, 6.0), seed=1).positions
 OPEN = carom.Scene(PLACES + np.array([0.0, 2.5]), (8.0, 10.0), periodic=[True, False])
 

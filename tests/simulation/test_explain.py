@@ -8,7 +8,7 @@ import carom
 from carom.errors import InputError
 from carom.wells import SquareWell
 
-PLAIN = carom.Scene.fcc(cells=5, packing_fraction=0.45)
+PLAIN = carom.Scene.crystal(cells=5, packing_fraction=0.45)
 
 
 def names(explanation):
@@ -126,9 +126,15 @@ def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
 @pytest.mark.parametrize(
     ("scene", "says"),
     [
-        (carom.Scene.fcc(cells=5, packing_fraction=0.45), "lists.*faster above a packing fraction of 0.36"),
-        (carom.Scene.fcc(cells=5, packing_fraction=0.1), "sectors: faster below a packing fraction of 0.36"),
-        (carom.Scene.fcc(cells=1, packing_fraction=0.5), "box is too small for lists.*told apart"),
+        (
+            carom.Scene.crystal(cells=5, packing_fraction=0.45),
+            "lists.*faster above a packing fraction of 0.36",
+        ),
+        (
+            carom.Scene.crystal(cells=5, packing_fraction=0.1),
+            "sectors: faster below a packing fraction of 0.36",
+        ),
+        (carom.Scene.crystal(cells=1, packing_fraction=0.5), "box is too small for lists.*told apart"),
     ],
 )
 def test_the_choice_of_neighbours_has_a_reason(scene, says):
@@ -138,7 +144,7 @@ def test_the_choice_of_neighbours_has_a_reason(scene, says):
 
 
 def test_lists_that_do_not_fit_are_refused_as_by_the_simulation():
-    scene = carom.Scene.fcc(cells=1, packing_fraction=0.5)
+    scene = carom.Scene.crystal(cells=1, packing_fraction=0.5)
     with pytest.raises(InputError, match="use neighbors='sectors'"):
         carom.explain(scene, neighbors="lists")
 

@@ -26,7 +26,7 @@ CASES = [
 @pytest.mark.parametrize(("dimension", "n", "scene", "settings"), CASES)
 def test_every_sampled_frame_is_rebuilt_to_the_bit(dimension, n, scene, settings, tmp_path):
     path = tmp_path / "events.h5"
-    start = moving(carom.Scene.random(n, dimension, seed=2, **scene), 3)
+    start = moving(carom.Scene.random(n, dimension=dimension, seed=2, **scene), 3)
     with carom.Simulation(start, event_log=path, **settings) as sim:
         frames = [sim.frame()]
         frames += sim.sample(times=[0.3719 * start.diameter * k for k in range(1, 25)])
@@ -50,7 +50,7 @@ def test_a_tie_of_two_images_is_told_apart(tmp_path):
 
 def test_a_replay_steps_collision_by_collision(tmp_path):
     path = tmp_path / "events.h5"
-    scene = moving(carom.Scene.random(20, 2, packing_fraction=0.5, seed=1), 1)
+    scene = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.5, seed=1), 1)
     with carom.Simulation(scene, event_log=path) as sim:
         run = Replay(path)
         assert run.step() is False  # nothing logged yet
@@ -64,7 +64,7 @@ def test_a_replay_steps_collision_by_collision(tmp_path):
 
 
 def test_a_continued_log_replays_as_one(tmp_path):
-    scene = moving(carom.Scene.random(20, 2, packing_fraction=0.5, seed=1), 1)
+    scene = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.5, seed=1), 1)
     path, checkpoint = tmp_path / "events.h5", tmp_path / "checkpoint.h5"
     with carom.Simulation(scene, event_log=path) as sim:
         sim.run(collisions=50)
@@ -79,7 +79,7 @@ def test_a_continued_log_replays_as_one(tmp_path):
 @pytest.fixture
 def short_log(tmp_path):
     path = tmp_path / "events.h5"
-    scene = moving(carom.Scene.random(20, 2, packing_fraction=0.5, seed=1), 1)
+    scene = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.5, seed=1), 1)
     with carom.Simulation(scene, event_log=path) as sim:
         sim.run(collisions=30)
     return path
@@ -112,7 +112,9 @@ def test_impossible_times_are_errors(short_log, time):
 
 
 def test_velocities_are_not_scaled_behind_the_back_of_a_log(tmp_path):
-    with carom.Simulation(carom.Scene.fcc(3, packing_fraction=0.3), event_log=tmp_path / "events.h5") as sim:
+    with carom.Simulation(
+        carom.Scene.crystal(cells=3, packing_fraction=0.3), event_log=tmp_path / "events.h5"
+    ) as sim:
         sim.run(time=0.5)
         with pytest.raises(InputError, match="close"):
             sim.rescale(2.0)

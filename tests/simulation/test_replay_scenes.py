@@ -5,6 +5,7 @@ import json
 import h5py
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 from helpers.oracle import moving
 from helpers.replays import assert_same_frame, round_up
 
@@ -20,30 +21,32 @@ MIXTURE = {"diameters": [1.0, 0.4], "masses": [3.0, 0.7], "seed": 2}
 def scenes():
     """Return a scene of every kind."""
     return {
-        "mixture": Scene.mixture([10, 30], **MIXTURE, packing_fraction=0.35),
-        "small box": Scene.mixture([1, 6], **MIXTURE, box=(1.2, 2.5, 2.5), names=["a", "b"]),
-        "contact": Scene.mixture(
+        "mixture": mixture([10, 30], **MIXTURE, packing_fraction=0.35),
+        "small box": mixture([1, 6], **MIXTURE, box=(1.2, 2.5, 2.5), names=["a", "b"]),
+        "contact": mixture(
             [10, 20], **MIXTURE, dimension=2, packing_fraction=0.3, contact=[[1.0, 0.9], [0.9, 0.4]]
         ),
-        "masses": Scene.random(20, 2, packing_fraction=0.4).with_(mass=1.0 + np.arange(20) % 3),
-        "walls": Scene.mixture([5, 20], **MIXTURE, box=(7.0, 6.0), periodic=[True, False]),
-        "hard box": Scene.random(20, 3, packing_fraction=0.2, periodic=False),
+        "masses": Scene.random(20, dimension=2, packing_fraction=0.4).with_(mass=1.0 + np.arange(20) % 3),
+        "walls": mixture([5, 20], **MIXTURE, box=(7.0, 6.0), periodic=[True, False]),
+        "hard box": Scene.random(20, dimension=3, packing_fraction=0.2, periodic=False),
         "balls": Scene.random(
-            15, 2, box=7.0, obstacles=[Ball((0.2, 6.8), 1.1), Ball((8.5, 3.0), 0.6, "far")]
+            15, dimension=2, box=7.0, obstacles=[Ball((0.2, 6.8), 1.1), Ball((8.5, 3.0), 0.6, "far")]
         ),
-        "plane": Scene.random(15, 2, box=8.0, periodic=False, obstacles=[Plane((1.0, 2.0), 5.0)]),
+        "plane": Scene.random(15, dimension=2, box=8.0, periodic=False, obstacles=[Plane((1.0, 2.0), 5.0)]),
         "jar": Scene.random(
-            15, 3, box=6.0, periodic=False, obstacles=[SphericalContainer((3.0, 3.0, 3.0), 2.8)]
+            15, dimension=3, box=6.0, periodic=False, obstacles=[SphericalContainer((3.0, 3.0, 3.0), 2.8)]
         ),
         "tube": Scene.random(
             15,
-            3,
+            dimension=3,
             box=(5.0, 6.0, 6.0),
             periodic=[True, False, False],
             obstacles=[CylindricalContainer(0, (0.0, 3.0, 3.0), 2.7)],
         ),
-        "lossy": Scene.mixture([10, 20], **MIXTURE, dimension=2, packing_fraction=0.3).with_(restitution=0.8),
-        "lossy equals": Scene.random(30, 2, packing_fraction=0.3).with_(restitution=0.7, elastic_below=0.5),
+        "lossy": mixture([10, 20], **MIXTURE, dimension=2, packing_fraction=0.3).with_(restitution=0.8),
+        "lossy equals": Scene.random(30, dimension=2, packing_fraction=0.3).with_(
+            restitution=0.7, elastic_below=0.5
+        ),
     }
 
 

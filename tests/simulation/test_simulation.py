@@ -11,12 +11,12 @@ from carom.models.gravity import Gravity
 from carom.simulation.run_state import RunState
 
 SCENES = {
-    "rods": lambda: carom.Scene.random(20, 1, packing_fraction=0.6, seed=1),
-    "disks": lambda: carom.Scene.random(60, 2, packing_fraction=0.5, seed=2),
-    "spheres": lambda: carom.Scene.fcc(cells=3, packing_fraction=0.45),
-    "few spheres": lambda: carom.Scene.random(5, 3, packing_fraction=0.2, seed=3),
-    "dilute": lambda: carom.Scene.random(100, 3, packing_fraction=0.02, seed=4),
-    "d = 4": lambda: carom.Scene.random(12, 4, packing_fraction=0.1, seed=5),
+    "rods": lambda: carom.Scene.random(20, dimension=1, packing_fraction=0.6, seed=1),
+    "disks": lambda: carom.Scene.random(60, dimension=2, packing_fraction=0.5, seed=2),
+    "spheres": lambda: carom.Scene.crystal(cells=3, packing_fraction=0.45),
+    "few spheres": lambda: carom.Scene.random(5, dimension=3, packing_fraction=0.2, seed=3),
+    "dilute": lambda: carom.Scene.random(100, dimension=3, packing_fraction=0.02, seed=4),
+    "d = 4": lambda: carom.Scene.random(12, dimension=4, packing_fraction=0.1, seed=5),
 }
 
 
@@ -113,7 +113,7 @@ def test_equal_velocities_end_with_a_warning():
 
 
 def test_a_lattice_with_equal_speeds_ends():
-    scene = carom.Scene.cubic(6, dimension=2, packing_fraction=0.3)
+    scene = carom.Scene.crystal(cells=6, lattice="cubic", dimension=2, packing_fraction=0.3)
     signs = np.where(np.indices((6, 6)).sum(axis=0).ravel() % 2, 1.0, -1.0)
     velocities = np.stack([signs, np.zeros(36)], axis=1)
     sim = carom.Simulation(carom.Scene(scene.positions, scene.box, velocities=velocities))
@@ -123,7 +123,7 @@ def test_a_lattice_with_equal_speeds_ends():
 
 @pytest.mark.parametrize("eta", [math.pi / math.sqrt(18) * (1 - 1e-9)])
 def test_a_crystal_at_a_billionth_from_close_packing_runs(eta):
-    sim = carom.Simulation(carom.Scene.fcc(cells=4, packing_fraction=eta), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=4, packing_fraction=eta), seed=1)
     sim.run(collisions_per_particle=20)
     assert sim.statistics.worst_overlap < 1e-12
 
@@ -198,7 +198,7 @@ def test_a_scene_that_starts_from_rest_may_collide_later(change, settings, will_
 
 def test_there_is_no_drift_of_a_momentum_that_is_not_conserved(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)
-    scene = carom.Scene.fcc(cells=3, packing_fraction=0.1)
+    scene = carom.Scene.crystal(cells=3, packing_fraction=0.1)
     falling = carom.Simulation(scene.with_(motion=Gravity((0.0, 0.0, -20.0))))
     assert np.isnan(falling.statistics.momentum_drift)
     assert carom.Simulation(scene).statistics.momentum_drift == 0.0

@@ -662,9 +662,9 @@ def test_engines_that_do_not_exist_are_refused():
     ("scene", "perfect"),
     [
         # Steinhardt, Nelson and Ronchetti, Phys. Rev. B 28, 784 (1983).
-        (carom.Scene.triangular(12, packing_fraction=0.8), 1.0),
-        (carom.Scene.fcc(5, packing_fraction=0.6), 0.57452),
-        (carom.Scene.on(lattices.cubic(3), 6, packing_fraction=0.4), 0.35355),
+        (carom.Scene.crystal(cells=12, dimension=2, packing_fraction=0.8), 1.0),
+        (carom.Scene.crystal(cells=5, packing_fraction=0.6), 0.57452),
+        (carom.Scene.crystal(lattice=lattices.cubic(3), cells=6, packing_fraction=0.4), 0.35355),
     ],
     ids=lambda value: value if isinstance(value, float) else value.dimension,
 )
@@ -673,7 +673,9 @@ def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene
     order.add(carom.Simulation(scene).frame())
     # Published to five digits.
     assert order.values()["values"][0] == pytest.approx(perfect, abs=1e-5)
-    fluid = carom.Simulation(carom.Scene.random(1000, scene.dimension, packing_fraction=0.45)).frame()
+    fluid = carom.Simulation(
+        carom.Scene.random(1000, dimension=scene.dimension, packing_fraction=0.45)
+    ).frame()
     other = OrderParameter(scene.dimension)
     for _ in range(5):
         other.add(fluid)
@@ -682,7 +684,7 @@ def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene
 
 
 def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
-    frame = carom.Simulation(carom.Scene.random(1000, 2, packing_fraction=0.6), seed=1).frame()
+    frame = carom.Simulation(carom.Scene.random(1000, dimension=2, packing_fraction=0.6), seed=1).frame()
     own = psi_6(frame)
     freud = pytest.importorskip("freud")
     system = frame.to_freud()
@@ -695,7 +697,7 @@ def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
 
 def test_no_order_parameter_is_measured_in_other_dimensions():
     nothing = OrderParameter(4)
-    nothing.add(carom.Simulation(carom.Scene.random(8, 4, packing_fraction=0.05)).frame())
+    nothing.add(carom.Simulation(carom.Scene.random(8, dimension=4, packing_fraction=0.05)).frame())
     assert nothing.values() is None
 
 
@@ -703,7 +705,9 @@ def test_no_order_parameter_is_measured_in_other_dimensions():
 def test_q_6_is_the_sum_over_spherical_harmonics_of_all_bonds(periodic):
     from scipy.special import sph_harm_y
 
-    frame = carom.Simulation(carom.Scene.random(200, 3, packing_fraction=0.4, periodic=periodic)).frame()
+    frame = carom.Simulation(
+        carom.Scene.random(200, dimension=3, packing_fraction=0.4, periodic=periodic)
+    ).frame()
     ways = frame.positions[:, None] - frame.positions[None]
     box = np.asarray(frame.box)
     ways -= np.where(periodic, box * np.rint(ways / box), 0.0)

@@ -20,7 +20,7 @@ EPS = np.finfo(float).eps
 
 def start(n, dimension, packing_fraction, seed=1):
     """Return spheres in motion without the engine: random places, Gaussian velocities without a drift."""
-    scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=seed)
+    scene = carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=seed)
     v = np.random.default_rng(seed).normal(size=(n, dimension))
     return scene.positions, v - v.mean(axis=0), np.asarray(scene.box)
 
@@ -134,7 +134,7 @@ def test_the_error_of_verlet_falls_with_the_square_of_the_step():
 
 @pytest.mark.slow
 def test_pseudo_hard_spheres_keep_their_temperature_and_have_the_pressure_of_hard_ones():
-    scene, _ = melted(carom.Scene.fcc(4, density=0.5), 1)
+    scene, _ = melted(carom.Scene.crystal(cells=4, density=0.5), 1)
     system = PseudoHardSpheres(scene.positions, scene.velocities, scene.box, step=2e-3)
     system.equilibrate(2000)
     begin = system.energy
@@ -150,7 +150,7 @@ def test_pseudo_hard_spheres_keep_their_temperature_and_have_the_pressure_of_har
 
 @pytest.mark.skipif(not lammps.available(), reason="LAMMPS is not installed")
 def test_lammps_moves_pseudo_hard_spheres_as_carom_does():
-    scene, _ = melted(carom.Scene.fcc(3, density=0.5), 1)
+    scene, _ = melted(carom.Scene.crystal(cells=3, density=0.5), 1)
     ours, theirs = (
         make(scene.positions, scene.velocities, scene.box, step=1e-3)
         for make in (PseudoHardSpheres, lammps.LammpsSpheres)

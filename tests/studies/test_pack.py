@@ -98,7 +98,7 @@ def test_the_rate_is_relative_to_the_thermal_speed_whatever_the_mass():
 
 def test_from_a_dense_start_the_free_volume_law_finds_the_jamming_density():
     # From a pressure of 1e4 on, the law foretells where the same compression ends.
-    start = carom.Scene.fcc(cells=3, packing_fraction=0.72)
+    start = carom.Scene.crystal(cells=3, packing_fraction=0.72)
     early = studies.pack(start, rate=0.01, until_pressure=1e4, seed=1)
     late = studies.pack(start, rate=0.01, until_pressure=1e9, seed=1)
     assert early.packing_fraction < late.packing_fraction * (1 - 1e-4)
@@ -242,7 +242,7 @@ def test_a_folder_without_a_packing_cannot_go_on(tmp_path):
 
 
 def test_rescale_changes_a_growth_but_begins_none():
-    scene = carom.Scene.random(30, 2, packing_fraction=0.2)
+    scene = carom.Scene.random(30, dimension=2, packing_fraction=0.2)
     sim = carom.Simulation(scene, growth=0.01)
     sim.run(time=1.0)
     sim.rescale(1.0, growth=0.02)

@@ -63,7 +63,7 @@ def test_run_study_plan_and_picture_agree_at_freezing_itself(eta):
 
 
 def test_a_crystal_is_compared_with_a_crystal_of_as_many():
-    scene = carom.Scene.fcc(cells=3, packing_fraction=0.55)
+    scene = carom.Scene.crystal(cells=3, packing_fraction=0.55)
     images = np.zeros((108, 3), dtype=np.int32)
     images[:60, 0] = 1
     frame = Frame(0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, images)

@@ -156,8 +156,11 @@ def test_the_residual_bias_falls_with_n_and_rises_with_density():
 @pytest.mark.slow
 def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
     # Exact for every N: sixteen spheres, two masses, two sizes.
-    scene = carom.Scene.mixture(
-        [8, 8], diameters=[1.0, 1.4], masses=[1.0, 3.0], packing_fraction=0.2, dimension=3, seed=1
+    scene = carom.Scene.random(
+        species=[carom.Species(count=8), carom.Species(count=8, diameter=1.4, mass=3.0)],
+        packing_fraction=0.2,
+        dimension=3,
+        seed=1,
     )
     sim = Simulation(scene, kT=2.0, seed=2)
     sim.run(collisions_per_particle=100)

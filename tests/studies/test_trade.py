@@ -31,7 +31,7 @@ EPS = np.finfo(float).eps
 @pytest.fixture(scope="module")
 def scene():
     """Sixteen disks in motion, and their mean free time."""
-    return melted(carom.Scene.random(16, 2, packing_fraction=0.3, seed=1), 1)
+    return melted(carom.Scene.random(16, dimension=2, packing_fraction=0.3, seed=1), 1)
 
 
 # Stepping.
@@ -163,10 +163,10 @@ def test_the_front_is_of_those_that_nobody_beats_twice():
 
 def test_a_small_scene_has_the_same_density_and_room_for_stepping():
     for scene in (
-        carom.Scene.fcc(8, density=0.5),
-        carom.Scene.fcc(8, packing_fraction=0.6),
-        carom.Scene.triangular(30, packing_fraction=0.7),
-        carom.Scene.dn(4, 4, packing_fraction=0.2),
+        carom.Scene.crystal(cells=8, density=0.5),
+        carom.Scene.crystal(cells=8, packing_fraction=0.6),
+        carom.Scene.crystal(cells=30, dimension=2, packing_fraction=0.7),
+        carom.Scene.crystal(cells=4, lattice="dn", dimension=4, packing_fraction=0.2),
     ):
         small = small_scene(scene)
         assert 16 <= small.n <= 64
@@ -307,7 +307,13 @@ def test_the_published_rates_are_at_our_temperature(dimension, density):
 @pytest.mark.parametrize(("dimension", "density"), LYAPUNOV)
 def test_the_horizon_is_the_one_of_the_lyapunov_exponent(dimension, density):
     start, mean_free_time = melted(
-        carom.Scene.cubic(64 if dimension == 1 else 8 if dimension == 2 else 4, dimension, density=density), 1
+        carom.Scene.crystal(
+            cells=64 if dimension == 1 else 8 if dimension == 2 else 4,
+            lattice="cubic",
+            dimension=dimension,
+            density=density,
+        ),
+        1,
     )
     track = trade_measures.true_track(start, oracle(), mean_free_time, 80, lambda fraction: None)
     exponent, rate = LYAPUNOV[dimension, density]

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def frames():
-    sim = carom.Simulation(carom.Scene.fcc(cells=3, packing_fraction=0.3), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     sim.run(collisions_per_particle=50)
     return list(sim.sample(every=0.0625, count=150))
 
@@ -83,7 +83,7 @@ def test_kinetic_energy_of_a_part_passes_physical_validation():
     pv = pytest.importorskip("physical_validation")
     # At constant energy the ensemble has no distribution of energies, but parts of the fluid are canonical up
     # to 1 / N: eight spheres of 864.
-    sim = carom.Simulation(carom.Scene.fcc(cells=6, packing_fraction=0.3), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=6, packing_fraction=0.3), seed=1)
     sim.run(collisions_per_particle=50)
     few = 8
     energies = [0.5 * np.sum(frame.velocities[:few] ** 2) for frame in sim.sample(every=2.0, count=500)]
@@ -102,8 +102,11 @@ def test_kinetic_energy_of_a_part_passes_physical_validation():
 
 def test_light_and_heavy_spheres_pass_the_equipartition_of_physical_validation():
     pv = pytest.importorskip("physical_validation")
-    scene = carom.Scene.mixture(
-        [432, 432], diameters=[1.0, 0.7], masses=[4.0, 1.0], dimension=3, packing_fraction=0.3, seed=2
+    scene = carom.Scene.random(
+        species=[carom.Species(count=432, mass=4.0), carom.Species(count=432, diameter=0.7)],
+        dimension=3,
+        packing_fraction=0.3,
+        seed=2,
     )
     sim = carom.Simulation(scene, seed=2)
     sim.run(collisions_per_particle=100)

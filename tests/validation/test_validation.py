@@ -56,7 +56,7 @@ def test_two_spheres_on_a_torus_to_a_thousandth(row):
 
 @pytest.mark.parametrize(("n", "density", "exact"), [(10, 0.5, 1.9), (10, 0.8, 4.6), (50, 0.5, 1.98)])
 def test_tonks_gas(n, density, exact):
-    scene = carom.Scene.random(n, 1, density=density, seed=n)
+    scene = carom.Scene.random(n, dimension=1, density=density, seed=n)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions_per_particle=100)
     found = sim.measure(carom.Pressure(), collisions=400_000).compressibility_factor
@@ -78,7 +78,7 @@ def check_fluid(dimension, row, scene, collisions_per_particle, target):
 
 def test_the_fluid_of_spheres_quickly():
     row = fluid("hard_spheres_fluid.csv", "rho")["0.5000000"]
-    scene = carom.Scene.fcc(cells=6, packing_fraction=float(row["eta"]))
+    scene = carom.Scene.crystal(cells=6, packing_fraction=float(row["eta"]))
     check_fluid(3, row, scene, 400, 5e-3)
 
 
@@ -89,7 +89,7 @@ SPHERES = ["0.1000000", "0.3000000", "0.5000000", "0.7000000", "0.8000000", "0.8
 @pytest.mark.parametrize("density", SPHERES)
 def test_the_fluid_of_spheres(density):
     row = fluid("hard_spheres_fluid.csv", "rho")[density]
-    scene = carom.Scene.fcc(cells=8, packing_fraction=float(row["eta"]))
+    scene = carom.Scene.crystal(cells=8, packing_fraction=float(row["eta"]))
     check_fluid(3, row, scene, 8000, 1e-3)
 
 
@@ -97,14 +97,14 @@ def test_the_fluid_of_spheres(density):
 @pytest.mark.parametrize("eta", ["0.100", "0.300", "0.400", "0.500"])
 def test_the_fluid_of_disks(eta):
     row = fluid("hard_disks_fluid.csv", "eta")[eta]
-    scene = carom.Scene.triangular(cells=32, packing_fraction=float(eta))
+    scene = carom.Scene.crystal(dimension=2, cells=32, packing_fraction=float(eta))
     check_fluid(2, row, scene, 8000, 1e-3)
 
 
 @pytest.mark.slow
 def test_the_fluid_in_four_dimensions_follows_its_virial_series():
     eta = 0.05
-    scene = carom.Scene.dn(5, 4, packing_fraction=eta)
+    scene = carom.Scene.crystal(cells=5, lattice="dn", dimension=4, packing_fraction=eta)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions_per_particle=200)
     estimate = sim.measure(carom.Pressure(), collisions_per_particle=2000)
@@ -119,7 +119,7 @@ def test_the_fluid_in_four_dimensions_follows_its_virial_series():
 @pytest.mark.slow
 @pytest.mark.parametrize("eta", [0.05, 0.30, 0.49])
 def test_ten_million_collisions_keep_energy_and_cores(eta):
-    sim = carom.Simulation(carom.Scene.fcc(cells=10, packing_fraction=eta), seed=1)
+    sim = carom.Simulation(carom.Scene.crystal(cells=10, packing_fraction=eta), seed=1)
     sim.run(collisions=10_000_000)
     found = sim.statistics
     print(

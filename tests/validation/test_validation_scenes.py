@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixed
 from helpers.oracle_scenes import moving
 
 import carom
@@ -80,11 +81,9 @@ def check_mixture(scene, collisions, expected, accuracy, error=0.0):
 
 
 def disks(n, eta, ratio=1.4):
-    scene = carom.Scene.mixture(
+    scene = carom.Scene.random(
         n=n,
-        fractions=[1, 1],
-        diameters=[ratio, 1.0],
-        masses=[2.0, 0.5],
+        species=[carom.Species(fraction=1, diameter=ratio, mass=2.0), carom.Species(fraction=1, mass=0.5)],
         dimension=2,
         packing_fraction=eta,
         seed=1,
@@ -108,8 +107,10 @@ def test_binary_disks(eta):
 def test_binary_spheres():
     row = MIXTURE
     half = row["N"] // 2
-    scene = carom.Scene.mixture(
-        [half, half], diameters=row["sigma"], masses=row["m"], packing_fraction=row["eta"], seed=1
+    scene = carom.Scene.random(
+        species=mixed(counts=[half, half], diameters=row["sigma"], masses=row["m"]),
+        packing_fraction=row["eta"],
+        seed=1,
     )
     sim, rates, found = check_mixture(scene, 6_000_000, row["Z"], 0.0, row["err"])
     bmcsl = float(theory.bmcsl(row["eta"], row["x"], row["sigma"]))
@@ -136,10 +137,7 @@ def test_mixtures_drawn_at_random(number):
     ratio, part = math.exp(rng.uniform(math.log(1.2), math.log(5.0))), rng.uniform(0.1, 0.9)
     eta, n = rng.uniform(0.1, 0.6 if dimension == 2 else 0.45), int(rng.integers(500, 2001))
     masses = np.exp(rng.uniform(-2.0, 2.0, 2))
-    scene = carom.Scene.mixture(
-        n=n, fractions=[part, 1.0 - part], diameters=[ratio, 1.0], masses=masses, dimension=dimension,
-        packing_fraction=eta, seed=rng,
-    )  # fmt: skip
+    scene = carom.Scene.random(n=n, species=mixed(fractions=[part, 1.0 - part], diameters=[ratio, 1.0], masses=masses), dimension=dimension, packing_fraction=eta, seed=rng)  # fmt: skip
     eta, x = scene.packing_fraction, np.bincount(scene.species) / n
     theories = {"SYH": theory.santos_yuste_lopez_de_haro(eta, x, [ratio, 1.0], dimension)}
     if dimension == 3:
@@ -160,8 +158,11 @@ def test_mixtures_drawn_at_random(number):
 
 def test_equipartition_of_few_unequal_disks():
     # <m_i v_i^2> = d kT (1 - m_i / M) where the momentum is zero: 13 % less for these heavy ones than d kT.
-    scene = carom.Scene.mixture(
-        [4, 20], diameters=[1.0, 0.8], masses=[8.0, 1.0], dimension=2, packing_fraction=0.4, seed=2
+    scene = carom.Scene.random(
+        species=[carom.Species(count=4, mass=8.0), carom.Species(count=20, diameter=0.8)],
+        dimension=2,
+        packing_fraction=0.4,
+        seed=2,
     )
     sim = carom.Simulation(scene, seed=3, neighbors="lists")
     sim.run(collisions=1000)
@@ -184,7 +185,7 @@ def boxed(n, d, diameter, edge=1.0, seed=1, ball=None):
     if ball is None:
         ball = Ball((0.0,) * d, 0.05 * diameter, "corner")
     scene = carom.Scene.random(
-        n, d, box=edge, diameter=diameter, periodic=False, obstacles=(ball,), seed=seed
+        n, dimension=d, box=edge, diameter=diameter, periodic=False, obstacles=(ball,), seed=seed
     )
     return carom.Simulation(scene, seed=seed, neighbors="sectors", images=False)
 
@@ -295,7 +296,12 @@ def test_the_free_path_of_a_lorentz_gas(d):
 
     def make(seed):
         scene = carom.Scene.random(
-            1, d, box=edge, diameter=size, obstacles=[Ball(center, radius) for center in centers], seed=seed
+            1,
+            dimension=d,
+            box=edge,
+            diameter=size,
+            obstacles=[Ball(center, radius) for center in centers],
+            seed=seed,
         )
         return carom.Simulation(scene, seed=seed, neighbors="sectors")
 
@@ -378,7 +384,7 @@ def test_granular_gas_cools_by_haff_s_law():
     logarithms = []
     for seed in range(8):
         sim = carom.Simulation(
-            carom.Scene.random(1000, d, density=0.1, seed=seed).with_(restitution=e), seed=seed
+            carom.Scene.random(1000, dimension=d, density=0.1, seed=seed).with_(restitution=e), seed=seed
         )
         start, row = sim.kT, []
         for _ in range(6):

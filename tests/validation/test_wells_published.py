@@ -78,12 +78,14 @@ and 1 deep for every pair."""
 
 
 def scene_of_thin():
-    return carom.Scene.fcc(10, density=0.1).with_(interaction=SquareWell(1.5, 1.0))
+    return carom.Scene.crystal(cells=10, density=0.1).with_(interaction=SquareWell(1.5, 1.0))
 
 
 def scene_of_mixture():
-    places = carom.Scene.mixture(
-        [100, 3900], diameters=[1.0, 0.5], masses=[1.0, 0.125], packing_fraction=0.3, seed=5
+    places = carom.Scene.random(
+        species=[carom.Species(count=100), carom.Species(count=3900, diameter=0.5, mass=0.125)],
+        packing_fraction=0.3,
+        seed=5,
     )
     assert places.box[0] == pytest.approx(10.083897274776522, rel=1e-12)  # theirs
     cores = [[1.0, 0.75], [0.75, 0.5]]

@@ -203,7 +203,7 @@ class Andersen(_Bath):
     Examples
     --------
     >>> import carom
-    >>> scene = carom.Scene.random(64, 3, packing_fraction=0.2).with_(drive=Andersen(kT=2.0, rate=1.0))
+    >>> scene = carom.Scene.random(64, 0.2, drive=Andersen(kT=2.0, rate=1.0))
     >>> sim = carom.Simulation(scene)
     >>> sim.run(time=2.0).collisions > 0
     True

@@ -18,6 +18,7 @@ from carom.plan.fields import Fields
 from carom.scene import lattices
 from carom.scene.lattices import Lattice
 from carom.scene.scene import Scene
+from carom.scene.species import Species
 
 INITIAL = ("fcc", "cubic", "triangular", "dn", "random", "file")
 NEIGHBORS = ("auto", "sectors", "lists", "all")
@@ -314,7 +315,13 @@ class SceneSpec:
     def _mixture(self, walls: dict[str, Any], seed: Any) -> Scene:
         """Return the scene of several species."""
         kinds = [Species(**dataclasses.asdict(each)) for each in self.species]
-        common: dict[str, Any] = {"n": self.n, "species": kinds, "contact": self.contact, "seed": seed, **walls}
+        common: dict[str, Any] = {
+            "n": self.n,
+            "species": kinds,
+            "contact": self.contact,
+            "seed": seed,
+            **walls,
+        }
         common |= {"packing_fraction": self.packing_fraction, "density": self.density}
         if self.initial == "random":
             return Scene.random(dimension=self.dimension, box=self.box, **common)

@@ -45,7 +45,15 @@ class Keywords(TypedDict, total=False):
 
 KNOWN = tuple(Keywords.__annotations__)
 
-MEANT = {"eta": "packing_fraction", "phi": "packing_fraction", "rho": "density", "sigma": "diameter", "d": "dimension", "N": "n", "L": "box"}
+MEANT = {
+    "eta": "packing_fraction",
+    "phi": "packing_fraction",
+    "rho": "density",
+    "sigma": "diameter",
+    "d": "dimension",
+    "N": "n",
+    "L": "box",
+}
 """What letters of formulas are called here."""
 
 

@@ -27,12 +27,12 @@ from carom.simulation.workers.timings import Settings
 
 
 def fluid(cells=12):
-    return carom.Scene.fcc(cells=cells, packing_fraction=0.3)
+    return carom.Scene.crystal(cells=cells, packing_fraction=0.3)
 
 
 def tube():
     """A box with room for twenty-four slabs."""
-    return carom.Scene.fcc(cells=(80, 5, 5), packing_fraction=0.3)
+    return carom.Scene.crystal(cells=(80, 5, 5), packing_fraction=0.3)
 
 
 def alone_and_together(
@@ -72,7 +72,7 @@ def test_any_number_of_workers_gives_the_bits_of_one(workers):
 
 @pytest.mark.parametrize("packing_fraction", [0.05, 0.3, 0.49, 0.6])
 def test_thin_and_dense_cubes_have_the_same_bits(packing_fraction):
-    scene = carom.Scene.fcc(cells=14, packing_fraction=packing_fraction)
+    scene = carom.Scene.crystal(cells=14, packing_fraction=packing_fraction)
     alone, together, timings = alone_and_together(scene, 2)
     assert_same_bits(alone, together)
     assert timings.windows > 0
@@ -248,7 +248,7 @@ def test_the_event_log_of_several_workers_is_that_of_one(tmp_path):
 def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp_path):
     # The same half twice, with coordinates of few bits: all happens in both at the same times, at first. Two
     # parts are its halves along the last axis.
-    half = carom.Scene.fcc(cells=(8, 8, 8), packing_fraction=0.3)
+    half = carom.Scene.crystal(cells=(8, 8, 8), packing_fraction=0.3)
     box = np.ldexp(np.rint(np.ldexp(half.box, 20)), -20)
     x = np.ldexp(np.rint(np.ldexp(half.positions, 20)), -20)
     up, v = np.array([0.0, 0.0, box[2]]), np.random.default_rng(3).standard_normal(x.shape)
@@ -294,8 +294,11 @@ def test_ctrl_c_leaves_a_true_state(monkeypatch):
 
 @pytest.mark.slow
 def test_mixtures_between_walls_have_the_same_bits():
-    scene = carom.Scene.mixture(
-        counts=(3000, 3000), diameters=(1.0, 1.4), packing_fraction=0.5, periodic=(True, False, True), seed=1
+    scene = carom.Scene.random(
+        species=[carom.Species(count=3000), carom.Species(count=3000, diameter=1.4)],
+        packing_fraction=0.5,
+        periodic=(True, False, True),
+        seed=1,
     )
     alone, together, timings = alone_and_together(scene, 2, 0.5)
     assert_same_bits(alone, together)
@@ -344,7 +347,7 @@ def test_lists_that_run_out_of_room_in_a_part_cost_no_bit():
         assert machine.scheme.capacity > lattice
         return block
 
-    scene = carom.Scene.triangular(40, packing_fraction=0.7)
+    scene = carom.Scene.crystal(cells=40, dimension=2, packing_fraction=0.7)
     alone, together, timings = alone_and_together(scene, 3, 1.0, go=go)
     assert timings.repeats > 0
     assert timings.windows > 0

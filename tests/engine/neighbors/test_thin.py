@@ -29,7 +29,7 @@ from carom.simulation.system_of_scene import prepare
     ],
 )
 def test_looking_at_everybody_finds_the_oracle_s_collisions(dimension, n, size, tmp_path):
-    scene = moving(carom.Scene.random(n, dimension, seed=n, **size), n + 100)
+    scene = moving(carom.Scene.random(n, dimension=dimension, seed=n, **size), n + 100)
     assert_equal_to_oracle(scene, 3 * n, tmp_path, at_least=n, neighbors="all")
 
 
@@ -42,12 +42,17 @@ def test_so_it_does_for_sizes_and_masses_of_their_own(box):
 @pytest.mark.slow
 def test_so_it_does_for_a_contact_matrix():
     contact = [[1.0, 0.65], [0.65, 0.6]]
-    scene = carom.Scene.mixture([4, 4], diameters=[1.0, 0.6], contact=contact, box=(8.0, 9.0), seed=30)
+    scene = carom.Scene.random(
+        species=[carom.Species(count=4), carom.Species(count=4, diameter=0.6)],
+        contact=contact,
+        box=(8.0, 9.0),
+        seed=30,
+    )
     check(case(moving(scene, 5)), "all")
 
 
 def chosen(n, dimension, packing_fraction, **more):
-    scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1, **more)
+    scene = carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=1, **more)
     return scheme.choose(prepare(scene, np.ones_like(scene.positions)), dimension**0.5)
 
 
@@ -68,21 +73,21 @@ def test_wider_sectors_where_flights_are_long():
 def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
     n = 1000
     found = chosen(n, dimension, packing_fraction)
-    scene = carom.Scene.random(n, dimension, packing_fraction=packing_fraction, seed=1)
+    scene = carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=1)
     side = max(sector_side.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
     assert found.shape == tuple(int(edge / side) for edge in scene.box)
 
 
 def test_what_everybody_needs_is_said():
-    scene = carom.Scene.random(5, 2, packing_fraction=0.01, seed=1, periodic=False)
+    scene = carom.Scene.random(5, dimension=2, packing_fraction=0.01, seed=1, periodic=False)
     with pytest.raises(carom.InputError, match="needs a box that is periodic"):
         carom.Simulation(scene, neighbors="all")
     with pytest.raises(carom.InputError, match="3 times the largest diameter"):
-        carom.Simulation(carom.Scene.random(2, 2, packing_fraction=0.3, seed=1), neighbors="all")
+        carom.Simulation(carom.Scene.random(2, dimension=2, packing_fraction=0.3, seed=1), neighbors="all")
 
 
 def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
-    scene = carom.Scene.random(6, 3, box=(1000.0,) * 3, diameter=1.0, seed=1)
+    scene = carom.Scene.random(6, dimension=3, box=(1000.0,) * 3, diameter=1.0, seed=1)
     sim = carom.Simulation(scene, seed=1)
     block = sim.run(collisions=30)
     assert block.collisions == 30
@@ -92,7 +97,7 @@ def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
 
 def test_contacts_that_are_kept_pass_through_a_checkpoint(tmp_path):
     """Between two collisions of an epoch the contacts kept are all that is known of the next ones."""
-    scene = carom.Scene.random(70, 3, packing_fraction=1e-3, seed=2)
+    scene = carom.Scene.random(70, dimension=3, packing_fraction=1e-3, seed=2)
     straight = carom.Simulation(scene, seed=3, neighbors="all")
     straight.run(collisions=33)
     straight.save(tmp_path / "on_the_way.h5")

@@ -7,7 +7,7 @@ import signal
 import numpy as np
 import pytest
 
-from carom import Scene, Simulation, studies
+from carom import Scene, Simulation, Species, studies
 from carom.engine.observers.currents import Currents
 from carom.engine.observers.flights import Flights
 from carom.io.events import read_events
@@ -19,10 +19,8 @@ CLOCK = {"collisions_per_second"}
 
 def scene_of(growing=False):
     """A mixture between walls, around a ball, that loses energy where diameters do not grow."""
-    return Scene.mixture(
-        (20, 28),
-        diameters=(1.0, 0.6),
-        masses=(1.0, 0.3),
+    return Scene.random(
+        species=[Species(count=20), Species(count=28, diameter=0.6, mass=0.3)],
         dimension=2,
         packing_fraction=0.1,
         periodic=(True, False),
@@ -147,7 +145,7 @@ def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches)
 
 @pytest.mark.parametrize("asked", [{}, {"flights": True}, {"currents": True}])
 def test_what_a_simulation_was_asked_to_count_is_counted_after_a_checkpoint(asked, tmp_path):
-    sim = Simulation(Scene.fcc(3, packing_fraction=0.3), seed=1, **asked)
+    sim = Simulation(Scene.crystal(cells=3, packing_fraction=0.3), seed=1, **asked)
     sim.save(tmp_path / "state.h5")
     machine = Simulation.load(tmp_path / "state.h5").machine
     for name, kind in (("flights", Flights), ("currents", Currents)):

@@ -24,7 +24,7 @@ def cluster(dimension=2, seed=3):
     """Return unlike particles with steps in the middle of a box that nobody leaves, with a drift."""
     rng = np.random.default_rng(seed)
     n, wide, box = 20, 7.0, 80.0
-    small = carom.Scene.random(n, dimension, box=(wide,) * dimension, diameter=1.0, seed=seed)
+    small = carom.Scene.random(n, dimension=dimension, box=(wide,) * dimension, diameter=1.0, seed=seed)
     return carom.Scene(
         small.positions + 0.5 * (box - wide),
         box,
@@ -68,7 +68,9 @@ def test_the_moments_with_steps_are_those_of_positions_and_pair_energies():
 
 
 def fluid(**settings):
-    scene = carom.Scene.triangular(cells=(10, 10), packing_fraction=0.3).with_(interaction=StepTable(LADDER))
+    scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3).with_(
+        interaction=StepTable(LADDER)
+    )
     return carom.Simulation(scene, seed=2, kT=2.0, **settings)
 
 
@@ -105,7 +107,7 @@ def test_the_trace_of_the_stress_is_the_virial_of_all_events():
 
 
 def test_currents_are_refused_where_steps_lose_energy():
-    scene = carom.Scene.triangular(cells=(10, 10), packing_fraction=0.3)
+    scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3)
     bridge = Steps([1.0, 1.3], [math.inf, -0.2], leaving=[math.inf, -0.6])
     with pytest.raises(InputError, match="lose no energy"):
         carom.Simulation(scene.with_(interaction=StepTable(bridge)), currents=True)

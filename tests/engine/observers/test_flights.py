@@ -19,8 +19,10 @@ FIVE = 5.0
 
 @pytest.fixture(scope="module")
 def found():
-    scene = carom.Scene.mixture(
-        [64, 64], diameters=[1.0, 0.6], masses=[1.0, 0.25], packing_fraction=0.3, seed=2
+    scene = carom.Scene.random(
+        species=[carom.Species(count=64), carom.Species(count=64, diameter=0.6, mass=0.25)],
+        packing_fraction=0.3,
+        seed=2,
     )
     sim = carom.Simulation(scene, seed=3, flights=True)
     sim.run(collisions_per_particle=100)
@@ -94,7 +96,7 @@ def test_the_return_probability_is_counted_by_hand(found, tmp_path):
 
 
 RULES = Ranges([Kind("a", circles=[1.5])], lambda unit, event: None)
-FLUID = carom.Scene.fcc(cells=3, packing_fraction=0.1)
+FLUID = carom.Scene.crystal(cells=3, packing_fraction=0.1)
 
 
 @pytest.mark.parametrize(

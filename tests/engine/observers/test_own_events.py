@@ -110,7 +110,13 @@ def gas(d, *, speed=1.0, seed=1):
     box = (edge,) * d
     ball = Ball((edge / 2,) * d, 1.2, "ball")
     scene = carom.Scene.random(
-        n, d, box=box, seed=seed, periodic=(*(d - 1) * [True], False), obstacles=[ball], diameter=1.0
+        n,
+        dimension=d,
+        box=box,
+        seed=seed,
+        periodic=(*(d - 1) * [True], False),
+        obstacles=[ball],
+        diameter=1.0,
     )
     velocities = np.random.default_rng(seed).normal(size=(n, d))
     return scene.with_(velocities=speed * velocities)
@@ -244,7 +250,9 @@ def test_sums_go_on_when_velocities_are_rescaled_and_when_diameters_have_grown(t
 
 
 def test_events_of_steps_say_which_they_are():
-    scene = carom.Scene.random(60, 2, packing_fraction=0.2, seed=1).with_(interaction=SquareWell(1.5))
+    scene = carom.Scene.random(60, dimension=2, packing_fraction=0.2, seed=1).with_(
+        interaction=SquareWell(1.5)
+    )
     sim = carom.Simulation(scene, seed=2, observers=[seen(scene)])
     sim.run(collisions=2000)
     assert (sim.observers[0].kinds == sim.machine.engine.model.pair.events.sum(axis=0)).all()
@@ -305,7 +313,7 @@ class Worded:
     counts: int = 0
 
 
-SMALL = carom.Scene.random(20, 2, packing_fraction=0.2, seed=1)
+SMALL = carom.Scene.random(20, dimension=2, packing_fraction=0.2, seed=1)
 
 
 @pytest.mark.parametrize(
@@ -325,7 +333,7 @@ def test_what_is_no_observer_is_refused_in_a_sentence(observers, says):
 
 
 def test_several_workers_do_not_observe():
-    scene = carom.Scene.fcc(cells=7, packing_fraction=0.3)
+    scene = carom.Scene.crystal(cells=7, packing_fraction=0.3)
     observer = Result(np.zeros(1, np.int64))
     with pytest.raises(InputError, match="because of Result, which observes every event when it happens"):
         carom.Simulation(scene, observers=[observer], workers=2)

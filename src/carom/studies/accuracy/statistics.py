@@ -91,7 +91,7 @@ def sizes(
     for k, wanted in enumerate(SIZES):
         progress(k / len(SIZES))
         cells = round((wanted / len(lattice.basis) * math.prod(lattice.shape)) ** (1.0 / dimension))
-        scene = Scene.lattice(max(cells, 2), dimension, packing_fraction=packing_fraction)
+        scene = Scene.crystal(cells=max(cells, 2), dimension=dimension, packing_fraction=packing_fraction)
         if scene.n not in seen:
             seen.add(scene.n)
             rows.append(_size(scene, seed, seconds))

@@ -259,7 +259,9 @@ def small_scene(scene: Scene) -> Scene:
         while lattice.count(lattices.cells_along(lattice, cells + 1)) <= SMALL:
             cells += 1
         if eta < 0.95 * lattice.limit:
-            return Scene.on(lattice, cells, packing_fraction=eta, diameter=scene.diameter, mass=scene.mass)
+            return Scene.crystal(
+                lattice=lattice, cells=cells, packing_fraction=eta, diameter=scene.diameter, mass=scene.mass
+            )
     raise InputError(
         f"A packing fraction of {eta:.6g} is too near close packing for the oracle's small scene; lower it."
     )
@@ -269,9 +271,9 @@ def _medium(scene: Scene) -> Scene:
     """Return a scene of the same density with about 500 particles, for g(r)."""
     lattice = lattices.densest(scene.dimension)
     cells = max(2, round((500 / len(lattice.basis) * math.prod(lattice.shape)) ** (1.0 / scene.dimension)))
-    return Scene.lattice(
-        cells,
-        scene.dimension,
+    return Scene.crystal(
+        cells=cells,
+        dimension=scene.dimension,
         packing_fraction=scene.packing_fraction,
         diameter=scene.diameter,
         mass=scene.mass,

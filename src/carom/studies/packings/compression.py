@@ -25,6 +25,7 @@ from carom.notebook import by_stage, watchable
 from carom.scene import lattices
 from carom.scene.overlaps import rounding
 from carom.scene.scene import Scene
+from carom.scene.species import Species
 from carom.simulation.simulation import Simulation
 from carom.studies.packings.packing import HISTORY, Packing, parted
 from carom.studies.runs.folder import RunFolder
