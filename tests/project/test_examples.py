@@ -13,6 +13,7 @@ LONG = (
     "barometric_column",
     "billiards",
     "brazil_nut",
+    "brownian_spheres",
     "caps_on_a_sphere",
     "cushions_160",
     "disks_2000",

@@ -13,11 +13,15 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.registry import inner, optional
+from carom.engine.advance import advance
 from carom.engine.boundary import separation
 from carom.engine.constants import TIMER_EVENT
+from carom.engine.events import enqueue, release
 from carom.engine.neighbors.skins import start
 from carom.engine.observers.interface import gain
+from carom.engine.one_body import earlier_event, run_event
 from carom.engine.pair_steps import named, put_step, step_of
+from carom.engine.tallies import record
 from carom.models.interface import IN, mass, position, velocity
 from carom.models.units import (
     ENTERED,
@@ -97,21 +101,19 @@ def _(rules: Units, model, state, neighbors, i, j, ref, kind, now):
         _settle(rules, model, state, neighbors, 1, j, now)
 
 
-@optional
-def schedule_timer(rules, state, i, now, event_time, blocked):
-    """Give i an event of its own, if it is to be asked before the time ``event_time``, or before the obstacle
-    that it is ``blocked`` by; return whether it is blocked, by either.
-    """
-    return blocked
+@earlier_event.register
+def _(source: Units, model, state, i, now, t, code):
+    until = now if source.news[i] != NO_AGENT else max(source.timers[i], now)
+    return (until, TIMER_EVENT) if until < t else (t, code)
 
 
-@schedule_timer.register
-def _(rules: Units, state, i, now, event_time, blocked):
-    until = now if rules.news[i] != NO_AGENT else max(rules.timers[i], now)
-    if until >= (np.float64(state.rows[i].event_time) if blocked else event_time):
-        return blocked
-    state.rows[i].event_time = until
-    state.partner[i] = TIMER_EVENT
+@run_event.register
+def _(source: Units, model, state, neighbors, log, i, code, now):
+    if code != TIMER_EVENT:
+        return False
+    advance(model, state, neighbors, i, now)
+    on_timer(source, model, state, neighbors, i, code, now)
+    record(log, state.clock[0], np.int64(i), code, 0.0)
     return True
 
 
@@ -131,3 +133,29 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
             place_other(rules, 0, axis, r, velocity(model.motion, axis, far.v[axis], now - far.t))
     call_rule(rules.rule, rules.units[0], rules.told[0])
     _settle(rules, model, state, neighbors, 0, i, now)
+
+
+@optional
+def notify_next(rules, model, state, calendar, now):
+    """Give the next unit in the queue of news an event of its own, now; its partner gets an advancement.
+
+    Return False if the queue is empty.
+    """
+    return False
+
+
+@notify_next.register
+def _(rules: Units, model, state, calendar, now):
+    if rules.queued[0] == 0:
+        return False
+    rules.queued[0] -= 1
+    i = np.uint64(rules.queue[rules.queued[0]])
+    if rules.news[i] == NO_AGENT:  # it has been removed meanwhile
+        return True
+    held = np.int64(state.partner[i])
+    state.rows[i].event_time = now
+    state.partner[i] = TIMER_EVENT
+    enqueue(state, calendar, i)
+    if held >= 0:
+        release(model, state, calendar, i, held)
+    return True

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.simd_fields import make_lanes
+from carom.engine import agents, obstacle_events  # noqa: F401 (they register their events)
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.contact_timing import timing_of
 from carom.engine.dynamic_obstacles import is_live, with_work
@@ -23,6 +24,8 @@ from carom.engine.pair_steps import SteppedImage
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
 from carom.engine.tallies import TALLY
+from carom.engine.timed_events import make_timers
+from carom.models.copies import copied
 from carom.models.units import Units
 
 
@@ -44,6 +47,8 @@ class Model(NamedTuple):
     """What adds something up of the events (:mod:`carom.engine.observers`), or None."""
     rules: Any
     """The pair model again, where units decide by rules, or None."""
+    timers: Any
+    """What kicks single components at times of its own (:mod:`carom.engine.timed_events`), or None."""
 
 
 class Engine(NamedTuple):
@@ -66,7 +71,13 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
         make_obstacles(system.dimension, system.walls, system.obstacle_models), system.obstacle_models
     )
     live = obstacles is not None and obstacles.live is not None
-    lossy = impact is not None or system.rates is not None or system.stepped or live
+    timers = None
+    if system.drive is not None:
+        timers = make_timers(
+            copied(system.drive.model(particles)), system.dimension, system.unit.exponent, system.pinned
+        )
+    changes = impact is not None or system.rates is not None or system.stepped or live
+    lossy = changes or timers is not None
     neighbors, boundary = build_neighbors(scheme, system, pair)
     return Engine(
         Model(
@@ -79,6 +90,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
             timing_of(scheme, system, neighbors, pair),
             make_observers(system, pair, velocities, lossy),
             pair if isinstance(pair, Units) else None,
+            timers,
         ),
         state,
         neighbors,
@@ -157,7 +169,7 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
 
     for part in ("state", "neighbors", "calendar", "tallies"):
         gather(part, getattr(engine, part))
-    for part in ("pair", "impact", "obstacles"):
+    for part in ("pair", "impact", "obstacles", "timers"):
         gather(f"model.{part}", getattr(engine.model, part))
     for observer, its in kept_arrays(engine.model.observers).items():
         found |= {f"observers.{observer}.{field}": array for field, array in its.items()}

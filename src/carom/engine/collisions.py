@@ -4,62 +4,35 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional, required
-from carom.engine.agents import on_crossing, on_timer
-from carom.engine.boundary import NearestImage, SectorImage, count_images, index, separation
-from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
+from carom.compiling.registry import inner, required
+from carom.engine.advance import advance, into_next_epoch
+from carom.engine.agents import on_crossing
+from carom.engine.boundary import NearestImage, SectorImage, index, separation
+from carom.engine.constants import LAMBDA
 from carom.engine.dynamic_obstacles import age_obstacles
 from carom.engine.events import retime
-from carom.engine.neighbors.interface import on_wrap
 from carom.engine.observers.interface import (
-    ObstacleEvent,
     PairEvent,
-    after_obstacle,
     after_pair,
     at_epoch,
-    before_obstacle,
     before_pair,
     count_pair,
-    gain,
 )
-from carom.engine.obstacles import Obstacles, gained, reflect_component
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
 from carom.engine.tallies import record
 from carom.models.interface import (
     CORE,
     NEVER,
     age,
-    carry,
     core_square,
     exchanged_part,
     growth,
     jump,
-    position,
     step_core_square,
     step_jump,
     taken_up,
     thrust,
-    velocity,
 )
-from carom.models.units import Units
-
-
-@inner
-def advance(model, state, neighbors, i, now):
-    """Bring the old event of component i to the time now, its position into the box."""
-    me = state.rows[i]
-    t = now - me.t
-    me.t = now
-    x0, v0, t = carry(model.motion, me.x, me.v, t, me.x, me.v)
-    for axis in range(len(model.boundary.edges)):
-        x = position(model.motion, axis, x0[axis], v0[axis], t)
-        crossings = np.floor(x * model.boundary.inverse[axis])
-        if crossings != 0.0:
-            x -= crossings * model.boundary.edges[axis]
-            count_images(state.images, i, axis, np.int64(crossings))
-            on_wrap(neighbors, i, axis, crossings)
-        me.x[axis] = x
-        me.v[axis] = velocity(model.motion, axis, v0[axis], t)
 
 
 @required
@@ -145,52 +118,6 @@ def collide(model, state, neighbors, tally, log, i, ref, now):
     rows[j].event_time = NEVER
     state.partner[i] = LAMBDA
     state.partner[j] = LAMBDA
-
-
-@optional
-def rebound(obstacles, model, state, neighbors, log, i, partner, now):
-    """Process the collision of i with an obstacle; False if its event is an advancement."""
-    return False
-
-
-@rebound.register
-def _(obstacles: Obstacles, model, state, neighbors, log, i, partner, now):
-    if partner == LAMBDA:
-        return False
-    advance(model, state, neighbors, i, now)
-    before_obstacle(model.observers, model, state, i, now)
-    momentum = reflect_component(model, state, i, OBSTACLE - partner, now)
-    energy = gained(obstacles.live, momentum, growth(model.pair, np.int64(i)))
-    gain(model.observers, energy, now)
-    event = ObstacleEvent(i, OBSTACLE - partner, now, momentum, energy)
-    after_obstacle(model.observers, model, state, event)
-    record(log, state.clock[0], np.int64(i), partner, momentum)
-    return True
-
-
-@optional
-def run_timer(rules, model, state, neighbors, log, i, partner, now):
-    """Ask unit i for its decision; False if that is not its event."""
-    return False
-
-
-@run_timer.register
-def _(rules: Units, model, state, neighbors, log, i, partner, now):
-    if partner != TIMER_EVENT:
-        return False
-    advance(model, state, neighbors, i, now)
-    on_timer(rules, model, state, neighbors, i, partner, now)
-    record(log, state.clock[0], np.int64(i), partner, 0.0)
-    return True
-
-
-@inner
-def into_next_epoch(model, state, neighbors, i, length):
-    """Advance component i to the beginning of the next epoch, and reduce its times by the epoch's length."""
-    advance(model, state, neighbors, i, length)
-    state.rows[i].t = 0.0
-    state.rows[i].event_time -= length
-    state.crossing_time[i] -= length
 
 
 @inner

@@ -7,7 +7,7 @@ OBSTACLE = -2
 """Partner of a component that meets obstacle k is ``OBSTACLE - k`` (the paper's N + k)."""
 
 TIMER_EVENT = -(1 << 30)
-"""Partner of a unit that is to be asked for its decision: itself."""
+"""Partner of a component that has an event of its own: a unit that decides, or one that a drive kicks."""
 
 # Why the cycle returned.
 REACHED_TIME = 0

@@ -13,6 +13,7 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
+from carom.engine.agents import notify_next
 from carom.engine.boundary import index, lasting, mirror
 from carom.engine.calendar import (
     MOST_NEW_ENTRIES,
@@ -25,7 +26,7 @@ from carom.engine.calendar import (
     pop,
     prefetch_calendar,
 )
-from carom.engine.collisions import collide, new_epoch, rebound, run_timer
+from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import (
     IDLE,
     LAMBDA,
@@ -38,15 +39,15 @@ from carom.engine.constants import (
 )
 from carom.engine.events import (
     enqueue,
-    notify_next,
     offer_newcomer,
     predict,
-    recheck_obstacles,
+    recheck_one_body,
     schedule_transit,
     start_over,
 )
 from carom.engine.neighbors.interface import begin_epoch, build, cross, earliest_newcomer, rebin
 from carom.engine.neighbors.prefetch import leaves_first
+from carom.engine.one_body import run_one_body
 from carom.engine.queue_hooks import publish_time, receive, safe_to_process, should_return
 from carom.engine.search import NO_REF, search
 from carom.engine.tallies import log_full
@@ -186,20 +187,18 @@ def _run(digest):
                 if lasting(model.boundary):
                     found = earliest_newcomer(neighbors, model, state, i, now, refs, start_index, count)
                     offer_newcomer(model, state, calendar, tally, i, now, found)
-                    recheck_obstacles(model, state, calendar, i, now)
+                    recheck_one_body(model, state, calendar, i, now)
                 else:
                     start_over(model, state, neighbors, calendar, tally, i, now)
                 continue
             pop(calendar)
             ref = np.int64(state.partner[i])
             if ref < 0:
-                agent_event = run_timer(model.rules, model, state, neighbors, log, i, ref, now)
-                if not agent_event:
-                    agent_event = rebound(model.obstacles, model, state, neighbors, log, i, ref, now)
-                tally.advancements += np.int64(not agent_event)
+                happened = run_one_body(model, state, neighbors, log, i, ref, now)
+                tally.advancements += np.int64(not happened)
                 found = search(model, state, neighbors, i, now, 0, NO_REF)
                 predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
-                if agent_event:
+                if happened:
                     schedule_transit(model, state, neighbors, i, now)
                 enqueue(state, calendar, i)
                 continue

@@ -63,11 +63,10 @@ def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
 
 
 def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> None:
-    """Copy the memory of pairs, impact, obstacles and observers from the model of an old engine to that of a
-    new one.
-    """
+    """Copy what pairs, impact, drive, obstacles and observers remember from the model of an old engine."""
     take_over(model.pair, old.pair, instant, passed, slower)
     take_over(model.impact, old.impact, instant, passed, slower)
+    take_over(model.timers, old.timers, instant, passed, slower)
     for mine, before in zip(listed(model.observers), listed(old.observers), strict=True):
         take_over(mine, before, instant, passed, slower)
     if model.obstacles is None or model.obstacles.live is None:

@@ -5,17 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.registry import inner, optional
-from carom.engine.agents import schedule_timer
 from carom.engine.boundary import index, mirror
 from carom.engine.calendar import insert, time_of
-from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
-from carom.engine.dynamic_obstacles import ObstacleWork
+from carom.engine.constants import LAMBDA
 from carom.engine.neighbors.interface import transit_time
-from carom.engine.obstacles import Obstacles, soonest
-from carom.engine.search import NO_REF, FromRows, contact_time_of, search, start_before
-from carom.models.free_flight import Inertial
-from carom.models.interface import NEVER, velocity
-from carom.models.units import NO_AGENT, Units
+from carom.engine.one_body import event_in_view, retime_event, schedule_one_body
+from carom.engine.search import NO_REF, FromRows, contact_time_of, search
+from carom.models.interface import NEVER
 
 EARLIER = 2.0**-40
 """Part of an epoch, above rounding, by which whoever has no partner looks for one earlier in the next."""
@@ -48,85 +44,12 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
         searched = True
         event_time = NEVER
         ref, t = search(model, state, neighbors, i, now, 0, met if repeats else NO_REF)
-    blocked = schedule_obstacle(model.obstacles, model, state, i, now, event_time, True)
-    blocked = schedule_timer(model.rules, state, i, now, event_time, blocked)
-    if event_time < NEVER and not blocked:
+    if not schedule_one_body(model, state, i, now, event_time) and event_time < NEVER:
         pair_up(model, state, calendar, i, ref, event_time)
         tally.clamped += np.int64(clamped)
         tally.returns += np.int64(met >= 0 and j == np.int64(index(model.boundary, met)))
     if held >= 0:
         release(model, state, calendar, i, held)
-
-
-@optional
-def schedule_obstacle(obstacles, model, state, i, now, event_time, every):
-    """Give i an event with the obstacle that it touches before the time ``event_time``; False if there is
-    none.
-    """
-    return False
-
-
-@schedule_obstacle.register
-def _(obstacles: Obstacles, model, state, i, now, event_time, every):
-    touch, number = meet_obstacle(model.timing, model, state, i, now, every)
-    if touch >= event_time:
-        return False
-    state.rows[i].event_time = touch
-    state.partner[i] = OBSTACLE - number
-    return True
-
-
-@optional
-def meet_obstacle(timing, model, state, i, now, every):
-    """Return when i touches an obstacle, and the number of that obstacle, or -1; by default as it is computed
-    now. ``every`` as for :func:`carom.engine.obstacles.soonest`.
-    """
-    t, number = soonest(model.obstacles, model, state, i, now, every)
-    return now + t, number
-
-
-@meet_obstacle.register
-def _(timing: FromRows, model, state, i, now, every):
-    return meet_in_flight(model.motion, timing, model, state, i, now, every)
-
-
-@optional
-def meet_in_flight(motion, timing, model, state, i, now, every):
-    """Return the same; by default, in a field, as it is computed now."""
-    t, number = soonest(model.obstacles, model, state, i, now, every)
-    return now + t, number
-
-
-@meet_in_flight.register
-def _(motion: Inertial, timing, model, state, i, now, every):
-    return meet_resting(model.obstacles.live, timing, model, state, i, now, every)
-
-
-@optional
-def meet_resting(live, timing, model, state, i, now, every):
-    """Return the same, computed from the row of i or from shortly before the contact, where all obstacles
-    rest.
-    """
-    me = state.rows[i]
-    vv = 0.0
-    for axis in range(len(model.boundary.edges)):
-        v = np.float64(velocity(model.motion, axis, me.v[axis], now - me.t))
-        vv += v * v
-    then = np.float64(me.t)
-    start = now if (now - then) * (now - then) * vv > timing.square else then
-    t, number = soonest(model.obstacles, model, state, i, start, every)
-    event_time = start + t
-    if event_time < NEVER and (event_time - then) * (event_time - then) * vv > timing.square:
-        then = start_before(timing.square, vv, event_time)
-        t, repeats = soonest(model.obstacles, model, state, i, then, every)
-        event_time = then + t if repeats == number else event_time
-    return max(event_time, now), number
-
-
-@meet_resting.register
-def _(live: ObstacleWork, timing, model, state, i, now, every):
-    t, number = soonest(model.obstacles, model, state, i, now, every)
-    return now + t, number
 
 
 @optional
@@ -151,41 +74,20 @@ def _(timing: FromRows, model, state, i):
             rows[i].event_time = event_time
             rows[j].event_time = event_time
     elif ref != LAMBDA:
-        renew_touch(model.motion, timing, model, state, i, ref)
+        retime_event(model.obstacles, model, state, i, ref)
     else:
         # A former partner may still be there then: not a rounding too late for it.
         rows[i].event_time = rows[i].event_time - slightly
 
 
-@optional
-def renew_touch(motion, timing, model, state, i, ref):
-    """Compute the contact of i with the obstacle that a word names anew; in a field, by default, keep it."""
-    return
-
-
-@renew_touch.register
-def _(motion: Inertial, timing, model, state, i, ref):
-    renew_obstacle(model.obstacles, timing, model, state, i, ref)
-
-
-@optional
-def renew_obstacle(obstacles, timing, model, state, i, ref):
-    """Compute the contact of i with the obstacle that a word names anew."""
-    return
-
-
-@renew_obstacle.register
-def _(obstacles: Obstacles, timing, model, state, i, ref):
-    event_time, number = meet_resting(obstacles.live, timing, model, state, i, 0.0, True)
-    if OBSTACLE - number == ref:
-        state.rows[i].event_time = event_time
-
-
 @inner
-def recheck_obstacles(model, state, calendar, i, now):
-    """Look for obstacles in the images of the box that have come into view with the last change of sector."""
+def recheck_one_body(model, state, calendar, i, now):
+    """Look for the events of component i that have come into view with its last change of sector."""
     held = np.int64(state.partner[i])
-    if schedule_obstacle(model.obstacles, model, state, i, now, state.rows[i].event_time, False):
+    t, code = event_in_view(model.obstacles, model, state, i, now)
+    if t < state.rows[i].event_time:
+        state.rows[i].event_time = t
+        state.partner[i] = code
         enqueue(state, calendar, i)
         if held >= 0:
             release(model, state, calendar, i, held)
@@ -202,32 +104,6 @@ def release(model, state, calendar, i, held):
     if chosen < 0 or np.uint64(index(model.boundary, chosen)) != j:
         state.partner[j] = LAMBDA
         enqueue(state, calendar, j)
-
-
-@optional
-def notify_next(rules, model, state, calendar, now):
-    """Give the next unit in the queue of news an event of its own, now; its partner gets an advancement.
-
-    Return False if the queue is empty.
-    """
-    return False
-
-
-@notify_next.register
-def _(rules: Units, model, state, calendar, now):
-    if rules.queued[0] == 0:
-        return False
-    rules.queued[0] -= 1
-    i = np.uint64(rules.queue[rules.queued[0]])
-    if rules.news[i] == NO_AGENT:  # it has been removed meanwhile
-        return True
-    held = np.int64(state.partner[i])
-    state.rows[i].event_time = now
-    state.partner[i] = TIMER_EVENT
-    enqueue(state, calendar, i)
-    if held >= 0:
-        release(model, state, calendar, i, held)
-    return True
 
 
 @inner

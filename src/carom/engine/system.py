@@ -60,6 +60,10 @@ class System:
         Whether to add up the currents of momentum and heat.
     flights : bool
         Whether to make histograms of free flights and normal speeds.
+    drive : value, optional
+        What kicks single components (:mod:`carom.models.drives`).
+    pinned : (n,) bool array, optional
+        Which components stay where they are.
     observers : tuple of NamedTuples
         Observers of the user's own (:mod:`carom.models.observers`); the run adds up in their arrays.
     """
@@ -87,6 +91,8 @@ class System:
     single: bool = False
     currents: bool = False
     flights: bool = False
+    drive: Any = None
+    pinned: np.ndarray | None = None
     observers: tuple = ()
 
     @property

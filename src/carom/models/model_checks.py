@@ -1,4 +1,4 @@
-"""Interaction, motion and impact of a scene: what is given, checked, or what the usual keywords mean."""
+"""Interaction, motion, impact and drive of a scene: what is given, checked, or what usual keywords mean."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from carom import checks
 from carom.compiling import registry
 from carom.compiling.compile_errors import unknown_part
 from carom.errors import InputError
-from carom.models import interface, parameters, tables
+from carom.models import drives, interface, parameters, tables
 from carom.models.free_flight import FreeFlight
 from carom.models.hard_cores import HardCores
 from carom.models.restitution import Restitution
@@ -23,6 +23,7 @@ REQUIRED: dict[str, tuple[Any, ...]] = {
     "interaction": (interface.interaction_time, interface.jump),
     "motion": (interface.position, interface.velocity),
     "impact": (interface.transfer,),
+    "drive": (drives.next_time, drives.kick),
 }
 """The questions that the model of each kind must answer."""
 
@@ -33,12 +34,13 @@ METHODS: dict[str, tuple[str, ...]] = {
     "interaction": ("reach", "model"),
     "motion": ("model",),
     "impact": ("model",),
+    "drive": ("model",),
 }
 """What the value of each kind must have."""
 
 
 def checked(kind: str, value: Any) -> Any:
-    """Return the value of an interaction, a motion or an impact, or None where none is given.
+    """Return the value of an interaction, a motion, an impact or a drive, or None where none is given.
 
     Raises
     ------
@@ -47,7 +49,8 @@ def checked(kind: str, value: Any) -> Any:
     """
     if value is None:
         return None
-    wanted = f"{kind} must be a value with {' and '.join(METHODS[kind])}, such as {USUAL[kind].__name__}()"
+    example = "Andersen" if kind == "drive" else USUAL[kind].__name__
+    wanted = f"{kind} must be a value with {' and '.join(METHODS[kind])}, such as {example}()"
     if isinstance(value, type):
         raise InputError(f"{wanted}; found the class {value.__name__}, not a value of it.")
     for name in METHODS[kind]:

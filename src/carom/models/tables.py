@@ -1,4 +1,4 @@
-"""Interactions, motions, impacts, paths and surfaces as tables for files: ``type`` says what each is.
+"""Interactions, motions, impacts, drives, paths and surfaces as tables for files: ``type`` says what each is.
 
 A value that a file can hold has ``to_table()`` (``carom.models.to_tables``). What stands here makes it again.
 """
@@ -21,6 +21,12 @@ KINDS: dict[str, dict[str, tuple[str, str]]] = {
         "great-circles": ("carom.models.great_circles", "GreatCircles"),
     },
     "impact": {"loss": ("carom.models.losses", "Loss")},
+    "drive": {
+        "andersen": ("carom.models.drives", "Andersen"),
+        "langevin": ("carom.models.drives", "Langevin"),
+        "brownian": ("carom.models.drives", "Brownian"),
+        "white-noise": ("carom.models.drives", "WhiteNoise"),
+    },
     "path": {
         "sine": ("carom.models.paths", "Sine"),
         "parabolas": ("carom.models.paths", "Parabolas"),
@@ -44,7 +50,7 @@ def from_table(values: Any, what: str, key: str = "type") -> Any:
     ----------
     values : mapping
         The table.
-    what : {"interaction", "motion", "impact", "path", "obstacle"}
+    what : {"interaction", "motion", "impact", "drive", "path", "obstacle"}
         What it is for.
     key : str
         Which item says what it is.

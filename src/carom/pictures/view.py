@@ -21,6 +21,7 @@ from carom.io.events import is_log
 from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
+from carom.models.drives import Drive
 from carom.models.interface import Impact, Interaction, Motion, Obstacle
 from carom.scene.box import LONGEST_EDGE
 
@@ -88,6 +89,7 @@ def view(
     interaction: Interaction | None = None,
     motion: Motion | None = None,
     impact: Impact | None = None,
+    drive: Drive | None = None,
 ) -> View:
     """Show spheres in a browser, in 3D with light, as a movie or collision by collision.
 
@@ -105,7 +107,7 @@ def view(
         Number of collisions to show of an event log; by default 20 000.
     title : str, optional
         Title of the page.
-    interaction, motion, impact : values, optional
+    interaction, motion, impact, drive : values, optional
         Of the scene of an event log, needed if no file holds them: those of your own class, and range rules,
         which are called again.
 
@@ -129,7 +131,7 @@ def view(
     """
     if collisions is not None:
         collisions = checks.integer(collisions, "collisions", low=1)
-    own = {"interaction": interaction, "motion": motion, "impact": impact}
+    own = {"interaction": interaction, "motion": motion, "impact": impact, "drive": drive}
     data, name = _data(source, obstacles, collisions, own)
     shown = View(data, title or name)
     if path is not None:

@@ -135,7 +135,7 @@ class Fields:
         self._replace(name, check)
 
     def value(self, name: str) -> None:
-        """Check an interaction, a motion or an impact: a value, or its table."""
+        """Check an interaction, a motion, an impact or a drive: a value, or its table."""
 
         def check(value: Any, key: str) -> Any:
             if type(value).__module__ in ("builtins", "datetime") and not isinstance(value, Mapping):

@@ -166,7 +166,7 @@ def _model_table(name: str, value: Any) -> dict[str, Any]:
 
 
 #: Keys whose values are models.
-_MODELS = ("interaction", "motion", "impact")
+_MODELS = ("interaction", "motion", "impact", "drive")
 
 #: Keys whose values are lists of tables, and the function that makes such a table.
 _TABLES: dict[str, Any] = {"species": dataclasses.asdict, "obstacles": _obstacle_table}

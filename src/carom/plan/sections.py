@@ -24,7 +24,17 @@ NEIGHBORS = ("auto", "sectors", "lists", "all")
 FORMATS = ("h5md", "extxyz", "gsd")
 
 #: Keys of [scene] that go with every start: a trajectory does not hold them.
-ADDED = ("restitution", "elastic_below", "contact", "obstacles", "interaction", "motion", "impact", "pinned")
+ADDED = (
+    "restitution",
+    "elastic_below",
+    "contact",
+    "obstacles",
+    "interaction",
+    "motion",
+    "impact",
+    "drive",
+    "pinned",
+)
 
 #: Collisions per particle in the measurement, by default.
 DEFAULT_COLLISIONS = 10000.0
@@ -110,6 +120,8 @@ class SceneSpec:
     interaction, motion, impact : values, or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
         How two components act on each other, how all move, and what contacts lose. When left out, hard cores,
         free flight and ``restitution`` (``carom.models.tables``).
+    drive : value, or mapping such as ``{"type": "langevin", "kT": 1.0, "friction": 1.0, "step": 0.05}``
+        What kicks single components (:mod:`carom.models.drives`).
     pinned : int or tuple of ints
         Number of components, drawn by the seed, that stay where they are, or their indices.
 
@@ -140,6 +152,7 @@ class SceneSpec:
     interaction: Any = None
     motion: Any = None
     impact: Any = None
+    drive: Any = None
     pinned: int | tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -163,7 +176,7 @@ class SceneSpec:
         check.table("contact")
         check.each("species", _species)
         check.each("obstacles", _obstacle)
-        for name in ("interaction", "motion", "impact"):
+        for name in ("interaction", "motion", "impact", "drive"):
             check.value(name)
         self._check_together()
         self._check_species()
@@ -322,8 +335,10 @@ class SceneSpec:
         )
 
     def _added(self, n: int, seed: Any) -> dict[str, Any]:
-        """Return the interaction, motion, impact and pinned components given, by argument name."""
-        given = {name: getattr(self, name) for name in self._given("interaction", "motion", "impact")}
+        """Return the interaction, motion, impact, drive and pinned components given, by argument name."""
+        given = {
+            name: getattr(self, name) for name in self._given("interaction", "motion", "impact", "drive")
+        }
         given |= self.own()
         if self.pinned is not None:
             given["pinned"] = self._who_is_pinned(n, seed)

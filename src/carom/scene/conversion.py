@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from carom.frame import Frame
+    from carom.models.drives import Drive
     from carom.models.interface import Impact, Interaction, Motion
     from carom.models.obstacles import Obstacle
 
@@ -41,6 +42,7 @@ def from_frame(
     interaction: Interaction | None = None,
     motion: Motion | None = None,
     impact: Impact | None = None,
+    drive: Drive | None = None,
 ) -> S:
     """Make a scene from a frame, without its images and time.
 
@@ -48,7 +50,7 @@ def from_frame(
     ----------
     frame : Frame
         Axes of the frame that are not periodic get walls.
-    contact, obstacles, pinned, interaction, motion, impact
+    contact, obstacles, pinned, interaction, motion, impact, drive
         As in :class:`carom.Scene`; a frame does not store them.
 
     Raises
@@ -74,7 +76,7 @@ def from_frame(
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
         given = interaction.which if isinstance(interaction, Pinned) else pinned
         arguments["positions"] = parted(arguments["positions"], room, contacts, pinned_mask(given, frame.n))
-    return cls(**arguments, interaction=interaction, motion=motion, impact=impact)
+    return cls(**arguments, interaction=interaction, motion=motion, impact=impact, drive=drive)
 
 
 def from_ase(

@@ -64,6 +64,8 @@ def facts(scene: Fields) -> dict[str, str]:
         facts["pinned"] = str(int(scene.pinned.sum()))
     if scene.restitution < 1:
         facts["restitution"] = f"{scene.restitution:.6g}"
+    if scene.drive is not None:
+        facts["drive"] = type(scene.drive).__name__
     if scene.velocities is not None:
         facts["velocities"] = "given"
     return facts

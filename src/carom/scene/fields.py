@@ -10,6 +10,7 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, cast
 import numpy as np
 
 from carom.models import model_checks
+from carom.models.drives import Drive
 from carom.models.interface import Impact, Interaction, Motion
 from carom.models.obstacles import Obstacle
 from carom.models.pinned import Pinned
@@ -38,6 +39,7 @@ class Fields:
     interaction: Interaction
     motion: Motion
     impact: Impact
+    drive: Drive | None
 
     @property
     def n(self) -> int:
@@ -72,9 +74,16 @@ class Fields:
 
     @property
     def simple(self) -> bool:
-        """Whether all components are equal and elastic, in a periodic box without obstacles."""
+        """Whether all are equal and elastic, in a periodic box without obstacles or a drive."""
         usual = all(self.usual(kind) for kind in model_checks.USUAL)
-        return usual and self.equal and not self.walls and not self.obstacles and self.restitution == 1.0
+        return (
+            usual
+            and self.drive is None
+            and self.equal
+            and not self.walls
+            and not self.obstacles
+            and self.restitution == 1.0
+        )
 
     def usual(self, kind: str) -> bool:
         """Return whether a ``kind`` of value, such as "interaction", follows from the other keywords."""

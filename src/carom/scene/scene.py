@@ -29,6 +29,8 @@ from carom.scene.species import Contacts
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from carom.models.drives import Drive
+
 
 class Scene(Fields):
     """Hard spheres of 1 to 12 dimensions in a box, with walls and obstacles.
@@ -77,6 +79,8 @@ class Scene(Fields):
     impact : value, optional
         What a contact of two components loses; by default it follows from ``restitution``. The page
         docs/models explains ``interaction``, ``motion`` and ``impact``.
+    drive : value, optional
+        What kicks single components at times of its own: a thermostat, noise (:mod:`carom.models.drives`).
 
     Raises
     ------
@@ -110,6 +114,7 @@ class Scene(Fields):
     elastic_below : float or None
         None if the simulation chooses it; 0 if collisions are elastic.
     interaction, motion, impact : values
+    drive : value or None
 
     Examples
     --------
@@ -138,6 +143,7 @@ class Scene(Fields):
         interaction: Interaction | None = None,
         motion: Motion | None = None,
         impact: Impact | None = None,
+        drive: Drive | None = None,
     ) -> None:
         places = checks.array(positions, "positions", "(n, d)", ndim=2)
         n, dimension = places.shape
@@ -194,8 +200,10 @@ class Scene(Fields):
             or (HardCores(matrix) if fixed is None else Pinned(fixed)),
             motion=model_checks.checked("motion", motion) or FreeFlight(),
             impact=model_checks.checked("impact", impact) or elasticity,
+            drive=model_checks.checked("drive", drive),
         )
-        for value in (self.interaction, self.motion, self.impact):
+        values: tuple[Any, ...] = (self.interaction, self.motion, self.impact, self.drive)
+        for value in values:
             if hasattr(value, "check"):
                 value.check(self)
         if hasattr(self.interaction, "steps_of"):
@@ -239,6 +247,7 @@ class Scene(Fields):
             "elastic_below": self.elastic_below,
             "species_names": self.species_names,
             "pinned": self.pinned,
+            "drive": self.drive,
             **{kind: None if self.usual(kind) else getattr(self, kind) for kind in model_checks.USUAL},
         }
         for name in changes:
@@ -263,6 +272,11 @@ class Scene(Fields):
             if not self.usual(kind):  # files hold no code
                 value = getattr(self, kind)
                 attributes[kind] = value.to_table() if to_tables.holds(value) else parameters.kept(value)
+        if self.drive is not None:
+            holds = to_tables.holds(self.drive)
+            attributes["drive"] = (
+                to_tables.to_table(self.drive, "drive") if holds else parameters.kept(self.drive)
+            )
         for name, values in (("diameter", self.diameters), ("mass", self.masses)):
             if np.ptp(values) == 0:
                 attributes[name] = float(values[0])
@@ -285,6 +299,7 @@ class Scene(Fields):
         interaction: Interaction | None = None,
         motion: Motion | None = None,
         impact: Impact | None = None,
+        drive: Drive | None = None,
     ) -> Self:
         """Return the scene that :meth:`to_arrays` took apart, bit for bit.
 
@@ -294,7 +309,7 @@ class Scene(Fields):
             What :meth:`to_arrays` returned; other arrays are ignored.
         obstacles : sequence of obstacles, optional
             All obstacles, in order; needed if one is of your own class, because a file holds no code.
-        interaction, motion, impact : values, optional
+        interaction, motion, impact, drive : values, optional
             Needed if one is of your own class.
 
         Raises
@@ -327,6 +342,7 @@ class Scene(Fields):
                 interaction=model_checks.recalled("interaction", attributes.get("interaction"), interaction),
                 motion=model_checks.recalled("motion", attributes.get("motion"), motion),
                 impact=model_checks.recalled("impact", attributes.get("impact"), impact),
+                drive=model_checks.recalled("drive", attributes.get("drive"), drive),
             )
         except (KeyError, TypeError) as problem:
             raise InputError(f"These arrays and attributes are no scene: {problem}.") from None

@@ -23,12 +23,12 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
 
     Walls and obstacles take momentum up: planes only along their normals, cylinders only across their axis,
     an obstacle of one's own along every axis unless it has a method ``glides``. Pinned components take
-    momentum up along every axis, units that follow range rules do not conserve it, and a motion such as
-    gravity changes it along some axes. For a single component the answer is no: all of its velocities are
-    free.
+    momentum up along every axis, units that follow range rules and those that a drive kicks do not conserve
+    it, and a motion such as gravity changes it along some axes. For a single component the answer is no: all
+    of its velocities are free.
     """
     decides = not getattr(scene.interaction, "keeps_momentum", True)
-    if scene.n == 1 or scene.pinned is not None or decides:
+    if scene.n == 1 or scene.pinned is not None or decides or scene.drive is not None:
         return (False,) * scene.dimension
 
     def glides(obstacle: Any, axis: int) -> bool:

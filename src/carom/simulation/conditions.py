@@ -11,11 +11,13 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models import model_checks
+from carom.models.copies import copied
 from carom.models.free_flight import FreeFlight
 from carom.models.growing_cores import Growing
 from carom.models.interface import Obstacle, Particles, meeting_time
 from carom.scene.scene import Scene
 from carom.simulation import probes
+from carom.simulation.drive_trials import try_drive
 from carom.simulation.motion_trials import has_axis, try_flight
 from carom.simulation.obstacle_trials import ObstacleTrial
 from carom.simulation.own_models import refuse_short, refuse_without_steps
@@ -26,7 +28,6 @@ from carom.simulation.trials import (
     Failure,
     Record,
     Setting,
-    copied,
     in_plain_python,
     try_impact,
 )
@@ -92,7 +93,7 @@ def check(
 
     Parameters
     ----------
-    value : interaction, motion, impact or obstacle
+    value : interaction, motion, impact, drive or obstacle
         As :class:`carom.Scene` takes it. It is tested with eight components of two species, with diameters
         from 0.6 to 1.4 and masses from 0.3 to 3; an obstacle with small components near to it.
     motion : motion, optional
@@ -114,7 +115,7 @@ def check(
     Raises
     ------
     InputError
-        If the value is neither an interaction, a motion, an impact nor an obstacle. If a required question is
+        If the value is none of these. If a required question is
         not answered, an array of the model is too short, or a function fails in plain Python. If ``motion``
         is given for a motion or an impact.
 
@@ -282,7 +283,20 @@ def _check_impact(
         try_impact(model, value, moving, record, rng, i, j)
 
 
-_TRIED = {"interaction": _check_interaction, "motion": _check_motion, "impact": _check_impact}
+def _check_drive(
+    value: Any, some: Particles, moving: Setting, pairs: int, rng: np.random.Generator, record: Record
+) -> None:
+    model = model_checks.answered("drive", copied(model_checks.made(value, some)))
+    for _ in range(pairs):
+        try_drive(model, moving, record, rng, int(rng.integers(COMPONENTS)))
+
+
+_TRIED = {
+    "interaction": _check_interaction,
+    "motion": _check_motion,
+    "impact": _check_impact,
+    "drive": _check_drive,
+}
 
 
 def _check_obstacle(
@@ -354,10 +368,10 @@ def _listed(dimensions: tuple[int, ...]) -> str:
 
 
 def _kind(value: Any) -> str:
-    """Return which of the four a value is, by its methods and the questions that its model answers."""
+    """Return which of the five a value is, by its methods and the questions that its model answers."""
     if isinstance(value, type) or not callable(getattr(value, "model", None)):
         raise InputError(
-            "check() needs the value of an interaction, a motion, an impact or an obstacle, found "
+            "check() needs the value of an interaction, a motion, an impact, a drive or an obstacle, found "
             + (f"the class {value.__name__}." if isinstance(value, type) else _without_model(value))
         )
     if isinstance(value, Obstacle):
@@ -378,7 +392,7 @@ def _kind(value: Any) -> str:
                 f"{model_checks.lacks(value, 'reach')}(scene): the largest distance at which two act on each "
                 "other."
             )
-    return "motion" if model_checks.answers_any("motion", model) else "impact"
+    return next((kind for kind in ("motion", "drive") if model_checks.answers_any(kind, model)), "impact")
 
 
 def _without_model(value: Any) -> str:

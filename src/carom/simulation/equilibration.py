@@ -133,6 +133,8 @@ def drifts(sim: Any) -> str | None:
     hysteretic = conserves is not None and not conserves(scene.diameter)
     if not system.elastic or hysteretic or sim.machine.engine.model.rules is not None:
         return "equilibrate() needs a temperature that lasts, and here contacts or rules change the energy."
+    if system.drive is not None:
+        return f"{type(system.drive).__name__} sets the temperature: run() instead of equilibrate()."
     if not system.straight:
         return (
             f"equilibrate() needs the mean of kT, which is not known in {type(scene.motion).__name__}: run() "

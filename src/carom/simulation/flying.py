@@ -28,6 +28,7 @@ def check(system: System) -> None:
         "straight flight": system.straight,
         "obstacles that rest and lose no energy": not moving,
         "diameters that do not grow": system.rates is None,
+        "no drive": system.drive is None,
         "units that do not decide by rules": not getattr(system.interaction, "decides", False),
     }
     wrong = [name for name, right in missing.items() if not right]

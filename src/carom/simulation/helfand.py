@@ -33,7 +33,7 @@ def check(system: System) -> None:
         "at least two components": system.n > 1,
     }
     if all(missing.values()):
-        missing["conserved momentum, so no pinned components and no range rules"] = all(system.still)
+        missing["conserved momentum, so no pinned components, range rules or drive"] = all(system.still)
     wrong = [name for name, right in missing.items() if not right]
     if wrong:
         raise InputError(f"currents=True needs {' and '.join(wrong)}; leave it out, or change the scene.")

@@ -122,7 +122,7 @@ def statistics(machine: RunState) -> Statistics:
     start, present = machine.start, EnergyMomentum.of(machine.scene.masses, machine.speeds, machine.unit)
     events = 2 * tally.collisions + tally.advancements + tally.transits
     taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
-    taken_up |= machine.engine.model.rules is not None
+    taken_up |= machine.engine.model.rules is not None or machine.system.drive is not None
     taken_up |= not all(kept_by_motion(machine.scene))
     return Statistics(
         collisions=int(tally.collisions),
@@ -141,9 +141,9 @@ def statistics(machine: RunState) -> Statistics:
 def _energy_drift(machine: RunState, present: EnergyMomentum) -> float:
     """Return the change of the energy since the start, relative to it: with that in a field, if there is one,
     from the end of the box to which it pulls; NaN, where the boxes that components cross are not counted. The
-    energy of pairs on steps counts as a change. NaN, where units decide on their velocities.
+    energy of pairs on steps counts as a change. NaN, where rules or a drive change velocities.
     """
-    if machine.engine.model.rules is not None:
+    if machine.engine.model.rules is not None or machine.system.drive is not None:
         return math.nan
     scene, before, after = machine.scene, machine.start.energy, present.energy
     if machine.system.stepped:

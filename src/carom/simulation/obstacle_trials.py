@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from carom.models import model_checks
+from carom.models.copies import copied
 from carom.models.interface import (
     NEVER,
     anchor,
@@ -33,7 +34,6 @@ from carom.simulation.trials import (
     TOLERANCE,
     Record,
     Setting,
-    copied,
     direction,
     number_of,
     time_of,

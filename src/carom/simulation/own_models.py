@@ -16,6 +16,7 @@ import numpy as np
 
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.models import model_checks
+from carom.models.copies import copied
 from carom.models.interface import (
     age,
     carry,
@@ -35,6 +36,7 @@ from carom.models.interface import (
 from carom.scene import overlaps
 from carom.scene.overlaps import Room
 from carom.simulation import obstacle_trials, probes
+from carom.simulation.drive_trials import try_drive
 from carom.simulation.motion_trials import try_flight, try_images
 from carom.simulation.obstacle_trials import ObstacleTrial
 from carom.simulation.pair_trials import PairTrial
@@ -42,7 +44,6 @@ from carom.simulation.trials import (
     TOLERANCE,
     Record,
     Setting,
-    copied,
     in_plain_python,
     number_of,
     try_impact,
@@ -62,7 +63,7 @@ ATTEMPTS = 200
 """Random ways among which ways to events are looked for."""
 
 IMPACTS = 64
-"""Contacts on which a contact law is tried."""
+"""Contacts on which a contact law is tried, and components on which a drive is."""
 
 SEVERAL = 16
 """Obstacles that are tried, if there are so many."""
@@ -95,6 +96,9 @@ def check_user_models(scene: Scene, system: System) -> None:
     if model_checks.is_own(system.impact):
         with in_plain_python(system.impact):
             refuse_impact(scene, system)
+    if scene.drive is not None and model_checks.is_own(scene.drive):
+        with in_plain_python(scene.drive):
+            refuse_wrong_drive(scene, system)
     own_pair, own_motion = model_checks.is_own(system.interaction), model_checks.is_own(system.motion)
     if own_pair or own_motion:
         with in_plain_python(system.interaction if own_pair else system.motion):
@@ -108,6 +112,9 @@ def check_user_models(scene: Scene, system: System) -> None:
 def refuse_pair_and_motion(scene: Scene, system: System) -> None:
     """Raise InputError where an interaction, a motion or both together do not keep a condition."""
     pair, record, flights = system.interaction.model(system.particles), Record(), Record()
+    if scene.drive is not None and model_checks.is_own(scene.drive):
+        with in_plain_python(scene.drive):
+            refuse_wrong_drive(scene, system)
     own_pair, own_motion = model_checks.is_own(system.interaction), model_checks.is_own(system.motion)
     pairs: list[tuple[int, int]] = []
     if own_pair:
@@ -226,6 +233,15 @@ def refuse_impact(scene: Scene, system: System) -> None:
     for _, (i, j) in zip(range(max(IMPACTS, len(pairs))), itertools.cycle(pairs), strict=False):
         try_impact(law, system.impact, setting, record, rng, i, j)
     refuse(type(system.impact).__name__, record)
+
+
+def refuse_wrong_drive(scene: Scene, system: System) -> None:
+    """Raise InputError where the times or the kicks of a drive are none."""
+    model = copied(scene.drive.model(system.particles))  # type: ignore[union-attr]
+    setting, record, rng = setting_of(scene, system), Record(), np.random.default_rng(5)
+    for _ in range(IMPACTS):
+        try_drive(model, setting, record, rng, int(rng.integers(system.n)))
+    refuse(type(scene.drive).__name__, record)
 
 
 def refuse_obstacle(value: Any, scene: Scene, system: System) -> None:

@@ -11,9 +11,10 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models import model_checks, parameters
+from carom.models.copies import copied
 from carom.models.interface import CORE
 from carom.models.observers import QUESTIONS, Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
-from carom.simulation.trials import copied, in_plain_python
+from carom.simulation.trials import in_plain_python
 
 if TYPE_CHECKING:
     from carom.engine.system import System

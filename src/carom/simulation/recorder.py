@@ -98,9 +98,7 @@ class Recorder:
         kind = image.copy() if stepped else None
         if stepped:
             image[:] = 0
-        alone = (
-            ref == TIMER_EVENT
-        )  # a unit that was asked on its own: the number after those of all obstacles
+        alone = ref == TIMER_EVENT  # asked or kicked on its own: the number after those of all obstacles
         other[alone], image[alone] = machine.scene.n + len(machine.obstacle_numbers()), 0
         fixed = (ref < LAMBDA) & ~alone
         if fixed.any():  # the paper's partners N + k

@@ -13,6 +13,7 @@ from carom.arithmetic import power
 from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.models.copies import copied
 from carom.notebook import watchable
 from carom.scene.temperature import degrees_of_freedom
 from carom.simulation import agents, energy, mechanics, pair_steps, run_loop, temperature
@@ -20,7 +21,6 @@ from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.run_guard import exclusive
 from carom.simulation.run_state import RunState
 from carom.simulation.system_of_scene import driven_speed_of
-from carom.simulation.trials import copied
 
 if TYPE_CHECKING:
     from carom.observables.steps import StepSums
@@ -196,6 +196,13 @@ class Running:
     def observers(self) -> tuple[Any, ...]:
         """Observers of your own, with copies of what they have added up since the start."""
         return tuple(map(copied, self.machine.system.observers))
+
+    @property
+    @exclusive
+    def drive(self) -> Any:
+        """The model of what kicks single components, with a copy of its memory now; None without a drive."""
+        timers = self.machine.engine.model.timers
+        return None if timers is None else copied(timers.drive)
 
     @property
     @exclusive

@@ -24,6 +24,7 @@ from carom.simulation.workers.choose_workers import executive_of
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from carom.models.drives import Drive
     from carom.models.interface import Impact, Interaction, Motion, Obstacle
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
@@ -199,6 +200,7 @@ class Simulation(Running):
         interaction: Interaction | None = None,
         motion: Motion | None = None,
         impact: Impact | None = None,
+        drive: Drive | None = None,
         observers: Sequence[Any] = (),
         workers: int | str = 1,
     ) -> Simulation:
@@ -213,7 +215,7 @@ class Simulation(Running):
             loaded run has gone on and writes; until then the file is only read.
         obstacles : sequence of obstacles, optional
             All obstacles of the scene, if one is of your own class, because a file holds no code.
-        interaction, motion, impact : values, optional
+        interaction, motion, impact, drive : values, optional
             Those of the scene, if one is of your own class.
         observers : sequence of NamedTuples
             The observers that the run was made with; what they had added up is taken from the file.
@@ -227,7 +229,7 @@ class Simulation(Running):
             your own class is not given.
         """
         sim = cls.__new__(cls)
-        own = {"interaction": interaction, "motion": motion, "impact": impact}
+        own = {"interaction": interaction, "motion": motion, "impact": impact, "drive": drive}
         sim._attach(*checkpoint.load(path, event_log, obstacles, observers, **own))
         sim.machine.executive = executive_of(sim.machine, workers)
         return sim

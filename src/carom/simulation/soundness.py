@@ -63,7 +63,7 @@ COUNTS = re.compile(
 """Arrays of integers of which none is negative."""
 
 SCRATCH = re.compile(
-    r"state\.candidate_block|neighbors\.(packed_flights|packed_self|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.obstacles\.(x|image|v)"
+    r"state\.candidate_block|neighbors\.(packed_flights|packed_self|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.(obstacles\.(x|image|v)|timers\..*)"
 )
 """Arrays of reals that are written before they are read, and memory of the rules of units."""
 
@@ -295,8 +295,8 @@ def _of_words(machine: RunState, name: str, refs: np.ndarray, last: int, own: bo
         fixed = refs[(refs <= OBSTACLE) & (refs != TIMER_EVENT)]
         count = 0 if model.obstacles is None else len(model.obstacles.hits)
         yield from _outside(name, OBSTACLE - fixed, 0, count - 1)
-        if model.rules is None and (refs == TIMER_EVENT).any():
-            yield f"{name} wakes units, of which there are none"
+        if model.rules is None and model.timers is None and (refs == TIMER_EVENT).any():
+            yield f"{name} has events of single components, and no rules or drive"
 
 
 def _of_calendar(machine: RunState) -> Iterator[str]:

@@ -223,6 +223,20 @@ def refuse_with_steps(scene: Scene, rates: np.ndarray | None, single: bool) -> N
             raise InputError(f"{name} is not for pairs on steps (SquareWell, ...): {instead}.")
 
 
+def refuse_drive(system: System, scene: Scene) -> None:
+    """Raise InputError where a drive cannot kick the components of a scene."""
+    name = type(scene.drive).__name__
+    if getattr(scene.interaction, "decides", False):
+        raise InputError(f"{name} kicks units whose velocities their rules decide; leave out one of them.")
+    if system.curved:
+        raise InputError(
+            f"{name} kicks along every axis, and {type(scene.motion).__name__} keeps components on a surface "
+            "that they would leave; leave out one of them."
+        )
+    model = model_checks.made(scene.drive, system.particles)
+    model_checks.answered("drive", model)
+
+
 def check_meetings(system: System, scene: Scene) -> None:
     """Raise InputError where components cannot meet walls or obstacles in their motion, or grow or are kept
     in single precision where obstacles move.
@@ -360,7 +374,11 @@ def system_of(
         driven_speed=unit.to_kernel(driven_speed_of(scene), -1),
         images=images,
         single=single,
+        drive=scene.drive,
+        pinned=scene.pinned,
     )
+    if system.drive is not None:
+        refuse_drive(system, scene)
     if system.curved and single:
         raise InputError(
             f"precision='single' is for straight flight, and {type(scene.motion).__name__} bends: "

@@ -2,7 +2,7 @@
 
 :func:`carom.check` tries a model on components that it makes up, and a simulation tries models of one's own
 on its components. Both do it here, so that what the one refuses the other refuses, too. Pairs are in
-``pair_trials``, motions in ``motion_trials``, obstacles in ``obstacle_trials``.
+``pair_trials``, motions in ``motion_trials``, obstacles in ``obstacle_trials``, drives in ``drive_trials``.
 """
 
 from __future__ import annotations
@@ -55,6 +55,9 @@ SENTENCES = {
     "gain": "a contact adds no energy, unless the value has adds_energy = True",
     "encounter": "a component is apart from an obstacle, by its gap, until it meets it, and touches it then",
     "outward": "outward is a unit vector away from the obstacle, against which the component flies",
+    "due": "next_time is a number, and not in the past",
+    "kick": "kick leaves a velocity that is finite",
+    "later": "the events of a component do not all come at one time",
     "touching": "who touches an obstacle, or is inside by rounding, and approaches meets it now",
 }
 """What is tried."""
@@ -216,17 +219,6 @@ def direction(rng: np.random.Generator, d: int) -> np.ndarray:
 def record_of(x: np.ndarray, v: np.ndarray) -> Any:
     """Return an old event, as ``meeting_time`` is given it."""
     return SimpleNamespace(x=x, v=v, t=0.0)
-
-
-def copied(model: Any) -> Any:
-    """Return a model with copies of its arrays: what is tried leaves nothing in the memory of a value."""
-    if isinstance(model, np.ndarray):
-        return model.copy()
-    if hasattr(model, "_fields"):
-        return model._replace(**{name: copied(getattr(model, name)) for name in model._fields})
-    if isinstance(model, tuple):
-        return tuple(map(copied, model))
-    return model
 
 
 @contextmanager

@@ -55,6 +55,8 @@ def obstacle_to_windows(engine: Engine) -> str | None:
         return "its growing diameters"
     if model.impact is not None:
         return "contacts that change the energy"
+    if model.timers is not None:
+        return "its drive"
     if hasattr(model.pair, "impulse"):
         return "its pinned components"
     if any(registry.answers(question, type(model.pair)) for question in MEMORY):

@@ -6,7 +6,7 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.engine.collisions import into_next_epoch
+from carom.engine.advance import into_next_epoch
 from carom.engine.events import retime
 
 

@@ -1,0 +1,37 @@
+"""The paper's ``advance``: the old event of a component is brought to a later time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.registry import inner
+from carom.engine.boundary import count_images
+from carom.engine.neighbors.interface import on_wrap
+from carom.models.interface import carry, position, velocity
+
+
+@inner
+def advance(model, state, neighbors, i, now):
+    """Bring the old event of component i to the time now, its position into the box."""
+    me = state.rows[i]
+    t = now - me.t
+    me.t = now
+    x0, v0, t = carry(model.motion, me.x, me.v, t, me.x, me.v)
+    for axis in range(len(model.boundary.edges)):
+        x = position(model.motion, axis, x0[axis], v0[axis], t)
+        crossings = np.floor(x * model.boundary.inverse[axis])
+        if crossings != 0.0:
+            x -= crossings * model.boundary.edges[axis]
+            count_images(state.images, i, axis, np.int64(crossings))
+            on_wrap(neighbors, i, axis, crossings)
+        me.x[axis] = x
+        me.v[axis] = velocity(model.motion, axis, v0[axis], t)
+
+
+@inner
+def into_next_epoch(model, state, neighbors, i, length):
+    """Advance component i to the beginning of the next epoch, and reduce its times by the epoch's length."""
+    advance(model, state, neighbors, i, length)
+    state.rows[i].t = 0.0
+    state.rows[i].event_time -= length
+    state.crossing_time[i] -= length

@@ -1,0 +1,66 @@
+"""Events of one component: a contact with an obstacle (the paper's Q_ik), the timer of a rule, of a drive.
+
+Each of these is a *source*: a part of the model, or None. A source says when it has an event for a component,
+runs it, and finds its time anew in a new epoch. The partner of the component is then the source's code: see
+:mod:`carom.engine.constants`. Of all sources the earliest is taken, here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from carom.compiling.registry import inner, optional
+from carom.engine.constants import LAMBDA
+from carom.models.interface import NEVER
+
+
+@optional
+def earlier_event(source, model, state, i, now, t, code):
+    """Return time and code of the next event that the source has for component i, if it is before the time
+    ``t``; else ``t`` and ``code``.
+    """
+    return t, code
+
+
+@optional
+def event_in_view(source, model, state, i, now):
+    """Return the same of those events alone that a change of sector may have brought into view."""
+    return NEVER, LAMBDA
+
+
+@optional
+def run_event(source, model, state, neighbors, log, i, code, now):
+    """Run the event of component i if the code is one of the source's; tell whether it is."""
+    return False
+
+
+@optional
+def retime_event(source, model, state, i, code):
+    """Find the time of the event of component i anew, at the beginning of an epoch, if the code is one of the
+    source's.
+    """
+    return
+
+
+@inner
+def schedule_one_body(model, state, i, now, before):
+    """Give component i the next of its own events, if that is before the time ``before``; tell whether it is.
+
+    Of two at one time that of the first source is taken.
+    """
+    t, code = earlier_event(model.obstacles, model, state, i, now, NEVER, LAMBDA)
+    t, code = earlier_event(model.rules, model, state, i, now, t, code)
+    t, code = earlier_event(model.timers, model, state, i, now, t, code)
+    if t >= before:
+        return False
+    state.rows[i].event_time = t
+    state.partner[i] = code
+    return True
+
+
+@inner
+def run_one_body(model, state, neighbors, log, i, code, now):
+    """Run the event of component i that the code names; False if it is an advancement."""
+    if run_event(model.rules, model, state, neighbors, log, i, code, now):
+        return True
+    if run_event(model.timers, model, state, neighbors, log, i, code, now):
+        return True
+    return run_event(model.obstacles, model, state, neighbors, log, i, code, now)

@@ -1,0 +1,122 @@
+"""Events of a drive (:mod:`carom.models.drives`), as events of one component."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner, optional
+from carom.engine.advance import advance
+from carom.engine.boundary import in_box
+from carom.engine.constants import TIMER_EVENT
+from carom.engine.observers.interface import gain
+from carom.engine.one_body import earlier_event, run_event
+from carom.engine.tallies import record
+from carom.models.drives import kick, next_time
+from carom.models.interface import carry, mass, position, take_over, velocity
+
+
+class Timers(NamedTuple):
+    """A drive, and what it is told in the units of the scene."""
+
+    drive: Any
+    """Its model."""
+    free: Any
+    """Which components are not pinned, (n,) bool, or None where none is."""
+    origin: np.ndarray
+    """When the counting of epochs began, since the start of the run, in the engine's unit, (1,) float64."""
+    exponent: int
+    """The engine's unit of time is two to this power of the scene's."""
+    events: np.ndarray
+    """How many there were, (1,) int64."""
+    x: np.ndarray
+    """Room for a position, (d,)."""
+    v: np.ndarray
+    """Room for a velocity, (d,)."""
+
+
+def make_timers(drive, dimension: int, exponent: int, pinned: np.ndarray | None) -> Timers:
+    """Return the events of a drive before the first has happened."""
+    rooms = np.zeros(dimension), np.zeros(dimension)
+    free = None if pinned is None else ~pinned
+    return Timers(drive, free, np.zeros(1), exponent, np.zeros(1, np.int64), *rooms)
+
+
+@optional
+def is_free(free, i):
+    """Tell whether component i is not pinned; by default none is."""
+    return True
+
+
+@is_free.register
+def _(free: np.ndarray, i):
+    return free[i]
+
+
+@inner
+def _since(timers, state):
+    """Return the time from the start of the run to the beginning of the epoch, in the engine's unit."""
+    clock = state.clock[0]
+    return timers.origin[0] + np.float64(clock.epoch) * clock.length
+
+
+@earlier_event.register
+def _(source: Timers, model, state, i, now, t, code):
+    if not is_free(source.free, i):
+        return t, code
+    me = state.rows[i]
+    x0, v0, elapsed = carry(model.motion, me.x, me.v, now - me.t, source.x, source.v)
+    for axis in range(len(model.boundary.edges)):
+        x = position(model.motion, axis, x0[axis], v0[axis], elapsed)
+        v = np.float64(velocity(model.motion, axis, v0[axis], elapsed))
+        source.x[axis] = in_box(model.boundary, i, axis, x)
+        source.v[axis] = math.ldexp(v, -source.exponent)
+    begun = _since(source, state)
+    time = math.ldexp(begun + now, source.exponent)
+    due = next_time(source.drive, np.int64(i), source.x, source.v, time)
+    until = max(math.ldexp(np.float64(due), -source.exponent) - begun, now)
+    return (until, np.int64(TIMER_EVENT)) if until < t else (t, code)
+
+
+@run_event.register
+def _(source: Timers, model, state, neighbors, log, i, code, now):
+    if code != TIMER_EVENT:
+        return False
+    advance(model, state, neighbors, i, now)
+    me = state.rows[i]
+    before = 0.0
+    for axis in range(len(me.v)):
+        v = np.float64(me.v[axis])
+        before += v * v
+        source.x[axis] = me.x[axis]
+        source.v[axis] = math.ldexp(v, -source.exponent)
+    weight = mass(model.pair, np.int64(i))
+    time = math.ldexp(_since(source, state) + now, source.exponent)
+    kick(source.drive, np.int64(i), weight, source.x, source.v, time)
+    after = 0.0
+    for axis in range(len(me.v)):
+        me.v[axis] = math.ldexp(source.v[axis], source.exponent)
+        v = np.float64(me.v[axis])
+        after += v * v
+    source.events[0] += 1
+    gain(model.observers, 0.5 * weight * (after - before), now)
+    record(log, state.clock[0], np.int64(i), code, 0.0)
+    return True
+
+
+@take_over.register
+def _(model: Timers, before, instant, passed, slower):
+    model.origin[0] = float(instant)
+    model.events[:] = before.events
+    _copy(model.drive, before.drive)
+
+
+def _copy(model: Any, before: Any) -> None:
+    """Copy every array of a model from another of its kind."""
+    if isinstance(model, np.ndarray):
+        model[...] = before
+    elif isinstance(model, tuple):
+        for mine, other in zip(model, before, strict=True):
+            _copy(mine, other)

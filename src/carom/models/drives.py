@@ -1,0 +1,372 @@
+"""Drives: events of one component at times of its own, which change its velocity. Thermostats and noise.
+
+A drive is a value with a method ``model(particles)``. The model is a ``NamedTuple`` of numbers and of arrays,
+and answers two questions: when component i has its next event (:func:`next_time`), and what happens then
+(:func:`kick`). Both are in the units of the scene. The arrays are the memory of the drive: a run adds to
+them, and a checkpoint keeps them.
+
+Every drive here replaces a velocity by ``keep v + width normal``. Its events come at times that do not
+depend on the state, so that with ``keep`` below 1 and ``width**2 = kT (1 - keep**2) / m`` the canonical
+distribution stays as it is, whatever the times: averages of the state are exact, dynamics depends on the
+times. Andersen, J. Chem. Phys. 72 (1980) 2384; Scala, Phys. Rev. E 86 (2012) 026709.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from carom import checks, seeds
+from carom.compiling.registry import optional, required
+from carom.errors import InputError
+from carom.models.counter_random import normal, uniform
+from carom.models.interface import NEVER, Particles
+
+
+class Drive(Protocol):
+    """What a scene takes as its ``drive``."""
+
+    def model(self, particles: Particles) -> Any:
+        """Return the model that the engine compiles: a NamedTuple that answers the questions below."""
+
+
+@optional
+def next_time(drive, i, x, v, time):
+    """Return when component i has its next event, since the start of the run [time]; ``NEVER`` without one.
+
+    It is asked whenever i has another velocity, and may be asked at other times: what it returns must not
+    depend on when it is asked, and not lie in the past.
+
+    Parameters
+    ----------
+    drive : NamedTuple
+        The model.
+    i : int
+        The component.
+    x, v : (d,) arrays
+        Its position in the box [length] and its velocity [length / time] now.
+    time : float
+        Now, since the start of the run [time], rounded to a double.
+    """
+    return NEVER
+
+
+@required
+def kick(drive, i, mass, x, v, time):
+    """Let the event of component i happen: write its new velocity into ``v``.
+
+    Parameters
+    ----------
+    drive : NamedTuple
+        The model, whose arrays may be written to.
+    i : int
+        The component.
+    mass : float
+        Its mass.
+    x, v : (d,) arrays
+        Its position in the box [length] and its velocity [length / time] now.
+    time : float
+        Now, since the start of the run [time], rounded to a double.
+    """
+
+
+class Noise(NamedTuple):
+    """A velocity becomes ``keep v + width normal`` at events of each component."""
+
+    keep: float
+    """Part of the velocity that remains."""
+    width: np.ndarray
+    """Standard deviation of the noise along each axis, (n,) [length / time]."""
+    interval: float
+    """Time between two events of a component; its mean, where they are random [time]."""
+    random: bool
+    """Whether the events are those of a Poisson process."""
+    seed: int
+    """Seed of the random numbers."""
+    due: np.ndarray
+    """When each component has its next event, (n,) [time]."""
+    drawn: np.ndarray
+    """How many each has had, (n,) int64."""
+
+
+@next_time.register
+def _(drive: Noise, i, x, v, time):
+    return drive.due[i]
+
+
+@kick.register
+def _(drive: Noise, i, mass, x, v, time):
+    k = drive.drawn[i]
+    drive.drawn[i] = k + 1
+    first = k * (2 * len(v) + 1)
+    for axis in range(len(v)):
+        v[axis] = drive.keep * v[axis] + drive.width[i] * normal(drive.seed, i, first + 2 * axis)
+    if drive.random:
+        drive.due[i] -= drive.interval * math.log(uniform(drive.seed, i, first + 2 * len(v)))
+    else:  # by counting, so that no rounding adds up; never all at one instant
+        drive.due[i] = (np.float64(k + 1) + (np.float64(i) + 0.5) / len(drive.due)) * drive.interval
+
+
+def _noise(
+    particles: Particles,
+    keep: float,
+    square: Callable[[np.ndarray], np.ndarray],
+    interval: float,
+    random: bool,
+    seed: int,
+) -> Noise:
+    """Return the model of a drive; ``square`` gives the variance of the noise for masses (n,)."""
+    n = len(particles.radii)
+    word = seeds.word(seed, "drives")
+    if random:
+        first = [uniform(word, i, (1 << 62)) for i in range(n)]
+        due = -interval * np.log(first)
+    else:
+        due = (np.arange(n) + 0.5) / n * interval
+    width = np.sqrt(np.broadcast_to(square(np.asarray(particles.masses)), n))
+    return Noise(keep, width.copy(), interval, random, word, due, np.zeros(n, np.int64))
+
+
+class _Bath:
+    """What drives with a temperature have in common."""
+
+    kT: Any
+    seed: int
+
+    def _check(self, positive: tuple[str, ...]) -> None:
+        name = type(self).__name__
+        for field in positive:
+            value = checks.number(getattr(self, field), f"{field} of {name}", low=0.0, open_low=True)
+            object.__setattr__(self, field, value)
+        if checks.several(self.kT):
+            hot = tuple(float(each) for each in checks.array(self.kT, f"kT of {name}", "(K,)", ndim=1))
+            if not hot or not all(0.0 <= each <= checks.HOTTEST for each in hot):
+                raise InputError(
+                    f"kT of {name} must be one temperature, or one a species, of 0 to {checks.HOTTEST:g}; "
+                    f"found {checks.describe(self.kT)}."
+                )
+            object.__setattr__(self, "kT", hot)
+        else:
+            kT = checks.number(self.kT, f"kT of {name}", low=0.0, high=checks.HOTTEST)
+            object.__setattr__(self, "kT", kT)
+        object.__setattr__(self, "seed", checks.integer(self.seed, f"seed of {name}", low=0, high=2**63 - 1))
+
+    def check(self, scene: Any) -> None:
+        """Raise InputError if there is a kT a species, and they are not those of the scene."""
+        if isinstance(self.kT, tuple) and len(self.kT) != scene.species_count:
+            raise InputError(
+                f"kT of {type(self).__name__} holds {len(self.kT)} temperatures, and the scene has "
+                f"{scene.species_count} species: give one kT, or one a species."
+            )
+
+    def _temperatures(self, particles: Particles) -> np.ndarray:
+        """Return kT of each component's bath, (n,) [energy]."""
+        n = len(particles.radii)
+        if isinstance(self.kT, tuple):
+            species = np.zeros(n, np.int64) if particles.species is None else particles.species
+            return np.array(self.kT)[species]
+        return np.full(n, self.kT)
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the arguments, for a file."""
+        table = {"type": type(self).__name__.lower(), **asdict(self)}  # type: ignore[call-overload]
+        return {name: list(each) if isinstance(each, tuple) else each for name, each in table.items()}
+
+
+@dataclass(frozen=True)
+class Andersen(_Bath):
+    """A thermostat: at random times a component gets a new velocity from Maxwell's distribution.
+
+    Parameters
+    ----------
+    kT : float or sequence of floats
+        Temperature [energy]; one a species, if there are several.
+    rate : float
+        Events of each component a time, those of a Poisson process [1 / time].
+    seed : int
+        Seed of the random numbers; every component has its own stream.
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of range.
+
+    Notes
+    -----
+    A free particle has ``<v(0) v(t)> = (kT / m) exp(-rate t)`` and the diffusion coefficient
+    ``kT / (m rate)``. Andersen, J. Chem. Phys. 72 (1980) 2384.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene.random(64, 3, packing_fraction=0.2).with_(drive=Andersen(kT=2.0, rate=1.0))
+    >>> sim = carom.Simulation(scene)
+    >>> sim.run(time=2.0).collisions > 0
+    True
+    """
+
+    kT: Any
+    rate: float
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        self._check(("rate",))
+
+    def model(self, particles: Particles) -> Noise:
+        """Return the model that the engine compiles."""
+        kT = self._temperatures(particles)
+        return _noise(particles, 0.0, lambda m: kT / m, 1.0 / self.rate, True, self.seed)
+
+
+@dataclass(frozen=True)
+class Langevin(_Bath):
+    """Friction and noise, in steps: the Ornstein-Uhlenbeck process of the velocity, between contacts.
+
+    Parameters
+    ----------
+    kT : float or sequence of floats
+        Temperature [energy]; one a species, if there are several.
+    friction : float
+        Rate at which a velocity is forgotten [1 / time].
+    step : float
+        Time between two kicks of a component [time].
+    seed : int
+        Seed of the random numbers; every component has its own stream.
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of range.
+
+    Notes
+    -----
+    A kick keeps the part ``c = exp(-friction step)`` of the velocity. A free particle diffuses with
+    ``(kT step / 2 m) (1 + c) / (1 - c)``. Components are kicked one after the other.
+
+    Examples
+    --------
+    >>> Langevin(kT=1.0, friction=2.0, step=0.05).diffusion(mass=1.0)
+    0.500416...
+    """
+
+    kT: Any
+    friction: float
+    step: float
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        self._check(("friction", "step"))
+
+    def diffusion(self, mass: float = 1.0) -> float:
+        """Return the coefficient of diffusion of a free particle of this ``mass`` [length^2 / time]."""
+        kept = math.exp(-self.friction * self.step)
+        return float(0.5 * self.kT * self.step / mass * (1.0 + kept) / (1.0 - kept))
+
+    def model(self, particles: Particles) -> Noise:
+        """Return the model that the engine compiles."""
+        kT, lost = self._temperatures(particles), -math.expm1(-2.0 * self.friction * self.step)
+        kept = math.exp(-self.friction * self.step)
+        return _noise(particles, kept, lambda m: kT * lost / m, self.step, False, self.seed)
+
+
+@dataclass(frozen=True)
+class Brownian(_Bath):
+    """Event-driven Brownian motion: a component gets a new velocity after every step.
+
+    Parameters
+    ----------
+    kT : float or sequence of floats
+        Temperature [energy]; one a species, if there are several.
+    step : float
+        Time between two kicks of a component [time].
+    seed : int
+        Seed of the random numbers; every component has its own stream.
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of range.
+
+    Notes
+    -----
+    A free particle diffuses with ``D0 = kT step / (2 m)``. The limit is that of a step in which a component
+    moves by far less than the gaps between components. Scala, Voigtmann, De Michele, J. Chem. Phys. 126
+    (2007) 134109.
+
+    Examples
+    --------
+    >>> Brownian(kT=1.0, step=0.1).diffusion(mass=1.0)
+    0.05
+    """
+
+    kT: Any
+    step: float
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        self._check(("step",))
+
+    def diffusion(self, mass: float = 1.0) -> float:
+        """Return the coefficient of diffusion of a free particle of this ``mass`` [length^2 / time]."""
+        return float(0.5 * self.kT * self.step / mass)
+
+    def model(self, particles: Particles) -> Noise:
+        """Return the model that the engine compiles."""
+        kT = self._temperatures(particles)
+        return _noise(particles, 0.0, lambda m: kT / m, self.step, False, self.seed)
+
+
+@dataclass(frozen=True)
+class WhiteNoise:
+    """White noise, which heats: a granular gas comes to rest where it heats as much as contacts lose.
+
+    Parameters
+    ----------
+    power : float
+        Variance that the velocity gains along each axis a time, xi^2 [length^2 / time^3].
+    rate : float
+        Kicks of each component a time [1 / time]. Take many in a mean free time.
+    seed : int
+        Seed of the random numbers; every component has its own stream.
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of range.
+
+    Notes
+    -----
+    The energy grows by ``d m power / 2`` a component and time. The total momentum is not kept: it wanders,
+    and its velocity squared grows as ``power time / n`` along each axis, which counts for kT. Van Noije and
+    Ernst, Granular Matter 1 (1998) 57.
+
+    Examples
+    --------
+    >>> WhiteNoise(power=0.1, rate=20.0)
+    WhiteNoise(power=0.1, rate=20.0, seed=1)
+    """
+
+    power: float
+    rate: float
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        for field in ("power", "rate"):
+            value = checks.number(getattr(self, field), f"{field} of WhiteNoise", low=0.0, open_low=True)
+            object.__setattr__(self, field, value)
+        object.__setattr__(
+            self, "seed", checks.integer(self.seed, "seed of WhiteNoise", low=0, high=2**63 - 1)
+        )
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the arguments, for a file."""
+        return {"type": "white-noise", **asdict(self)}
+
+    def model(self, particles: Particles) -> Noise:
+        """Return the model that the engine compiles."""
+        variance = self.power / self.rate
+        return _noise(particles, 1.0, lambda m: np.full_like(m, variance), 1.0 / self.rate, False, self.seed)

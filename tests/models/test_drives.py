@@ -1,0 +1,318 @@
+"""Drives: exact averages, bits that nothing changes, drives of one's own, and what is refused."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import InputError
+from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise, kick, next_time
+from carom.models.gravity import Gravity
+from carom.models.great_circles import GreatCircles
+from carom.models.interface import NEVER
+from carom.observables.statistics import blocking
+from carom.plan.plan import Plan
+from carom.wells import SquareWell
+
+SLOW = pytest.mark.slow
+
+FOUR_SIGMA = 4.0
+"""Above the standard error of some 40 averages in this file: one run in 400 would fail by chance, once."""
+
+
+def disks(drive, **changes):
+    return carom.Scene.random(64, 2, packing_fraction=0.3, seed=1).with_(drive=drive, **changes)
+
+
+def same(a, b):
+    one, two = a.frame(), b.frame()
+    return (one.positions == two.positions).all() and (one.velocities == two.velocities).all()
+
+
+def caps():
+    points = [[5.0, 4.0, 4.0], [4.0, 5.0, 4.0]]
+    return carom.Scene(points, box=(8.0,) * 3, diameter=0.4, motion=GreatCircles())
+
+
+def heated(scene):
+    carom.Simulation(scene).equilibrate(2.0, collisions_per_particle=1)
+
+
+def within(value, exact):
+    """Tell whether a mean of correlated samples agrees with an exact value."""
+    found = blocking(value)
+    return abs(found.mean - exact) < FOUR_SIGMA * found.error
+
+
+@pytest.mark.parametrize("drive", [Andersen(0.7, rate=3.0), Langevin(0.7, friction=2.0, step=0.3)])
+def test_disks_in_a_bath_have_the_energies_of_the_canonical_distribution(drive):
+    sim = carom.Simulation(disks(drive), kT=2.0, seed=1)
+    sim.run(time=20.0)
+    degrees = 2 * 64  # no momentum is conserved
+    energies = np.array([0.5 * np.sum(f.velocities**2) for f in sim.sample(every=0.5, count=4000)])
+    assert within(energies, 0.5 * degrees * 0.7)
+    assert within((energies - 0.5 * degrees * 0.7) ** 2, 0.5 * degrees * 0.7**2)
+    assert sim.degrees_of_freedom == degrees
+
+
+@SLOW
+def test_each_species_has_the_temperature_of_its_bath():
+    sizes = {"diameters": [1, 0.5], "masses": [1, 4]}
+    scene = carom.Scene.mixture([20, 20], **sizes, dimension=2, packing_fraction=0.02)
+    sim = carom.Simulation(scene.with_(drive=Andersen((1.0, 3.0), rate=200.0)), seed=1)
+    sim.run(time=1.0)
+    # So often that collisions take no heat from one to the other: 0.02 of them come between two kicks.
+    found = [f.masses * np.sum(f.velocities**2, axis=1) / 2 for f in sim.sample(every=0.05, count=1000)]
+    for kind, kT in enumerate((1.0, 3.0)):
+        assert np.mean(found, axis=0)[scene.species == kind].mean() == pytest.approx(kT, rel=0.03)
+
+
+@pytest.mark.parametrize("d", [1, pytest.param(2, marks=SLOW), pytest.param(3, marks=SLOW)])
+def test_a_free_particle_forgets_its_velocity_at_the_rate_of_the_bath(d):
+    """<v(0) v(t)> = (kT / m) exp(-rate t): events of a Poisson process."""
+    scene = carom.Scene.random(256, d, box=(4e7,) * d, seed=1, mass=2.0).with_(drive=Andersen(3.0, rate=0.5))
+    sim = carom.Simulation(scene, kT=3.0, seed=1)
+    v = np.array([f.velocities for f in sim.sample(every=1.0, count=400)])
+    assert sim.collisions < 100  # points, nearly
+    for lag in (1, 3):
+        correlation = np.mean(v[lag:] * v[:-lag], axis=(1, 2))
+        assert within(correlation, 1.5 * math.exp(-0.5 * lag))
+
+
+@pytest.mark.parametrize(
+    "drive", [Brownian(3.0, step=0.5), Langevin(3.0, friction=2.0, step=0.5)], ids=["Brownian", "Langevin"]
+)
+def test_a_free_particle_diffuses_as_its_steps_say(drive):
+    scene = carom.Scene.random(256, 1, box=(4e7,), seed=1, mass=2.0).with_(drive=drive)
+    sim = carom.Simulation(scene, kT=3.0, seed=1)
+    x = np.array([f.unwrapped[:, 0] for f in sim.sample(every=20.0, count=400)])
+    square = np.mean(np.diff(x, axis=0) ** 2, axis=1)
+    c = drive.diffusion(mass=2.0), getattr(drive, "friction", math.inf)
+    kept = math.exp(-c[1] * 0.5)
+    # Displacements over k steps: 2 D t less what the first and the last remember.
+    k, s2 = 40, 3.0 / 2.0 * 0.25
+    exact = s2 * (k * (1 + kept) / (1 - kept) - 2 * kept * (1 - kept**k) / (1 - kept) ** 2)
+    # Between kicks that come in the middle of a sample's interval the first and the last step are parts:
+    # the exact value for whole steps is off by less than the square of one step.
+    found = blocking(square)
+    assert abs(found.mean - exact) < FOUR_SIGMA * found.error + s2
+    assert 2.0 * c[0] * 20.0 == pytest.approx(exact, rel=0.1)
+
+
+def test_two_disks_in_a_bath_are_bound_with_the_probability_of_boltzmann():
+    kT, box, width = 0.8, 4.0, 1.5
+    scene = carom.Scene([[0.5, 0.5], [2.5, 2.5]], box=(box, box), interaction=SquareWell(width, 1.0))
+    sim = carom.Simulation(scene.with_(drive=Andersen(kT, rate=1.0)), seed=1)
+    inside = []
+    for frame in sim.sample(every=1.0, count=20_000):
+        r = frame.positions[1] - frame.positions[0]
+        r -= box * np.rint(r / box)
+        inside.append(float(np.sum(r * r) < width**2))
+    well = math.pi * (width**2 - 1.0) * math.exp(1.0 / kT)
+    assert within(np.array(inside), well / (well + box**2 - math.pi * width**2))
+
+
+@SLOW
+def test_heavy_disks_in_a_bath_stand_at_the_heights_of_the_barometric_formula():
+    scene = carom.Scene.random(8, 2, box=(60.0, 9.0), periodic=[True, False], mass=2.0, seed=1, diameter=1e-3)
+    scene = scene.with_(motion=Gravity((0.0, -0.5)), drive=Andersen(1.5, rate=0.3))
+    sim = carom.Simulation(scene, kT=1.5, seed=1)
+    heights = np.array([f.positions[:, 1].mean() for f in sim.sample(every=3.0, count=6000)])
+    height, length = 1.5 / (2.0 * 0.5), 9.0
+    exact = height - length / math.expm1(length / height)
+    assert within(heights, exact)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("d", [2, 3])
+def test_white_noise_gives_what_contacts_lose(d):
+    """van Noije and Ernst, Granular Matter 1 (1998) 57; in a box too small for waves of velocity."""
+    e, power = 0.9, 0.1
+    scene = carom.Scene.random(256, d, packing_fraction=0.05, restitution=e, seed=1)
+    sim = carom.Simulation(scene.with_(drive=WhiteNoise(power, rate=20.0)), seed=1)
+    sim.run(collisions_per_particle=100)
+    before, start = sim.kT, sim.time
+    block = sim.run(collisions_per_particle=400)
+    # Enskog's collisions a time and particle, and Sonine's coefficient a2.
+    a2 = 16 * (1 - e) * (1 - 2 * e**2) / (9 + 24 * d + 8 * d * e - 41 * e + 30 * (1 - e) * e**2)
+    omega = float(block.collisions * 2 / 256 / block.duration / math.sqrt(block.kT)) / (1 + 3 * a2 / 16)
+    theory = (d * power / ((1 - e**2) * omega * (1 + 3 * a2 / 16))) ** (2 / 3)
+    assert block.kT == pytest.approx(theory, rel=0.03)
+    assert abs(sim.kT - before) < 0.5 * before
+    assert sim.time > start
+
+
+def test_frames_and_stretches_change_no_bit():
+    plain, sampled = (carom.Simulation(disks(Andersen(1.0, rate=2.0)), seed=1) for _ in range(2))
+    plain.run(time=10.0)
+    list(sampled.sample(every=0.01, count=300))
+    for _ in range(7):
+        sampled.run(collisions=10)
+    sampled.run(time=10.0 - sampled.time)
+    assert same(plain, sampled)
+
+
+@pytest.mark.parametrize("drive", [Andersen(1.0, rate=2.0, seed=3), Brownian(2.0, step=0.2)])
+def test_a_run_in_a_bath_is_saved_and_goes_on_with_the_same_bits(drive, tmp_path):
+    sim = carom.Simulation(disks(drive), seed=1)
+    sim.run(time=7.0)
+    sim.save(tmp_path / "half.h5")
+    again = carom.Simulation.load(tmp_path / "half.h5")
+    assert again.scene.drive == drive
+    for each in (sim, again):
+        each.run(time=7.0)
+    assert same(sim, again)
+    assert (sim.drive.drawn == again.drive.drawn).all()
+    assert sim.drive.drawn.min() > 0
+
+
+def test_a_growing_fluid_keeps_the_temperature_of_its_bath():
+    """Its engine is made anew time and again: the memory of the drive goes along."""
+    sim = carom.Simulation(disks(Andersen(1.0, rate=20.0)), growth=0.05, seed=1)
+    sim.run(time=10.0)
+    assert (sim.frame().diameters > 1.49).all()
+    found = [block.kT for block in sim.blocks(0.05, 20)]
+    # Growth heats by some parts in a hundred between two kicks.
+    assert np.mean(found) == pytest.approx(1.0, rel=0.1)
+    due = sim.drive.due
+    assert due.min() >= sim.time
+    assert np.mean(due - sim.time) == pytest.approx(1 / 20, rel=FOUR_SIGMA / math.sqrt(64))
+
+
+def test_pinned_disks_are_not_kicked():
+    sim = carom.Simulation(disks(Andersen(1.0, rate=5.0), pinned=[0, 1, 2]), seed=1)
+    sim.run(time=5.0)
+    assert (sim.frame().velocities[:3] == 0.0).all()
+    assert (sim.drive.drawn[:3] == 0).all()
+    assert (sim.drive.drawn[3:] > 0).any()
+
+
+def test_a_scene_without_a_drive_has_no_byte_of_one():
+    assert carom.Simulation(disks(None), seed=1).machine.engine.model.timers is None
+    assert carom.Simulation(disks(None), seed=1).drive is None
+
+
+class Gate(NamedTuple):
+    """Who comes from above is turned round."""
+
+    place: float
+    edge: float
+    turned: np.ndarray
+
+
+@next_time.register
+def _(gate: Gate, i, x, v, time):
+    if v[0] >= 0.0:
+        return NEVER
+    return time + ((x[0] - gate.place) % gate.edge) / -v[0]
+
+
+@kick.register
+def _(gate: Gate, i, mass, x, v, time):
+    v[0] = -v[0]
+    gate.turned[i] += 1
+
+
+@dataclass(frozen=True)
+class OneWay:
+    place: float
+
+    def model(self, particles):
+        return Gate(self.place, particles.box[0], np.zeros(len(particles.radii), np.int64))
+
+
+def test_a_gate_of_ones_own_lets_disks_pass_one_way_and_keeps_the_energy(tmp_path):
+    sim = carom.Simulation(disks(OneWay(3.0)), seed=1)
+    before = np.sum(sim.frame().velocities ** 2)
+    sim.run(time=20.0)
+    sim.save(tmp_path / "gate.h5")
+    with pytest.raises(InputError, match="OneWay, which no file holds"):
+        carom.Simulation.load(tmp_path / "gate.h5")
+    again = carom.Simulation.load(tmp_path / "gate.h5", drive=OneWay(3.0))
+    for each in (sim, again):
+        each.run(time=80.0)
+    assert same(sim, again)
+    assert (sim.drive.turned == again.drive.turned).all()
+    after = sim.frame()
+    assert np.sum(after.velocities**2) == pytest.approx(before, rel=1e-12)
+    assert after.velocities[:, 0].mean() > 0.3
+    # Each has crossed the place as often as it went round: no one came back.
+    rounds = np.floor((after.unwrapped[:, 0] - 3.0) / after.box[0])
+    start = np.floor((sim.scene.positions[:, 0] - 3.0) / after.box[0])
+    assert (rounds >= start).all()
+    assert rounds.sum() > start.sum()
+
+
+class Late(NamedTuple):
+    never_moves: float
+
+
+@next_time.register
+def _(drive: Late, i, x, v, time):
+    return time
+
+
+@kick.register
+def _(drive: Late, i, mass, x, v, time):
+    v[0] = drive.never_moves
+
+
+@dataclass(frozen=True)
+class AtOnce:
+    v: float = 1.0
+
+    def model(self, particles):
+        return Late(self.v)
+
+
+def test_a_wrong_drive_is_refused_before_it_is_compiled():
+    with pytest.raises(InputError, match=r"AtOnce does not keep.*do not all come at one time"):
+        carom.Simulation(disks(AtOnce()))
+    with pytest.raises(InputError, match="kick leaves a velocity that is finite"):
+        carom.Simulation(disks(AtOnce(math.nan)))
+    assert not carom.check(AtOnce()).passed
+    assert carom.check(OneWay(1.0)).passed
+    with pytest.raises(InputError, match="drive must be a value with model, such as Andersen"):
+        disks(3.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Andersen(1.0, rate=0.0), "rate of Andersen"),
+        (lambda: Langevin(-1.0, friction=1.0, step=0.1), "kT of Langevin"),
+        (lambda: Brownian(1.0, step=math.inf), "step of Brownian"),
+        (lambda: WhiteNoise(0.0, rate=1.0), "power of WhiteNoise"),
+        (lambda: disks(Andersen((1.0, 2.0), rate=1.0)), "2 temperatures, and the scene has 1 species"),
+        (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), currents=True), "or drive"),
+        (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), flights=True), "no drive"),
+        (lambda: heated(disks(Andersen(1.0, 1.0))), "sets the temperature"),
+        (lambda: carom.Simulation(caps().with_(drive=Andersen(1.0, 1.0))), "keeps components on a surface"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_sense_is_one_sentence(make, says):
+    with pytest.raises(InputError, match=says):
+        make()
+
+
+def test_several_workers_are_refused_for_a_driven_scene():
+    scene = carom.Scene.random(6000, 2, packing_fraction=0.3, seed=1).with_(drive=Andersen(1.0, 1.0))
+    with pytest.raises(InputError, match="its drive"):
+        carom.Simulation(scene, workers=2)
+
+
+@pytest.mark.parametrize(
+    "drive", [Andersen((1.0, 2.0), 3.0), Langevin(1.0, 2.0, 0.1), Brownian(1.0, 0.1), WhiteNoise(0.1, 20.0)]
+)
+def test_a_drive_of_a_scene_file_is_that_of_python(drive, tmp_path):
+    table = drive.to_table()
+    lines = "\n".join(f"{name} = {value!r}".replace("'", '"') for name, value in table.items())
+    path = tmp_path / "bath.toml"
+    path.write_text(f"[scene]\ncells = 2\n[scene.drive]\n{lines}\n")
+    plan = Plan.load(path)
+    assert plan.scene.drive == drive
+    path.write_text(plan.to_toml())
+    assert Plan.load(path).scene.drive == drive
