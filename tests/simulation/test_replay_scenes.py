@@ -52,8 +52,8 @@ def scenes():
     }
 
 
-# Each is compiled for itself, which takes half a minute: the others are for `pytest -m slow`, and some of them
-# run uncompiled before.
+# Each is compiled for itself, which takes half a minute: the others are for `pytest -m slow`, and some of
+# these run uncompiled before.
 SOON = ("walls",)
 SHORT = ("contact", "balls", "plane", "lossy equals")
 
