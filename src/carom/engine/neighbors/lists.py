@@ -50,7 +50,7 @@ from carom.engine.neighbors.skins import (
     skin,
     start,
 )
-from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing
+from carom.engine.pair_steps import fresh_word, named, put_newcomer, put_step, standing, stepped_word
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, position
 
@@ -434,3 +434,12 @@ def _(neighbors: Lists, motion, boundary, state):
         if not entered or link_flagged(neighbors, i, total) < 0:
             return False
     return True
+
+
+@put_step.register
+def _(neighbors: Lists, i, j, step):
+    start_index = start(neighbors.bounds, i)
+    for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
+        if named(neighbors.steps, neighbors.refs[k]) == j:
+            neighbors.refs[k] = stepped_word(neighbors.steps, j, step)
+            break
