@@ -17,7 +17,7 @@ from helpers.plain import plain_python
 import carom
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.compiling.simd_fields import asked_of, make_lanes
+from carom.compiling.simd import asked_of, make_lanes
 from carom.errors import InputError
 from carom.models.balls import Ball
 from carom.models.contact import exchange, first_contact

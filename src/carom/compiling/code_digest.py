@@ -132,7 +132,7 @@ class Walk:
     def __init__(self, function, kinds):
         self.digest = hashlib.sha256(room_digest().encode())
         self.functions, self.classes, self.faces, self.seen = {}, {}, {}, set()
-        self.waiting = deque()
+        self.waiting: deque = deque()
         self.visit(function)
         for cls in (type(None), np.ndarray, *classes_in(kinds)):  # the first two occur everywhere
             self.visit_class(cls)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.simd_fields import make_lanes
+from carom.compiling.simd import make_lanes
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.contact_timing import timing_of
 from carom.engine.dynamic_obstacles import is_live, with_work
