@@ -1,10 +1,10 @@
 """What compiled code is made of, as a digest: the functions of the kernel, and all that those read.
 
 Each function is followed: its code, what it calls, the constants that it reads, and so on through any number
-of modules, Carom's and a user's alike. Of a question only the answers of the classes that occur count. So an
-edit to a model changes the digests of the kernels that use it, and of no other. This room, which makes code
-while it compiles, is taken as it stands in its files. What cannot be followed has no digest, and code made of
-it is not kept.
+of modules, Carom's and a user's alike. Of a question only the default and the answers of the classes that
+occur count. So an edit to a model changes the digests of the kernels that use it, and of no other. This room,
+which makes code while it compiles, is taken as it stands in its files. What cannot be followed has no digest,
+and code made of it is not kept.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ import numpy as np
 from numba import types
 from numba.core.dispatcher import Dispatcher
 
-FACES: dict = {}
-"""Functions that are generic in the type of a model, and how: ``"required"`` or ``"optional"``."""
+FACES: set = set()
+"""Functions that are generic in the type of a model (``registry.required``, ``registry.optional``)."""
 
 INLINED: dict = {}
 """The options of the functions that are compiled as they stand (``registry.inner`` and the like)."""
@@ -71,13 +71,6 @@ def classes_in(kinds) -> Iterator[type]:
             yield from classes_in(kind)
         elif not isinstance(kind, _PLAIN):
             raise Unknown(kind)
-
-
-def answer_of(face, cls):
-    """Return the function that is compiled of a generic one for a class, or None."""
-    if cls is None or (FACES[face] == "required" and cls not in face.registry):
-        return None
-    return face.dispatch(cls)
 
 
 def digest_of(function, kinds) -> str | None:
@@ -210,7 +203,7 @@ class Walk:
             elif not issubclass(cls, BaseException):
                 raise Unknown(cls)
         for face in self.faces:
-            self.visit_answer(face, cls)
+            self.visit_answers(face, cls)
 
     def visit_generic(self, face):
         """Note a generic function, and what is registered for the classes that occur.
@@ -221,15 +214,16 @@ class Walk:
         self.add("generic", face.__module__, face.__qualname__)
         if face not in self.faces:
             self.faces[face] = None
+            self.visit_function(face.registry[object])
             for cls in self.classes:
-                self.visit_answer(face, cls)
+                self.visit_answers(face, cls)
 
-    def visit_answer(self, face, cls):
-        """Note the function that is compiled of a generic one for a class."""
-        function = answer_of(face, cls)
-        if function is not None:
+    def visit_answers(self, face, cls):
+        """Note what a class may be answered: what is registered for it and for its bases."""
+        bases = [base for base in face.registry if base is not object and issubclass(cls, base)]
+        for base in sorted(bases, key=lambda base: (base.__module__, base.__qualname__)):
             self.add("answer", face.__qualname__, cls.__qualname__)
-            self.visit_function(function)
+            self.visit_function(face.registry[base])
 
     def visit_function(self, function):
         """Note a function, to be followed."""

@@ -15,7 +15,7 @@ from numba.core import config
 
 from carom.compiling import numba_features, registry
 from carom.compiling.cache import KEEPING, kept
-from carom.compiling.code_digest import FACES, INLINED, Unknown, answer_of, class_of, classes_in
+from carom.compiling.code_digest import FACES, INLINED, Unknown, class_of, classes_in
 from carom.compiling.compile_errors import of_models
 from carom.compiling.compile_listeners import compiling
 from carom.compiling.deferred_signals import signals_held
@@ -69,14 +69,16 @@ def _compile(function, how: str) -> None:
         return function
 
     def answer(model, *args):
-        return answer_of(function, class_of(model))
+        cls = class_of(model)
+        known = cls is not None if how == "optional" else cls in function.registry
+        return function.dispatch(cls) if known else None
 
     if how in OPTIONS:
         INLINED[function] = OPTIONS[how]
         compile_once(function, itself, OPTIONS[how])
         return
     function.register = _in_time(function)
-    FACES[function] = how
+    FACES.add(function)
     compile_once(function, answer, INLINE)
 
 
