@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.simd_fields import make_lanes
+from carom.compiling.simd import make_lanes
 from carom.engine import agents, obstacle_events  # noqa: F401 (they register their events)
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.contact_timing import timing_of
