@@ -29,4 +29,4 @@ def compiled_on_call(function: Callable[..., Any], **options: Any) -> Any:
 
     from carom.compiling.cache import kept
 
-    return kept(function, options, stamped=True) or njit(**options)(function)
+    return kept(function, options) or njit(**options)(function)

@@ -16,6 +16,7 @@ from carom.models.great_circles import GreatCircles
 from carom.models.interface import NEVER
 from carom.observables.statistics import blocking
 from carom.plan.plan import Plan
+from carom.simulation.replay import Replay
 from carom.wells import SquareWell
 
 SLOW = pytest.mark.slow
@@ -323,3 +324,16 @@ def test_a_drive_of_a_scene_file_is_that_of_python(drive, tmp_path):
     assert plan.scene.drive == drive
     path.write_text(plan.to_toml())
     assert Plan.load(path).scene.drive == drive
+
+
+@pytest.mark.parametrize("drive", [Andersen(1.0, rate=2.0, seed=3), OneWay(3.0)])
+def test_a_driven_run_is_rebuilt_from_its_log_to_the_bit(drive, tmp_path):
+    sim = carom.Simulation(disks(drive), seed=1, event_log=tmp_path / "log.h5")
+    sim.run(time=5.0)
+    sim.close()
+    own = {} if isinstance(drive, Andersen) else {"drive": drive}
+    run = Replay(tmp_path / "log.h5", **own)
+    run.advance_to(5.0)
+    a, b = run.frame(), sim.frame()
+    assert (a.positions == b.positions).all()
+    assert (a.velocities == b.velocities).all()

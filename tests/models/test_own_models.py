@@ -17,7 +17,7 @@ from helpers.plain import plain_python
 import carom
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.compiling.simd_fields import asked_of, make_lanes
+from carom.compiling.simd import asked_of, make_lanes
 from carom.errors import InputError
 from carom.models.balls import Ball
 from carom.models.contact import exchange, first_contact
@@ -502,20 +502,12 @@ def _(pair: Stepped, i, j, step, rr, rv, vv, now):
     return pair.radii[j] + 10.0 * pair.radii[step + 1] + 100.0 * ((step + i - j) % 5)
 
 
-def _ask(digest):
-    def ask(pair, lanes, i, j):
-        digest  # noqa: B018
-        return asked_of(interaction_time, borrowed(pair), borrowed(lanes), 3, i, j, (0.0, 0.0, 0.0, 0.0))
-
-    return ask
+def _ask(pair, lanes, i, j):
+    return asked_of(interaction_time, borrowed(pair), borrowed(lanes), 3, i, j, (0.0, 0.0, 0.0, 0.0))
 
 
-def _ask_stepped(digest):
-    def ask(pair, lanes, i, j, step):
-        digest  # noqa: B018
-        return asked_of(step_time, borrowed(pair), borrowed(lanes), 3, i, j, (step, 0.0, 0.0, 0.0, 0.0))
-
-    return ask
+def _ask_stepped(pair, lanes, i, j, step):
+    return asked_of(step_time, borrowed(pair), borrowed(lanes), 3, i, j, (step, 0.0, 0.0, 0.0, 0.0))
 
 
 def in_lanes(pair, j):
@@ -673,12 +665,8 @@ def _(obstacle: Misspelt, x, v, radius, growth):
     return above / -v
 
 
-def _meet(digest):
-    def meet(obstacle):
-        digest  # noqa: B018
-        return encounter(obstacle, 0.0, 0.0, 0.0, 0.0)
-
-    return meet
+def _meet(obstacle):
+    return encounter(obstacle, 0.0, 0.0, 0.0, 0.0)
 
 
 def test_what_cannot_be_compiled_is_one_sentence_with_the_name_of_the_model():

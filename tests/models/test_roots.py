@@ -197,14 +197,7 @@ def test_no_number_ends_the_search():
 def test_compiled_code_finds_the_same_bits():
     from carom.compiling.dispatch import entry
 
-    def make(digest):
-        def both(curve, limit):
-            digest  # noqa: B018
-            return next_fall(curve, limit)
-
-        return both
-
-    compiled, rng = entry(make), np.random.default_rng(3)
+    compiled, rng = entry(lambda curve, limit: next_fall(curve, limit)), np.random.default_rng(3)
     for _ in range(200):
         curve = Cubic(*rng.normal(size=4).tolist())
         assert compiled(curve, 7.0) == next_fall(curve, 7.0)

@@ -7,12 +7,17 @@ import numpy as np
 import pytest
 from helpers.mixtures import mixture
 from helpers.oracle import moving
+from helpers.plain import plain_python
 from helpers.replays import assert_same_frame, round_up
 
 import carom
 from carom import Scene
 from carom.errors import FileError
+from carom.models.gravity import Gravity
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.paths import Sine
+from carom.models.shaken import Shaken
+from carom.models.wells import SquareWell
 from carom.simulation.replay import Replay, replay, replays
 
 MIXTURE = {"diameters": [1.0, 0.4], "masses": [3.0, 0.7], "seed": 2}
@@ -50,18 +55,50 @@ def scenes():
     }
 
 
-# Each is compiled for itself, which takes half a minute: the others are for `pytest -m slow`.
+# Each is compiled for itself, which takes half a minute: the others are for `pytest -m slow`, and some of
+# these run uncompiled before.
 SOON = ("walls",)
+SHORT = ("contact", "balls", "plane", "lossy equals")
 
 
 @pytest.mark.parametrize(
     "kind", [pytest.param(kind, marks=() if kind in SOON else pytest.mark.slow) for kind in scenes()]
 )
 def test_every_frame_of_every_kind_of_scene_is_rebuilt_to_the_bit(kind, tmp_path):
-    scene, path = moving(scenes()[kind], 3), tmp_path / "events.h5"
+    assert_rebuilt(scenes()[kind], tmp_path / "events.h5", 5)
+
+
+def more_scenes():
+    """Return others, of which the compiled kernels are for tests of their own."""
+    floor = Shaken(Plane((0.0, 1.0), 0.5), (0.0, 1.0), Sine(0.3, 2.0))
+    places = [[1.0 + 1.6 * (k % 3), 2.0 + 1.6 * (k // 3)] for k in range(8)]
+    falling = {"motion": Gravity((0.0, -1.0)), "obstacles": [floor], "periodic": (True, False)}
+    return {
+        "rods": Scene.random(10, 1, packing_fraction=0.5),
+        "small box with walls": Scene.random(5, 2, box=(2.1, 5.0), periodic=[True, False]),
+        "small box with a ball": Scene.random(3, 2, box=(2.6, 3.2), obstacles=[Ball((0.1, 0.2), 0.3)]),
+        "well": Scene.random(12, 2, packing_fraction=0.2).with_(interaction=SquareWell(1.5, 1.0)),
+        "shaken floor": Scene(places, (5.0, 9.0), **falling),
+    }
+
+
+def plain_replays(folder):
+    """Replay short runs of the kinds of scenes that are fast without compilation."""
+    kinds = scenes()
+    for kind, scene in {**{kind: kinds[kind] for kind in SHORT}, **more_scenes()}.items():
+        assert_rebuilt(scene, f"{folder}/{kind}.h5", 1)
+
+
+def test_short_runs_of_many_kinds_of_scenes_are_rebuilt_in_plain_python(tmp_path):
+    plain_python("-c", f"import simulation.test_replay_scenes as t; t.plain_replays({str(tmp_path)!r})")
+
+
+def assert_rebuilt(scene, path, collisions):
+    """Run a scene for so many collisions a component, and compare its frames with those of the replay."""
+    scene = moving(scene, 3)
     with carom.Simulation(scene, event_log=path) as sim:
         frames = [sim.frame(), *sim.sample(times=[0.2719 * k for k in range(1, 9)])]
-        sim.run(collisions=5 * scene.n)
+        sim.run(collisions=collisions * scene.n)
         frames += sim.sample(times=[round_up(sim), round_up(sim) + 2.0 * sim.epoch_length])
         hits = sum(impact.hits for impact in sim.obstacles) if scene.walls or scene.obstacles else 0
     assert sim.collisions > 0

@@ -24,10 +24,10 @@ CHECKED = hashlib.sha256().digest_size
 """Bytes at the beginning of a file: the SHA-256 of the others."""
 
 
-def kept(function, options, stamped=False):
+def kept(function, options):
     """Return a compiled function whose code is kept on disk, or None where that cannot be."""
     try:
-        return keep(numba.njit(**options, cache=True)(function), stamped)
+        return keep(numba.njit(**options, cache=True)(function))
     except (RuntimeError, OSError):  # Numba found no folder that can be written: compile in every process
         return None
     except AttributeError as error:
@@ -35,7 +35,7 @@ def kept(function, options, stamped=False):
         return None
 
 
-def keep(compiled, stamped: bool = False):
+def keep(compiled):
     """Let a compiled function keep its code in files that are named after all that it depends on.
 
     Every file begins with its checksum. A damaged one is compiled again, and would end the process if it were
@@ -51,9 +51,6 @@ def keep(compiled, stamped: bool = False):
     ----------
     compiled : dispatcher
         The function, for which nothing has been compiled yet.
-    stamped : bool
-        Whether the code depends on the file of the function as well, as Numba's cache has it: for functions
-        of Carom that do not close over its digest.
 
     Raises
     ------
@@ -63,7 +60,6 @@ def keep(compiled, stamped: bool = False):
     file = compiled._cache._cache_file
     pattern, pickled, opened = file._data_name_pattern, file._dump, file._open_for_write
     folder = Path(file._cache_path)
-    stamp = file._source_stamp if stamped else None
     if not callable(file.load) or not callable(file.save):
         raise AttributeError("load or save")
     save_all = compiled._cache.save_overload
@@ -86,12 +82,12 @@ def keep(compiled, stamped: bool = False):
     def name_of(key):
         """Return what the name of the file begins with, and all of it; None if nobody can know it."""
         kinds = getattr(key[0], "args", key[0])
-        origins = digest_of(compiled.py_func, kinds)
+        origins = digest_of(compiled, kinds)
         if origins is None:
             return None
         models = [(cls.__module__, cls.__qualname__) for cls in classes_in(kinds)]
         kind = _short(numba.__version__, BOUNDS_CHECKED, key[:2], models)
-        names = kind, f"{kind}.{_short(key, origins, stamp)}"
+        names = kind, f"{kind}.{_short(key, origins)}"
         return tuple(pattern.replace("{number:d}", name) for name in names)
 
     def load(key):

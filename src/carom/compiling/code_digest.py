@@ -1,8 +1,10 @@
-"""What compiled code is made of, as a digest: the functions of the models, and all that those read.
+"""What compiled code is made of, as a digest: the functions of the kernel, and all that those read.
 
-Carom's own sources have one digest for all (``dispatch.source_digest``). Functions from elsewhere, those of a
-model of one's own, are followed here: their code, what they call, the constants that they read, and so on
-through any number of modules. What cannot be followed has no digest, and code made of it is not kept.
+Each function is followed: its code, what it calls, the constants that it reads, and so on through any number
+of modules, Carom's and a user's alike. Of a question only the default and the answers of the classes that
+occur count. So an edit to a model changes the digests of the kernels that use it, and of no other. This room,
+which makes code while it compiles, is taken as it stands in its files. What cannot be followed has no digest,
+and code made of it is not kept.
 """
 
 from __future__ import annotations
@@ -12,20 +14,26 @@ import enum
 import hashlib
 import sys
 import types as python
+from collections import deque
 from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from numba import types
 from numba.core.dispatcher import Dispatcher
 
-FACES: list = []
+FACES: set = set()
 """Functions that are generic in the type of a model (``registry.required``, ``registry.optional``)."""
 
 INLINED: dict = {}
 """The options of the functions that are compiled as they stand (``registry.inner`` and the like)."""
 
-TRUSTED = frozenset(sys.stdlib_module_names) | {"carom", "numba", "numpy", "llvmlite"}
+TRUSTED = frozenset(sys.stdlib_module_names) | {"numba", "numpy", "llvmlite"}
 """Packages whose code is known by their versions."""
+
+ROOM = __name__.rpartition(".")[0]
+"""This package, whose code is known by its files."""
 
 FOREIGN_TO_ALL = ("__main__", "__mp_main__")
 """Modules that no other process finds under that name."""
@@ -66,22 +74,33 @@ def classes_in(kinds) -> Iterator[type]:
 
 
 def digest_of(function, kinds) -> str | None:
-    """Return the SHA-256 of all that a function is compiled of for arguments of these types and that is not
-    Carom's own, or None if that cannot be known.
+    """Return the SHA-256 of all that a function is compiled of for arguments of these types, or None if that
+    cannot be known.
+
+    Parameters
+    ----------
+    function : dispatcher or generic function
+    kinds : iterable of Numba types
     """
-    walker = _Walk()
     try:
-        walker.visit_function(function)
-        for cls in classes_in(kinds):
-            walker.visit_class(cls)
+        return Walk(function, kinds).digest.hexdigest()
     except (Unknown, RecursionError):
         return None
-    return walker.digest.hexdigest()
+
+
+@lru_cache(maxsize=1)
+def room_digest() -> str:
+    """Return the SHA-256 of the sources of this package."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
 
 
 def is_trusted(module: str | None) -> bool:
-    """Tell whether the code of a module is known by its version."""
-    return (module or "").partition(".")[0] in TRUSTED
+    """Tell whether the code of a module is known without following it."""
+    name = module or ""
+    return name.partition(".")[0] in TRUSTED or name.startswith(f"{ROOM}.")
 
 
 def _importable(cls) -> bool:
@@ -94,26 +113,52 @@ def _importable(cls) -> bool:
     return found is cls
 
 
-class _Walk:
-    """Follows what functions are made of, each thing once."""
+class Walk:
+    """Follows what a function is made of for arguments of some types, each thing once.
 
-    def __init__(self):
-        self.digest = hashlib.sha256()
-        self.seen = set()
+    Raises
+    ------
+    Unknown
+        For what cannot be followed.
+    """
+
+    def __init__(self, function, kinds):
+        self.digest = hashlib.sha256(room_digest().encode())
+        self.functions, self.classes, self.faces, self.seen = {}, {}, {}, set()
+        self.waiting: deque = deque()
+        self.visit(function)
+        for cls in (type(None), np.ndarray, *classes_in(kinds)):  # the first two occur everywhere
+            self.visit_class(cls)
+        while self.waiting:
+            self.follow(self.waiting.popleft())
 
     def add(self, *words):
         """Add words to the digest."""
         self.digest.update(repr(words).encode())
 
+    def follow(self, function):
+        """Note what a function reads: its code, and what is bound to it."""
+        self.add("body", self.functions[function])
+        self.visit_code(function.__code__, function.__globals__)
+        self.visit(function.__defaults__)
+        self.visit(tuple((function.__kwdefaults__ or {}).items()))
+        for cell in function.__closure__ or ():
+            try:
+                inside = cell.cell_contents
+            except ValueError:
+                raise Unknown(function) from None
+            self.visit(inside)
+
     def visit(self, value):
-        """Follow anything that compiled code reads."""
+        """Note anything that compiled code reads."""
         if isinstance(value, _VALUES):
             self.add(type(value).__name__, value)
         elif isinstance(value, type):
             self.visit_class(value)
-        elif any(value is face for face in FACES):
-            self.visit_generic(value)
         elif isinstance(value, python.FunctionType):
+            if value in FACES:
+                self.visit_generic(value)
+                return
             if value not in INLINED and not is_trusted(value.__globals__.get("__name__")):
                 raise Unknown(value)  # compiled by somebody's rule, which is not in its code
             self.add(sorted(INLINED.get(value, {}).get("fastmath", ())))
@@ -141,8 +186,11 @@ class _Walk:
             raise Unknown(value)
 
     def visit_class(self, cls):
-        """Follow a class, and the functions registered for it."""
+        """Note a class, and the functions registered for it."""
         self.add("class", cls.__module__, cls.__qualname__)
+        if cls in self.classes:
+            return
+        self.classes[cls] = None
         # NoneType is in no module, and is what a scene holds of all that it lacks.
         if cls is not type(None) and not (is_trusted(cls.__module__) and _importable(cls)):
             if issubclass(cls, tuple) and hasattr(cls, "_fields"):
@@ -154,42 +202,41 @@ class _Walk:
                 self.visit(tuple((each.name, each.value) for each in cls))
             elif not issubclass(cls, BaseException):
                 raise Unknown(cls)
-        # Not in the order of imports, and without Carom's own: which modules a process has imported must not
-        # matter. A resumed run imports others than a new one, and both run the same code.
-        for face in sorted(FACES, key=lambda face: (face.__module__, face.__qualname__)):
-            function = face.registry.get(cls)
-            if function is not None and not is_trusted(function.__globals__.get("__name__")):
-                self.add(face.__module__, face.__qualname__)
-                self.visit_function(function)
+        for face in self.faces:
+            self.visit_answers(face, cls)
 
     def visit_generic(self, face):
-        """Follow all that is registered for a function of somebody else's that is generic."""
+        """Note a generic function, and what is registered for the classes that occur.
+
+        What is registered for others must not count, nor the order: both depend on which modules a process
+        has imported. A resumed run imports others than a new one, and both run the same code.
+        """
         self.add("generic", face.__module__, face.__qualname__)
-        if not is_trusted(face.__module__) and face not in self.seen:
-            self.seen.add(face)
-            for cls, function in face.registry.items():
-                self.visit(cls)
-                self.visit_function(function)
+        if face not in self.faces:
+            self.faces[face] = None
+            self.visit_function(face.registry[object])
+            for cls in self.classes:
+                self.visit_answers(face, cls)
+
+    def visit_answers(self, face, cls):
+        """Note what a class may be answered: what is registered for it and for its bases."""
+        bases = [base for base in face.registry if base is not object and issubclass(cls, base)]
+        for base in sorted(bases, key=lambda base: (base.__module__, base.__qualname__)):
+            self.add("answer", face.__qualname__, cls.__qualname__)
+            self.visit_function(face.registry[base])
 
     def visit_function(self, function):
-        """Follow a function: its code, and what that reads."""
+        """Note a function, to be followed."""
         module = function.__globals__.get("__name__")
         self.add("function", module, function.__qualname__)
-        if is_trusted(module) or function in self.seen:
-            return
-        self.seen.add(function)
-        self.visit_code(function.__code__, function.__globals__)
-        self.visit(function.__defaults__)
-        self.visit(tuple((function.__kwdefaults__ or {}).items()))
-        for cell in function.__closure__ or ():
-            try:
-                inside = cell.cell_contents
-            except ValueError:
-                raise Unknown(function) from None
-            self.visit(inside)
+        if not is_trusted(module):
+            if function not in self.functions:
+                self.functions[function] = len(self.functions)
+                self.waiting.append(function)
+            self.add(self.functions[function])  # many have one name
 
     def visit_code(self, code, scope):
-        """Follow the code of a function, and of those within."""
+        """Note the code of a function, and of those within."""
         self.add(code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
         self.add(code.co_argcount, code.co_kwonlyargcount, code.co_flags)
         for constant in code.co_consts:
@@ -197,16 +244,20 @@ class _Walk:
                 self.visit_code(constant, scope)
             else:
                 self.visit(constant)
-        for name in sorted(_globals_of(code)):
+        for name in code.co_names:  # those of attributes, too: to tell them apart takes ten times as long
             if name in scope:
                 self.add(name)
-                if isinstance(scope[name], python.ModuleType):
-                    self.visit_module(scope[name], code)
-                else:
-                    self.visit(scope[name])
+                try:
+                    if isinstance(scope[name], python.ModuleType):
+                        self.visit_module(scope[name], code)
+                    else:
+                        self.visit(scope[name])
+                except Unknown:
+                    if name in _globals_of(code):
+                        raise
 
     def visit_module(self, module, code):
-        """Follow what code may read of a module: all that has one of the names in it."""
+        """Note what code may read of a module: all that has one of the names in it."""
         self.add("module", module.__name__)
         if is_trusted(module.__name__) or (module, code) in self.seen:
             return

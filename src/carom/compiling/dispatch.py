@@ -6,10 +6,8 @@ The same source runs as plain Python under ``NUMBA_DISABLE_JIT=1``.
 from __future__ import annotations
 
 import gc
-import hashlib
 from contextlib import suppress
-from functools import lru_cache, partial, wraps
-from pathlib import Path
+from functools import partial, wraps
 from typing import Any
 
 from numba import njit
@@ -17,7 +15,7 @@ from numba.core import config
 
 from carom.compiling import numba_features, registry
 from carom.compiling.cache import KEEPING, kept
-from carom.compiling.code_digest import FACES, INLINED, Unknown, class_of, classes_in, is_trusted
+from carom.compiling.code_digest import FACES, INLINED, Unknown, class_of, classes_in
 from carom.compiling.compile_errors import of_models
 from carom.compiling.compile_listeners import compiling
 from carom.compiling.deferred_signals import signals_held
@@ -80,7 +78,7 @@ def _compile(function, how: str) -> None:
         compile_once(function, itself, OPTIONS[how])
         return
     function.register = _in_time(function)
-    FACES.append(function)
+    FACES.add(function)
     compile_once(function, answer, INLINE)
 
 
@@ -109,47 +107,22 @@ def _in_time(face):
     return register_in_time
 
 
-COMPILED = ("compiling", "engine", "models")
-"""The folders of the package whose sources are compiled."""
-
-
-@lru_cache(maxsize=1)
-def source_digest() -> str:
-    """Return the SHA-256 of the package's compiled sources.
-
-    Numba's cache looks at the file of the compiled function only. An entry point that closes over this digest
-    is compiled anew after an edit to, or an upgrade of, any module in these folders.
-    """
-    digest = hashlib.sha256()
-    package = Path(__file__).parents[1]
-    for folder in COMPILED:
-        for path in sorted((package / folder).rglob("*.py")):
-            digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()
-
-
 def entry(function):
     """Compile an entry point of the engine, cached on disk where a cache folder can be written.
 
     Numba takes two classes of tuples for one where they have the same name and the same fields, also where
     they are those of a notebook cell that was run twice. So each set of classes among the arguments has
     compiled code of its own.
-
-    Parameters
-    ----------
-    function : callable
-        A factory ``(digest) -> python function`` whose result closes over ``digest``.
     """
-    body = function(source_digest())
     if getattr(config, "DISABLE_JIT", 0):
-        return body
+        return function
     compiled: dict[tuple[type, ...], Any] = {}
 
-    @wraps(body)
+    @wraps(function)
     def chosen(*args):
         classes = tuple(_classes_of(args))
         if classes not in compiled:
-            compiled[classes] = watched(kept(body, ENTRY) or njit(**ENTRY)(body))
+            compiled[classes] = watched(kept(function, ENTRY) or njit(**ENTRY)(function))
         return compiled[classes](*args)
 
     return chosen
@@ -206,13 +179,17 @@ def _own_answers(signature) -> list[tuple[str, type, Any]]:
     found = []
     with suppress(Unknown, TypeError):
         for cls in dict.fromkeys(classes_in(signature)):
-            if cls.__module__.partition(".")[0] == "carom":  # a rule is asked by a class of ours
+            if _is_ours(cls.__module__):  # a rule is asked by a class of ours
                 continue
             for face in FACES:
                 function = face.registry.get(cls)
-                if function is not None and not is_trusted(function.__globals__.get("__name__")):
+                if function is not None and not _is_ours(function.__globals__.get("__name__")):
                     found.append((face.__name__, cls, function))
     return found
+
+
+def _is_ours(module: str | None) -> bool:
+    return (module or "").partition(".")[0] == __name__.partition(".")[0]
 
 
 registry.attach(_compile)

@@ -15,8 +15,6 @@ import numba
 TESTED = ((0, 62), (0, 68))
 """The first and the last version of Numba with which every part is known to work."""
 
-VECTORS = "eight values at a time"
-
 MISSING: dict[str, str] = {}
 """Why a part is left out, by its name."""
 

@@ -1,32 +1,110 @@
-"""Eight rows, or other values of eight components, side by side for loops that are vectorised.
+"""Values of eight components in one register: copied side by side, and read from there.
 
-The search wants one coordinate of eight candidates in one register; the rows hold all coordinates of one
-candidate in one cache line. Left to itself the compiler gathers, element by element. Whole rows loaded and
-shuffled (*spread*) take a third of the instructions, so that the processor works on two searches at a time.
-Single values are loaded one by one and *lined up*: gathers take several times as long, and where the loop
-stores something, too, the compiler dares not even those.
+The compiler leaves these loops as they are. It gathers element by element, and a store into one array might
+change what the next load from another finds, so it goes one by one. Here
+
+- whole rows are loaded and shuffled into columns (:func:`spread`): a third of the instructions;
+- single values are loaded one by one and stored side by side (:func:`pack`, :func:`pack_fields`): gathers
+  take several times as long;
+- members of a cell are copied and replaced in one go (:func:`copy_words`, :func:`replace_words`).
+
+Of what a pair model reads of a candidate j, eight values are side by side in a *lane*. :func:`asked_of` gives
+the model a view of itself, and a j of a type of its own. In the view ``pair.radii[j]`` reads the lane and
+``pair.radii[i]`` the array. Neither leaves a trace in the machine code, and j is a whole number like any
+other.
+
+Each function is written in plain Python, too, which is compiled where this Numba lacks what vectors need.
 """
 
 from __future__ import annotations
 
+import operator
+from typing import Any, NamedTuple
+
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic, overload
+from numba.core.registry import cpu_target
+from numba.core.typeconv import Conversion
+from numba.extending import intrinsic, models, overload, register_model
 
 from carom.compiling import numba_features
+from carom.compiling.borrowed import BORROWING, BorrowedTuple, BorrowedUniTuple
 from carom.compiling.dispatch import INLINE
-from carom.compiling.numba_features import VECTORS
+
+VECTORS = "eight values at a time"
 
 LANES = 8
+"""Values in a register."""
+
+WIDTH = 32
+"""Candidates a block holds."""
+
+INT, DOUBLE = ir.IntType(64), ir.DoubleType()
+WORDS = ir.VectorType(ir.IntType(32), LANES)
+
+
+def _data(context, builder, kind, value):
+    """Return a pointer to the first element of an array."""
+    return cgutils.create_struct_proxy(kind)(context, builder, value).data
+
+
+def _named(builder, words, start_index, bits):
+    """Yield the components that eight words name."""
+    for k in range(LANES):
+        word = builder.load(builder.gep(words, [builder.add(start_index, ir.Constant(INT, k))]))
+        yield builder.lshr(builder.zext(word, INT), bits)
+
+
+def _in_vectors(function):
+    """Let compiled code take an intrinsic for a function, where this Numba has what that needs."""
+
+    def decorate(answer):
+        def chosen(*args):
+            return answer if numba_features.has(VECTORS) else function
+
+        overload(function, strict=False, jit_options=INLINE)(chosen)
+        return answer
+
+    return decorate
+
+
+@intrinsic
+def _spread(typingctx, rows, words, start_index, bits, block, half, lane):
+    number = rows.dtype.fields["t"].type
+    width = number.bitwidth // 8
+    columns = rows.dtype.size // width
+
+    def codegen(context, builder, signature, args):
+        base = builder.bitcast(_data(context, builder, rows, args[0]), ir.IntType(8).as_pointer())
+        names = _data(context, builder, words, args[1])
+        target = builder.bitcast(_data(context, builder, block, args[4]), DOUBLE.as_pointer())
+        four = ir.VectorType(DOUBLE, 4)
+        stored_four = ir.VectorType(context.get_value_type(number), 4)
+        eight = ir.VectorType(DOUBLE, LANES)
+        row_size = ir.Constant(INT, rows.dtype.size)
+        offset = builder.add(args[6], builder.mul(args[5], ir.Constant(INT, columns * WIDTH)))
+        components = _named(builder, names, args[2], args[3])
+        starts = [builder.gep(base, [builder.mul(component, row_size)]) for component in components]
+        for group in range(0, columns, 4):
+            parts = []
+            for start in starts:
+                part = builder.gep(start, [ir.Constant(INT, width * group)])
+                loaded = builder.load(builder.bitcast(part, stored_four.as_pointer()), align=width)
+                parts.append(loaded if width == 8 else builder.fpext(loaded, four))
+            for column, vector in enumerate(_transpose(builder, parts), start=group):
+                address = builder.gep(target, [builder.add(offset, ir.Constant(INT, column * WIDTH))])
+                builder.store(vector, builder.bitcast(address, eight.as_pointer()), align=8)
+        return context.get_dummy_value()
+
+    return types.void(rows, words, types.int64, types.int64, block, types.int64, types.int64), codegen
 
 
 def _transpose(builder, rows):
     """Return four vectors of eight from eight vectors of four."""
-    lanes = ir.VectorType(ir.IntType(32), LANES)
 
     def shuffle(a, b, order):
-        return builder.shuffle_vector(a, b, ir.Constant(lanes, order))
+        return builder.shuffle_vector(a, b, ir.Constant(WORDS, order))
 
     joined = [shuffle(rows[q], rows[q + 4], list(range(8))) for q in range(4)]
     even, also_even = (shuffle(joined[q], joined[q + 1], [0, 8, 2, 10, 4, 12, 6, 14]) for q in (0, 2))
@@ -40,51 +118,7 @@ def _transpose(builder, rows):
     ]
 
 
-@intrinsic
-def _spread(typingctx, rows, words, start_index, bits, chunk, half, lane):
-    number = rows.dtype.fields["t"].type
-    width = number.bitwidth // 8
-    columns = rows.dtype.size // width
-
-    def codegen(context, builder, signature, args):
-        def data(kind, value):
-            return cgutils.create_struct_proxy(kind)(context, builder, value).data
-
-        base = builder.bitcast(data(rows, args[0]), ir.IntType(8).as_pointer())
-        names = data(words, args[1])
-        target = builder.bitcast(data(chunk, args[4]), ir.DoubleType().as_pointer())
-        int_type = ir.IntType(64)
-        four = ir.VectorType(ir.DoubleType(), 4)
-        stored_four = ir.VectorType(context.get_value_type(number), 4)
-        eight = ir.VectorType(ir.DoubleType(), LANES)
-        row_size = ir.Constant(int_type, rows.dtype.size)
-        offset = builder.add(args[6], builder.mul(args[5], ir.Constant(int_type, columns * WIDTH)))
-        starts = []
-        for k in range(LANES):
-            name = builder.load(builder.gep(names, [builder.add(args[2], ir.Constant(int_type, k))]))
-            source_row = builder.lshr(builder.zext(name, int_type), args[3])
-            starts.append(builder.gep(base, [builder.mul(source_row, row_size)]))
-        for group in range(0, columns, 4):
-            parts = []
-            for start in starts:
-                part = builder.gep(start, [ir.Constant(int_type, width * group)])
-                loaded = builder.load(builder.bitcast(part, stored_four.as_pointer()))
-                loaded.align = width
-                parts.append(loaded if width == 8 else builder.fpext(loaded, four))
-            for column, vector in enumerate(_transpose(builder, parts), start=group):
-                address = builder.gep(target, [builder.add(offset, ir.Constant(int_type, column * WIDTH))])
-                stored = builder.store(vector, builder.bitcast(address, eight.as_pointer()))
-                stored.align = 8
-        return context.get_dummy_value()
-
-    return types.void(rows, words, types.int64, types.int64, chunk, types.int64, types.int64), codegen
-
-
-WIDTH = 32
-"""Candidates a block holds."""
-
-
-def spread(rows, words, start_index, bits, chunk, half, lane):
+def spread(rows, words, start_index, bits, block, half, lane):
     """Copy the rows of eight candidates, widened to double precision, into the columns ``lane`` to ``lane +
     7`` of one half of a block.
 
@@ -98,57 +132,38 @@ def spread(rows, words, start_index, bits, chunk, half, lane):
         One line a field of a row: x, t, v, event_time, padding.
     """
     for k in range(LANES):
-        source_row = rows[int(words[start_index + k]) >> int(bits)]
-        d = len(source_row.x)
-        chunk[half, :d, lane + k] = source_row.x
-        chunk[half, d, lane + k] = source_row.t
-        chunk[half, d + 1 : 2 * d + 1, lane + k] = source_row.v
-        chunk[half, 2 * d + 1, lane + k] = source_row.event_time
+        row = rows[int(words[start_index + k]) >> int(bits)]
+        d = len(row.x)
+        for axis in range(d):
+            block[half, axis, lane + k] = row.x[axis]
+            block[half, d + 1 + axis, lane + k] = row.v[axis]
+        block[half, d, lane + k] = row.t
+        block[half, 2 * d + 1, lane + k] = row.event_time
 
 
-@overload(spread, jit_options=INLINE)
-def _spread_compiled(rows, words, start_index, bits, chunk, half, lane):
-    def body(rows, words, start_index, bits, chunk, half, lane):
-        # Numba supplies the context
-        _spread(rows, words, start_index, bits, chunk, half, lane)  # type: ignore[call-arg]
-
-    def one_by_one(rows, words, start_index, bits, chunk, half, lane):
-        for k in range(LANES):
-            source_row = rows[words[start_index + k] >> bits]
-            d = len(source_row.x)
-            for axis in range(d):
-                chunk[half, axis, lane + k] = source_row.x[axis]
-                chunk[half, d + 1 + axis, lane + k] = source_row.v[axis]
-            chunk[half, d, lane + k] = source_row.t
-            chunk[half, 2 * d + 1, lane + k] = source_row.event_time
-
-    return body if numba_features.has(VECTORS) else one_by_one
+@_in_vectors(spread)
+def _spread_compiled(rows, words, start_index, bits, block, half, lane):
+    # Numba supplies the context, here and below
+    _spread(rows, words, start_index, bits, block, half, lane)  # type: ignore[call-arg]
 
 
-def store_lane(context, builder, values, words, start_index, bits, target, offset):
+def _line_up(context, builder, values, words, start_index, bits, target, offset):
     """Emit the code that copies the values of eight candidates side by side.
 
     ``values``, ``words`` and ``target`` are types and values of arrays, the others are 64-bit integers.
     """
-
-    def data(kind, value):
-        return cgutils.create_struct_proxy(kind)(context, builder, value).data
-
-    source, names, places = data(*values), data(*words), data(*target)
-    int_type = ir.IntType(64)
+    source, names, places = (_data(context, builder, *array) for array in (values, words, target))
     size = context.get_abi_sizeof(context.get_data_type(target[0].dtype))
-    for k in range(LANES):
-        name = builder.load(builder.gep(names, [builder.add(start_index, ir.Constant(int_type, k))]))
-        source_row = builder.lshr(builder.zext(name, int_type), bits)
-        value = builder.load(builder.gep(source, [source_row]))
-        builder.store(value, builder.gep(places, [builder.add(offset, ir.Constant(int_type, k))]), align=size)
+    for k, component in enumerate(_named(builder, names, start_index, bits)):
+        value = builder.load(builder.gep(source, [component]))
+        builder.store(value, builder.gep(places, [builder.add(offset, ir.Constant(INT, k))]), align=size)
 
 
 @intrinsic
-def _line_up(typingctx, values, words, start_index, bits, target, offset):
+def _pack(typingctx, values, words, start_index, bits, target, offset):
     def codegen(context, builder, signature, args):
         given = (values, args[0]), (words, args[1]), args[2], args[3], (target, args[4]), args[5]
-        store_lane(context, builder, *given)
+        _line_up(context, builder, *given)
         return context.get_dummy_value()
 
     return types.void(values, words, types.int64, types.int64, target, types.int64), codegen
@@ -170,34 +185,319 @@ def pack(values, words, start_index, bits, target, offset):
         target[int(offset) + k] = values[int(words[start_index + k]) >> int(bits)]
 
 
-@overload(pack, jit_options=INLINE)
-def _line_up_compiled(values, words, start_index, bits, target, offset):
-    def body(values, words, start_index, bits, target, offset):
-        # Numba supplies the context
-        _line_up(values, words, start_index, bits, target, offset)  # type: ignore[call-arg]
+@_in_vectors(pack)
+def _pack_compiled(values, words, start_index, bits, target, offset):
+    _pack(values, words, start_index, bits, target, offset)  # type: ignore[call-arg]
 
-    def one_by_one(values, words, start_index, bits, target, offset):
-        for k in range(LANES):
-            target[offset + k] = values[words[start_index + k] >> bits]
 
-    return body if numba_features.has(VECTORS) else one_by_one
+def _eight(context, builder, kind, value, cell, start):
+    """Return a pointer to eight words of a cell."""
+    array = cgutils.create_struct_proxy(kind)(context, builder, value)
+    columns = cgutils.unpack_tuple(builder, array.shape)[1]
+    first = builder.add(builder.mul(cell, columns), start)
+    return builder.bitcast(builder.gep(array.data, [first]), WORDS.as_pointer())
+
+
+def _filled(builder, value):
+    """Return eight times the same word."""
+    word = ir.IntType(32)
+    single = builder.insert_element(
+        ir.Constant(WORDS, ir.Undefined), builder.trunc(value, word), ir.Constant(word, 0)
+    )
+    return builder.shuffle_vector(single, single, ir.Constant(WORDS, [0] * LANES))
+
+
+@intrinsic
+def _copy_words(typingctx, members, cell, start, words, total, bits, code):
+    def codegen(context, builder, signature, args):
+        copied = builder.load(_eight(context, builder, members, args[0], args[1], args[2]), align=4)
+        named = builder.or_(builder.shl(copied, _filled(builder, args[5])), _filled(builder, args[6]))
+        target = builder.gep(_data(context, builder, words, args[3]), [args[4]])
+        builder.store(named, builder.bitcast(target, WORDS.as_pointer()), align=4)
+        return context.get_dummy_value()
+
+    arguments = (members, types.int64, types.int64, words, types.int64, types.int64, types.int64)
+    return types.void(*arguments), codegen
+
+
+def copy_words(members, cell, start, words, total, bits, code):
+    """Write ``member << bits | code`` of the eight members of a cell from ``start`` on to ``words`` from
+    ``total`` on; the last of the eight may be the next cell's.
+
+    Parameters
+    ----------
+    members : (cells, room) uint32 array
+    words : uint32 array
+    """
+    room = members.shape[1]
+    first = int(cell) * room + int(start)
+    for k in range(LANES):
+        member = members[(first + k) // room, (first + k) % room]
+        words[int(total) + k] = (member << np.uint32(bits)) | np.uint32(code)
+
+
+@_in_vectors(copy_words)
+def _copy_words_compiled(members, cell, start, words, total, bits, code):
+    _copy_words(members, cell, start, words, total, bits, code)  # type: ignore[call-arg]
+
+
+@intrinsic
+def _replace_words(typingctx, members, cell, start, old, new):
+    def codegen(context, builder, signature, args):
+        address = _eight(context, builder, members, args[0], args[1], args[2])
+        held = builder.load(address, align=4)
+        same = builder.icmp_unsigned("==", held, _filled(builder, args[3]))
+        builder.store(builder.select(same, _filled(builder, args[4]), held), address, align=4)
+        return context.get_dummy_value()
+
+    return types.void(members, types.int64, types.int64, types.int64, types.int64), codegen
+
+
+def replace_words(members, cell, start, old, new):
+    """Write ``new`` wherever ``old`` is among the eight members of a cell from ``start`` on.
+
+    Parameters
+    ----------
+    members : (cells, room) uint32 array
+    """
+    for k in range(LANES):
+        if members[cell, int(start) + k] == old:
+            members[cell, int(start) + k] = new
+
+
+@_in_vectors(replace_words)
+def _replace_words_compiled(members, cell, start, old, new):
+    _replace_words(members, cell, start, old, new)  # type: ignore[call-arg]
+
+
+class Lanes(NamedTuple):
+    """Room for one field of the candidates of two searches, and for the other fields."""
+
+    scratch: np.ndarray
+    """(2 WIDTH,), of the type of the field."""
+    rest: Any
+    """Lanes, or None."""
+
+
+def make_lanes(pair: Any) -> Lanes | None:
+    """Return room for the fields that the type of a pair model names in ``lanes``; None where there are none,
+    or where this Numba lacks what lanes need.
+    """
+    numba_features.try_out(VECTORS, BORROWING)
+    if not (numba_features.has(VECTORS) and numba_features.has(BORROWING)):
+        return None
+    lanes = None
+    for name in reversed(lanes_of(type(pair))):
+        lanes = Lanes(np.zeros(2 * WIDTH, getattr(pair, name).dtype), lanes)
+    return lanes
+
+
+def lanes_of(kind: type) -> tuple[str, ...]:
+    """Return the names of the fields, one a component, that the search reads of candidates."""
+    return tuple(getattr(kind, "lanes", ()))
+
+
+def _rooms(builder, pair, kind, value):
+    """Yield the places in a model of the fields that have lanes, and the types and values of their rooms."""
+    for name in lanes_of(pair.instance_class):
+        scratch, rest = kind.types
+        first, value = cgutils.unpack_tuple(builder, value, 2)
+        yield pair.fields.index(name), scratch, first
+        kind = rest
+
+
+@intrinsic
+def _pack_fields(typingctx, pair, lanes, words, start_index, bits, address):
+    def codegen(context, builder, signature, args):
+        parts = cgutils.unpack_tuple(builder, args[0], len(pair))
+        for at, kind, room in _rooms(builder, pair, lanes, args[1]):
+            given = (pair.types[at], parts[at]), (words, args[2]), args[3], args[4], (kind, room), args[5]
+            _line_up(context, builder, *given)
+        return context.get_dummy_value()
+
+    return types.void(pair, lanes, words, types.int64, types.int64, types.int64), codegen
+
+
+def pack_fields(pair, lanes, words, start_index, bits, address):
+    """Put what the search reads of eight candidates into the lanes: left to itself the compiler gathers,
+    which takes several times as long.
+
+    Parameters
+    ----------
+    pair : model
+        The pair interaction.
+    lanes : Lanes or None
+        Filled from ``address`` on.
+    words : uint32 array
+        ``words[start_index : start_index + 8] >> bits`` are the candidates.
+    """
+
+
+@overload(pack_fields, jit_options=INLINE)
+def _pack_fields_compiled(pair, lanes, words, start_index, bits, address):
+    if isinstance(lanes, types.NoneType):
+        return lambda pair, lanes, words, start_index, bits, address: None
+
+    def body(pair, lanes, words, start_index, bits, address):
+        _pack_fields(pair, lanes, words, start_index, bits, address)  # type: ignore[call-arg]
+
+    return body
+
+
+class Candidate(types.Integer):
+    """The index of the component that a search looks at: an int64, which is never negative."""
+
+    def __init__(self):
+        # NumPy's functions know it by this name. Numba looks at the sign of a signed index.
+        super().__init__("int64", signed=False)
+
+    def can_convert_to(self, typingctx, other):
+        """Return how well it stands for a number of another type: as an int64 does."""
+        whole = types.int64
+        return Conversion.promote if other == whole else typingctx.can_convert(whole, other)
+
+
+CANDIDATE = Candidate()
+register_model(Candidate)(models.IntegerModel)
+
+
+class LinedArray(types.Type):
+    """An array of one value a component, its lane, and the place of the candidate there."""
+
+    def __init__(self, array, lane):
+        self.array, self.lane = array, lane
+        super().__init__(f"lined({array.name}, {lane.name})")
+
+
+@register_model(LinedArray)
+class _LinedModel(models.StructModel):
+    """The layout of the three."""
+
+    def __init__(self, manager, kind):
+        members = [("array", kind.array), ("lane", kind.lane), ("address", types.uint64)]
+        super().__init__(manager, kind, members)
+
+
+@intrinsic
+def _candidate(typingctx, index):
+    return CANDIDATE(types.int64), lambda context, builder, signature, args: args[0]
+
+
+def _view(pair, lanes):
+    """Return the type of the view of a model, and those of its fields."""
+    kinds, lane = list(pair.types), lanes
+    for name in lanes_of(pair.instance_class):
+        scratch, rest = lane.types
+        at = pair.fields.index(name)
+        kinds[at], lane = LinedArray(kinds[at], scratch), rest
+    view: Any = (
+        BorrowedUniTuple(kinds[0], len(kinds), pair.instance_class)
+        if len(set(kinds)) == 1
+        else BorrowedTuple(kinds, pair.instance_class)
+    )
+    return view, kinds
+
+
+@intrinsic
+def _lined(typingctx, pair, lanes, address):
+    view, kinds = _view(pair, lanes)
+
+    def codegen(context, builder, signature, args):
+        parts = cgutils.unpack_tuple(builder, args[0], len(pair))
+        for at, _, room in _rooms(builder, pair, lanes, args[1]):
+            all_three = cgutils.create_struct_proxy(kinds[at])(context, builder)
+            all_three.array, all_three.lane, all_three.address = parts[at], room, args[2]
+            parts[at] = all_three._getvalue()
+        return context.make_tuple(builder, view, parts)
+
+    return view(pair, lanes, types.uint64), codegen
+
+
+def asked_of(question, pair, lanes, address, i, j, others):
+    """Return the answer of a pair model to a question about i, the candidate j, and others.
+
+    Parameters
+    ----------
+    question : function
+        Which is asked as ``question(pair, i, j, *others)``.
+    pair, lanes : models
+        The pair interaction, and its lanes or None.
+    address : int
+        Where in the lanes the candidate is.
+    i, j : int
+        The two.
+    others : tuple
+        What else the question takes.
+    """
+    return question(pair, int(i), int(j), *others)
+
+
+@overload(asked_of, jit_options=INLINE)
+def _asked_of_compiled(question, pair, lanes, address, i, j, others):
+    def plain(question, pair, lanes, address, i, j, others):
+        return question(pair, np.int64(i), np.int64(j), *others)
+
+    def in_lanes(question, pair, lanes, address, i, j, others):
+        view: Any = _lined(pair, lanes, np.uint64(address))  # type: ignore[call-arg]
+        return question(view, np.int64(i), _candidate(np.int64(j)), *others)
+
+    if isinstance(lanes, types.NoneType):
+        return plain
+    try:
+        question.get_call_type(
+            cpu_target.typing_context, (_view(pair, lanes)[0], types.int64, CANDIDATE, *others), {}
+        )
+    except Exception:  # the model does with j what only a plain int64 can: slower, with the same bits
+        return plain
+    return in_lanes
+
+
+def _member(name, result):
+    """Return an intrinsic that takes a member out of a lined array."""
+
+    @intrinsic
+    def take(typingctx, value):
+        def codegen(context, builder, signature, args):
+            return getattr(cgutils.create_struct_proxy(value)(context, builder, args[0]), name)
+
+        return result(value)(value), codegen
+
+    return take
+
+
+_array = _member("array", lambda kind: kind.array)
+_lane = _member("lane", lambda kind: kind.lane)
+_address = _member("address", lambda kind: types.uint64)
+
+
+@overload(operator.getitem, jit_options=INLINE)
+def _getitem(array, j):
+    if not isinstance(array, LinedArray):
+        return None
+    if isinstance(j, Candidate):
+        return lambda array, j: _lane(array)[_address(array)]
+    return lambda array, j: _array(array)[j]
 
 
 @numba_features.trial(VECTORS)
 def _try() -> bool:
     from numba import njit
 
-    def copy(rows, words, chunk, values, target):
-        spread(rows, words, 1, 2, chunk, 1, 8)
+    def copy(rows, words, block, values, target, members):
+        spread(rows, words, 1, 2, block, 1, 8)
         pack(values, words, 1, 2, target, 3)
+        copy_words(members, 1, 2, words, 3, 4, 5)
+        replace_words(members, 2, 0, 33, 7)
 
     rows = np.zeros(9, [("x", "f8", (3,)), ("t", "f8"), ("v", "f8", (3,)), ("event_time", "f8")])
     for number, name in enumerate(("x", "t", "v", "event_time")):
         rows[name] = np.arange(rows[name].size).reshape(rows[name].shape) + 100.0 * number
-    words = (np.arange(9, dtype=np.uint32)[::-1] << 2).copy()
     done = []
     for function in (copy, njit(error_model="numpy")(copy)):
-        chunk, target = np.zeros((2, 8, WIDTH)), np.zeros(16)
-        function(rows.view(np.recarray), words, chunk, np.arange(9.0), target)
-        done.append((chunk, target))
+        words = (np.arange(16, dtype=np.uint32)[::-1] // 2 << 2).copy()
+        members = np.arange(48, dtype=np.uint32).reshape(4, 12)
+        members[2, 3] = members[2, 9] = 33
+        block, target = np.zeros((2, 8, WIDTH)), np.zeros(16)
+        function(rows.view(np.recarray), words, block, np.arange(9.0), target, members)
+        done.append((words, members, block, target))
     return all((a == b).all() for a, b in zip(*done, strict=True))

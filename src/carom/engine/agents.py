@@ -12,15 +12,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import inner, optional, required
 from carom.engine.advance import advance
-from carom.engine.boundary import separation
+from carom.engine.boundary import index, separation
 from carom.engine.constants import TIMER_EVENT
 from carom.engine.events import enqueue, release
+from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.skins import start
 from carom.engine.observers.interface import gain
 from carom.engine.one_body import earlier_event, run_event
-from carom.engine.pair_steps import named, put_step, step_of
+from carom.engine.pair_steps import put_step, step_of
 from carom.engine.tallies import record
 from carom.models.interface import IN, mass, position, velocity
 from carom.models.units import (
@@ -38,6 +39,28 @@ from carom.models.units import (
 )
 
 
+@required
+def recount_listed(neighbors, rules, boundary, i, was):
+    """Bring the counters of unit i, which was of the kind ``was``, and of all listed with it up to date."""
+
+
+@recount_listed.register
+def _(neighbors: Lists, rules, boundary, i, was):
+    start_index = start(neighbors.bounds, i)
+    for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
+        recount_word(neighbors, rules, boundary, i, neighbors.refs[k], was)
+
+
+@inner
+def recount_word(neighbors, rules, boundary, i, ref, was):
+    """Do so for the one that a word names."""
+    j = np.int64(index(boundary, ref))
+    recount(rules, np.int64(i), j, step_of(boundary, ref), was)
+    if rules.present[i] == 0:  # who meets nobody is in no circle, wherever the others go
+        put_step(neighbors, np.uint64(i), np.uint64(j), 0)
+        put_step(neighbors, np.uint64(j), np.uint64(i), 0)
+
+
 @inner
 def _settle(rules, model, state, neighbors, slot, i, now):
     """Carry out the decision of unit i, and update counters and news if it has changed."""
@@ -52,14 +75,7 @@ def _settle(rules, model, state, neighbors, slot, i, now):
         after += me.v[axis] * me.v[axis]
     gain(model.observers, 0.5 * mass(rules, i) * (after - before), now)
     if was != NO_AGENT:
-        start_index = start(neighbors.bounds, i)
-        for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
-            ref = neighbors.refs[k]
-            j = np.int64(named(neighbors.steps, ref))
-            recount(rules, np.int64(i), j, step_of(model.boundary, ref), was)
-            if rules.present[i] == 0:  # who meets nobody is in no circle, wherever the others go
-                put_step(neighbors, i, np.uint64(j), 0)
-                put_step(neighbors, np.uint64(j), i, 0)
+        recount_listed(neighbors, rules, model.boundary, i, was)
 
 
 @optional

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.simd_fields import make_lanes
+from carom.compiling.simd import make_lanes
 from carom.engine import agents, obstacle_events  # noqa: F401 (they register their events)
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.contact_timing import timing_of
@@ -61,36 +61,45 @@ class Engine(NamedTuple):
     tallies: Any
 
 
+def make_model(system: System) -> Model:
+    """Return the physics of a scene, without what a search needs and without observers."""
+    particles = system.particles
+    pair = system.interaction.model(particles)
+    obstacles = make_obstacles(system.dimension, system.walls, system.obstacle_models)
+    timers = None
+    if system.drive is not None:
+        kicks = copied(system.drive.model(particles))
+        timers = make_timers(kicks, system.dimension, system.unit.exponent, system.pinned)
+    return Model(
+        pair=pair,
+        lanes=None,
+        motion=system.motion.model(particles),
+        boundary=None,
+        impact=system.impact.model(particles),
+        obstacles=with_work(obstacles, system.obstacle_models),
+        timing=None,
+        observers=None,
+        rules=pair if isinstance(pair, Units) else None,
+        timers=timers,
+    )
+
+
 def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine:
     """Return the arrays of a run at time zero, nothing scheduled yet."""
     number = np.float32 if system.single else np.float64
     state = make_state(positions, velocities, scheme.epoch, system.images, number)
-    particles = system.particles
-    pair, impact = system.interaction.model(particles), system.impact.model(particles)
-    obstacles = with_work(
-        make_obstacles(system.dimension, system.walls, system.obstacle_models), system.obstacle_models
-    )
-    live = obstacles is not None and obstacles.live is not None
-    timers = None
-    if system.drive is not None:
-        timers = make_timers(
-            copied(system.drive.model(particles)), system.dimension, system.unit.exponent, system.pinned
-        )
-    changes = impact is not None or system.rates is not None or system.stepped or live
-    lossy = changes or timers is not None
+    model = make_model(system)
+    pair = model.pair
+    live = model.obstacles is not None and model.obstacles.live is not None
+    changes = model.impact is not None or system.rates is not None or system.stepped or live
+    lossy = changes or model.timers is not None
     neighbors, boundary = build_neighbors(scheme, system, pair)
     return Engine(
-        Model(
-            pair,
-            make_lanes(pair),
-            system.motion.model(particles),
-            boundary,
-            impact,
-            obstacles,
-            timing_of(scheme, system, neighbors, pair),
-            make_observers(system, pair, velocities, lossy),
-            pair if isinstance(pair, Units) else None,
-            timers,
+        model._replace(
+            lanes=make_lanes(pair),
+            boundary=boundary,
+            timing=timing_of(scheme, system, neighbors, pair),
+            observers=make_observers(system, pair, velocities, lossy),
         ),
         state,
         neighbors,

@@ -54,176 +54,166 @@ from carom.engine.tallies import log_full
 from carom.models.interface import NEVER
 
 
-def _schedule(digest):
-    def schedule(model, state, neighbors, calendar, tallies, start_index, end):
-        """Schedule the components from ``start_index`` to ``end`` at the present time.
+@entry
+def schedule(model, state, neighbors, calendar, tallies, start_index, end):
+    """Schedule the components from ``start_index`` to ``end`` at the present time.
 
-        The neighbour scheme is built with the first, and the calendar laid out with the last of them.
+    The neighbour scheme is built with the first, and the calendar laid out with the last of them.
 
-        Returns
-        -------
-        done : bool
-            False if an array is too small for the neighbour scheme.
-        """
-        digest  # noqa: B018 (part of the cache's key)
-        model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
-        calendar, tallies = borrowed(calendar), borrowed(tallies)
-        rows = state.rows
-        partner = state.partner
-        now = state.clock[0].now
-        tally = tallies[0]
-        n = np.uint64(len(partner))
-        if start_index == 0:
-            if not build(neighbors, model.motion, model.boundary, state):
-                return False
-            calendar.control[0].end = -NEVER  # nothing enters the calendar until all is known
-            for i in range(n):
-                rows[i].event_time = NEVER
-                partner[i] = LAMBDA
-        for i in range(np.uint64(start_index), np.uint64(end)):
-            found = search(model, state, neighbors, i, now, 0, NO_REF)
-            predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
-            schedule_transit(model, state, neighbors, i, now)
-        if np.uint64(end) == n:
-            fill_window(calendar, state, model.boundary, now, state.clock[0].length)
-        return True
-
-    return schedule
+    Returns
+    -------
+    done : bool
+        False if an array is too small for the neighbour scheme.
+    """
+    model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
+    calendar, tallies = borrowed(calendar), borrowed(tallies)
+    rows = state.rows
+    partner = state.partner
+    now = state.clock[0].now
+    tally = tallies[0]
+    n = np.uint64(len(partner))
+    if start_index == 0:
+        if not build(neighbors, model.motion, model.boundary, state):
+            return False
+        calendar.control[0].end = -NEVER  # nothing enters the calendar until all is known
+        for i in range(n):
+            rows[i].event_time = NEVER
+            partner[i] = LAMBDA
+    for i in range(np.uint64(start_index), np.uint64(end)):
+        found = search(model, state, neighbors, i, now, 0, NO_REF)
+        predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
+        schedule_transit(model, state, neighbors, i, now)
+    if np.uint64(end) == n:
+        fill_window(calendar, state, model.boundary, now, state.clock[0].length)
+    return True
 
 
-def _run(digest):
-    def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, collisions, cycles):
-        """Run the main cycle and return the reason why it ended, and how many of its cycles are left.
+@entry
+def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, collisions, cycles):
+    """Run the main cycle and return the reason why it ended, and how many of its cycles are left.
 
-        Parameters
-        ----------
-        end_epoch, end_time : int, float
-            Return before the first event later than this.
-        collisions : int
-            Return after the collision of this number.
-        cycles : int
-            Return after so many cycles. Windows and epochs in which nothing happens count, too, so that fewer
-            than none may be left.
-        """
-        digest  # noqa: B018 (part of the cache's key)
-        model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
-        calendar, tallies = borrowed(calendar), borrowed(tallies)
-        log = borrowed(log)
-        clock = state.clock[0]
-        tally = tallies[0]
-        control = calendar.control[0]
-        while True:
-            receive(calendar, state)
-            if control.full != 0:
-                cycles -= effort(state)
-                fill_window(calendar, state, model.boundary, clock.now, clock.length)
-                if crowded(calendar):
-                    return NEEDS_HEAP, cycles
-            tight = control.waiting + MOST_NEW_ENTRIES > len(calendar.event_time)
-            if not tight and notify_next(model.rules, model, state, calendar, clock.now):
-                cycles -= 1
-                continue
-            chosen = np.int64(-2)
-            if not tight:
-                chosen = next_event(calendar, state, neighbors, model.boundary, model.motion)
-            if chosen == -2:
-                if not cluttered(calendar, state):
-                    return NEEDS_HEAP, cycles
-                control.full = 1
-                continue
-            last = clock.epoch == end_epoch
-            if chosen == -1:
-                if last and end_time < control.end:
-                    publish_time(calendar, state, control.end)
-                    return REACHED_TIME, cycles
-                if tally.collisions >= collisions:  # the present stays that of the last collision
-                    return REACHED_COLLISIONS, cycles
-                if cycles <= 0:
-                    return SPENT, cycles
-                cycles -= effort(state)
+    Parameters
+    ----------
+    end_epoch, end_time : int, float
+        Return before the first event later than this.
+    collisions : int
+        Return after the collision of this number.
+    cycles : int
+        Return after so many cycles. Windows and epochs in which nothing happens count, too, so that fewer
+        than none may be left.
+    """
+    model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
+    calendar, tallies = borrowed(calendar), borrowed(tallies)
+    log = borrowed(log)
+    clock = state.clock[0]
+    tally = tallies[0]
+    control = calendar.control[0]
+    while True:
+        receive(calendar, state)
+        if control.full != 0:
+            cycles -= effort(state)
+            fill_window(calendar, state, model.boundary, clock.now, clock.length)
+            if crowded(calendar):
+                return NEEDS_HEAP, cycles
+        tight = control.waiting + MOST_NEW_ENTRIES > len(calendar.event_time)
+        if not tight and notify_next(model.rules, model, state, calendar, clock.now):
+            cycles -= 1
+            continue
+        chosen = np.int64(-2)
+        if not tight:
+            chosen = next_event(calendar, state, neighbors, model.boundary, model.motion)
+        if chosen == -2:
+            if not cluttered(calendar, state):
+                return NEEDS_HEAP, cycles
+            control.full = 1
+            continue
+        last = clock.epoch == end_epoch
+        if chosen == -1:
+            if last and end_time < control.end:
                 publish_time(calendar, state, control.end)
-                choose_width(calendar, len(state.partner), clock.length)
-                start = control.end
-                if start >= clock.length:
-                    new_epoch(model, state, neighbors)
-                    begin_epoch(neighbors, model, state, tally)
-                    start = 0.0
-                earliest = fill_window(calendar, state, model.boundary, start, clock.length)
-                if control.full != 0:
-                    return NEEDS_HEAP, cycles
-                if earliest == NEVER:
-                    publish_time(calendar, state, NEVER)
-                    return IDLE, cycles
-                continue
-            i = np.uint64(chosen)
-            now = calendar.event_time[0]
-            publish_time(calendar, state, now)
-            if (last and now > end_time) or clock.epoch > end_epoch:
                 return REACHED_TIME, cycles
-            if tally.collisions >= collisions:
+            if tally.collisions >= collisions:  # the present stays that of the last collision
                 return REACHED_COLLISIONS, cycles
             if cycles <= 0:
                 return SPENT, cycles
-            if log_full(log):
-                return NEEDS_LOG, cycles
-            if not safe_to_process(calendar, state, model.boundary, i, now):
-                if should_return(calendar):
-                    return SPENT, cycles
-                continue
-            cycles -= 1
-            control.cycles += 1
-            leaves = leaves_first(state, i)
-            clock.now = now
-            if leaves:
-                done, refs, start_index, count = cross(neighbors, model.motion, model.boundary, state, i, now)
-                if not done:
-                    return NEEDS_NEIGHBORS, cycles
-                pop(calendar)
-                tally.transits += 1
-                schedule_transit(
-                    model, state, neighbors, i, now
-                )  # first, so that it does not wait for the search
-                enqueue(state, calendar, i)
-                if lasting(model.boundary):
-                    found = earliest_newcomer(neighbors, model, state, i, now, refs, start_index, count)
-                    offer_newcomer(model, state, calendar, tally, i, now, found)
-                    recheck_one_body(model, state, calendar, i, now)
-                else:
-                    start_over(model, state, neighbors, calendar, tally, i, now)
-                continue
+            cycles -= effort(state)
+            publish_time(calendar, state, control.end)
+            choose_width(calendar, len(state.partner), clock.length)
+            start = control.end
+            if start >= clock.length:
+                new_epoch(model, state, neighbors)
+                begin_epoch(neighbors, model, state, tally)
+                start = 0.0
+            earliest = fill_window(calendar, state, model.boundary, start, clock.length)
+            if control.full != 0:
+                return NEEDS_HEAP, cycles
+            if earliest == NEVER:
+                publish_time(calendar, state, NEVER)
+                return IDLE, cycles
+            continue
+        i = np.uint64(chosen)
+        now = calendar.event_time[0]
+        publish_time(calendar, state, now)
+        if (last and now > end_time) or clock.epoch > end_epoch:
+            return REACHED_TIME, cycles
+        if tally.collisions >= collisions:
+            return REACHED_COLLISIONS, cycles
+        if cycles <= 0:
+            return SPENT, cycles
+        if log_full(log):
+            return NEEDS_LOG, cycles
+        if not safe_to_process(calendar, state, model.boundary, i, now):
+            if should_return(calendar):
+                return SPENT, cycles
+            continue
+        cycles -= 1
+        control.cycles += 1
+        leaves = leaves_first(state, i)
+        clock.now = now
+        if leaves:
+            done, refs, start_index, count = cross(neighbors, model.motion, model.boundary, state, i, now)
+            if not done:
+                return NEEDS_NEIGHBORS, cycles
             pop(calendar)
-            ref = np.int64(state.partner[i])
-            if ref < 0:
-                happened = run_one_body(model, state, neighbors, log, i, ref, now)
-                tally.advancements += np.int64(not happened)
-                found = search(model, state, neighbors, i, now, 0, NO_REF)
-                predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
-                if happened:
-                    schedule_transit(model, state, neighbors, i, now)
-                enqueue(state, calendar, i)
-                continue
-            j = np.uint64(index(model.boundary, ref))
-            if j < i:  # the same bits, whichever of the two was found first
-                ref = np.int64(mirror(model.boundary, np.int64(i), ref))
-                i, j = j, i
-            collide(model, state, neighbors, tally, log, i, ref, now)
-            rebin(neighbors, model.motion, model.boundary, state, i, now)
-            rebin(neighbors, model.motion, model.boundary, state, j, now)
-            schedule_transit(model, state, neighbors, i, now)
-            schedule_transit(model, state, neighbors, j, now)
-            # Two searches that do not wait for each other.
+            tally.transits += 1
+            schedule_transit(
+                model, state, neighbors, i, now
+            )  # first, so that it does not wait for the search
+            enqueue(state, calendar, i)
+            if lasting(model.boundary):
+                found = earliest_newcomer(neighbors, model, state, i, now, refs, start_index, count)
+                offer_newcomer(model, state, calendar, tally, i, now, found)
+                recheck_one_body(model, state, calendar, i, now)
+            else:
+                start_over(model, state, neighbors, calendar, tally, i, now)
+            continue
+        pop(calendar)
+        ref = np.int64(state.partner[i])
+        if ref < 0:
+            happened = run_one_body(model, state, neighbors, log, i, ref, now)
+            tally.advancements += np.int64(not happened)
             found = search(model, state, neighbors, i, now, 0, NO_REF)
-            prefetch_calendar(calendar, state, model.boundary, found[0])
-            other = search(model, state, neighbors, j, now, 1, NO_REF)
-            prefetch_calendar(calendar, state, model.boundary, other[0])
-            for _ in range(2):
-                predict(model, state, neighbors, calendar, tally, i, now, ref, found)
-                enqueue(state, calendar, i)
-                ref = np.int64(mirror(model.boundary, np.int64(i), ref))
-                i, j, found = j, i, other
-
-    return run
-
-
-schedule = entry(_schedule)
-run = entry(_run)
+            predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
+            if happened:
+                schedule_transit(model, state, neighbors, i, now)
+            enqueue(state, calendar, i)
+            continue
+        j = np.uint64(index(model.boundary, ref))
+        if j < i:  # the same bits, whichever of the two was found first
+            ref = np.int64(mirror(model.boundary, np.int64(i), ref))
+            i, j = j, i
+        collide(model, state, neighbors, tally, log, i, ref, now)
+        rebin(neighbors, model.motion, model.boundary, state, i, now)
+        rebin(neighbors, model.motion, model.boundary, state, j, now)
+        schedule_transit(model, state, neighbors, i, now)
+        schedule_transit(model, state, neighbors, j, now)
+        # Two searches that do not wait for each other.
+        found = search(model, state, neighbors, i, now, 0, NO_REF)
+        prefetch_calendar(calendar, state, model.boundary, found[0])
+        other = search(model, state, neighbors, j, now, 1, NO_REF)
+        prefetch_calendar(calendar, state, model.boundary, other[0])
+        for _ in range(2):
+            predict(model, state, neighbors, calendar, tally, i, now, ref, found)
+            enqueue(state, calendar, i)
+            ref = np.int64(mirror(model.boundary, np.int64(i), ref))
+            i, j, found = j, i, other

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import inner, optional, required
 from carom.engine.boundary import (
     in_box,
     index,
@@ -23,7 +23,6 @@ from carom.engine.boundary import (
     mirror,
     separation,
 )
-from carom.engine.neighbors.skins import start
 from carom.models.interface import step_bits
 
 
@@ -109,8 +108,7 @@ def _(steps: PairSteps, i, j):
 
 @fresh_word.register
 def _(steps: SpeciesSteps, i, j):
-    step = steps.outside[steps.kinds[i] * steps.species + steps.kinds[j]]
-    return np.uint32((np.uint64(j) << np.uint64(steps.bits)) | np.uint64(step))
+    return stepped_word(steps, j, steps.outside[steps.kinds[i] * steps.species + steps.kinds[j]])
 
 
 @optional
@@ -174,13 +172,14 @@ def step_of(boundary, ref):
 
 
 @inner
-def put_step(lists, i, j, step):
+def stepped_word(steps, j, step):
+    """Return the word that names component j and a step."""
+    return np.uint32((np.uint64(j) << np.uint64(steps.bits)) | np.uint64(step))
+
+
+@required
+def put_step(neighbors, i, j, step):
     """Write into the list of i that it and j are on another step."""
-    start_index = start(lists.bounds, i)
-    for k in range(start_index, start_index + np.uint64(lists.counts[i])):
-        if named(lists.steps, lists.refs[k]) == j:
-            lists.refs[k] = np.uint32((np.uint64(j) << np.uint64(lists.steps.bits)) | np.uint64(step))
-            break
 
 
 def _entries(lists: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -9,30 +9,24 @@ from carom.engine.boundary import count_images
 from carom.models.interface import carry, position, velocity
 
 
-def _project(digest):
-    def project(model, state, time, positions, velocities, images):
-        """Write the state of every component at ``time`` (within the epoch) to the arrays given, positions
-        in the box.
-        """
-        digest  # noqa: B018 (part of the cache's key)
-        for i in range(np.uint64(len(state.partner))):
-            me = state.rows[i]
-            x0, v0, t = carry(model.motion, me.x, me.v, time - me.t, positions[i], velocities[i])
-            for axis in range(len(model.boundary.edges)):
-                edge = model.boundary.edges[axis]
-                x = position(model.motion, axis, x0[axis], v0[axis], t)
-                crossings = np.floor(x * model.boundary.inverse[axis])
-                x -= crossings * edge
-                if x >= edge:
-                    x -= edge
-                    crossings += 1.0
-                elif x < 0.0:  # a division that rounded up: x is a hair below the face
-                    x = 0.0
-                positions[i, axis] = x
-                velocities[i, axis] = velocity(model.motion, axis, v0[axis], t)
-                count_images(images, i, axis, np.int64(crossings))
-
-    return project
-
-
-project = entry(_project)
+@entry
+def project(motion, boundary, state, time, positions, velocities, images):
+    """Write the state of every component at ``time`` (within the epoch) to the arrays given, positions
+    in the box.
+    """
+    for i in range(np.uint64(len(state.partner))):
+        me = state.rows[i]
+        x0, v0, t = carry(motion, me.x, me.v, time - me.t, positions[i], velocities[i])
+        for axis in range(len(boundary.edges)):
+            edge = boundary.edges[axis]
+            x = position(motion, axis, x0[axis], v0[axis], t)
+            crossings = np.floor(x * boundary.inverse[axis])
+            x -= crossings * edge
+            if x >= edge:
+                x -= edge
+                crossings += 1.0
+            elif x < 0.0:  # a division that rounded up: x is a hair below the face
+                x = 0.0
+            positions[i, axis] = x
+            velocities[i, axis] = velocity(motion, axis, v0[axis], t)
+            count_images(images, i, axis, np.int64(crossings))

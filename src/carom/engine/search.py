@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.registry import fast, inner, optional, required
-from carom.compiling.simd import LANES, WIDTH, spread
-from carom.compiling.simd_fields import asked_of, pack_fields
+from carom.compiling.simd import LANES, WIDTH, asked_of, pack_fields, spread
 from carom.engine.boundary import NearestImage, SectorImage, index, index_bits, separation
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
 from carom.engine.neighbors.lists import Lists

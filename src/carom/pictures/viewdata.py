@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from carom.models.interface import Obstacle
 from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of
 from carom.scene.description import particles
-from carom.simulation.replay import Replay
+
+if TYPE_CHECKING:
+    from carom.simulation.replay import Replay
 
 MOST_PLACES = 3_000_000
 """Largest number of positions on a page, 12 bytes each; of more frames, evenly spaced ones are kept."""

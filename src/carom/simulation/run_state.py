@@ -84,6 +84,46 @@ class Workers(Protocol):
         """End the threads."""
 
 
+def frame_of(
+    scene: Scene, model: Any, state: Any, clock: Clock, in_epoch: float, step: int, diameters: np.ndarray
+) -> Frame:
+    """Return all components at the present time, by the engine's state of an earlier one.
+
+    Parameters
+    ----------
+    scene : Scene
+        What moves.
+    model, state
+        The engine's.
+    clock : Clock
+        The present.
+    in_epoch : float
+        The same, since the start of the epoch of the state [engine's time].
+    step : int
+        Collisions so far.
+    diameters : (n,) array
+        At present [length].
+    """
+    from carom.engine.projection import project
+
+    positions, velocities = np.empty((scene.n, scene.dimension)), np.empty((scene.n, scene.dimension))
+    images = None if state.images is None else state.images.copy()
+    project(model.motion, model.boundary, state, in_epoch, positions, velocities, images)
+    return Frame(
+        time=float(clock.instant),
+        step=step,
+        positions=positions,
+        velocities=clock.unit.to_scene(velocities, -1),
+        box=scene.box,
+        diameters=diameters,
+        masses=scene.masses,
+        images=images,
+        species=scene.species,
+        species_names=scene.species_names,
+        periodic=scene.periodic,
+    )
+
+
 class RunState:
     """The engine of a scene, its clock, and what they were made for.
 
@@ -242,25 +282,9 @@ class RunState:
 
     def frame(self) -> Frame:
         """Return all components at the present time; does not affect the trajectory."""
-        from carom.engine.projection import project
-
-        scene, state = self.scene, self.engine.state
-        positions, velocities = np.empty((scene.n, scene.dimension)), np.empty((scene.n, scene.dimension))
-        images = None if state.images is None else state.images.copy()
-        project(self.engine.model, state, self.in_epoch(), positions, velocities, images)
-        return Frame(
-            time=float(self.clock.instant),
-            step=self.collisions,
-            positions=positions,
-            velocities=self.unit.to_scene(velocities, -1),
-            box=scene.box,
-            diameters=self.diameters,
-            masses=scene.masses,
-            images=images,
-            species=scene.species,
-            species_names=scene.species_names,
-            periodic=scene.periodic,
-        )
+        engine = self.engine
+        now = self.clock, self.in_epoch(), self.collisions
+        return frame_of(self.scene, engine.model, engine.state, *now, self.diameters)
 
     def schedule(self) -> None:
         """Give every component its first event."""

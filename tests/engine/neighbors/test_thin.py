@@ -1,5 +1,6 @@
 """Thin systems: paths through many images of the box, beside the oracle, and what is chosen for them."""
 
+import json
 import os
 import subprocess
 import sys
@@ -151,13 +152,17 @@ contacts.CAPACITY = int(sys.argv[1])
 import carom
 sim = carom.Simulation(carom.Scene.random(8, 2, packing_fraction=0.03, seed=2), seed=3, neighbors="all")
 sim.run(collisions=25)
-print(sim.statistics.advancements, sim.time, sim.frame().positions.tolist())
+print([sim.statistics.advancements, sim.time, *sim.frame().positions.ravel().tolist()])
 """
 
 
 @pytest.mark.slow
 def test_contacts_that_find_no_room_are_found_again():
-    """The engine as Python, because compiled code holds the room as a constant."""
+    """The engine as Python, because compiled code holds the room as a constant.
+
+    A contact that is found again is computed from a later moment, and rounded otherwise. Free paths of twenty
+    diameters multiply that by forty in each of the six collisions that a disk has: 1e-16 becomes 1e-6.
+    """
     told = []
     for room in (16, 1):
         done = subprocess.run(
@@ -167,9 +172,9 @@ def test_contacts_that_find_no_room_are_found_again():
             text=True,
             check=True,
         )
-        told.append(done.stdout.split(maxsplit=1))
-    assert told[0][1] == told[1][1]
-    assert int(told[1][0]) > int(told[0][0])  # who has lost one searches again, by an advancement
+        told.append(np.array(json.loads(done.stdout)))
+    np.testing.assert_allclose(told[1][1:], told[0][1:], rtol=0.0, atol=1e-5)
+    assert told[1][0] > told[0][0]  # who has lost one searches again, by an advancement
 
 
 def test_what_is_thin_costs_what_the_mean_free_path_says():

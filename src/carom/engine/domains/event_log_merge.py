@@ -218,61 +218,55 @@ def add_two(all_events, heads, tally):
     heads[0], heads[1] = a, b
 
 
-def _merge(digest):
-    def merge(all_events, heads, clock, tallies, observers, obstacles, boundary, log):
-        """Add up the collisions of all processes in the order of time, as one cycle would have.
+@entry
+def merge(all_events, heads, clock, tallies, observers, obstacles, boundary, log):
+    """Add up the collisions of all processes in the order of time, as one cycle would have.
 
-        Parameters
-        ----------
-        heads : (processes,) int64 array
-            Number of collisions of each process that have been added already.
+    Parameters
+    ----------
+    heads : (processes,) int64 array
+        Number of collisions of each process that have been added already.
 
-        Returns
-        -------
-        done : bool
-            False if the log is full. The next call then continues from there.
-        """
-        digest  # noqa: B018 (part of the cache's key)
-        all_events, obstacles = borrowed(all_events), borrowed(obstacles)
-        observers, log = borrowed(observers), borrowed(log)
-        tally = tallies[0]
-        entries = all_events.entries
-        processes = len(heads)
-        if processes == 2 and all_events.details is None:
-            add_two(all_events, heads, tally)
-        while True:
-            process = np.int64(-1)
-            for k in range(processes):
-                h = heads[k]
-                if h == all_events.used[k, 0]:
-                    continue
-                if process < 0 or entries[k, h].time < entries[process, heads[process]].time:
-                    process = np.int64(k)
-                elif entries[k, h].time == entries[process, heads[process]].time:
-                    process = (
-                        np.int64(k)
-                        if all_events.component[k, h] < all_events.component[process, heads[process]]
-                        else process
-                    )
-            if process < 0:
-                return True
-            if log_full(log):
-                return False
-            h = heads[process]
-            heads[process] = h + 1
-            entry = entries[process, h]
-            i = np.int64(all_events.component[process, h])
-            ref, impulse = detail(all_events.details, process, h)
-            clock[0].now = entry.time
-            if ref < LAMBDA:
-                struck(obstacles, OBSTACLE - ref, impulse)
-            else:
-                tally.collisions += 1
-                tally.virial += entry.virial
-                count_pair(observers, i, np.int64(index(boundary, ref)), entry.virial)
-            record(log, clock[0], i, ref, impulse)
-
-    return merge
-
-
-merge = entry(_merge)
+    Returns
+    -------
+    done : bool
+        False if the log is full. The next call then continues from there.
+    """
+    all_events, obstacles = borrowed(all_events), borrowed(obstacles)
+    observers, log = borrowed(observers), borrowed(log)
+    tally = tallies[0]
+    entries = all_events.entries
+    processes = len(heads)
+    if processes == 2 and all_events.details is None:
+        add_two(all_events, heads, tally)
+    while True:
+        process = np.int64(-1)
+        for k in range(processes):
+            h = heads[k]
+            if h == all_events.used[k, 0]:
+                continue
+            if process < 0 or entries[k, h].time < entries[process, heads[process]].time:
+                process = np.int64(k)
+            elif entries[k, h].time == entries[process, heads[process]].time:
+                process = (
+                    np.int64(k)
+                    if all_events.component[k, h] < all_events.component[process, heads[process]]
+                    else process
+                )
+        if process < 0:
+            return True
+        if log_full(log):
+            return False
+        h = heads[process]
+        heads[process] = h + 1
+        entry = entries[process, h]
+        i = np.int64(all_events.component[process, h])
+        ref, impulse = detail(all_events.details, process, h)
+        clock[0].now = entry.time
+        if ref < LAMBDA:
+            struck(obstacles, OBSTACLE - ref, impulse)
+        else:
+            tally.collisions += 1
+            tally.virial += entry.virial
+            count_pair(observers, i, np.int64(index(boundary, ref)), entry.virial)
+        record(log, clock[0], i, ref, impulse)

@@ -10,27 +10,17 @@ from carom.engine.advance import into_next_epoch
 from carom.engine.events import retime
 
 
-def _advance_epoch(digest):
-    def advance_epoch(model, state, neighbors, start_index, end):
-        """Carry the components from ``start_index`` to ``end`` into the next epoch."""
-        digest  # noqa: B018 (part of the cache's key)
-        model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
-        for i in range(np.uint64(start_index), np.uint64(end)):
-            into_next_epoch(model, state, neighbors, i, state.clock[0].length)
-
-    return advance_epoch
+@entry
+def advance_epoch(model, state, neighbors, start_index, end):
+    """Carry the components from ``start_index`` to ``end`` into the next epoch."""
+    model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
+    for i in range(np.uint64(start_index), np.uint64(end)):
+        into_next_epoch(model, state, neighbors, i, state.clock[0].length)
 
 
-def _retime_all(digest):
-    def retime_all(model, state, start_index, end):
-        """Compute the contacts of the components from ``start_index`` to ``end`` in a new epoch."""
-        digest  # noqa: B018 (part of the cache's key)
-        model, state = borrowed(model), borrowed(state)
-        for i in range(np.uint64(start_index), np.uint64(end)):
-            retime(model.timing, model, state, i)
-
-    return retime_all
-
-
-advance_epoch = entry(_advance_epoch)
-retime_all = entry(_retime_all)
+@entry
+def retime_all(model, state, start_index, end):
+    """Compute the contacts of the components from ``start_index`` to ``end`` in a new epoch."""
+    model, state = borrowed(model), borrowed(state)
+    for i in range(np.uint64(start_index), np.uint64(end)):
+        retime(model.timing, model, state, i)

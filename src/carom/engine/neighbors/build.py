@@ -13,7 +13,7 @@ from carom.engine.neighbors.grid import make_grid
 from carom.engine.neighbors.lists import Lists, make_lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.sector_side import ROUNDING_MARGIN
-from carom.engine.neighbors.sectors import make_sectors
+from carom.engine.neighbors.sectors import Sectors, make_sectors
 from carom.engine.neighbors.size_classes import (
     bounds_of,
     cells_around,
@@ -32,11 +32,32 @@ behind the end of a list, or two sectors away.
 """
 
 
-def build_neighbors(scheme: NeighborPlan, system: System, pair):
-    """Return the empty neighbour scheme and the boundary that goes with it."""
+def edges_of(system: System) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the edges of the box, and their inverses."""
     edges = tuple(float(edge) for edge in system.box)
     # Along an axis with walls nothing is an image of anything: an inverse of zero rounds to no box at all.
     inverse = tuple(1.0 / edge if wraps else 0.0 for edge, wraps in zip(edges, system.periodic, strict=True))
+    return edges, inverse
+
+
+def images_in(sectors: Sectors, system: System) -> SectorImage:
+    """Return the boundary of a small box, in which an image is the one seen in a sector."""
+    edges, inverse = edges_of(system)
+    return SectorImage(
+        # What is seen through a wall is so far away that a wall is met before it.
+        tuple(edge if wraps else 4.0 * edge for edge, wraps in zip(edges, system.periodic, strict=True)),
+        inverse,
+        sectors.shape,
+        sectors.cell,
+        sectors.wraps,
+        sectors.digits,
+        (len(sectors.digits) - 1).bit_length(),
+    )
+
+
+def build_neighbors(scheme: NeighborPlan, system: System, pair):
+    """Return the empty neighbour scheme and the boundary that goes with it."""
+    edges, inverse = edges_of(system)
     if scheme.kind == "lists":
         lists = _build_lists(scheme, system, pair)
         if lists.steps is not None:
@@ -53,16 +74,7 @@ def build_neighbors(scheme: NeighborPlan, system: System, pair):
     sectors = make_sectors(system.n, edges, scheme.shape, scheme.cell_capacity, slacks, extra_slack)
     if _is_wide(scheme, system):
         return sectors, NearestImage(edges, inverse)
-    return sectors, SectorImage(
-        # What is seen through a wall is so far away that a wall is met before it.
-        tuple(edge if wraps else 4.0 * edge for edge, wraps in zip(edges, system.periodic, strict=True)),
-        inverse,
-        sectors.shape,
-        sectors.cell,
-        sectors.wraps,
-        sectors.digits,
-        (len(sectors.digits) - 1).bit_length(),
-    )
+    return sectors, images_in(sectors, system)
 
 
 def _is_wide(scheme: NeighborPlan, system: System) -> bool:

@@ -18,8 +18,7 @@ import numpy as np
 
 from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner
-from carom.compiling.simd import LANES, pack
-from carom.compiling.simd_words import STEP, copy_words
+from carom.compiling.simd import LANES, copy_words, pack
 from carom.engine.boundary import index
 from carom.engine.neighbors.grid import (
     Grid,
@@ -50,7 +49,7 @@ from carom.engine.neighbors.skins import (
     skin,
     start,
 )
-from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing
+from carom.engine.pair_steps import fresh_word, named, put_newcomer, put_step, standing, stepped_word
 from carom.engine.state import aligned
 from carom.models.interface import NEVER, position
 
@@ -117,7 +116,7 @@ def make_lists(
     dimension = len(spans)
     cells = int(grid.shape.prod(axis=1).sum())
     blocks = np.minimum(2 * grid.spans + 1, grid.shape).prod(axis=2).sum(axis=1)
-    found_capacity = min(int(blocks.max()) * cell_capacity, n) + 2 * STEP
+    found_capacity = min(int(blocks.max()) * cell_capacity, n) + 2 * LANES
     return Lists(
         bounds=bounds,
         grid=grid,
@@ -125,11 +124,11 @@ def make_lists(
         members=np.zeros(cells, np.uint16),
         grid_step=tuple(span * 2.0 ** -coordinate_bits(dimension) for span in spans),
         reference=np.zeros(n, np.uint64),
-        refs=np.full(refs + STEP, nobody, np.uint32),
+        refs=np.full(refs + LANES, nobody, np.uint32),
         found=np.zeros(found_capacity, np.uint32),
         points=np.zeros(found_capacity, np.uint64),
         sizes=np.zeros(0 if isinstance(bounds, EqualBounds) else found_capacity),
-        newcomers=np.full(found_capacity + STEP, nobody, np.uint32),
+        newcomers=np.full(found_capacity + LANES, nobody, np.uint32),
         hits=np.zeros(found_capacity, np.int64),
         counts=np.zeros(n, np.uint16 if longest < 2**16 else np.int32),
         steps=steps,
@@ -301,7 +300,7 @@ def gather_cells(lists, i, point, moved, old):
         for k in range(count):
             cell = np.uint64(lists.grid.neighbor_cells[half, k])
             members = np.uint64(lists.members[cell])
-            for start_index in range(np.uint64(0), members, np.uint64(STEP)):
+            for start_index in range(np.uint64(0), members, np.uint64(LANES)):
                 copy_words(
                     lists.cells,
                     np.int64(cell),
@@ -434,3 +433,12 @@ def _(neighbors: Lists, motion, boundary, state):
         if not entered or link_flagged(neighbors, i, total) < 0:
             return False
     return True
+
+
+@put_step.register
+def _(neighbors: Lists, i, j, step):
+    start_index = start(neighbors.bounds, i)
+    for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
+        if named(neighbors.steps, neighbors.refs[k]) == j:
+            neighbors.refs[k] = stepped_word(neighbors.steps, j, step)
+            break

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner, optional
-from carom.compiling.simd_words import STEP, copy_words, replace_words
+from carom.compiling.simd import LANES, copy_words, replace_words
 from carom.engine.boundary import index, index_bits, mirror, separation
 from carom.engine.neighbors.interface import build, candidates, cross, on_wrap, rebin, transit_time
 from carom.engine.neighbors.prefetch import (
@@ -75,7 +75,7 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) 
     may be beyond its faces by ``slacks``, and each by something to ``extra_slack``.
     """
     dimension = len(shape)
-    cell_size = -(-(capacity + 1) // STEP) * STEP
+    cell_size = -(-(capacity + 1) // LANES) * LANES
     digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
     steps = np.array([int(np.prod(shape[axis + 1 :])) for axis in range(dimension)])
     return Sectors(
@@ -92,7 +92,7 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) 
         exit_face=np.zeros(n, np.uint8),
         faces=np.array([np.flatnonzero(digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
         neighbor_cells=np.zeros(3 ** (dimension - 1), np.int64),
-        refs=np.zeros(2 * (3**dimension * cell_size + STEP), np.uint32),
+        refs=np.zeros(2 * (3**dimension * cell_size + LANES), np.uint32),
     )
 
 
@@ -200,7 +200,7 @@ def remove_member(sectors, cell, i):
     last = np.uint64(sectors.members.shape[1] - 1)
     count = np.uint64(sectors.members[cell, last]) - np.uint64(1)
     moved = np.int64(sectors.members[cell, count])
-    for start in range(np.uint64(0), last, np.uint64(STEP)):
+    for start in range(np.uint64(0), last, np.uint64(LANES)):
         replace_words(sectors.members, np.int64(cell), np.int64(start), np.int64(i), moved)
     sectors.members[cell, last] = count
 
@@ -221,7 +221,7 @@ def copy_members(sectors, boundary, cell, code, total):
 def copy_all_members(sectors, boundary, cell, code, total):
     """Append the words of all in a sector at ``total``; return how many they are."""
     count = copy_members(sectors, boundary, cell, code, total)
-    for start in range(np.uint64(STEP), count, np.uint64(STEP)):
+    for start in range(np.uint64(LANES), count, np.uint64(LANES)):
         copy_code(sectors, boundary, cell, np.int64(start), code, total + start)
     return count
 
@@ -240,7 +240,7 @@ def narrow(sectors):
 
     The compiler makes a loop of its own for them. It knows there where the counts are, and asks for none.
     """
-    return sectors.members.shape[1] == STEP
+    return sectors.members.shape[1] == LANES
 
 
 @candidates.register

@@ -1,0 +1,134 @@
+"""The words under which a run knew whom its components met, from what its log holds of them.
+
+In a wide box the word of a component is its index. Two parts of a word are not in the log. On which step a
+pair is follows from the steps at the start and from all events since. Which image was met in a small box
+follows from the states.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.engine.advance import advance
+from carom.engine.agents import recount_listed, recount_word
+from carom.engine.boundary import NearestImage
+from carom.engine.neighbors.build import edges_of, images_in
+from carom.engine.neighbors.sectors import make_sectors
+from carom.engine.pair_steps import SteppedImage, fresh_word, make_steps, put_step, stepped_word
+from carom.engine.system import System
+from carom.models.interface import core_square, start_steps
+from carom.scene.first_steps import first_steps
+from carom.scene.scene import Scene
+
+
+class Listed(NamedTuple):
+    """Who has been on a step with whom: in a replay in place of the engine's lists."""
+
+    words: list[dict[int, int]]
+    """The word under which each component knows another."""
+    steps: Any
+    """How words name steps."""
+
+
+@put_step.register
+def _(neighbors: Listed, i, j, step):
+    neighbors.words[i][int(j)] = int(stepped_word(neighbors.steps, j, step))
+
+
+@recount_listed.register
+def _(neighbors: Listed, rules, boundary, i, was):
+    for ref in [*neighbors.words[i].values()]:
+        recount_word(neighbors, rules, boundary, i, ref, was)
+
+
+class Words:
+    """Words of the components of a logged run.
+
+    Parameters
+    ----------
+    system : System
+        The facts of the scene that the engine needs.
+    scene : Scene
+        The scene.
+    pair : model
+        The pair interaction, which is told of the steps at the start.
+    shape : (d,) int64 array
+        Sectors of the run along each edge.
+    bits : int
+        Bits of the run's words that named a sector: 0 in a wide box.
+
+    Attributes
+    ----------
+    boundary : NearestImage, SteppedImage or SectorImage
+        How the engine reads the words.
+    listed : Listed or None
+        Who is on which step, or None where pairs have none.
+    """
+
+    def __init__(self, system: System, scene: Scene, pair: Any, shape: np.ndarray, bits: int):
+        edges, inverse = edges_of(system)
+        self.listed: Listed | None = None
+        self._shape, self._box = shape, np.array(edges)
+        if system.stepped:
+            first = first_steps(scene)
+            self.listed = Listed(
+                [{} for _ in range(scene.n)], make_steps(system.interaction, system.particles)
+            )
+            for (i, j), step in zip(*(each.tolist() for each in first), strict=True):
+                put_step(self.listed, i, j, step)
+                put_step(self.listed, j, i, step)
+            start_steps(pair, *first)
+            self.boundary: Any = SteppedImage(edges, inverse, self.listed.steps.bits)
+        elif bits == 0:
+            self.boundary = NearestImage(edges, inverse)
+        else:  # all components in one sector: the next sectors are images of the box
+            nothing = (0.0,) * scene.dimension
+            sectors = make_sectors(scene.n, edges, (1,) * scene.dimension, 0, nothing)
+            self.boundary = images_in(sectors, system)
+            walled = sectors.digits[:, ~np.array(scene.periodic)]
+            self._codes = np.flatnonzero((walled == 0).all(axis=1))
+
+    def of(self, model: Any, state: Any, i: int, j: int, code: int, now: float) -> int:
+        """Return the word of j, which i meets now.
+
+        Parameters
+        ----------
+        model, state
+            The engine's.
+        i, j : int
+            The two.
+        code : int
+            Of the image, in the log.
+        now : float
+            Time since the beginning of the epoch.
+        """
+        if self.listed is not None:
+            ref = self.listed.words[i].get(j)
+            return int(fresh_word(self.listed.steps, i, j)) if ref is None else ref
+        if isinstance(self.boundary, NearestImage):
+            return j
+        rows = [copy.deepcopy(state.rows[k]) for k in (i, j)]
+        for k in range(2):
+            advance(model, state._replace(rows=rows, images=None), None, k, now)
+        contact = math.sqrt(core_square(model.pair, i, j, now))
+        return j << self.boundary.bits | self._image(np.array([row.x for row in rows]), code, contact)
+
+    def _image(self, x: np.ndarray, code: int, contact: float) -> int:
+        """Return the code of the image that is met by two at ``x`` (2, d), at the distance ``contact``.
+
+        The logged code is that of a sector next to that of the first. Which image this is depends on the
+        engine's own account of sectors, whose rounding at the faces is not logged. Hence the image is the one
+        whose distance is nearest to that of contact; of several at the same distance the one in that sector.
+        """
+        digits, codes = self.boundary.digits, self._codes
+        images = x[1] - x[0] + self._box * digits[codes]
+        misses = np.abs(np.sqrt((images * images).sum(axis=1)) - contact)
+        # Positions are rounded in the last place of the box; images further apart than that are no tie.
+        ties = codes[misses <= misses.min() + 2.0**-40 * float(self._box.max())]
+        sectors = np.floor(x / self._box * self._shape)
+        named = (sectors[0] + digits[code] - sectors[1]) / self._shape
+        return int(ties[np.argmin(np.abs(digits[ties] - named).sum(axis=1))])

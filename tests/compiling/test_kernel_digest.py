@@ -1,0 +1,159 @@
+"""What the digest of a compiled kernel covers: all that it is compiled of, and nothing else."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import carom
+
+KERNELS = """
+import numba
+import carom
+from carom import Scene
+from carom.compiling.code_digest import Walk
+from carom.engine import cycle
+from carom.models.gravity import Gravity
+from carom.models.obstacles import Ball
+from carom.models.wells import SquareWell
+from carom.simulation.run_state import RunState
+
+fluid = Scene.fcc(2, packing_fraction=0.3)
+bumper = Ball((1.0, 3.0), 0.3)
+disks = Scene.random(12, 2, packing_fraction=0.3, periodic=[True, False], obstacles=[bumper], seed=1)
+RunState.schedule = lambda machine: None  # which would compile
+SCENES = {
+    "fluid": (fluid, "lists"),
+    "well": (fluid.with_(interaction=SquareWell(1.5, 1.0)), "lists"),
+    "disks": (disks, "sectors"),
+    "falling": (disks.with_(motion=Gravity((0.0, -1.0))), "sectors"),
+    "gas": (Scene.random(64, 3, packing_fraction=1e-6, seed=1), "all"),
+}
+
+def kernels(name):
+    scene, neighbors = SCENES[name]
+    engine = carom.Simulation(scene, seed=1, neighbors=neighbors).machine.engine
+    for function in (cycle.schedule, cycle.run):
+        arguments = (*engine, 0, 1) if function is cycle.schedule else (*engine, None, 0, 0.0, 1, 1)
+        yield numba.njit(function.__wrapped__), tuple(map(numba.typeof, arguments))
+"""
+DIGESTS = """
+import json
+print(json.dumps({
+    name: [Walk(*kernel).digest.hexdigest() for kernel in kernels(name)] for name in SCENES
+}))
+"""
+EVERYTHING = """
+import importlib, pkgutil
+import carom
+for each in sorted((each.name for each in pkgutil.walk_packages(carom.__path__, "carom.")), reverse=True):
+    if not each.endswith("__main__"):
+        importlib.import_module(each)
+"""
+ANSWER = """
+from carom.models.interface import growth
+from carom.models.hard_cores import EqualCores
+@growth.register
+def _(pair: EqualCores, i):
+    return 0.0
+"""
+COVERED = """
+import sys
+from numba.core import event
+
+compiled = set()
+
+class Listener(event.Listener):
+    def on_start(self, begun):
+        compiled.add(begun.data["dispatcher"].py_func)
+
+    def on_end(self, ended):
+        pass
+
+for function, kinds in kernels(sys.argv[1]):
+    with event.install_listener("numba:compile", Listener()):
+        function.compile(kinds)
+    walk = Walk(function, kinds)
+    ours = {each for each in compiled if each.__module__.startswith("carom.")}
+    ours = {each for each in ours if not each.__module__.startswith("carom.compiling.")}
+    assert len(ours) > 50
+    print(sorted(each.__module__ + "." + each.__qualname__ for each in ours - walk.functions.keys()))
+    compiled.clear()
+"""
+
+
+def said(program, *words, source=None):
+    """Return what a process of its own prints, with the package of a folder."""
+    path = {"PYTHONPATH": str(source)} if source else {}
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", program, *words],
+        env={**os.environ, **path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def digests():
+    return json.loads(said(KERNELS + DIGESTS))
+
+
+def test_every_kind_of_scene_has_kernels_of_its_own(digests):
+    assert len({digest for pair in digests.values() for digest in pair}) == 2 * len(digests)
+
+
+ALL = {"fluid", "well", "disks", "falling", "gas"}
+EDITS = {
+    "a model of some": ("models/step_pairs.py", "change = 2.0 *", "change = 2.5 *", {"well"}),
+    "the model of the others": (
+        "models/hard_cores.py",
+        "factor = rv / rr",
+        "factor = rr / rv",
+        ALL - {"well"},
+    ),
+    "what scenes are described with": ("models/wells.py", "low=1.0", "low=0.5", set()),
+    "the search of lists and sectors": (
+        "engine/search.py",
+        "best = earliest",
+        "best = earliest - 1",
+        ALL - {"gas"},
+    ),
+    "a number that is imported": ("models/contact.py", "= 32.0", "= 64.0", {"disks", "falling"}),
+    "a comment": ("engine/search.py", "# what follows", "# What follows", set()),
+    "what makes code": ("compiling/simd.py", "from llvmlite", "# Vectors.\nfrom llvmlite", ALL),
+}
+
+
+@pytest.mark.parametrize("what", EDITS)
+def test_an_edit_changes_the_digests_of_the_kernels_that_it_reaches(digests, tmp_path, what):
+    file, old, new, reached = EDITS[what]
+    package = Path(carom.__file__).parent
+    shutil.copytree(package, tmp_path / "carom", ignore=shutil.ignore_patterns("__pycache__"))
+    target = tmp_path / "carom" / file
+    text = target.read_text()
+    assert old in text
+    target.write_text(text.replace(old, new))
+    edited = json.loads(said(KERNELS + DIGESTS, source=tmp_path))
+    assert {name for name in ALL if edited[name] != digests[name]} == reached
+
+
+def test_an_answer_that_is_registered_elsewhere_is_seen(digests):
+    found = json.loads(said(ANSWER + KERNELS + DIGESTS))
+    assert {name for name in ALL if found[name] != digests[name]} == ALL - {"well"}
+
+
+def test_what_a_process_has_imported_before_does_not_matter(digests):
+    assert json.loads(said(EVERYTHING + KERNELS + DIGESTS)) == digests
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", sorted(ALL))
+def test_all_that_is_compiled_is_covered(scene):
+    assert said(KERNELS + COVERED, scene).split() == ["[]", "[]"]
