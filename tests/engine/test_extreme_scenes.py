@@ -155,7 +155,8 @@ def test_a_container_that_fits_like_a_skin_is_refused(axis):
 
 CONTACTS = """
 contact = [[1.0, 1.1], [1.1, 0.3]]
-scene = carom.Scene.random(species=[carom.Species(count=2), carom.Species(count=2, diameter=0.3)], contact=contact, box=(2.6, 2.4), seed=3)
+species = [carom.Species(count=2), carom.Species(count=2, diameter=0.3)]
+scene = carom.Scene.random(species=species, contact=contact, box=(2.6, 2.4), seed=3)
 """
 
 

@@ -25,7 +25,7 @@ from carom.models.obstacles import Ball, Plane, SphericalContainer
 from carom.models.paths import Sine
 from carom.models.shaken import Shaken
 from carom.models.surfaces import Surface, Thermal
-from helpers.mixtures import mixture
+from helpers import mixtures
 from helpers.oracle_scenes import NUDGE, ROUNDINGS, moving, oracle_of
 
 EPS = np.finfo(float).eps
@@ -47,7 +47,9 @@ class Case(NamedTuple):
 
 def binary(counts, seed, *, masses, box, contact=None, diameters=(1.0, 0.7), speed=1.0, **more):
     """Return two species in motion."""
-    scene = mixture(counts, diameters=diameters, masses=masses, contact=contact, box=box, seed=seed, **more)
+    scene = mixtures.mixture(
+        counts, diameters=diameters, masses=masses, contact=contact, box=box, seed=seed, **more
+    )
     scene = moving(scene, seed)
     return scene.with_(velocities=speed * scene.velocities)
 

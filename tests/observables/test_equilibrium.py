@@ -155,7 +155,11 @@ def test_species_are_named_that_exchange_energy_more_slowly_than_the_stretch_las
 
 
 def mixture_of_disks(mass):
-    return carom.Scene.random(species=[carom.Species("big", count=30, mass=mass), carom.Species("small", count=30)], dimension=2, packing_fraction=0.1)  # fmt: skip
+    return carom.Scene.random(
+        species=[carom.Species("big", count=30, mass=mass), carom.Species("small", count=30)],
+        dimension=2,
+        packing_fraction=0.1,
+    )
 
 
 def test_measure_says_that_a_stretch_is_short_for_heavy_disks():

@@ -56,7 +56,8 @@ for d in (2, 3):
             observable.update(frame)
         told(f"{type(observable).__name__} in {d}D", observable.result())
     told(f"g(r) in {d}D", carom.rdf(list(frames(d, kinds=1))[:1], rmax=3.0, width=0.1))
-scene = carom.Scene.random(species=[carom.Species(count=20), carom.Species(count=12, diameter=1.4)], packing_fraction=0.1, seed=1)
+two = [carom.Species(count=20), carom.Species(count=12, diameter=1.4)]
+scene = carom.Scene.random(species=two, packing_fraction=0.1, seed=1)
 told("box and places of a mixture", scene.positions, np.array(scene.box), scene.packing_fraction)
 told("theory of a mixture", santos_yuste_lopez_de_haro(0.3, [0.4, 0.6], [1.0, 1.4], 3))
 """

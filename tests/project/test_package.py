@@ -133,7 +133,7 @@ def test_wheel_installs_and_runs(built, tmp_path):
         wheel,
     ]
     subprocess.run(install, check=True, capture_output=True, timeout=300)
-    code = "import carom; print(carom.__file__, carom.__version__, carom.Scene.crystal(cells=2, packing_fraction=0.4).n)"
+    code = "import carom; print(carom.__file__, carom.__version__, carom.Scene.crystal(32, 0.4).n)"
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path,

@@ -94,7 +94,12 @@ def test_every_pair_of_species_has_a_name_of_its_own(tmp_path, monkeypatch):
 
 
 def test_a_species_whose_name_is_a_number_is_found_by_its_name():
-    scene = Scene.random(species=[Species("1", count=30), Species("0", count=20, diameter=0.6)], dimension=2, packing_fraction=0.2, seed=1)  # fmt: skip
+    scene = Scene.random(
+        species=[Species("1", count=30), Species("0", count=20, diameter=0.6)],
+        dimension=2,
+        packing_fraction=0.2,
+        seed=1,
+    )
     frame = Simulation(scene, seed=1).frame()
     assert rdf([frame], pair=("1", "1")).counts.sum() == rdf([frame], pair=(0, 0)).counts.sum()
     unnamed = dataclasses.replace(frame, species_names=())

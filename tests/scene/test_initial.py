@@ -157,7 +157,7 @@ def test_the_unit_ball_has_its_known_volume(dimension):
         (lambda: Scene.crystal(cells=10**6, packing_fraction=0.4), "at most 100000000 components"),
         (
             lambda: Scene.crystal(cells=2, lattice="dn", dimension=2, packing_fraction=0.4),
-            "dimension must be between 3",
+            "lattice must be .* dn .dimension 3 and up",
         ),
         (
             lambda: Scene.crystal(cells=2, lattice="cubic", dimension=40, packing_fraction=0.4),

@@ -376,7 +376,7 @@ def test_dense_random_mixtures_between_walls_are_grown():
 
 
 def test_beyond_what_growth_reaches_the_limit_is_named():
-    with pytest.raises(InputError, match=r"up to packing fraction 0\.608"):
+    with pytest.raises(InputError, match=r"up to packing fraction 0\.614"):
         Scene.random(100, dimension=3, packing_fraction=0.63)
 
 

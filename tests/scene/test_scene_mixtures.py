@@ -9,7 +9,6 @@ import math
 import ase
 import numpy as np
 import pytest
-from helpers.mixtures import mixture
 
 from carom import Species
 from carom.errors import CaromWarning, InputError, OverlapError
@@ -268,40 +267,61 @@ def test_a_lattice_is_filled_in_random_order():
     np.testing.assert_array_equal(same.species, scene.species)
 
 
-MIX = {"counts": [5, 5], "diameters": [1, 0.5]}
+ONE, HALF = Species(count=5), Species(count=5, diameter=0.5)
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ({"counts": None}, "found neither"),
-        ({"fractions": [1, 1]}, "found both"),
-        ({"counts": None, "fractions": [1, 1]}, "n must be an integer"),
-        ({"counts": None, "fractions": [0, 0], "n": 5}, "not all of them zero"),
-        ({"counts": None, "fractions": [-1, 2], "n": 5}, "at least zero"),
+        ({"species": [Species()]}, "each species a fraction, or each a count"),
+        ({"species": [Species(count=1, fraction=1)]}, "each species a fraction, or each a count"),
+        ({"species": [ONE, Species(fraction=1)]}, "each species a fraction, or each a count"),
+        ({"species": []}, "each species a fraction, or each a count"),
+        ({"species": [Species(fraction=1)] * 2}, "n must be an integer"),
+        ({"species": [Species(fraction=0)] * 2, "n": 5}, "not all of them zero"),
         ({"n": 12}, "add up to 10"),
-        ({"counts": [0, 0]}, "at least one component"),
-        ({"counts": [5, 5, 5]}, "3 species, found 2"),
-        ({"masses": [1.0]}, "masses must have one value"),
-        ({"masses": 1.0}, "masses must be a list"),
-        ({"names": ["a"]}, "names must have one value"),
-        ({"names": 2.0}, "names must be a list"),
-        ({"diameters": [1, -1]}, "positive"),
-        ({"packing_fraction": 0.7}, "up to packing fraction 0.608"),
+        ({"species": [Species(count=0)] * 2}, "at least one component"),
+        ({"species": 2.0}, "species must be a list"),
+        ({"species": [Species("a", count=5)] * 2}, "must differ"),
+        ({"packing_fraction": 0.7}, "up to packing fraction 0.614"),
         ({"packing_fraction": 0.3, "box": 5.0}, "found both"),
-        ({"lattice": "bcc"}, "lattice must be"),
-        ({"lattice": ["fcc"]}, "lattice must be"),
-        ({"lattice": "fcc", "packing_fraction": 0.3}, "does not fill"),
-        ({"lattice": "cubic", "cells": 2, "packing_fraction": 0.3}, "8 places"),
-        ({"lattice": "cubic", "cells": 2, "box": 5.0}, "found a box"),
-        ({"cells": 3}, "belong to a lattice"),
         ({"seed": -1}, "seed"),
     ],
 )
 def test_bad_mixtures_are_named_in_one_sentence(arguments, says):
     with pytest.raises(InputError, match=says) as caught:
-        mixture(**{**MIX, **arguments})
+        Scene.random(**{"species": [ONE, HALF], **arguments})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"lattice": "bcc"}, "lattice must be"),
+        ({"lattice": ["fcc"]}, "lattice must be"),
+        ({"packing_fraction": 0.3}, "does not fill"),
+        ({"lattice": "cubic", "cells": 2, "packing_fraction": 0.3}, "add up to 10, but n is 8"),
+        ({"lattice": "cubic", "cells": 2, "box": 5.0}, "no keyword 'box'"),
+    ],
+)
+def test_bad_mixtures_on_a_lattice_are_named_in_one_sentence(arguments, says):
+    with pytest.raises(InputError, match=says):
+        Scene.crystal(**{"species": [ONE, HALF], **arguments})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"fraction": -1}, "fraction of a Species"),
+        ({"count": 1.5}, "count of a Species"),
+        ({"name": "a", "mass": 0}, "mass of species a"),
+        ({"diameter": -1}, "positive"),
+        ({"name": 2.0}, "name of a Species must be a string"),
+    ],
+)
+def test_a_bad_species_is_named(arguments, says):
+    with pytest.raises(InputError, match=says):
+        Species(**arguments)
 
 
 def everything() -> Scene:

@@ -137,7 +137,13 @@ def test_mixtures_drawn_at_random(number):
     ratio, part = math.exp(rng.uniform(math.log(1.2), math.log(5.0))), rng.uniform(0.1, 0.9)
     eta, n = rng.uniform(0.1, 0.6 if dimension == 2 else 0.45), int(rng.integers(500, 2001))
     masses = np.exp(rng.uniform(-2.0, 2.0, 2))
-    scene = carom.Scene.random(n=n, species=mixed(fractions=[part, 1.0 - part], diameters=[ratio, 1.0], masses=masses), dimension=dimension, packing_fraction=eta, seed=rng)  # fmt: skip
+    scene = carom.Scene.random(
+        n=n,
+        species=mixed(fractions=[part, 1.0 - part], diameters=[ratio, 1.0], masses=masses),
+        dimension=dimension,
+        packing_fraction=eta,
+        seed=rng,
+    )
     eta, x = scene.packing_fraction, np.bincount(scene.species) / n
     theories = {"SYH": theory.santos_yuste_lopez_de_haro(eta, x, [ratio, 1.0], dimension)}
     if dimension == 3:

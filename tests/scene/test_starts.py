@@ -1,0 +1,91 @@
+"""Ways to begin: any number of spheres at any density up to near jamming, lattices, and clear refusals."""
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import InputError
+from carom.models.gravity import Gravity
+from carom.scene import overlaps
+
+
+@pytest.mark.parametrize("n", [1, 10, 137, 1000])
+@pytest.mark.parametrize(("d", "fractions"), [(1, (0.1, 0.9)), (2, (0.05, 0.5, 0.8)), (3, (0.01, 0.3, 0.6))])
+def test_any_number_of_spheres_begins_at_random_up_to_near_jamming(n, d, fractions):
+    for eta in fractions:
+        if n <= 10 and eta > (0.5 if n == 1 else 0.7 if d == 2 else 0.5) and d > 1:
+            continue  # few spheres jam in their small box
+        scene = carom.Scene.random(n, eta, d, seed=1)
+        assert scene.n == n
+        assert scene.packing_fraction == pytest.approx(eta, rel=1e-12)
+        room = overlaps.Room(np.asarray(scene.box), np.asarray(scene.periodic), ())
+        assert overlaps.deepest(scene.positions, room, carom.scene.species.Contacts(scene.diameters)) is None
+
+
+@pytest.mark.parametrize(("d", "eta"), [(4, 0.23), (5, 0.155), (6, 0.1)])
+def test_half_of_close_packing_begins_at_random_in_many_dimensions(d, eta):
+    assert carom.Scene.random(100, eta, d, seed=1).packing_fraction == pytest.approx(eta)
+
+
+def test_what_jams_says_how_dense_it_became_and_how_to_go_on():
+    with pytest.raises(InputError, match=r"jam at packing fraction 0\.4.*of 40 random starts.*studies\.pack"):
+        carom.Scene.random(5, 0.61, seed=1)
+
+
+def test_a_crystal_has_the_number_of_spheres_or_names_those_that_fill_one():
+    assert carom.Scene.crystal(500, 0.6).n == 500
+    with pytest.raises(InputError, match=r"take n = 864 or 1372 \(nearest=True does\), or give cells"):
+        carom.Scene.crystal(1000, 0.6)
+    assert carom.Scene.crystal(1000, 0.6, nearest=True).n == 864
+    assert carom.Scene.crystal(1200, 0.6, nearest=True).n == 1372
+    assert carom.Scene.crystal(3, 0.6, nearest=True).n == 4  # none is smaller
+    assert carom.Scene.crystal(cells=(2, 3, 4), packing_fraction=0.6).n == 96
+    assert carom.Scene.crystal(100, 0.6, 2, lattice="cubic").n == 100
+    with pytest.raises(InputError, match="n is 5, and these cells have 32 places"):
+        carom.Scene.crystal(5, 0.6, cells=2)
+    with pytest.raises(InputError, match="needs n, or cells"):
+        carom.Scene.crystal(packing_fraction=0.6)
+
+
+def test_every_keyword_of_a_scene_goes_with_every_start():
+    given = {
+        "periodic": [True, True, False],
+        "restitution": 0.9,
+        "pinned": [0],
+        "motion": Gravity((0, 0, -1)),
+    }
+    del given["pinned"]
+    for scene in (carom.Scene.random(32, 0.2, **given), carom.Scene.crystal(32, 0.2, **given)):
+        assert scene.restitution == 0.9
+        assert scene.motion == Gravity((0, 0, -1))
+        assert scene.periodic == (True, True, False)
+    assert carom.Scene.random(32, 0.2, pinned=[3]).pinned.nonzero()[0].tolist() == [3]
+
+
+def test_species_are_a_list_of_species():
+    large, small = carom.Species("large", fraction=1), carom.Species("small", fraction=3, diameter=0.5)
+    for scene in (
+        carom.Scene.random(32, 0.2, species=[large, small]),
+        carom.Scene.crystal(32, 0.2, species=[large, small]),
+    ):
+        assert np.bincount(scene.species).tolist() == [8, 24]
+        assert scene.species_names == ("large", "small")
+        assert scene.packing_fraction == pytest.approx(0.2)
+    assert carom.Scene.random(species=[carom.Species(count=3), carom.Species(count=4)]).n == 7
+    with pytest.raises(InputError, match="each species a fraction, or each a count"):
+        carom.Scene.random(9, species=[carom.Species(count=3), small])
+    with pytest.raises(InputError, match="list of Species, found 1"):
+        carom.Scene.random(9, species=[1, 2])
+    with pytest.raises(InputError, match="diameter of species small"):
+        carom.Species("small", diameter=-1)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"), [("eta", "packing_fraction"), ("phi", "packing_fraction"), ("rho", "density")]
+)
+@pytest.mark.parametrize("make", [carom.Scene.random, carom.Scene.crystal])
+def test_a_letter_of_a_formula_is_answered_by_the_word(make, wrong, right):
+    with pytest.raises(InputError, match=f"no keyword '{wrong}'; it is called {right}"):
+        make(32, **{wrong: 0.3})
+    with pytest.raises(InputError, match="no keyword 'interactoin'; did you mean interaction"):
+        make(32, 0.3, interactoin=None)
