@@ -14,12 +14,12 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 
 import carom
-from carom.models.gravity import Gravity
-from carom.models.losses import Loss
-from carom.models.paths import Sine
-from carom.models.planes import Plane
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface
+from carom.models.contacts.losses import Loss
+from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.planes import Plane
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks and cycles")

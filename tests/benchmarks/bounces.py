@@ -14,9 +14,9 @@ import argparse
 import numpy as np
 
 import carom
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.models.obstacles import Ball, SphericalContainer
-from carom.models.planes import Plane
+from carom.models.obstacles.planes import Plane
 
 
 def round_container(dimension: int) -> carom.Scene:

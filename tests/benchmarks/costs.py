@@ -37,7 +37,7 @@ from rates import rate, size_of
 
 import carom
 from carom.block import Block
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics
 from carom.ranges import ENTERED, Kind, Ranges
 from carom.simulation import run_loop

@@ -11,7 +11,7 @@ from carom import io, studies
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io.events import EventLog, read_events
 from carom.io.hdf5 import Input
-from carom.models.balls import Ball
+from carom.models.obstacles.balls import Ball
 from carom.plan.plan import Plan, SceneSpec
 from carom.simulation.simulation import Simulation
 from carom.studies.runs import report

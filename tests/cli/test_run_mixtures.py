@@ -9,8 +9,8 @@ from helpers.marks import slow
 from carom import Scene, io, studies, theory
 from carom.cli import screen
 from carom.errors import FileError, InputError
-from carom.models.gravity import Gravity
-from carom.models.losses import Loss
+from carom.models.contacts.losses import Loss
+from carom.models.motions.gravity import Gravity
 from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
 from carom.observables.rdf import rdf
 from carom.pictures import plots

@@ -23,7 +23,7 @@ from carom import cli, io
 from carom.cli import screen
 from carom.errors import CaromError, FileError, InputError
 from carom.io import records
-from carom.models.balls import Ball
+from carom.models.obstacles.balls import Ball
 from carom.plan.plan import Plan
 from carom.studies import RunPlan, SphericalCode, StudySpec, tasks
 from carom.studies.codes import toml as codes

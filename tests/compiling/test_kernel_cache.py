@@ -15,13 +15,13 @@ from carom.compiling.code_digest import digest_of
 from carom.compiling.compile_listeners import listening
 from carom.compiling.dispatch import entry
 from carom.jit import compiled, compiled_on_call
-from carom.models.interface import encounter
+from carom.models.questions.obstacle import encounter
 
 MODEL = """
 from typing import NamedTuple
 
 import gravity
-from carom.models.interface import encounter
+from carom.models.questions.obstacle import encounter
 from heights import HEIGHT
 
 class Floor(NamedTuple):
@@ -54,7 +54,7 @@ HEIGHT = "HEIGHT = float(open('height.txt').read())\n"
 PROBE = """
 from carom.compiling.dispatch import entry
 from carom.compiling.compile_listeners import listening
-from carom.models.interface import encounter
+from carom.models.questions.obstacle import encounter
 
 @entry
 def probe(obstacle, x):
@@ -202,7 +202,8 @@ def test_models_of_one_name_in_two_files_do_not_take_each_others_code(folder):
 def test_a_plain_scene_imports_nobodys_model(folder):
     run(folder)
     (folder / "floor_model.py").write_text("raise SystemExit('imported')")
-    plain = "from probe import show; from carom.models.planes import HalfSpace; show(HalfSpace((1.0,), 0.0))"
+    plane = "from carom.models.obstacles.planes import HalfSpace"
+    plain = f"from probe import show; {plane}; show(HalfSpace((1.0,), 0.0))"
     edit(folder / "probe.py", "x, 0.0, 0.0, 0.0)", "(x,), (-1.0,), 0.0, 0.0)")
     assert run(folder, plain) == "compiled 10"
     assert run(folder, plain) == "loaded 10"

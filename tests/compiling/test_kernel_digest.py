@@ -17,9 +17,9 @@ import carom
 from carom import Scene
 from carom.compiling.code_digest import Walk
 from carom.engine import cycle
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.models.obstacles import Ball
-from carom.models.wells import SquareWell
+from carom.models.interactions.wells import SquareWell
 from carom.simulation.run_state import RunState
 
 fluid = Scene.fcc(2, packing_fraction=0.3)
@@ -55,8 +55,8 @@ for each in sorted((each.name for each in pkgutil.walk_packages(carom.__path__, 
         importlib.import_module(each)
 """
 ANSWER = """
-from carom.models.interface import growth
-from carom.models.hard_cores import EqualCores
+from carom.models.questions.interaction import growth
+from carom.models.interactions.hard_cores import EqualCores
 @growth.register
 def _(pair: EqualCores, i):
     return 0.0

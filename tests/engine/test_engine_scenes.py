@@ -16,7 +16,7 @@ from helpers.oracle_scenes import CASES, assert_no_overlap, compare, moving, pla
 from helpers.plain import TESTS, plain_python
 
 import carom
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.models.obstacles import Ball, Plane
 from carom.simulation.run_state import RunState
 

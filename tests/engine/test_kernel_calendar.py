@@ -9,9 +9,9 @@ from carom.engine.build import arrays, build, enlarge_heap, restore
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.prefetch import HUGE
 from carom.engine.system import System
-from carom.models.free_flight import FreeFlight
-from carom.models.hard_cores import HardCores
-from carom.models.restitution import Restitution
+from carom.models.contacts.restitution import Restitution
+from carom.models.interactions.hard_cores import HardCores
+from carom.models.motions.free_flight import FreeFlight
 
 LENGTH = 8.0
 

@@ -14,17 +14,11 @@ from hypothesis import strategies as st
 
 import carom
 from carom.engine.build import arrays
-from carom.models.free_flight import Inertial
-from carom.models.hard_cores import EqualCores
-from carom.models.interface import (
-    NEVER,
-    contact_time,
-    core_square,
-    interaction_time,
-    jump,
-    position,
-    velocity,
-)
+from carom.models.interactions.hard_cores import EqualCores
+from carom.models.motions.free_flight import Inertial
+from carom.models.questions.interaction import contact_time, core_square, interaction_time, jump
+from carom.models.questions.motion import position, velocity
+from carom.models.questions.particles import NEVER
 
 SIGMA = 1.0
 CORES = EqualCores(SIGMA**2, 0.5 * SIGMA, 1.5)
@@ -169,8 +163,8 @@ def test_an_overlap_by_rounding_meets_now_if_it_approaches_and_is_let_go_if_not(
 CLAY = """
 from typing import NamedTuple
 import carom
-from carom.models.contact import first_contact
-from carom.models.interface import interaction_time, jump, mass
+from carom.models.mathematics.contact import first_contact
+from carom.models.questions.interaction import interaction_time, jump, mass
 
 class Clay(NamedTuple):
     square: float

@@ -21,13 +21,13 @@ import numpy as np
 import carom
 from carom.errors import CaromError
 from carom.io import checkpoint
-from carom.models.gravity import Gravity
-from carom.models.great_circles import GreatCircles
-from carom.models.losses import Loss
-from carom.models.paths import Sine
-from carom.models.planes import Plane
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface, Thermal
+from carom.models.contacts.losses import Loss
+from carom.models.motions.gravity import Gravity
+from carom.models.motions.great_circles import GreatCircles
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.planes import Plane
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.ranges import Kind, Ranges, draw
 from helpers.mixtures import mixture
 

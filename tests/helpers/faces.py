@@ -8,19 +8,20 @@ from typing import NamedTuple
 import numpy as np
 
 import carom
-from carom.models.arcs import Arc
-from carom.models.blocks import Box
-from carom.models.containers import CylindricalContainer, SphericalContainer
-from carom.models.gravity import Gravity
-from carom.models.interface import NEVER, encounter, fall, outward, recoil
-from carom.models.losses import Loss
-from carom.models.parabolas import first_landing
-from carom.models.paths import Sine
-from carom.models.planes import Plane
-from carom.models.segments import Segment
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface, Thermal
-from carom.models.walls import ROUNDING_MARGIN
+from carom.models.contacts.losses import Loss
+from carom.models.mathematics.parabolas import first_landing
+from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.arcs import Arc
+from carom.models.obstacles.blocks import Box
+from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.planes import Plane
+from carom.models.obstacles.segments import Segment
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.walls import ROUNDING_MARGIN
+from carom.models.questions.obstacle import encounter, fall, outward, recoil
+from carom.models.questions.particles import NEVER
 
 LOSS = Loss(0.5, elastic_below=1e-6)
 EDGE = 5.3  # no sum of its digits is exact

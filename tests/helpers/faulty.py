@@ -6,17 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.models.contact import exchange, first_contact
-from carom.models.interface import (
-    NEVER,
-    carry,
-    exit_time,
-    interaction_time,
-    jump,
-    meeting_time,
-    position,
-    velocity,
-)
+from carom.models.mathematics.contact import exchange, first_contact
+from carom.models.questions.interaction import interaction_time, jump
+from carom.models.questions.motion import carry, exit_time, meeting_time, position, velocity
+from carom.models.questions.particles import NEVER
 
 
 class Two(NamedTuple):

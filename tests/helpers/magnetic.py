@@ -10,8 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 import carom
-from carom.models.interface import NEVER, carry, meeting, meeting_time, position, velocity, wall_meeting
-from carom.models.roots import curvature, next_fall, slope, value
+from carom.models.mathematics.roots import curvature, next_fall, slope, value
+from carom.models.questions.motion import carry, meeting_time, position, velocity
+from carom.models.questions.obstacle import meeting
+from carom.models.questions.particles import NEVER
+from carom.models.questions.walls import wall_meeting
 
 
 class Turning(NamedTuple):

@@ -20,11 +20,11 @@ import numpy as np
 
 import carom
 from carom.io.events import read_events
-from carom.models.losses import Loss
+from carom.models.contacts.losses import Loss
 from carom.models.obstacles import Ball, Plane, SphericalContainer
-from carom.models.paths import Sine
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface, Thermal
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface, Thermal
 from helpers import mixtures
 from helpers.oracle_scenes import NUDGE, ROUNDINGS, moving, oracle_of
 

@@ -1,7 +1,7 @@
 """A scene of several tests of fields: a disk between round things."""
 
 import carom
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.models.obstacles import Ball, SphericalContainer
 
 

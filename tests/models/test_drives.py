@@ -11,9 +11,9 @@ from helpers.mixtures import mixture
 import carom
 from carom.errors import InputError
 from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise, kick, next_time
-from carom.models.gravity import Gravity
-from carom.models.great_circles import GreatCircles
-from carom.models.interface import NEVER
+from carom.models.motions.gravity import Gravity
+from carom.models.motions.great_circles import GreatCircles
+from carom.models.questions.particles import NEVER
 from carom.observables.statistics import blocking
 from carom.plan.plan import Plan
 from carom.simulation.replay import Replay

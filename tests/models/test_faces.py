@@ -13,19 +13,19 @@ from numba import njit
 import carom
 import carom.compiling.dispatch  # compiles what models answer
 from carom.errors import InputError
-from carom.models.balls import Ball
-from carom.models.blocks import Box
-from carom.models.containers import SphericalContainer
-from carom.models.faces import stand_ins, yielding
-from carom.models.gravity import Gravity
-from carom.models.interface import soonest_wall
-from carom.models.losses import Loss
-from carom.models.paths import Sine
-from carom.models.planes import Plane
-from carom.models.segments import Segment, polygon
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface, Thermal
-from carom.models.walls import ROUNDING_MARGIN, cushions
+from carom.models.contacts.losses import Loss
+from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.balls import Ball
+from carom.models.obstacles.blocks import Box
+from carom.models.obstacles.containers import SphericalContainer
+from carom.models.obstacles.faces import stand_ins, yielding
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.planes import Plane
+from carom.models.obstacles.segments import Segment, polygon
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.walls import ROUNDING_MARGIN, cushions
+from carom.models.questions.walls import soonest_wall
 
 EPS = np.finfo(float).eps
 OPEN = (False, False)

@@ -9,12 +9,12 @@ from helpers.round_things import around_a_ball
 
 import carom
 from carom.errors import InputError
-from carom.models.gravity import Gravity
-from carom.models.losses import Loss
-from carom.models.paths import Sine
-from carom.models.planes import Plane
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface, Thermal
+from carom.models.contacts.losses import Loss
+from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.planes import Plane
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.reference.falling import Floor, fall
 from carom.simulation.replay import Replay
 
@@ -373,8 +373,8 @@ def test_the_energy_in_a_field_is_mass_times_strength_times_height_over_the_lowe
 def test_contacts_slower_than_the_threshold_of_a_loss_are_spared_and_counted():
     from types import SimpleNamespace
 
-    from carom.models.interface import exchanged_part
-    from carom.models.losses import Loss
+    from carom.models.contacts.losses import Loss
+    from carom.models.questions.contact import exchanged_part
     from carom.units import TimeUnit
 
     particles = SimpleNamespace(unit=TimeUnit(), radii=np.full(2, 0.5))

@@ -9,13 +9,14 @@ from helpers.plain import plain_python
 from helpers.round_things import around_a_ball
 
 import carom
-from carom.models.containers import InsideOfSphere
-from carom.models.gravity import Falling, Gravity
-from carom.models.interface import outward, push, thrown
-from carom.models.losses import Loss
+from carom.models.contacts.losses import Loss
+from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles import SphericalContainer
-from carom.models.planes import Plane
-from carom.models.surfaces import Surface
+from carom.models.obstacles.containers import InsideOfSphere
+from carom.models.obstacles.planes import Plane
+from carom.models.obstacles.surfaces import Surface
+from carom.models.questions.motion import push, thrown
+from carom.models.questions.obstacle import outward
 from carom.simulation.replay import Replay
 
 

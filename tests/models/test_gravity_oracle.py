@@ -9,12 +9,12 @@ from helpers.plain import plain_python
 
 import carom
 from carom.io.events import read_events
-from carom.models.gravity import Gravity
-from carom.models.losses import Loss
-from carom.models.paths import Sine
-from carom.models.planes import Plane
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface
+from carom.models.contacts.losses import Loss
+from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.planes import Plane
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface
 from carom.reference.falling import Floor, fall
 
 HEIGHT, EDGE, OFFSET = 12.0, 4.5, 0.5

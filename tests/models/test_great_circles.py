@@ -9,7 +9,7 @@ from helpers.marks import slow
 
 import carom
 from carom.errors import InputError, OverlapError
-from carom.models.great_circles import GreatCircles, cosine_and_sine
+from carom.models.motions.great_circles import GreatCircles, cosine_and_sine
 from carom.reference import great_circles as oracle
 from carom.scene.temperature import temperature
 from carom.simulation.replay import Replay

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from carom.errors import InputError, OverlapError
+from carom.models.files.tables import obstacle_from_table
+from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles import (
     Ball,
     CylindricalContainer,
@@ -17,8 +19,6 @@ from carom.models.obstacles import (
     SphericalContainer,
     walls,
 )
-from carom.models.tables import obstacle_from_table
-from carom.models.to_tables import obstacle_to_table
 from carom.scene.scene import Scene
 
 EPS = np.finfo(float).eps

@@ -11,23 +11,13 @@ from helpers.faulty import Curved, Drag, DragCores, Parity, Two
 
 import carom
 from carom.errors import FileError, InputError, OverlapError
-from carom.models.contact import exchange, first_contact
-from carom.models.interface import (
-    NEVER,
-    age,
-    core_square,
-    exchanged_part,
-    interaction_time,
-    jump,
-    lanes,
-    mass,
-    position,
-    take_over,
-    taken_up,
-    transfer,
-    velocity,
-)
-from carom.models.wells import SquareWell
+from carom.models.interactions.wells import SquareWell
+from carom.models.mathematics.contact import exchange, first_contact
+from carom.models.questions.contact import exchanged_part, transfer
+from carom.models.questions.interaction import core_square, interaction_time, jump, mass, taken_up
+from carom.models.questions.memory import age, take_over
+from carom.models.questions.motion import position, velocity
+from carom.models.questions.particles import NEVER, lanes
 from carom.simulation.replay import Replay
 from carom.simulation.run_state import RunState
 

@@ -19,32 +19,26 @@ from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
 from carom.compiling.simd import asked_of, make_lanes
 from carom.errors import InputError
-from carom.models.balls import Ball
-from carom.models.contact import exchange, first_contact
-from carom.models.free_flight import FreeFlight
-from carom.models.growing_cores import Growing
-from carom.models.hard_cores import HardCores
-from carom.models.interface import (
-    NEVER,
+from carom.models.contacts.restitution import Restitution
+from carom.models.interactions.growing_cores import Growing
+from carom.models.interactions.hard_cores import HardCores
+from carom.models.mathematics.contact import exchange, first_contact
+from carom.models.motions.free_flight import FreeFlight
+from carom.models.obstacles.balls import Ball
+from carom.models.questions.contact import exchanged_part, transfer
+from carom.models.questions.interaction import (
     contact_time,
     core_square,
-    encounter,
-    exchanged_part,
-    exit_time,
     growth,
     interaction_time,
     jump,
-    lanes,
     mass,
-    outward,
-    position,
     radius,
-    recoil,
-    step_time,
-    transfer,
-    velocity,
 )
-from carom.models.restitution import Restitution
+from carom.models.questions.motion import exit_time, position, velocity
+from carom.models.questions.obstacle import encounter, outward, recoil
+from carom.models.questions.particles import NEVER, lanes
+from carom.models.questions.steps import step_time
 from carom.simulation.replay import Replay
 
 PAGE = Path(__file__).parents[2] / "docs" / "models.md"
@@ -293,7 +287,7 @@ def test_nothing_else_is_checked():
 
 
 def test_a_motion_of_two_axes_is_checked_in_two_dimensions():
-    from carom.models.gravity import Gravity
+    from carom.models.motions.gravity import Gravity
 
     report = carom.check(Gravity((0.0, -1.0)))
     assert report.passed

@@ -10,33 +10,23 @@ import carom
 from carom.engine.dynamic_obstacles import age_obstacles, models_in, with_work
 from carom.engine.obstacles import make_obstacles
 from carom.errors import InputError
-from carom.models.balls import SolidBall
-from carom.models.containers import InsideOfCylinder, InsideOfSphere
-from carom.models.counter_random import normal, uniform
-from carom.models.gravity import Falling, Gravity
-from carom.models.interface import (
-    NEVER,
-    Particles,
-    age,
-    arrival,
-    encounter,
-    fall,
-    meeting,
-    outward,
-    position,
-    recoil,
-    surface_speed,
-    take_over,
-    wall_meeting,
-)
-from carom.models.losses import Loss
-from carom.models.paths import Parabolas, Sine, pace, place
-from carom.models.planes import HalfSpace, Plane
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface, Thermal
-from carom.models.tables import obstacle_from_table
-from carom.models.to_tables import obstacle_to_table
-from carom.models.walls import Cushions
+from carom.models.contacts.losses import Loss
+from carom.models.files.tables import obstacle_from_table
+from carom.models.files.to_tables import obstacle_to_table
+from carom.models.mathematics.counter_random import normal, uniform
+from carom.models.motions.gravity import Falling, Gravity
+from carom.models.obstacles.balls import SolidBall
+from carom.models.obstacles.containers import InsideOfCylinder, InsideOfSphere
+from carom.models.obstacles.paths import Parabolas, Sine, pace, place
+from carom.models.obstacles.planes import HalfSpace, Plane
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.walls import Cushions
+from carom.models.questions.memory import age, take_over
+from carom.models.questions.motion import position
+from carom.models.questions.obstacle import arrival, encounter, fall, meeting, outward, recoil, surface_speed
+from carom.models.questions.particles import NEVER, Particles
+from carom.models.questions.walls import wall_meeting
 from carom.units import TimeUnit
 
 RADIUS = 0.5
@@ -245,7 +235,7 @@ def test_draws_are_uniform_and_of_their_own():
 def test_normals_follow_what_moves():
     ball = Shaken(Plane((1.0, 0.0), 0.0), (1.0, 0.0), Sine(0.5, period=4.0)).live(particles(2))
     ball = ball._replace(body=SolidBall((0.0, 0.0), 1.0))
-    from carom.models.interface import at_time
+    from carom.models.questions.obstacle import at_time
 
     at_time(ball, 1.0)  # displaced by 1/2
     x = np.array([0.5, 1.5])

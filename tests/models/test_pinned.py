@@ -9,9 +9,9 @@ from helpers.marks import slow
 
 import carom
 from carom.errors import InputError, OverlapError
+from carom.models.files.to_tables import obstacle_to_table
+from carom.models.interactions.pinned import Pinned
 from carom.models.obstacles import Ball
-from carom.models.pinned import Pinned
-from carom.models.to_tables import obstacle_to_table
 from carom.reference import NaiveSystem
 from carom.simulation.replay import Replay
 
@@ -161,7 +161,7 @@ def test_pinned_components_may_overlap_each_other_and_nobody_else():
         ({"pinned": [40]}, "from 0 to 39"),
         ({"pinned": "all"}, "found"),
         ({"velocities": np.ones((40, 2))}, "pinned, and has a velocity"),
-        ({"motion": carom.models.free_flight.FreeFlight()}, "motion is given"),
+        ({"motion": carom.models.motions.free_flight.FreeFlight()}, "motion is given"),
     ],
 )
 def test_what_does_not_go_together_is_refused(change, says):

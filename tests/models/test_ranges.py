@@ -366,8 +366,8 @@ def test_bad_input_is_refused_in_a_sentence(make, words):
 )
 def test_a_wrong_answer_of_a_rule_ends_the_run_in_a_sentence(rule, words, run):
     # What the rule leaves is looked at by apply(), compiled or not.
-    from carom.models.interface import complaint
-    from carom.models.units import apply, call_rule, fill_agent, fill_event
+    from carom.models.interactions.units import apply, call_rule, fill_agent, fill_event
+    from carom.models.questions.memory import complaint
 
     pair = scattered().interaction.model(run[0].machine.system.particles)
     pair = pair._replace(rule=ranges(rule).model(run[0].machine.system.particles).rule)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from carom.models.interface import NEVER
-from carom.models.roots import curvature, next_fall, slope, value
+from carom.models.mathematics.roots import curvature, next_fall, slope, value
+from carom.models.questions.particles import NEVER
 
 
 class Cubic(NamedTuple):

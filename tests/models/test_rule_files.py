@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 import carom
 from carom import cli
 from carom.errors import InputError
-from carom.models import ranges
-from carom.models.rule_files import RuleFile
+from carom.models.interactions import ranges
+from carom.models.interactions.rule_files import RuleFile
 from carom.plan.plan import Plan
 
 RULES = """

@@ -7,14 +7,15 @@ import pytest
 
 import carom
 from carom.errors import InputError, OverlapError
-from carom.models.interface import NEVER, encounter, outward, repeated
-from carom.models.losses import Loss
+from carom.models.contacts.losses import Loss
+from carom.models.files.tables import obstacle_from_table
+from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles import Arc, Ball, Box, Segment, Triangle, outwards, polygon
-from carom.models.paths import Sine
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface
-from carom.models.tables import obstacle_from_table
-from carom.models.to_tables import obstacle_to_table
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface
+from carom.models.questions.obstacle import encounter, outward, repeated
+from carom.models.questions.particles import NEVER
 
 EPS = np.finfo(float).eps
 

@@ -13,7 +13,7 @@ from helpers.screens import NOTHING, printed, summary
 import carom
 from carom.cli import screen
 from carom.frame import Frame
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.observables.layers import GROUPS, MOST, Layers, weight
 from carom.plan.plan import Plan
 from carom.simulation.mechanics import Impacts

@@ -9,8 +9,8 @@ import pytest
 from carom import Scene, theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
-from carom.models.gravity import Gravity
-from carom.models.great_circles import GreatCircles
+from carom.models.motions.gravity import Gravity
+from carom.models.motions.great_circles import GreatCircles
 from carom.observables import Pressure
 from carom.observables.pressure import finite_size_correction
 from carom.observables.statistics import Estimate

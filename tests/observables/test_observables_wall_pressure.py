@@ -13,7 +13,7 @@ from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
-from carom.models.segments import Segment
+from carom.models.obstacles.segments import Segment
 from carom.observables import WallPressure
 from carom.observables.momentum_balance import weighted_momenta
 from carom.plan.plan import Plan

@@ -13,7 +13,7 @@ import carom
 from carom import studies
 from carom.block import Block, Energy
 from carom.errors import InputError
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate
 from carom.plan.plan import Plan
 from carom.scene.description import kind

@@ -23,8 +23,8 @@ import carom.io
 from carom.bridges.palette import FACES, rgb
 from carom.cli import files
 from carom.errors import CaromWarning, FileError, InputError
-from carom.models.free_flight import FreeFlight
-from carom.models.losses import Loss
+from carom.models.contacts.losses import Loss
+from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles import (
     Arc,
     Ball,
@@ -36,10 +36,10 @@ from carom.models.obstacles import (
     Triangle,
     polygon,
 )
-from carom.models.outlines import Hull
-from carom.models.paths import Sine
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Surface, Thermal
+from carom.models.obstacles.outlines import Hull
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.observables.packing import packing_network
 from carom.pictures import plots, viewdata
 from carom.pictures.shapes import shapes_of
@@ -219,7 +219,7 @@ def test_obstacles_become_spheres_segments_and_triangles_where_they_are():
 def test_an_obstacle_of_ones_own_is_drawn_if_it_says_how():
     class Mine:
         def surface(self, box, periodic):
-            return [carom.models.outlines.SolidSphere((1.0, 1.0, 1.0), 0.25)]
+            return [carom.models.obstacles.outlines.SolidSphere((1.0, 1.0, 1.0), 0.25)]
 
     assert shapes_of([Mine(), object()], np.ones(3), (True,) * 3).spheres.tolist() == [[1, 1, 1, 0.25]]
 
@@ -494,10 +494,12 @@ for name, value in values.items():
 OWN_VALUES = """
 from typing import NamedTuple
 import numpy as np
-from carom.models.contact import exchange, first_contact
-from carom.models.interface import (
-    NEVER, encounter, exit_time, interaction_time, jump, outward, position, transfer, velocity
-)
+from carom.models.mathematics.contact import exchange, first_contact
+from carom.models.questions.contact import transfer
+from carom.models.questions.interaction import interaction_time, jump
+from carom.models.questions.motion import exit_time, position, velocity
+from carom.models.questions.obstacle import encounter, outward
+from carom.models.questions.particles import NEVER
 
 class Lossy(NamedTuple):
     part: float

@@ -310,8 +310,8 @@ def test_a_model_of_one_s_own_fits_no_scene_file():
 
 
 def test_a_run_writes_absolute_paths_so_that_it_goes_on_from_its_folder(tmp_path, monkeypatch):
-    from carom.models.ranges import Kind
-    from carom.models.rule_files import RuleFile
+    from carom.models.interactions.ranges import Kind
+    from carom.models.interactions.rule_files import RuleFile
     from carom.studies.runs import execution
 
     started = []
@@ -347,8 +347,8 @@ def frame_of(positions, **changes):
 
 
 def test_a_start_from_a_file_knows_who_may_overlap(tmp_path):
-    from carom.models.steps import Steps
-    from carom.models.wells import StepTable
+    from carom.models.interactions.steps import Steps
+    from carom.models.interactions.wells import StepTable
 
     near = frame_of([[1.0, 1.0], [1.4, 1.0], [5.0, 5.0]])
     with carom.io.open(tmp_path / "near.h5md", "w") as writer:

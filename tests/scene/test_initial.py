@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 
 from carom import densities, seeds
 from carom.errors import InputError
-from carom.models.planes import Plane
-from carom.models.surfaces import Thermal
+from carom.models.obstacles.planes import Plane
+from carom.models.obstacles.surfaces import Thermal
 from carom.scene import lattices, placement
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene

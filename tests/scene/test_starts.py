@@ -5,7 +5,7 @@ import pytest
 
 import carom
 from carom.errors import InputError
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.scene import overlaps
 
 

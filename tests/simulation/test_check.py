@@ -13,41 +13,23 @@ from scipy.optimize import brentq
 
 import carom
 from carom.errors import CaromWarning, InputError
-from carom.models.contact import exchange, first_contact, leave_round
-from carom.models.gravity import Gravity
-from carom.models.great_circles import GreatCircles
-from carom.models.interface import (
-    BOUNCE,
-    CORE,
-    IN,
-    NEVER,
-    OUT,
-    carry,
-    core_square,
-    encounter,
-    exchanged_part,
-    fall,
-    interaction_time,
-    jump,
-    meeting_time,
-    outward,
-    position,
-    recoil,
-    soonest_wall,
-    step_bits,
-    step_jump,
-    step_time,
-    transfer,
-    velocity,
-    wall_meeting,
-)
-from carom.models.losses import Loss
+from carom.models.contacts.losses import Loss
+from carom.models.interactions.steps import Steps
+from carom.models.interactions.wells import StepTable
+from carom.models.mathematics.contact import exchange, first_contact, leave_round
+from carom.models.motions.gravity import Gravity
+from carom.models.motions.great_circles import GreatCircles
 from carom.models.obstacles import Ball, Box, Plane, Segment, SphericalContainer
-from carom.models.paths import Sine, pace, place
-from carom.models.shaken import Shaken
-from carom.models.steps import Steps
-from carom.models.surfaces import Surface, Thermal
-from carom.models.wells import StepTable
+from carom.models.obstacles.paths import Sine, pace, place
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.questions.contact import exchanged_part, transfer
+from carom.models.questions.interaction import core_square, interaction_time, jump
+from carom.models.questions.motion import carry, meeting_time, position, velocity
+from carom.models.questions.obstacle import encounter, fall, outward, recoil
+from carom.models.questions.particles import NEVER
+from carom.models.questions.steps import BOUNCE, CORE, IN, OUT, step_bits, step_jump, step_time
+from carom.models.questions.walls import soonest_wall, wall_meeting
 from carom.simulation import own_models
 
 SCENE = carom.Scene.random(30, dimension=2, packing_fraction=0.3, seed=1)

@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 import carom
-from carom.models.bonds import Bonds, chains
-from carom.models.contact import exchange, first_contact
-from carom.models.gravity import Gravity
-from carom.models.interface import NEVER, core_square, growth, interaction_time, jump
+from carom.models.interactions.bonds import Bonds, chains
+from carom.models.interactions.wells import SquareWell
+from carom.models.mathematics.contact import exchange, first_contact
+from carom.models.motions.gravity import Gravity
 from carom.models.obstacles import Ball, Plane
-from carom.models.paths import Sine
-from carom.models.shaken import Shaken
-from carom.models.wells import SquareWell
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.shaken import Shaken
+from carom.models.questions.interaction import core_square, growth, interaction_time, jump
+from carom.models.questions.particles import NEVER
 from carom.simulation.depths import MOST, Depths
 
 EPS = float(np.finfo(np.float64).eps)

@@ -13,11 +13,11 @@ from helpers.replays import assert_same_frame, round_up
 import carom
 from carom import Scene
 from carom.errors import FileError
-from carom.models.gravity import Gravity
+from carom.models.interactions.wells import SquareWell
+from carom.models.motions.gravity import Gravity
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
-from carom.models.paths import Sine
-from carom.models.shaken import Shaken
-from carom.models.wells import SquareWell
+from carom.models.obstacles.paths import Sine
+from carom.models.obstacles.shaken import Shaken
 from carom.simulation.replay import Replay, replay, replays
 
 MIXTURE = {"diameters": [1.0, 0.4], "masses": [3.0, 0.7], "seed": 2}

@@ -7,7 +7,7 @@ import pytest
 
 import carom
 from carom.errors import InputError
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.simulation.run_state import RunState
 
 SCENES = {

@@ -18,9 +18,9 @@ from scipy.stats import linregress, norm
 import carom
 from carom import studies, theory
 from carom.errors import CaromWarning, FileError, InputError
-from carom.models.gravity import Gravity
-from carom.models.hard_cores import HardCores
-from carom.models.losses import Loss
+from carom.models.contacts.losses import Loss
+from carom.models.interactions.hard_cores import HardCores
+from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate, drift
 from carom.plan.sections import SceneSpec
 from carom.scene import lattices

@@ -12,8 +12,8 @@ from helpers.commands import complaints
 import carom
 from carom import theory
 from carom.errors import FileError, InputError
-from carom.models.gravity import Gravity
-from carom.models.losses import Loss
+from carom.models.contacts.losses import Loss
+from carom.models.motions.gravity import Gravity
 from carom.plan.plan import Plan
 from carom.reference import NaiveSystem
 from carom.reference.stepping import SteppedSystem

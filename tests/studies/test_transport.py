@@ -11,8 +11,8 @@ from helpers.drawn import outside
 
 from carom import studies, theory
 from carom.errors import InputError
-from carom.models.gravity import Gravity
-from carom.models.losses import Loss
+from carom.models.contacts.losses import Loss
+from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate, combined
 from carom.studies.coefficients import pictures, windows
 from carom.studies.coefficients.analysis import Coefficient, Point, jackknife, line

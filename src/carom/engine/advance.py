@@ -7,7 +7,7 @@ import numpy as np
 from carom.compiling.registry import inner
 from carom.engine.boundary import count_images
 from carom.engine.neighbors.interface import on_wrap
-from carom.models.interface import carry, position, velocity
+from carom.models.questions.motion import carry, position, velocity
 
 
 @inner

@@ -23,8 +23,7 @@ from carom.engine.observers.interface import gain
 from carom.engine.one_body import earlier_event, run_event
 from carom.engine.pair_steps import put_step, step_of
 from carom.engine.tallies import record
-from carom.models.interface import IN, mass, position, velocity
-from carom.models.units import (
+from carom.models.interactions.units import (
     ENTERED,
     LEFT,
     NO_AGENT,
@@ -37,6 +36,9 @@ from carom.models.units import (
     place_other,
     recount,
 )
+from carom.models.questions.interaction import mass
+from carom.models.questions.motion import position, velocity
+from carom.models.questions.steps import IN
 
 
 @required

@@ -26,7 +26,7 @@ from carom.engine.system import System
 from carom.engine.tallies import TALLY
 from carom.engine.timed_events import make_timers
 from carom.models.copies import copied
-from carom.models.units import Units
+from carom.models.interactions.units import Units
 
 
 class Model(NamedTuple):

@@ -31,7 +31,7 @@ from carom.engine.queue_hooks import (
     send_if_remote,
 )
 from carom.engine.state import aligned
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 
 ENTRIES = 14
 """Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""

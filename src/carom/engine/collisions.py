@@ -20,19 +20,12 @@ from carom.engine.observers.interface import (
 )
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
 from carom.engine.tallies import record
-from carom.models.interface import (
-    CORE,
-    NEVER,
-    age,
-    core_square,
-    exchanged_part,
-    growth,
-    jump,
-    step_core_square,
-    step_jump,
-    taken_up,
-    thrust,
-)
+from carom.models.questions.contact import exchanged_part
+from carom.models.questions.interaction import core_square, growth, jump, taken_up
+from carom.models.questions.memory import age
+from carom.models.questions.motion import thrust
+from carom.models.questions.particles import NEVER
+from carom.models.questions.steps import CORE, step_core_square, step_jump
 
 
 @required

@@ -9,8 +9,8 @@ from carom.engine.neighbors.all_pairs_curved import AlongCurves
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.search import FarSteps, FromCache, FromRows
 from carom.engine.system import System
-from carom.models.contact import MOST_DIAMETERS
-from carom.models.interface import step_core_square
+from carom.models.mathematics.contact import MOST_DIAMETERS
+from carom.models.questions.steps import step_core_square
 
 MOST_FLOWN = 8.0
 """Diameters that two may fly relative to each other from the moment from which their contact is computed: the

@@ -51,7 +51,7 @@ from carom.engine.one_body import run_one_body
 from carom.engine.queue_hooks import publish_time, receive, safe_to_process, should_return
 from carom.engine.search import NO_REF, search
 from carom.engine.tallies import log_full
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 
 
 @entry

@@ -14,7 +14,9 @@ from carom.compiling import registry
 from carom.compiling.registry import optional
 from carom.engine.observers.interface import listed
 from carom.engine.obstacles import Chain, Crowd, Obstacles, gained, normal_along, reflect
-from carom.models.interface import age, at_time, growth, mass, recoil, surface_speed, take_over
+from carom.models.questions.interaction import growth, mass
+from carom.models.questions.memory import age, take_over
+from carom.models.questions.obstacle import at_time, recoil, surface_speed
 
 QUESTIONS = (recoil, surface_speed, at_time, age, take_over)
 """What is asked of live obstacles only."""

@@ -11,7 +11,7 @@ from carom.engine.constants import LAMBDA
 from carom.engine.neighbors.interface import transit_time
 from carom.engine.one_body import event_in_view, retime_event, schedule_one_body
 from carom.engine.search import NO_REF, FromRows, contact_time_of, search
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 
 EARLIER = 2.0**-40
 """Part of an epoch, above rounding, by which whoever has no partner looks for one earlier in the next."""

@@ -13,8 +13,10 @@ from carom.engine.obstacles import Obstacles, gained, reflect_component, soonest
 from carom.engine.one_body import earlier_event, event_in_view, retime_event, run_event
 from carom.engine.search import FromRows, start_before
 from carom.engine.tallies import record
-from carom.models.free_flight import Inertial
-from carom.models.interface import NEVER, growth, velocity
+from carom.models.motions.free_flight import Inertial
+from carom.models.questions.interaction import growth
+from carom.models.questions.motion import velocity
+from carom.models.questions.particles import NEVER
 
 
 @earlier_event.register

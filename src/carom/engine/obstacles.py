@@ -13,26 +13,11 @@ import numpy as np
 
 from carom.compiling.registry import inner, optional
 from carom.engine.boundary import in_box
-from carom.models.interface import (
-    NEVER,
-    anchor,
-    carry,
-    growth,
-    mass,
-    meeting,
-    member,
-    members,
-    outward,
-    position,
-    push,
-    radius,
-    repeated,
-    thrown,
-    velocity,
-    wall_meeting,
-    wall_normal,
-    yields,
-)
+from carom.models.questions.interaction import growth, mass, radius
+from carom.models.questions.motion import carry, position, push, thrown, velocity
+from carom.models.questions.obstacle import anchor, meeting, member, members, outward, repeated
+from carom.models.questions.particles import NEVER
+from carom.models.questions.walls import wall_meeting, wall_normal, yields
 
 
 class Chain(NamedTuple):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from carom.compiling.registry import inner, optional
 from carom.engine.constants import LAMBDA
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 
 
 @optional

@@ -23,7 +23,7 @@ from carom.engine.boundary import (
     mirror,
     separation,
 )
-from carom.models.interface import step_bits
+from carom.models.questions.steps import step_bits
 
 
 class PairSteps(NamedTuple):

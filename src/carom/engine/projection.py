@@ -6,7 +6,7 @@ import numpy as np
 
 from carom.compiling.dispatch import entry
 from carom.engine.boundary import count_images
-from carom.models.interface import carry, position, velocity
+from carom.models.questions.motion import carry, position, velocity
 
 
 @entry

@@ -13,16 +13,11 @@ from carom.engine.neighbors.interface import candidates, earliest_newcomer, earl
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.pair_steps import SteppedImage, step_of
-from carom.models.contact import MOST_DIAMETERS, contact_time_known
-from carom.models.interface import (
-    NEVER,
-    contact_time,
-    interaction_time,
-    position,
-    step_core_square,
-    step_time,
-    velocity,
-)
+from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
+from carom.models.questions.interaction import contact_time, interaction_time
+from carom.models.questions.motion import position, velocity
+from carom.models.questions.particles import NEVER
+from carom.models.questions.steps import step_core_square, step_time
 
 NO_CANDIDATE = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""

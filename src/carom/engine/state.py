@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.engine.constants import LAMBDA
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 
 # What the clock of a run holds. Times are relative to the epoch, whose length is a power of two.
 CLOCK = np.dtype([("epoch", "i8"), ("now", "f8"), ("length", "f8")])

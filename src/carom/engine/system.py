@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 
 from carom.densities import unit_ball_volume
-from carom.models.interface import Impact, Interaction, Motion, Particles
+from carom.models.questions.contact import Impact
+from carom.models.questions.interaction import Interaction
+from carom.models.questions.motion import Motion
+from carom.models.questions.particles import Particles
 from carom.units import TimeUnit
 
 
@@ -34,7 +37,7 @@ class System:
     kinds : (n,) int64 array, optional
         Species of each component, 0 to K - 1.
     interaction, motion, impact : values
-        Which make the models of the scene (:mod:`carom.models.interface`).
+        Which make the models of the scene (:mod:`carom.models.questions`).
     walls : model or None
         Walls of the box.
     unit : TimeUnit
@@ -65,7 +68,7 @@ class System:
     pinned : (n,) bool array, optional
         Which components stay where they are.
     observers : tuple of NamedTuples
-        Observers of the user's own (:mod:`carom.models.observers`); the run adds up in their arrays.
+        Observers of the user's own (:mod:`carom.models.questions.observer`); the run adds up in their arrays.
     """
 
     n: int

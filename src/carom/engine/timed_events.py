@@ -15,7 +15,9 @@ from carom.engine.observers.interface import gain
 from carom.engine.one_body import earlier_event, run_event
 from carom.engine.tallies import record
 from carom.models.drives import kick, next_time
-from carom.models.interface import carry, mass, position, take_over, velocity
+from carom.models.questions.interaction import mass
+from carom.models.questions.memory import take_over
+from carom.models.questions.motion import carry, position, velocity
 
 
 class Timers(NamedTuple):

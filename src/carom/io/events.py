@@ -66,7 +66,7 @@ class Events(NamedTuple):
 
 
 class StepEvents(NamedTuple):
-    """Events where pairs have steps (:mod:`carom.models.wells`): as :class:`Events`, and of which kind.
+    """Events where pairs have steps (``carom.models.interactions.wells``): :class:`Events` and their kinds.
 
     Attributes
     ----------

@@ -23,8 +23,8 @@ import numpy as np
 from carom import checks, seeds
 from carom.compiling.registry import optional, required
 from carom.errors import InputError
-from carom.models.counter_random import normal, uniform
-from carom.models.interface import NEVER, Particles
+from carom.models.mathematics.counter_random import normal, uniform
+from carom.models.questions.particles import NEVER, Particles
 
 
 class Drive(Protocol):

@@ -11,23 +11,29 @@ from carom import checks
 from carom.compiling import registry
 from carom.compiling.compile_errors import unknown_part
 from carom.errors import InputError
-from carom.models import drives, interface, parameters, tables
-from carom.models.free_flight import FreeFlight
-from carom.models.hard_cores import HardCores
-from carom.models.restitution import Restitution
+from carom.models import drives
+from carom.models.contacts.restitution import Restitution
+from carom.models.files import parameters, tables
+from carom.models.interactions.hard_cores import HardCores
+from carom.models.motions.free_flight import FreeFlight
+from carom.models.questions.contact import transfer
+from carom.models.questions.interaction import interaction_time, jump
+from carom.models.questions.motion import position, velocity
+from carom.models.questions.particles import Particles
+from carom.models.questions.steps import step_jump, step_time
 
 USUAL: dict[str, type] = {"interaction": HardCores, "motion": FreeFlight, "impact": Restitution}
 """The kinds that keywords and files describe."""
 
 REQUIRED: dict[str, tuple[Any, ...]] = {
-    "interaction": (interface.interaction_time, interface.jump),
-    "motion": (interface.position, interface.velocity),
-    "impact": (interface.transfer,),
+    "interaction": (interaction_time, jump),
+    "motion": (position, velocity),
+    "impact": (transfer,),
     "drive": (drives.next_time, drives.kick),
 }
 """The questions that the model of each kind must answer."""
 
-STEPPED: tuple[Any, ...] = (interface.step_time, interface.step_jump)
+STEPPED: tuple[Any, ...] = (step_time, step_jump)
 """The questions that the model of an interaction with steps must answer, instead of those above."""
 
 METHODS: dict[str, tuple[str, ...]] = {
@@ -76,7 +82,7 @@ def lacks(value: Any, name: str) -> str:
     return f"has no {name}" + (f", but {similar[0]}" if similar else "")
 
 
-def made(value: Any, particles: interface.Particles) -> Any:
+def made(value: Any, particles: Particles) -> Any:
     """Return the model that a value of one's own makes.
 
     Raises
@@ -126,7 +132,7 @@ def answered(kind: str, model: Any) -> Any:
     """
     if model is not None:
         compilable(kind, model)
-    steps = kind == "interaction" and registry.answers(interface.step_time, type(model))
+    steps = kind == "interaction" and registry.answers(step_time, type(model))
     for question in STEPPED if steps else REQUIRED[kind]:
         if not registry.answers(question, type(model)):
             raise InputError(

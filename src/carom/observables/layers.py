@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import CaromWarning
-from carom.models.gravity import Gravity
+from carom.models.motions.gravity import Gravity
 from carom.observables.statistics import Estimate, ratio
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ import numpy as np
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
-from carom.models.faces import bare, stand_ins
-from carom.models.planes import Plane, sides, walls
+from carom.models.obstacles.faces import bare, stand_ins
+from carom.models.obstacles.planes import Plane, sides, walls
 from carom.notebook import table
 from carom.observables.statistics import Estimate, ratio
 from carom.observables.surface_changes import freed, place_of

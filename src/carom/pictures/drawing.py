@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.bridges.palette import FACES
-from carom.models import outlines
-from carom.models.interface import Obstacle
-from carom.models.outlines import Disk, HalfPlane
+from carom.models.obstacles import outlines
+from carom.models.obstacles.outlines import Disk, HalfPlane
+from carom.models.questions.obstacle import Obstacle
 from carom.pictures.render import Camera, rendered
 from carom.pictures.shapes import along, border
 

@@ -18,7 +18,7 @@ from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
-from carom.models.interface import Obstacle
+from carom.models.questions.obstacle import Obstacle
 from carom.notebook import by_count, watchable
 from carom.observables.packing import network_of
 from carom.pictures.render import Camera, rendered

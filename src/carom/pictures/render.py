@@ -15,7 +15,7 @@ import numpy as np
 from carom.bridges.embedding import embed
 from carom.bridges.palette import colours_of
 from carom.frame import Frame
-from carom.models.interface import Obstacle
+from carom.models.questions.obstacle import Obstacle
 from carom.pictures.hidden import visible
 from carom.pictures.shapes import Shapes, shapes_of
 

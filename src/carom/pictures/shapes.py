@@ -1,7 +1,7 @@
 """Obstacles as spheres, segments and triangles, for pictures in 3D.
 
 Any obstacle with ``outline(box, periodic)`` is drawn in 2D, and any with ``surface(box, periodic)`` in 3D,
-also those of the user's own classes. :mod:`carom.models.outlines` has the shapes that these methods return.
+also those of the user's own classes. ``carom.models.obstacles.outlines`` has the shapes they return.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.errors import InputError
-from carom.models import outlines
-from carom.models.interface import Obstacle
+from carom.models.obstacles import outlines
+from carom.models.questions.obstacle import Obstacle
 
 ROUND = 96
 """Segments of a circle."""

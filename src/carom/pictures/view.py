@@ -22,7 +22,10 @@ from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
 from carom.models.drives import Drive
-from carom.models.interface import Impact, Interaction, Motion, Obstacle
+from carom.models.questions.contact import Impact
+from carom.models.questions.interaction import Interaction
+from carom.models.questions.motion import Motion
+from carom.models.questions.obstacle import Obstacle
 from carom.scene.box import LONGEST_EDGE
 
 ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
@@ -290,8 +293,8 @@ def _box_of(summary: Path) -> list[float] | None:
 
 def _of_packing(summary: Path, frame: Frame) -> Sequence[Obstacle]:
     """Return the obstacles that the summary of a packing lists, and that stand in the box of its frame."""
+    from carom.models.files.tables import obstacle_from_table
     from carom.models.obstacles import checked
-    from carom.models.tables import obstacle_from_table
 
     found = records.read_json(
         summary,

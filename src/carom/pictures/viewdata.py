@@ -14,7 +14,7 @@ from carom.bridges.palette import FACES
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
-from carom.models.interface import Obstacle
+from carom.models.questions.obstacle import Obstacle
 from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of
 from carom.scene.description import particles

@@ -8,7 +8,7 @@ from typing import Any
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import tables
+from carom.models.files import tables
 from carom.scene import lattices
 from carom.scene.box import LONGEST_EDGE
 

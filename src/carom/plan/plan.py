@@ -10,9 +10,9 @@ from typing import Any, Self
 from carom import checks
 from carom.errors import InputError
 from carom.io.records import read_text, toml_lines, toml_tables, toml_value
-from carom.models import to_tables
+from carom.models.files import to_tables
+from carom.models.interactions.rule_files import RuleFile
 from carom.models.obstacles import Obstacle
-from carom.models.rule_files import RuleFile
 from carom.plan.sections import OutputSpec, RunSpec, SceneSpec, SpeciesSpec
 from carom.scene.scene import Scene
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from carom import checks, seeds
 from carom.errors import InputError
-from carom.models import tables
+from carom.models.files import tables
+from carom.models.interactions.rule_files import RuleFile
 from carom.models.obstacles import Obstacle
-from carom.models.rule_files import RuleFile
 from carom.plan.fields import Fields
 from carom.scene import lattices
 from carom.scene.lattices import Lattice
@@ -120,7 +120,7 @@ class SceneSpec:
         See :mod:`carom.models.obstacles`.
     interaction, motion, impact : values, or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
         How two components act on each other, how all move, and what contacts lose. When left out, hard cores,
-        free flight and ``restitution`` (``carom.models.tables``).
+        free flight and ``restitution`` (``carom.models.files.tables``).
     drive : value, or mapping such as ``{"type": "langevin", "kT": 1.0, "friction": 1.0, "step": 0.05}``
         What kicks single components (:mod:`carom.models.drives`).
     pinned : int or tuple of ints

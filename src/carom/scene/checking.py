@@ -9,7 +9,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError, OverlapError
-from carom.models.interface import repeated
+from carom.models.questions.obstacle import repeated
 from carom.scene import box, overlaps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts

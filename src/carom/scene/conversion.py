@@ -12,9 +12,9 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.models import obstacles as _obstacles
-from carom.models.hard_cores import HardCores
-from carom.models.pinned import Pinned
-from carom.models.pinned import mask as pinned_mask
+from carom.models.interactions.hard_cores import HardCores
+from carom.models.interactions.pinned import Pinned
+from carom.models.interactions.pinned import mask as pinned_mask
 from carom.scene import box, overlaps
 from carom.scene.fields import S
 from carom.scene.overlaps import Room
@@ -28,8 +28,10 @@ if TYPE_CHECKING:
 
     from carom.frame import Frame
     from carom.models.drives import Drive
-    from carom.models.interface import Impact, Interaction, Motion
     from carom.models.obstacles import Obstacle
+    from carom.models.questions.contact import Impact
+    from carom.models.questions.interaction import Interaction
+    from carom.models.questions.motion import Motion
 
 
 def from_frame(

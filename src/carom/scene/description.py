@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from carom.models.faces import name_of, stand_ins
-from carom.models.planes import sides
+from carom.models.obstacles.faces import name_of, stand_ins
+from carom.models.obstacles.planes import sides
 from carom.scene.fields import Fields
 from carom.texts import html, visible
 

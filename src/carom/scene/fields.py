@@ -11,9 +11,11 @@ import numpy as np
 
 from carom.models import model_checks
 from carom.models.drives import Drive
-from carom.models.interface import Impact, Interaction, Motion
+from carom.models.interactions.pinned import Pinned
 from carom.models.obstacles import Obstacle
-from carom.models.pinned import Pinned
+from carom.models.questions.contact import Impact
+from carom.models.questions.interaction import Interaction
+from carom.models.questions.motion import Motion
 from carom.scene import box as _box
 
 

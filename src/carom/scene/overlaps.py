@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.cells import wrapped
-from carom.models.faces import standing_walls
 from carom.models.obstacles import Obstacle
-from carom.models.planes import Plane
+from carom.models.obstacles.faces import standing_walls
+from carom.models.obstacles.planes import Plane
 from carom.scene.nearby import near_pairs
 from carom.scene.species import Contacts
 

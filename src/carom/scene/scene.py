@@ -9,15 +9,18 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import faces, model_checks, parameters, tables, to_tables
+from carom.models import model_checks
 from carom.models import obstacles as _obstacles
-from carom.models.free_flight import FreeFlight
-from carom.models.hard_cores import HardCores
-from carom.models.interface import Impact, Interaction, Motion
-from carom.models.obstacles import Obstacle
-from carom.models.pinned import Pinned
-from carom.models.pinned import mask as pinned_mask
-from carom.models.restitution import Restitution
+from carom.models.contacts.restitution import Restitution
+from carom.models.files import parameters, tables, to_tables
+from carom.models.interactions.hard_cores import HardCores
+from carom.models.interactions.pinned import Pinned
+from carom.models.interactions.pinned import mask as pinned_mask
+from carom.models.motions.free_flight import FreeFlight
+from carom.models.obstacles import Obstacle, faces
+from carom.models.questions.contact import Impact
+from carom.models.questions.interaction import Interaction
+from carom.models.questions.motion import Motion
 from carom.scene import box as _box
 from carom.scene import checking, conversion, description, starts
 from carom.scene import species as _species
@@ -66,11 +69,11 @@ class Scene(Fields):
     elastic_below : float, optional
         Normal relative speed below which a collision is elastic [length / time]. It keeps inelastic spheres
         from colliding infinitely often in a finite time, so it must be positive where restitution < 1. The
-        default is 1e-3 of the thermal speed sqrt(kT / m), see :class:`carom.models.restitution.Restitution`.
+        default is 1e-3 of the thermal speed sqrt(kT / m), see ``carom.models.Restitution``.
     species_names : sequence of str, optional
         Names of the species, for files and tables.
     pinned : (n,) array_like of bool, or of indices, optional
-        Components that stay where they are, as if their mass were infinite (:mod:`carom.models.pinned`).
+        Components that stay where they are, as if their mass were infinite.
         Their velocities are zero, and two of them may overlap. They do not count for the temperature.
     interaction : value, optional
         How two components act on each other; by default hard cores with these diameters and ``contact``.

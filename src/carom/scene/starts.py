@@ -24,8 +24,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from carom.models.drives import Drive
-    from carom.models.interface import Impact, Interaction, Motion
     from carom.models.obstacles import Obstacle
+    from carom.models.questions.contact import Impact
+    from carom.models.questions.interaction import Interaction
+    from carom.models.questions.motion import Motion
 
 
 class Keywords(TypedDict, total=False):

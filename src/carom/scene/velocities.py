@@ -10,7 +10,7 @@ import numpy as np
 
 from carom import checks, seeds
 from carom.errors import InputError
-from carom.models.pinned import mask
+from carom.models.interactions.pinned import mask
 from carom.scene import temperature
 from carom.scene.lattices import MOST
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io.paths import reason
-from carom.models.restitution import Restitution
+from carom.models.contacts.restitution import Restitution
 from carom.scene.scene import Scene
 from carom.scene.temperature import thermal_of
 from carom.simulation import own_observers

@@ -12,9 +12,11 @@ from carom import checks
 from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.copies import copied
-from carom.models.free_flight import FreeFlight
-from carom.models.growing_cores import Growing
-from carom.models.interface import Obstacle, Particles, meeting_time
+from carom.models.interactions.growing_cores import Growing
+from carom.models.motions.free_flight import FreeFlight
+from carom.models.questions.motion import meeting_time
+from carom.models.questions.obstacle import Obstacle
+from carom.models.questions.particles import Particles
 from carom.scene.scene import Scene
 from carom.simulation import probes
 from carom.simulation.drive_trials import try_drive
@@ -121,7 +123,7 @@ def check(
 
     Examples
     --------
-    >>> from carom.models.hard_cores import HardCores
+    >>> from carom.models.interactions.hard_cores import HardCores
     >>> check(HardCores()).passed
     True
     """

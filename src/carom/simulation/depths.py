@@ -13,7 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.models import model_checks
-from carom.models.interface import age, core_square, radius, step_core_square, taken_up
+from carom.models.questions.interaction import core_square, radius, taken_up
+from carom.models.questions.memory import age
+from carom.models.questions.steps import step_core_square
 from carom.scene import overlaps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts

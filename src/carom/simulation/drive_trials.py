@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from carom.models.drives import kick, next_time
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 from carom.simulation.trials import TOLERANCE, Record, Setting, number_of
 
 AT_ONCE = 8

@@ -20,7 +20,8 @@ from carom.engine.neighbors.build import edges_of, images_in
 from carom.engine.neighbors.sectors import make_sectors
 from carom.engine.pair_steps import SteppedImage, fresh_word, make_steps, put_step, stepped_word
 from carom.engine.system import System
-from carom.models.interface import core_square, start_steps
+from carom.models.questions.interaction import core_square
+from carom.models.questions.steps import start_steps
 from carom.scene.first_steps import first_steps
 from carom.scene.scene import Scene
 

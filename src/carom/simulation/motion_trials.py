@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from carom.models.interface import NEVER, carry, exit_time, meeting_time, position
+from carom.models.questions.motion import carry, exit_time, meeting_time, position
+from carom.models.questions.particles import NEVER
 from carom.simulation.trials import TOLERANCE, Record, Setting, record_of, time_of
 
 ATTEMPTS = 200

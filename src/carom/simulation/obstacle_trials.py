@@ -12,8 +12,12 @@ import numpy as np
 
 from carom.models import model_checks
 from carom.models.copies import copied
-from carom.models.interface import (
-    NEVER,
+from carom.models.obstacles import walls
+from carom.models.obstacles.paths import place
+from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.surfaces import Lossy, Thermostat
+from carom.models.obstacles.walls import cushions
+from carom.models.questions.obstacle import (
     anchor,
     arrival,
     at_time,
@@ -22,13 +26,9 @@ from carom.models.interface import (
     recoil,
     repeated,
     surface_speed,
-    wall_meeting,
 )
-from carom.models.obstacles import walls
-from carom.models.paths import place
-from carom.models.shaken import Shaken
-from carom.models.surfaces import Lossy, Thermostat
-from carom.models.walls import cushions
+from carom.models.questions.particles import NEVER
+from carom.models.questions.walls import wall_meeting
 from carom.simulation.trials import (
     GRAZING,
     TOLERANCE,

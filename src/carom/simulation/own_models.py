@@ -17,22 +17,12 @@ import numpy as np
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.models import model_checks
 from carom.models.copies import copied
-from carom.models.interface import (
-    age,
-    carry,
-    core_square,
-    exchanged_part,
-    jump,
-    mass,
-    meeting_time,
-    radius,
-    step_bits,
-    step_jump,
-    step_time,
-    take_over,
-    taken_up,
-    wall_meeting,
-)
+from carom.models.questions.contact import exchanged_part
+from carom.models.questions.interaction import core_square, jump, mass, radius, taken_up
+from carom.models.questions.memory import age, take_over
+from carom.models.questions.motion import carry, meeting_time
+from carom.models.questions.steps import step_bits, step_jump, step_time
+from carom.models.questions.walls import wall_meeting
 from carom.scene import overlaps
 from carom.scene.overlaps import Room
 from carom.simulation import obstacle_trials, probes

@@ -10,10 +10,19 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import model_checks, parameters
+from carom.models import model_checks
 from carom.models.copies import copied
-from carom.models.interface import CORE
-from carom.models.observers import QUESTIONS, Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
+from carom.models.files import parameters
+from carom.models.questions.observer import (
+    QUESTIONS,
+    Epoch,
+    ObstacleEvent,
+    PairEvent,
+    at_epoch,
+    at_obstacle,
+    at_pair,
+)
+from carom.models.questions.steps import CORE
 from carom.simulation.trials import in_plain_python
 
 if TYPE_CHECKING:

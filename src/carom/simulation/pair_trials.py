@@ -9,21 +9,10 @@ import numpy as np
 
 from carom.errors import CaromError
 from carom.models import model_checks
-from carom.models.interface import (
-    BOUNCE,
-    CORE,
-    NEVER,
-    core_square,
-    growth,
-    interaction_time,
-    jump,
-    mass,
-    meeting_time,
-    step_core_square,
-    step_jump,
-    step_time,
-    thrust,
-)
+from carom.models.questions.interaction import core_square, growth, interaction_time, jump, mass
+from carom.models.questions.motion import meeting_time, thrust
+from carom.models.questions.particles import NEVER
+from carom.models.questions.steps import BOUNCE, CORE, step_core_square, step_jump, step_time
 from carom.simulation import probes
 from carom.simulation.trials import (
     GRAZING,

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from carom import checks
-from carom.models.interface import Particles, interaction_time, step_time
+from carom.models.questions.interaction import interaction_time
+from carom.models.questions.particles import Particles
+from carom.models.questions.steps import step_time
 from carom.simulation.trials import time_of
 
 SPEEDS = (1.0, 1024.0)

@@ -35,9 +35,9 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import read_events, read_initial
 from carom.models import model_checks
-from carom.models.interface import NEVER
-from carom.models.planes import walls
-from carom.models.restitution import Restitution
+from carom.models.contacts.restitution import Restitution
+from carom.models.obstacles.planes import walls
+from carom.models.questions.particles import NEVER
 from carom.scene.scene import Scene
 from carom.simulation.clock import Clock
 from carom.simulation.logged_words import Words

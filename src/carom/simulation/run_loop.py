@@ -13,7 +13,7 @@ import numpy as np
 from carom.block import Block
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning, InputError
-from carom.models.interface import complaint
+from carom.models.questions.memory import complaint
 from carom.scene.temperature import peculiar
 from carom.simulation.agents import refuse_rule
 from carom.simulation.call_budget import CYCLES

@@ -11,7 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import BusyError, InputError
 from carom.frame import Frame
-from carom.models.interface import start_steps
+from carom.models.questions.steps import start_steps
 from carom.scene.temperature import peculiar
 from carom.simulation.call_budget import CYCLES, MOST_SCHEDULED, CallBudget
 from carom.simulation.clock import Clock

@@ -25,7 +25,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from carom.models.drives import Drive
-    from carom.models.interface import Impact, Interaction, Motion, Obstacle
+    from carom.models.questions.contact import Impact
+    from carom.models.questions.interaction import Interaction
+    from carom.models.questions.motion import Motion
+    from carom.models.questions.obstacle import Obstacle
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
 

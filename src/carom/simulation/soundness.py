@@ -28,7 +28,7 @@ from carom.engine.neighbors.sectors import Sectors
 from carom.engine.neighbors.skins import EqualBounds
 from carom.engine.observers.interface import kept_arrays, limits, listed
 from carom.engine.observers.own import Own
-from carom.models.units import COMPLAINTS, Units
+from carom.models.interactions.units import COMPLAINTS, Units
 from carom.simulation.clock import LAST_EPOCH
 
 if TYPE_CHECKING:

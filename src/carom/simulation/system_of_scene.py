@@ -10,11 +10,14 @@ import numpy as np
 from carom import checks
 from carom.densities import CLOSEST_PACKING
 from carom.errors import InputError
-from carom.models import faces, interface, model_checks
-from carom.models.growing_cores import Growing
-from carom.models.parabolas import time_to_moving
-from carom.models.restitution import Restitution
-from carom.models.walls import Cushions, cushions
+from carom.models import model_checks
+from carom.models.contacts.restitution import Restitution
+from carom.models.interactions.growing_cores import Growing
+from carom.models.mathematics.parabolas import time_to_moving
+from carom.models.obstacles import faces
+from carom.models.obstacles.walls import Cushions, cushions
+from carom.models.questions.obstacle import fall, meeting
+from carom.models.questions.walls import wall_meeting
 from carom.scene.temperature import Thermal, thermal_of
 from carom.simulation import probes
 from carom.simulation.own_models import check_copy_state, check_user_models
@@ -22,7 +25,7 @@ from carom.units import TimeUnit
 
 if TYPE_CHECKING:
     from carom.engine.system import System
-    from carom.models.interface import Impact
+    from carom.models.questions.contact import Impact
     from carom.scene.scene import Scene
 
 LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
@@ -244,8 +247,8 @@ def check_meetings(system: System, scene: Scene) -> None:
     model = system.motion.model(system.particles)
     bends = not system.straight
     fixed = system.walls is not None or system.obstacles
-    meets = model_checks.answers(interface.meeting, model)
-    meets &= system.walls is None or model_checks.answers(interface.wall_meeting, model)
+    meets = model_checks.answers(meeting, model)
+    meets &= system.walls is None or model_checks.answers(wall_meeting, model)
     if bends and fixed and not meets:
         raise InputError(
             f"Walls and obstacles are met in straight flight only, and {type(scene.motion).__name__} bends: "
@@ -282,7 +285,7 @@ def refuse_own_walls(system: System, scene: Scene) -> None:
     model = system.motion.model(system.particles)
     fixed = scene.obstacles, scene.box, scene.periodic
     found = [*faces.stand_ins(*fixed), *faces.yielding(*fixed)]
-    if found and model_checks.answers(interface.wall_meeting, model):
+    if found and model_checks.answers(wall_meeting, model):
         raise InputError(
             f"An obstacle is at the {faces.name_of(found[0])}, and {type(scene.motion).__name__} answers "
             "wall_meeting for all walls of the box: move the obstacle away from the wall."
@@ -293,7 +296,7 @@ def _falls(model: Any) -> bool:
     """Tell whether an obstacle is met on parabolas, whatever its surface and however it moves."""
     while hasattr(model, "body"):
         model = model.body
-    return model_checks.answers(interface.fall, model) or model_checks.answers(time_to_moving, model)
+    return model_checks.answers(fall, model) or model_checks.answers(time_to_moving, model)
 
 
 def prepare(

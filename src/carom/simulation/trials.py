@@ -17,16 +17,10 @@ from typing import Any
 import numpy as np
 
 from carom.errors import CaromError, InputError
-from carom.models.free_flight import Inertial
-from carom.models.interface import (
-    NEVER,
-    Particles,
-    carry,
-    exchanged_part,
-    position,
-    transfer,
-    velocity,
-)
+from carom.models.motions.free_flight import Inertial
+from carom.models.questions.contact import exchanged_part, transfer
+from carom.models.questions.motion import carry, position, velocity
+from carom.models.questions.particles import NEVER, Particles
 
 TOLERANCE = 2.0**-26
 """Relative difference that counts as rounding: the root of that of a double, since roots lose half of it."""
@@ -122,7 +116,7 @@ class Setting:
     motion : model
         How they move.
     straight, curved : bool
-        What the value of the motion says of it (:class:`carom.models.interface.Motion`).
+        What the value of the motion says of it (:class:`carom.models.questions.motion.Motion`).
     size, speed : float
         Length and speed of which displacements and velocities are, in the engine's unit of time.
     growth : float

@@ -15,7 +15,7 @@ from carom.engine.neighbors import cost_model, sector_side
 from carom.engine.neighbors import plan as scheme
 from carom.engine.neighbors.contact_cache import CAPACITY, best_of, contact_of, keep, make_contacts
 from carom.engine.state import State
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 from carom.simulation.system_of_scene import prepare
 
 

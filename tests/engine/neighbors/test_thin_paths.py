@@ -9,7 +9,7 @@ from carom.engine.neighbors import prefilter
 from carom.engine.neighbors.all_pairs_straight import make_everybody, pack_all, pack_self
 from carom.engine.neighbors.prefilter import ALL, BLOCK, COARSE, ROUNDING, position_error_of
 from carom.engine.state import make_state
-from carom.models.free_flight import Inertial
+from carom.models.motions.free_flight import Inertial
 
 SPAN = 8.0
 """Time that a search covers: a power of two, so that the test's own times are exact."""

@@ -8,9 +8,9 @@ from carom import theory
 from carom.engine.observers.flights import Flights
 from carom.engine.observers.interface import PairEvent, before_pair
 from carom.errors import InputError
-from carom.models.balls import Ball
-from carom.models.gravity import Gravity
-from carom.models.surfaces import Thermal
+from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.balls import Ball
+from carom.models.obstacles.surfaces import Thermal
 from carom.ranges import Kind, Ranges
 from carom.simulation.run_state import RunState
 

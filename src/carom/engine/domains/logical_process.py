@@ -35,9 +35,12 @@ from carom.engine.observers.own import name_of
 from carom.engine.search import FromRows
 from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
-from carom.models.free_flight import Inertial
-from carom.models.gravity import Falling
-from carom.models.interface import NEVER, age, complaint, growth, start_steps, take_over, taken_up
+from carom.models.motions.free_flight import Inertial
+from carom.models.motions.gravity import Falling
+from carom.models.questions.interaction import growth, taken_up
+from carom.models.questions.memory import age, complaint, take_over
+from carom.models.questions.particles import NEVER
+from carom.models.questions.steps import start_steps
 
 MEMORY = (age, start_steps, complaint, growth, take_over, taken_up)
 """Questions that only a pair model answers whose arrays change during a run."""

@@ -11,7 +11,7 @@ from carom.engine.calendar import ENTRIES, bucket_of, buckets_in_window, choose_
 from carom.engine.domains.decomposition import ANNOUNCED, MAY_REACH_BORDER, OWN, PATCHES, prefetch_layer
 from carom.engine.domains.lp_state import INTERIOR, LINE, MOST_ANNOUNCED, LpQueue, mask_of, patch_at, row_of
 from carom.engine.queue_hooks import clear_notes, note_border_event, publish_time
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 
 HORIZON = 16
 """Buckets in which a process looks for events in zones in advance."""

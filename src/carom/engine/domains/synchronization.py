@@ -41,7 +41,7 @@ from carom.engine.domains.lp_state import (
 from carom.engine.domains.messages import unlock
 from carom.engine.neighbors.prefetch import leaves_first
 from carom.engine.queue_hooks import safe_to_process, should_return
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 
 MOST_WAITS = 1 << 20
 """Refusals after which a thread asks whether all are to stop."""

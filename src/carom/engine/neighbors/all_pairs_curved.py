@@ -20,7 +20,9 @@ from carom.engine.neighbors.interface import (
     transit_time,
 )
 from carom.engine.search import contact_time_of
-from carom.models.interface import NEVER, core_square, growth, meeting_time
+from carom.models.questions.interaction import core_square, growth
+from carom.models.questions.motion import meeting_time
+from carom.models.questions.particles import NEVER
 
 
 class Pairs(NamedTuple):

@@ -45,7 +45,9 @@ from carom.engine.neighbors.interface import (
 from carom.engine.neighbors.prefilter import BLOCK, UNITS, marked, position_error_of, prefilter
 from carom.engine.search import contact_time_of, relative
 from carom.engine.state import aligned
-from carom.models.interface import NEVER, interaction_time, position
+from carom.models.questions.interaction import interaction_time
+from carom.models.questions.motion import position
+from carom.models.questions.particles import NEVER
 
 WIDENED = 1.0 + 2.0**-10
 """Factor on how near is near, for the rounding of paths that are boxes long: 1e-3 of a diameter, in boxes of

@@ -13,7 +13,7 @@ import numpy as np
 
 from carom.compiling.registry import inner
 from carom.engine.state import aligned
-from carom.models.interface import NEVER
+from carom.models.questions.particles import NEVER
 
 CAPACITY = 16
 """Contacts kept for each component. Of more the earliest are kept."""

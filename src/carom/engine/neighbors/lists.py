@@ -51,7 +51,8 @@ from carom.engine.neighbors.skins import (
 )
 from carom.engine.pair_steps import fresh_word, named, put_newcomer, put_step, standing, stepped_word
 from carom.engine.state import aligned
-from carom.models.interface import NEVER, position
+from carom.models.questions.motion import position
+from carom.models.questions.particles import NEVER
 
 
 class Lists(NamedTuple):

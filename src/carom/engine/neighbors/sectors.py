@@ -21,7 +21,8 @@ from carom.engine.neighbors.prefetch import (
     stages,
 )
 from carom.engine.state import aligned
-from carom.models.interface import NEVER, exit_time, position, velocity
+from carom.models.questions.motion import exit_time, position, velocity
+from carom.models.questions.particles import NEVER
 
 PREFETCH_FROM = 50_000
 """Components from which on it pays to ask for sectors ahead of time."""

@@ -14,7 +14,7 @@ from carom.engine.observers.own import Own, make_own
 from carom.engine.observers.species import make_by_species
 from carom.engine.obstacles import numbers_of
 from carom.engine.system import System
-from carom.models.pinned import PinnedCores
+from carom.models.interactions.pinned import PinnedCores
 
 
 def make_observers(system: System, pair: Any, velocities: np.ndarray, lossy: bool) -> Observers | None:

@@ -22,7 +22,8 @@ from carom.compiling.registry import inner, optional
 from carom.engine.boundary import separation
 from carom.engine.observers.energy import drift_of
 from carom.engine.observers.interface import at_epoch, at_rest, before_pair, spared
-from carom.models.interface import NEVER, mass
+from carom.models.questions.interaction import mass
+from carom.models.questions.particles import NEVER
 
 
 class Held(NamedTuple):

@@ -12,7 +12,8 @@ import numpy as np
 
 from carom.compiling.registry import inner
 from carom.engine.observers.interface import at_epoch, at_rest, before_pair, gain
-from carom.models.interface import mass, take_over
+from carom.models.questions.interaction import mass
+from carom.models.questions.memory import take_over
 
 
 class Balance(NamedTuple):

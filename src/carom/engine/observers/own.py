@@ -12,8 +12,8 @@ from carom.compiling.registry import inner
 from carom.engine.boundary import separation
 from carom.engine.observers import interface
 from carom.engine.observers.interface import after_obstacle, after_pair, before_obstacle, before_pair, spared
-from carom.models.interface import take_over
-from carom.models.observers import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
+from carom.models.questions.memory import take_over
+from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
 
 
 class Own(NamedTuple):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.engine.observers.interface import count_pair, spared
-from carom.models.interface import take_over
+from carom.models.questions.memory import take_over
 
 
 class BySpecies(NamedTuple):

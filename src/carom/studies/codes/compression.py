@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.models.great_circles import GreatCircles
+from carom.models.motions.great_circles import GreatCircles
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 from carom.studies.executors import Stopped

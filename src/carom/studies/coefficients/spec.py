@@ -12,7 +12,7 @@ from typing import Any
 from carom import checks, theory
 from carom.errors import InputError
 from carom.io.records import toml_tables
-from carom.models import to_tables
+from carom.models.files import to_tables
 from carom.plan.plan import Plan
 from carom.scene.scene import Scene
 from carom.studies.coefficients import windows

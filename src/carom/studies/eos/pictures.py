@@ -11,7 +11,7 @@ import numpy as np
 
 from carom import texts, theory
 from carom.errors import InputError
-from carom.models.interactions import from_table
+from carom.models.interactions.tables import from_table
 from carom.pictures import paper
 from carom.scene import description
 from carom.studies.eos.measured import Measured

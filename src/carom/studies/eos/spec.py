@@ -10,7 +10,8 @@ from typing import Any
 
 from carom import checks, densities, theory
 from carom.errors import InputError
-from carom.models import obstacles, to_tables
+from carom.models import obstacles
+from carom.models.files import to_tables
 from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene import lattices
 from carom.studies.session import cost

@@ -21,8 +21,8 @@ from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.paths import replacing, writing
+from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles import Obstacle
-from carom.models.to_tables import obstacle_to_table
 from carom.notebook import table
 from carom.observables.packing import PackingNetwork, network_of
 from carom.scene.overlaps import Room

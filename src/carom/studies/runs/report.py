@@ -20,8 +20,8 @@ from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.io.paths import replacing, writing
 from carom.models import model_checks
-from carom.models.faces import stand_ins
-from carom.models.planes import sides
+from carom.models.obstacles.faces import stand_ins
+from carom.models.obstacles.planes import sides
 from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
 from carom.observables.equilibrium import doubts_about, slow_structure
 from carom.observables.layers import Layers

@@ -1,0 +1,4 @@
+"""What a contact of two components loses.
+
+Nothing else of a contact is known here.
+"""

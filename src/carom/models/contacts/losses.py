@@ -1,0 +1,163 @@
+"""Losses at contacts: a restitution, constant or by speed, and remedies against inelastic collapse.
+
+Inelastic components collide infinitely often in a finite time (inelastic collapse). There are two remedies.
+Either contacts below a speed are elastic, or a contact is elastic if one of the two had its last contact less
+than t_c ago. The second is the TC model, in which t_c is the duration of a contact of real grains (Luding and
+McNamara, Granular Matter 1 (1998) 113).
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.compiling.registry import inner
+from carom.errors import InputError
+from carom.models.questions.contact import exchanged_part, transfer
+from carom.models.questions.memory import age, take_over
+from carom.models.questions.particles import Particles
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Energy loss at contacts, for a scene (``impact``) or a ``carom.models.obstacles.surfaces.Surface``.
+
+    Parameters
+    ----------
+    restitution : float
+        Fraction of the normal relative speed that remains, in (0, 1].
+    contact_time : float, optional
+        t_c of the TC model [time].
+    elastic_below : float, optional
+        Normal relative speed below which a contact is elastic [length / time].
+    at_speed : float, optional
+        Speed at which the restitution is ``restitution`` [length / time]. At a normal relative speed u it is
+        ``1 - (1 - restitution) (u / at_speed)^power``, but not negative. By default it does not depend on u.
+    power : float
+        The exponent; by default 1/5, that of viscoelastic spheres.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or no remedy against inelastic collapse is given.
+
+    Examples
+    --------
+    >>> Loss(0.9, contact_time=1e-4).restitution
+    0.9
+    """
+
+    restitution: float
+    contact_time: float | None = None
+    elastic_below: float | None = None
+    at_speed: float | None = None
+    power: float = 0.2
+
+    def __post_init__(self) -> None:
+        part = checks.number(self.restitution, "restitution", low=0, high=1, open_low=True)
+        object.__setattr__(self, "restitution", part)
+        for name, high in (
+            ("contact_time", checks.MAGNITUDE),
+            ("elastic_below", checks.FASTEST),
+            ("at_speed", checks.FASTEST),
+        ):
+            if getattr(self, name) is not None:
+                value = checks.number(getattr(self, name), name, low=0, high=high, open_low=True)
+                object.__setattr__(self, name, value)
+        object.__setattr__(self, "power", checks.number(self.power, "power", low=0, high=8, open_low=True))
+        if part < 1 and self.contact_time is None and self.elastic_below is None:
+            raise InputError(
+                "A Loss needs contact_time or elastic_below: else components collide infinitely often in a "
+                "finite time. A contact_time of 1e-3 of the time between two contacts changes little."
+            )
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the arguments that were given, for a file."""
+        given = {key: value for key, value in asdict(self).items() if value is not None}
+        if self.at_speed is None:
+            del given["power"]
+        return {"type": "loss", **given}
+
+    def law(self, particles: Particles) -> Law:
+        """Return the compiled form of the restitution."""
+        unit = particles.unit
+        return Law(
+            self.restitution,
+            0.0 if self.at_speed is None else float(unit.to_kernel(self.at_speed, -1)),
+            self.power,
+            0.0 if self.elastic_below is None else float(unit.to_kernel(self.elastic_below, -1)),
+            0.0 if self.contact_time is None else float(unit.to_kernel(self.contact_time, 1)),
+        )
+
+    def model(self, particles: Particles) -> Losing:
+        """Return the model that the engine compiles for contacts of two components."""
+        return Losing(self.law(particles), never_touched(particles), np.zeros(1, np.int64))
+
+
+class Law(NamedTuple):
+    """Restitution by speed, and the two remedies against inelastic collapse."""
+
+    restitution: float
+    """Restitution at the speed ``at_speed``."""
+    at_speed: float
+    """Speed at which the restitution is that; 0 if it does not depend on the speed."""
+    power: float
+    """Exponent of the speed."""
+    threshold: float
+    """Speed below which a contact is elastic."""
+    contact_time: float
+    """A contact within this time after the last one is elastic."""
+
+
+def never_touched(particles: Particles) -> np.ndarray:
+    """Return the time of the last contact of each of the ``particles`` at the start, (n + 1,): -infinity."""
+    return np.full(len(particles.radii) + 1, -np.inf)
+
+
+@inner
+def kept(law, speed):
+    """Return the fraction of a normal relative ``speed`` that remains after a contact by a ``law``."""
+    if law.at_speed == 0.0:
+        return law.restitution
+    return max(1.0 - (1.0 - law.restitution) * (speed / law.at_speed) ** law.power, 0.0)
+
+
+class Losing(NamedTuple):
+    """Contacts of two components that lose energy."""
+
+    law: Law
+    """The restitution."""
+    last: np.ndarray
+    """Time of the last contact of each component, in the epoch, (n + 1,) float64."""
+    spared: np.ndarray
+    """Number of contacts that were elastic because they were slow or came too soon, (1,) int64."""
+
+
+@transfer.register
+def _(impact: Losing, rr, rv):
+    speed = abs(rv) / np.sqrt(rr)
+    return 1.0 if speed < impact.law.threshold else 0.5 * (1.0 + kept(impact.law, speed))
+
+
+@exchanged_part.register
+def _(impact: Losing, i, j, rr, rv, now):
+    soon = now - max(impact.last[i], impact.last[j]) < impact.law.contact_time
+    impact.last[i] = now
+    impact.last[j] = now
+    part = 1.0 if soon else transfer(impact, rr, rv)
+    impact.spared[0] += np.int64(soon or abs(rv) < impact.law.threshold * np.sqrt(rr))
+    return part
+
+
+@age.register
+def _(impact: Losing, duration):
+    for i in range(len(impact.last)):
+        impact.last[i] -= duration
+
+
+@take_over.register
+def _(impact: Losing, before, instant, passed, slower):
+    impact.last[:] = np.ldexp(before.last - passed, -slower)

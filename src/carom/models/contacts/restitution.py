@@ -1,0 +1,98 @@
+"""Restitution: contacts that lose a part of the normal relative velocity."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models.questions.contact import transfer
+from carom.models.questions.particles import Particles
+
+CAUTIOUS = 1e-3
+"""Normal speed, in thermal speeds, below which contacts are elastic unless another is given."""
+
+
+@dataclass(frozen=True)
+class Restitution:
+    """Contacts after which a fraction of the normal relative velocity remains.
+
+    Parameters
+    ----------
+    restitution : float
+        This fraction, in (0, 1]; 1 is elastic.
+    elastic_below : float, optional
+        Normal relative speed below which a contact is elastic [length / time]. It prevents inelastic
+        collapse, infinitely many collisions in a finite time, so it must be positive if restitution < 1. The
+        default is 1e-3 of the thermal speed, at the start and at every :meth:`carom.Simulation.rescale`; of
+        what a field, growth or moving obstacles do in a scene at rest.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    restitution: float = 1.0
+    elastic_below: float | None = None
+
+    def __post_init__(self) -> None:
+        part = checks.number(self.restitution, "restitution", low=0, high=1, open_low=True)
+        object.__setattr__(self, "restitution", part)
+        if self.elastic_below is None:
+            object.__setattr__(self, "elastic_below", 0.0 if part == 1 else None)
+            return
+        speed = checks.number(self.elastic_below, "elastic_below", low=0, high=checks.FASTEST)
+        object.__setattr__(self, "elastic_below", speed)
+        if part == 1 and speed > 0:
+            raise InputError("elastic_below has no meaning where restitution is 1; remove it.")
+        if part < 1 and speed == 0:
+            raise InputError(
+                "elastic_below must be positive where restitution is below 1: else spheres collide "
+                "infinitely often in a finite time. Leave it out for 1e-3 of the thermal speed."
+            )
+
+    @property
+    def elastic(self) -> bool:
+        """Whether no contact loses energy."""
+        return self.restitution == 1.0
+
+    def at(self, speed: float) -> Restitution:
+        """Return the value with its threshold, for a thermal ``speed`` [length / time]."""
+        return self if self.elastic_below is not None else self.below(CAUTIOUS * speed)
+
+    def below(self, speed: float) -> Restitution:
+        """Return the value with the threshold ``speed`` [length / time], which is zero if nothing moves."""
+        result = copy(self)
+        object.__setattr__(result, "elastic_below", speed)
+        return result
+
+    def model(self, particles: Particles) -> Inelastic | None:
+        """Return the model that the engine compiles, or None if contacts are elastic."""
+        if self.elastic:
+            return None
+        threshold = float(particles.speed(self.elastic_below))
+        return Inelastic(float(self.restitution), threshold, np.zeros(1, np.int64))
+
+
+class Inelastic(NamedTuple):
+    """Contacts that lose energy."""
+
+    restitution: float
+    """Normal speed after over normal speed before a contact."""
+    threshold: float
+    """Normal speed below which a contact is elastic, against inelastic collapse."""
+    spared: np.ndarray
+    """Number of contacts that were elastic for that reason, (1,) int64."""
+
+
+@transfer.register
+def _(impact: Inelastic, rr, rv):
+    if rv * rv < impact.threshold * impact.threshold * rr:
+        impact.spared[0] += 1
+        return 1.0
+    return 0.5 * (1.0 + impact.restitution)

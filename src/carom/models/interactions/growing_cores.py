@@ -1,0 +1,109 @@
+"""Growing cores: diameters grow linearly in time (Lubachevsky and Stillinger; the paper's sec. 8)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner
+from carom.models.mathematics.contact import contact_time_known, exchange
+from carom.models.questions.interaction import (
+    contact_time,
+    core_square,
+    growth,
+    interaction_time,
+    jump,
+    radius,
+)
+from carom.models.questions.memory import age
+from carom.models.questions.particles import NEVER, Particles, lanes
+
+
+@dataclass(frozen=True)
+class Growing:
+    """Hard cores that grow at the rates of the components."""
+
+    by_radii = True
+    """No two act on each other from further apart than their radii, or ``contact``, say."""
+
+    def reach(self, scene: Any) -> float:
+        """Return the largest diameter, now [length]."""
+        return float(scene.diameter)
+
+    def model(self, particles: Particles) -> GrowingCores:
+        """Return the model that the engine compiles."""
+        return GrowingCores(
+            particles.with_ghost(particles.radii),
+            particles.with_ghost(particles.rates),
+            particles.with_ghost(particles.masses),
+        )
+
+
+@lanes("radii", "rates")
+class GrowingCores(NamedTuple):
+    """Hard cores that touch at the sum of radii that grow."""
+
+    radii: np.ndarray
+    """At the beginning of the epoch, (n + 1,) float64 [length]."""
+    rates: np.ndarray
+    """Radius gained a time, (n + 1,) float64."""
+    masses: np.ndarray
+    """(n + 1,) float64."""
+
+
+@inner
+def growing(radii, rate, rr, rv, vv, now):
+    """Return c, b, a of ``c + 2 b t + a t^2 = 0`` at the contact of two growing cores.
+
+    ``radii`` is the sum of their radii at the beginning of the epoch, ``rate`` the sum of their rates.
+    """
+    contact = radii + rate * now
+    return rr - contact * contact, rv - contact * rate, vv - rate * rate
+
+
+@interaction_time.register
+def _(pair: GrowingCores, i, j, rr, rv, vv, now):
+    radii, rate = pair.radii[i] + pair.radii[j], pair.rates[i] + pair.rates[j]
+    c, b, a = growing(radii, rate, rr, rv, vv, now)
+    discriminant = b * b - a * c
+    t = c / (np.sqrt(max(discriminant, 0.0)) - b)
+    # a < 0: the cores grow faster than their centres part. A candidate that is i itself never meets i.
+    meets = ((b < 0.0) | (a < 0.0)) & (discriminant >= 0.0) & (i != j)
+    return max(t, 0.0) if meets else NEVER
+
+
+@contact_time.register
+def _(pair: GrowingCores, i, j, rr, rv, vv, now):
+    radii, rate = pair.radii[i] + pair.radii[j], pair.rates[i] + pair.rates[j]
+    c, b, a = growing(radii, rate, rr, rv, vv, now)
+    return contact_time_known(c, b, a)
+
+
+@jump.register
+def _(pair: GrowingCores, i, j, rr, rv, now):
+    # Elastic in the frame of the surfaces, which approach each other faster than the centres: no pair sticks.
+    return exchange(pair, i, j, rr, rv - np.sqrt(rr) * (pair.rates[i] + pair.rates[j]))
+
+
+@core_square.register
+def _(pair: GrowingCores, i, j, now):
+    contact = radius(pair, i, now) + radius(pair, j, now)
+    return contact * contact
+
+
+@radius.register
+def _(pair: GrowingCores, i, now):
+    return pair.radii[i] + pair.rates[i] * now
+
+
+@growth.register
+def _(pair: GrowingCores, i):
+    return pair.rates[i]
+
+
+@age.register
+def _(pair: GrowingCores, duration):
+    for i in range(len(pair.radii)):
+        pair.radii[i] += pair.rates[i] * duration

@@ -1,0 +1,132 @@
+"""Pinned components: hard cores that stay where they are, as if their mass were infinite.
+
+They model a porous medium, a Lorentz gas of many scatterers, or a glass with some frozen particles. The
+engine finds them through sectors and lists like all components, so that a thousand of them cost no more than
+a thousand moving ones. Two pinned components may overlap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models.mathematics.contact import contact_time_known, first_contact
+from carom.models.questions.interaction import contact_time, core_square, interaction_time, jump, taken_up
+from carom.models.questions.particles import Particles, lanes
+
+
+def mask(given: Any, n: int) -> np.ndarray | None:
+    """Return which components are pinned, (n,) bool and read-only, or None where none is.
+
+    Parameters
+    ----------
+    given : None, (n,) array_like of bool, or array_like of ints
+        Which components are pinned: a bool for each, or their indices.
+    n : int
+        Number of components.
+
+    Raises
+    ------
+    InputError
+        If ``given`` is none of these, or all components are pinned.
+    """
+    if given is None:
+        return None
+    values = np.asarray(given)
+    if values.dtype == bool and values.shape == (n,):
+        result = values.copy()
+    elif values.dtype.kind in "iu" and values.ndim == 1 and values.size:
+        if values.min() < 0 or values.max() >= n:
+            wrong = int(values.min() if values.min() < 0 else values.max())
+            raise InputError(f"pinned must name components from 0 to {n - 1}, found {wrong}.")
+        result = np.zeros(n, bool)
+        result[values] = True
+    elif values.size == 0:
+        return None
+    else:
+        raise InputError(
+            f"pinned must be {n} bools, one a component, or the indices of those that are; found "
+            f"{checks.describe(given)}."
+        )
+    if result.all():
+        raise InputError("All components are pinned, and nothing can move: leave one free.")
+    result.setflags(write=False)
+    return result if result.any() else None
+
+
+@dataclass(frozen=True, eq=False)
+class Pinned:
+    """Hard cores, some of which stay where they are.
+
+    Parameters
+    ----------
+    which : (n,) bool array
+        Which components stay.
+    """
+
+    which: np.ndarray
+
+    by_radii = True
+    """No two act on each other from further apart than their radii, or ``contact``, say."""
+
+    def reach(self, scene: Any) -> float:
+        """Return the largest distance of contact [length]."""
+        return float(scene.diameter)
+
+    def model(self, particles: Particles) -> PinnedCores:
+        """Return the model that the engine compiles."""
+        inverse = np.where(self.which, 0.0, 1.0 / particles.masses)
+        return PinnedCores(
+            particles.with_ghost(particles.radii),
+            particles.with_ghost(inverse),
+            particles.with_ghost(particles.masses),
+            np.zeros(len(inverse) + 1),
+        )
+
+
+@lanes("radii")
+class PinnedCores(NamedTuple):
+    """Hard cores of which some have infinite mass."""
+
+    radii: np.ndarray
+    """(n + 1,) float64 [length]."""
+    inverse: np.ndarray
+    """One over the mass, 0 where a component is pinned, (n + 1,) float64."""
+    masses: np.ndarray
+    """(n + 1,) float64."""
+    impulse: np.ndarray
+    """Momentum that each component took up along the normals of its contacts, (n + 1,) float64."""
+
+
+@interaction_time.register
+def _(pair: PinnedCores, i, j, rr, rv, vv, now):
+    contact = pair.radii[i] + pair.radii[j]
+    return first_contact(rr - contact * contact, rv, vv)
+
+
+@contact_time.register
+def _(pair: PinnedCores, i, j, rr, rv, vv, now):
+    return contact_time_known(rr - core_square(pair, i, j, now), rv, vv)
+
+
+@jump.register
+def _(pair: PinnedCores, i, j, rr, rv, now):
+    ours, theirs = pair.inverse[i], pair.inverse[j]
+    factor = 2.0 * rv / (rr * (ours + theirs))
+    return factor * ours, factor * theirs, -factor * rr
+
+
+@taken_up.register
+def _(pair: PinnedCores, i, j, momentum):
+    pair.impulse[i] += momentum
+    pair.impulse[j] += momentum
+
+
+@core_square.register
+def _(pair: PinnedCores, i, j, now):
+    contact = pair.radii[i] + pair.radii[j]
+    return contact * contact

@@ -1,0 +1,87 @@
+"""Pairs on steps: a pair potential that is constant between distances, as the engine compiles it.
+
+A pair is on one *step* at a time: between two distances at which its energy changes. The step is stored with
+the pair and changes only at its own events. It is never derived from a distance, so that rounding cannot put
+a pair on the wrong side. The steps of a kind of pair are numbered from the outside inwards: crossing an inner
+distance adds 1, crossing an outer one subtracts 1.
+
+Alder and Wainwright, J. Chem. Phys. 31 (1959) 459.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner
+from carom.models.questions.particles import NEVER
+from carom.models.questions.steps import BOUNCE, CORE, IN, OUT, step_core_square, step_jump, step_time
+
+
+class StepPairs(NamedTuple):
+    """What the engine compiles: for every step, where it ends and what crossing its ends costs."""
+
+    inner: np.ndarray
+    """Square of the distance at which each step ends inwards, negative where it does not [length^2]."""
+    outer: np.ndarray
+    """Square of the distance at which it ends outwards, or infinity [length^2]."""
+    enter: np.ndarray
+    """Energy that crossing the inner end takes, infinite at a wall [energy]."""
+    leave: np.ndarray
+    """Energy that crossing the outer end takes [energy]."""
+    energy: np.ndarray
+    """Potential energy of a pair on each step [energy]."""
+    events: np.ndarray
+    """How many events there were on each step, of each kind, (steps, 4) int64."""
+    radii: np.ndarray
+    """Of the components at obstacles, (n + 1,) float64 [length]."""
+    masses: np.ndarray
+    """(n + 1,) float64."""
+
+
+@inner
+def end_of_step(low, high, rr, rv, vv):
+    """Return the time until r.r is ``low``, if it gets there, or else ``high``; not negative, or NEVER."""
+    # One root serves both ends: the inner one if the pair falls on it, else the outer one.
+    above_low = rr - low
+    falls = (rv < 0.0) & (rv * rv - vv * above_low >= 0.0)
+    c = above_low if falls else rr - high
+    root = np.sqrt(max(rv * rv - vv * c, 0.0))
+    # Of the two forms of a root the one that does not cancel.
+    above = c if falls else (-c if rv > 0.0 else root - rv)
+    below = root - rv if falls else (root + rv if rv > 0.0 else vv)
+    t = above / below
+    return max(t, 0.0) if falls | ((high < NEVER) & (vv > 0.0)) else NEVER
+
+
+@step_time.register
+def _(pair: StepPairs, i, j, step, rr, rv, vv, now):
+    return end_of_step(pair.inner[step], pair.outer[step], rr, rv, vv)
+
+
+@step_jump.register
+def _(pair: StepPairs, i, j, step, rr, rv, now):
+    inwards = rr - pair.inner[step] <= pair.outer[step] - rr
+    cost = pair.enter[step] if inwards else pair.leave[step]
+    sense = -1.0 if inwards else 1.0
+    total = pair.masses[i] + pair.masses[j]
+    reduced = pair.masses[i] * pair.masses[j] / total
+    # (r.v)^2 changes by this much where the pair crosses.
+    change = 2.0 * cost * rr / reduced
+    left = rv * rv - change
+    if left >= 0.0:
+        both = rv + sense * np.sqrt(left)
+        share_lost = change / both if both != 0.0 else 0.0
+        kind = IN if inwards else OUT
+        step = step + 1 if inwards else step - 1
+    else:
+        share_lost = rv + sense * abs(rv)
+        kind = CORE if inwards else BOUNCE
+    factor = share_lost / (rr * total)
+    return factor * pair.masses[j], factor * pair.masses[i], -reduced * share_lost, step, kind
+
+
+@step_core_square.register
+def _(pair: StepPairs, step):
+    return max(pair.inner[step], 0.0) if pair.enter[step] == NEVER else 0.0

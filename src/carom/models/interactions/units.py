@@ -1,0 +1,334 @@
+"""Units that decide by rules, as the engine compiles them: circles, counters, and what a rule is handed.
+
+The radii of all circles of all kinds are one sequence of distances. The step of a pair is the number of these
+that exceed its distance. The step and the kinds of both determine which unit is inside whose circle, also
+after a unit has changed its kind. Crossings exchange no momentum; they change counters and call rules.
+
+A rule reads and writes records in the scene's units. The velocity that it writes is that of the unit from
+then on. Lubachevsky (1991), sec. 10, after Wieland.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.compiling.registry import inner, required
+from carom.models.interactions.step_pairs import end_of_step
+from carom.models.mathematics.counter_random import uniform
+from carom.models.questions.memory import age, complaint, take_over
+from carom.models.questions.particles import NEVER
+from carom.models.questions.steps import IN, OUT, start_steps, step_jump, step_time
+
+ENTERED, LEFT, TIMER, CHANGED = 1, 2, 3, 4
+"""Why a rule is asked: somebody came into a circle, or went out of it; the time that the rule set has come;
+somebody in a circle was removed, or is of another kind now.
+"""
+
+NO_AGENT = -1
+
+SPEED, KIND, TIME, AIM = 1, 2, 3, 4
+"""What can be wrong with a rule's answer."""
+
+COMPLAINTS = {
+    SPEED: "a velocity that is no number below 1e152",
+    KIND: "a kind that there is not",
+    TIME: "a timer that is not later than now",
+    AIM: "a target that is no unit",
+}
+
+
+def unit_type(dimension: int, kinds: int, circles: int, memory: int) -> np.dtype:
+    """Return the type of what a rule is handed of its unit."""
+    fields: list = [
+        ("position", "f8", (dimension,)),
+        ("velocity", "f8", (dimension,)),
+        ("counts", "i8", (max(circles, 1), kinds)),
+        ("memory", "f8", (max(memory, 1),)),
+        ("timer", "f8"),
+        ("kind", "i8"),
+        ("target", "i8"),
+        ("removed", "i8"),
+        ("number", "i8"),
+        ("seed", "i8"),
+        ("drawn", "i8"),
+    ]
+    return np.dtype(fields, align=True)
+
+
+def event_type(dimension: int) -> np.dtype:
+    """Return the type of what a rule is told of the event."""
+    fields: list = [
+        ("toward", "f8", (dimension,)),
+        ("velocity", "f8", (dimension,)),
+        ("distance", "f8"),
+        ("time", "f8"),
+        ("cause", "i8"),
+        ("circle", "i8"),
+        ("other", "i8"),
+        ("kind", "i8"),
+    ]
+    return np.dtype(fields, align=True)
+
+
+class Units(NamedTuple):
+    """What the engine compiles. Arrays of one row a unit have one more, for the ghost."""
+
+    rule: Any
+    """A value whose type says which rule is asked."""
+    inner: np.ndarray
+    """Square of the distance at which each step ends inwards, negative where it does not [length^2]."""
+    outer: np.ndarray
+    """Square of the distance at which it ends outwards, or infinity [length^2]."""
+    energy: np.ndarray
+    """Of a pair on each step: zero."""
+    events: np.ndarray
+    """How many crossings there were from each step, of each kind, (steps, 4) int64."""
+    radii: np.ndarray
+    """Of the units at walls and obstacles [length]."""
+    masses: np.ndarray
+    watch: np.ndarray
+    """Which circle of a kind ends the step inwards, or NOBODY, (kinds, steps) int64."""
+    kinds: np.ndarray
+    """Of each unit at present, int64."""
+    present: np.ndarray
+    """1, or 0 of units that are removed, int64."""
+    counts: np.ndarray
+    """How many units of each kind are in each circle of each unit, (n + 1, circles, kinds) int64."""
+    memory: np.ndarray
+    """Numbers of the rule's own, (n + 1, m) float64."""
+    timers: np.ndarray
+    """When each unit is to be asked, in the epoch, or NEVER."""
+    targets: np.ndarray
+    """Whom each unit aims at, or NOBODY, int64."""
+    drawn: np.ndarray
+    """Random numbers that each has drawn, int64."""
+    news: np.ndarray
+    """Who has changed in a circle of each unit that has not been told yet, or NOBODY, int64."""
+    queue: np.ndarray
+    """Who is to be told, int64."""
+    queued: np.ndarray
+    """How many these are, (1,) int64."""
+    asked: np.ndarray
+    """How often the rule was asked, by cause, (5,) int64."""
+    fault: np.ndarray
+    """What was wrong with the rule's first wrong answer, and for whom, (2,) int64."""
+    begun: np.ndarray
+    """Whether the units of each circle have been counted, (1,) int64."""
+    units: Any
+    """What the rules of two units are handed, (2,) records."""
+    told: Any
+    """What they are told of the event, (2,) records."""
+    speed: float
+    """The engine's unit of speed in the scene's: a power of two."""
+    seed: int
+
+
+Units.lanes = ("present",)  # type: ignore[attr-defined]
+
+
+@required
+def call_rule(rule, unit, event):
+    """Let a rule decide."""
+
+
+@inner
+def draw(unit):
+    """Return the next random number of the stream of a ``unit``, in (0, 1]."""
+    number = uniform(unit.seed, unit.number, unit.drawn)
+    unit.drawn += 1
+    return number
+
+
+@step_time.register
+def _(pair: Units, i, j, step, rr, rv, vv, now):
+    t = end_of_step(pair.inner[step], pair.outer[step], rr, rv, vv)
+    return t if pair.present[i] * pair.present[j] > 0 else NEVER
+
+
+@step_jump.register
+def _(pair: Units, i, j, step, rr, rv, now):
+    inwards = rr - pair.inner[step] <= pair.outer[step] - rr
+    change = 1 if inwards else -1
+    crossed = step if inwards else step - 1
+    _count(pair, i, j, crossed, change)
+    _count(pair, j, i, crossed, change)
+    return 0.0, 0.0, 0.0, step + change, IN if inwards else OUT
+
+
+@inner
+def _count(pair, i, j, crossed, change):
+    circle = pair.watch[pair.kinds[i], crossed]
+    if circle >= 0:
+        pair.counts[i, circle, pair.kinds[j]] += change
+
+
+@inner
+def recount(pair, i, j, step, was):
+    """Bring the counters of i and j, who are on a step, up to date: i was of the kind ``was`` before.
+
+    The counters of i have been set to zero. Unit j is to be told, if i is in a circle of it.
+    """
+    if pair.present[j] == 0:
+        return
+    found = False
+    for crossed in range(step):
+        circle = pair.watch[pair.kinds[j], crossed]
+        if circle >= 0:
+            pair.counts[j, circle, was] -= 1
+            pair.counts[j, circle, pair.kinds[i]] += pair.present[i]
+            found = True
+        circle = pair.watch[pair.kinds[i], crossed]
+        if circle >= 0:
+            pair.counts[i, circle, pair.kinds[j]] += pair.present[i]
+    if found:
+        if pair.news[j] == NO_AGENT:
+            pair.queue[pair.queued[0]] = j
+            pair.queued[0] += 1
+        pair.news[j] = i
+
+
+@inner
+def fill_agent(pair, slot, i, x, v, now):
+    """Fill in what the rule of unit i is handed; its place ``x`` and velocity ``v`` are those of now."""
+    unit = pair.units[slot]
+    for axis in range(len(x)):
+        unit.position[axis] = x[axis]
+        unit.velocity[axis] = v[axis] * pair.speed
+    for circle in range(pair.counts.shape[1]):
+        for kind in range(pair.counts.shape[2]):
+            unit.counts[circle, kind] = pair.counts[i, circle, kind]
+    for k in range(pair.memory.shape[1]):
+        unit.memory[k] = pair.memory[i, k]
+    unit.timer = (pair.timers[i] - now) / pair.speed
+    unit.kind = pair.kinds[i]
+    unit.target = pair.targets[i]
+    unit.removed = 0
+    unit.number = i
+    unit.seed = pair.seed
+    unit.drawn = pair.drawn[i]
+
+
+@inner
+def fill_event(pair, slot, cause, circle, other, time):
+    """Fill in what a rule is told of an event; the caller adds where the other is, and its velocity."""
+    event = pair.told[slot]
+    event.cause = cause
+    event.circle = circle
+    event.other = other
+    event.kind = pair.kinds[other] if other >= 0 else NO_AGENT
+    event.time = time / pair.speed
+    event.distance = 0.0
+    for axis in range(len(event.toward)):
+        event.toward[axis] = 0.0
+        event.velocity[axis] = 0.0
+
+
+@inner
+def place_other(pair, slot, axis, r, v):
+    """Fill in a coordinate of the vector to the other, and of its velocity."""
+    event = pair.told[slot]
+    event.toward[axis] = r
+    event.velocity[axis] = v * pair.speed
+    event.distance = np.hypot(event.distance, r)
+
+
+@inner
+def apply(pair, slot, i, v, now):
+    """Do what the rule of unit i has decided: write its velocity into ``v``.
+
+    Returns
+    -------
+    was : int
+        The kind that it was of, if it is of another now, or removed; else NOBODY.
+    """
+    unit = pair.units[slot]
+    pair.asked[pair.told[slot].cause] += 1
+    timer = pair.timers[i]
+    fault = 0
+    if unit.timer != (timer - now) / pair.speed:  # one that the rule left alone may be due at this very time
+        timer = now + unit.timer * pair.speed
+        if not timer > now:
+            fault = TIME
+    for axis in range(len(v)):
+        if not abs(unit.velocity[axis]) < checks.FASTEST:
+            fault = SPEED
+    if not 0 <= unit.kind < len(pair.watch):
+        fault = KIND
+    if not NO_AGENT <= unit.target < len(pair.kinds) - 1:
+        fault = AIM
+    if fault != 0:
+        if pair.fault[0] == 0:
+            pair.fault[0] = fault
+            pair.fault[1] = i
+        return NO_AGENT
+    was = pair.kinds[i]
+    changed = unit.kind != was or unit.removed != 0
+    for axis in range(len(v)):
+        v[axis] = unit.velocity[axis] / pair.speed
+    for k in range(pair.memory.shape[1]):
+        pair.memory[i, k] = unit.memory[k]
+    pair.timers[i] = timer
+    pair.targets[i] = unit.target
+    pair.drawn[i] = unit.drawn
+    pair.kinds[i] = unit.kind
+    if unit.removed != 0:
+        pair.present[i] = 0
+        pair.timers[i] = NEVER
+        pair.news[i] = NO_AGENT
+        for axis in range(len(v)):
+            v[axis] = 0.0
+    if changed:
+        for circle in range(pair.counts.shape[1]):
+            for kind in range(pair.counts.shape[2]):
+                pair.counts[i, circle, kind] = 0
+    return was if changed else NO_AGENT
+
+
+@inner
+def cause_of(pair, i, now):
+    """Return why unit i is asked on its own, and about whom; what it waited for is over."""
+    other = pair.news[i]
+    if other != NO_AGENT:
+        pair.news[i] = NO_AGENT
+        return CHANGED, other
+    pair.timers[i] = NEVER
+    other = pair.targets[i]
+    if other != NO_AGENT and pair.present[other] == 0:
+        pair.targets[i] = NO_AGENT
+        other = NO_AGENT
+    return TIMER, other
+
+
+@age.register
+def _(pair: Units, duration):
+    for i in range(len(pair.timers)):
+        pair.timers[i] -= duration
+
+
+@start_steps.register
+def _(pair: Units, pairs, steps):
+    if pair.begun[0]:
+        return
+    pair.begun[0] = 1
+    for (i, j), step in zip(pairs.tolist(), steps.tolist(), strict=True):
+        for crossed in range(step):
+            _count(pair, i, j, crossed, 1)
+            _count(pair, j, i, crossed, 1)
+
+
+@take_over.register
+def _(pair: Units, before, instant, passed, slower):
+    for name in ("kinds", "present", "counts", "memory", "targets", "drawn", "news", "queue"):
+        getattr(pair, name)[:] = getattr(before, name)
+    for name in ("queued", "asked", "fault", "begun"):
+        getattr(pair, name)[:] = getattr(before, name)
+    pair.timers[:] = np.ldexp(before.timers - passed, -slower)
+
+
+@complaint.register
+def _(pair: Units):
+    fault, i = pair.fault.tolist()
+    return f"The rule gave unit {i} {COMPLAINTS[fault]}." if fault else None

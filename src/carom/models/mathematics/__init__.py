@@ -1,0 +1,4 @@
+"""What several models compute with: roots, double doubles, random numbers by counting.
+
+Nothing here is a model.
+"""

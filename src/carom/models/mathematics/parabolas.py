@@ -1,0 +1,383 @@
+"""Contacts on parabolas, with fixed and with moving obstacles.
+
+The contact with a fixed plane is the root of a quadratic equation. The contact with a round or moving
+obstacle is a bracketed root (``mathematics.roots``), which is searched as long as the two can be near
+each other.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner, optional, required
+from carom.models.mathematics.roots import curvature, next_fall, slope, value
+from carom.models.obstacles.balls import SolidBall
+from carom.models.obstacles.containers import InsideOfCylinder, InsideOfSphere
+from carom.models.obstacles.paths import Still, pace, place
+from carom.models.obstacles.planes import HalfSpace
+from carom.models.obstacles.walls import Cushions, Faces, Yielding
+from carom.models.questions.obstacle import encounter, fall
+from carom.models.questions.particles import NEVER
+
+SURE = 1.0 + 2.0**-30
+"""A contact that comes for certain within a time is looked for so much longer, to allow for rounding."""
+
+HOP = 2.0**-48
+"""Part of the longest edge to which what rests on a surface is thrown at least: 32 roundings of a place."""
+
+
+class Course(NamedTuple):
+    """How a body is displaced: to and fro along a unit vector."""
+
+    path: Any
+    """Answers ``place`` and ``pace``."""
+    direction: tuple
+    """Unit vector."""
+    lowest: float
+    """The least that ``place`` returns [length]."""
+    highest: float
+    """The most [length]."""
+    bend: float
+    """Bound on the magnitude of the acceleration."""
+    period: float
+    """After which the path repeats itself."""
+
+
+@inner
+def first_landing(height, speed, acceleration):
+    """Return the first time at which ``height + speed t + acceleration t^2 / 2`` is <= 0 and falling.
+
+    The forms of the roots keep their digits. A component that is inside by rounding and moves out lands when
+    it comes back, or at its turning point if it does not get out.
+    """
+    if height <= 0.0 and (speed < 0.0 or (speed == 0.0 and acceleration < 0.0)):
+        return 0.0
+    root = speed * speed - 2.0 * acceleration * height
+    if acceleration < 0.0:
+        root = np.sqrt(max(root, 0.0))
+        return 2.0 * height / (root - speed) if speed < 0.0 else (speed + root) / -acceleration
+    if speed >= 0.0 or root < 0.0:
+        return NEVER
+    return 2.0 * height / (np.sqrt(root) - speed)
+
+
+@inner
+def last_passing(height, speed, acceleration):
+    """Return the last time at which ``height + speed t + acceleration t^2 / 2``, which goes to infinity, is
+    <= 0; negative, if that is past.
+    """
+    root = speed * speed - 2.0 * acceleration * height
+    if root < 0.0:
+        return -NEVER
+    root = np.sqrt(root)
+    if speed > 0.0:
+        return -2.0 * height / (speed + root)
+    return (root - speed) / acceleration if acceleration > 0.0 else -NEVER
+
+
+@required
+def time_to_moving(body, course, start, g, x, v, radius, growth):
+    """Return the time until a component on a parabola touches a body that is displaced, or NEVER.
+
+    Parameters
+    ----------
+    body : model
+        The obstacle where it is not displaced.
+    course : Course
+        How it is displaced.
+    start : float
+        The time of the path now.
+    g : d floats
+        Acceleration of the component.
+    x, v, radius, growth
+        As of :func:`carom.models.questions.obstacle.encounter`.
+    """
+
+
+class Lift(NamedTuple):
+    """Height of a component above a plane that moves."""
+
+    course: Course
+    start: float
+    slant: float
+    """Part of the displacement that is along the normal."""
+    height: float
+    speed: float
+    acceleration: float
+
+
+@value.register
+def _(curve: Lift, t):
+    flight = curve.height + (curve.speed + 0.5 * curve.acceleration * t) * t
+    return flight - curve.slant * place(curve.course.path, curve.start + t)
+
+
+@slope.register
+def _(curve: Lift, t):
+    return curve.speed + curve.acceleration * t - curve.slant * pace(curve.course.path, curve.start + t)
+
+
+@curvature.register
+def _(curve: Lift, start, end):
+    return abs(curve.acceleration) + abs(curve.slant) * curve.course.bend
+
+
+@inner
+def height_above(body, g, x, v, radius, growth):
+    """Return height above a plane, its rate and its acceleration."""
+    height = -body.offset - radius
+    speed = -growth
+    acceleration = 0.0
+    for axis in range(len(body.normal)):
+        height += body.normal[axis] * x[axis]
+        speed += body.normal[axis] * v[axis]
+        acceleration += body.normal[axis] * g[axis]
+    return height, speed, acceleration
+
+
+@time_to_moving.register
+def _(body: HalfSpace, course, start, g, x, v, radius, growth):
+    height, speed, acceleration = height_above(body, g, x, v, radius, growth)
+    slant = 0.0
+    for axis in range(len(body.normal)):
+        slant += body.normal[axis] * course.direction[axis]
+    low = min(slant * course.lowest, slant * course.highest)
+    high = max(slant * course.lowest, slant * course.highest)
+    curve = Lift(course, start, slant, height, speed, acceleration)
+    if acceleration < 0.0 or (acceleration == 0.0 and speed < 0.0):
+        limit = SURE * first_landing(height - low, speed, acceleration)
+        over = height - high
+        root = speed * speed - 2.0 * acceleration * over
+        if over <= 0.0 and (speed <= 0.0 or root < 0.0):
+            return next_fall(curve, limit)
+        if over <= 0.0:  # it leaves the heights at which the plane may be, or is met before
+            t = next_fall(curve, SURE * -2.0 * over / (speed + np.sqrt(root)))
+            if t < NEVER:
+                return t
+        # Nothing happens until it is back, or comes there.
+        back = (2.0 - SURE) * first_landing(over, speed, acceleration)
+        return back + next_fall(later(curve, back), limit - back)
+    if acceleration > 0.0 or speed > 0.0:
+        limit = last_passing(height - high, speed, acceleration)
+    else:
+        limit = course.period if height <= high else -NEVER
+    return next_fall(curve, limit) if limit >= 0.0 else NEVER
+
+
+@inner
+def later(curve, t):
+    """Return the height above a plane as a function of the time since t."""
+    return Lift(
+        curve.course,
+        curve.start + t,
+        curve.slant,
+        curve.height + (curve.speed + 0.5 * curve.acceleration * t) * t,
+        curve.speed + curve.acceleration * t,
+        curve.acceleration,
+    )
+
+
+class Gap(NamedTuple):
+    """How far a component is from a ball, or from the inside of a container, in squares of distances."""
+
+    course: Course
+    start: float
+    side: float
+    """1 outside of a ball, -1 inside of a container."""
+    along: int
+    """An axis that does not count, or -1."""
+    center: Any
+    contact: float
+    """Distance of contact from the centre now [length]."""
+    growth: float
+    """Its rate."""
+    g: tuple
+    x: Any
+    v: Any
+
+
+@inner
+def gap_at(curve, t):
+    """Return r.r, r.v, v.v, and a bound on the magnitude of the relative acceleration."""
+    wall_position, rate = place(curve.course.path, curve.start + t), pace(curve.course.path, curve.start + t)
+    rr = 0.0
+    rv = 0.0
+    vv = 0.0
+    gg = 0.0
+    for axis in range(len(curve.g)):
+        if axis != curve.along:
+            fallen = curve.v[axis] + 0.5 * curve.g[axis] * t
+            r = curve.x[axis] + fallen * t - curve.center[axis] - curve.course.direction[axis] * wall_position
+            v = curve.v[axis] + curve.g[axis] * t - curve.course.direction[axis] * rate
+            rr += r * r
+            rv += r * v
+            vv += v * v
+            gg += curve.g[axis] * curve.g[axis]
+    return rr, rv, vv, np.sqrt(gg) + curve.course.bend
+
+
+@value.register
+def _(curve: Gap, t):
+    rr, _, _, _ = gap_at(curve, t)
+    contact = curve.contact + curve.growth * t
+    return curve.side * (rr - contact * contact)
+
+
+@slope.register
+def _(curve: Gap, t):
+    _, rv, _, _ = gap_at(curve, t)
+    return 2.0 * curve.side * (rv - curve.growth * (curve.contact + curve.growth * t))
+
+
+@curvature.register
+def _(curve: Gap, start, end):
+    rr, _, vv, force = gap_at(curve, start)
+    t = end - start
+    speed = np.sqrt(vv) + force * t
+    distance = np.sqrt(rr) + (np.sqrt(vv) + 0.5 * force * t) * t
+    return 2.0 * (speed * speed + distance * force + curve.growth * curve.growth)
+
+
+@inner
+def time_near(gap):
+    """Return the time from which on a component is out of reach for ever, or has left for certain what it is
+    in; negative, if it never is in reach. One that grows must be in a field: :func:`straight_growth`.
+    """
+    course = gap.course
+    range_of_wall = gap.contact + max(abs(course.lowest), abs(course.highest))
+    gg = 0.0
+    vv = 0.0
+    rg = 0.0
+    vg = 0.0
+    rv = 0.0
+    rr = 0.0
+    for axis in range(len(gap.g)):
+        if axis != gap.along:
+            r = gap.x[axis] - gap.center[axis]
+            gg += gap.g[axis] * gap.g[axis]
+            vv += gap.v[axis] * gap.v[axis]
+            rg += r * gap.g[axis]
+            vg += gap.v[axis] * gap.g[axis]
+            rv += r * gap.v[axis]
+            rr += r * r
+    if gg > 0.0:  # the parabola goes away along the field
+        force = np.sqrt(gg)
+        return last_passing(rg / force - range_of_wall, vg / force - max(gap.growth, 0.0), force)
+    if vv > 0.0:
+        return last_passing(0.5 * (rr - range_of_wall * range_of_wall), rv, vv)
+    return course.period if rr <= range_of_wall * range_of_wall else -NEVER
+
+
+@inner
+def first_touch(gap):
+    """Return the time until a component touches a ball, or the inside of a container."""
+    limit = time_near(gap)
+    return next_fall(gap, SURE * limit) if 0.0 <= limit < NEVER else NEVER
+
+
+@time_to_moving.register
+def _(body: SolidBall, course, start, g, x, v, radius, growth):
+    return first_touch(Gap(course, start, 1.0, -1, body.center, body.radius + radius, growth, g, x, v))
+
+
+@time_to_moving.register
+def _(body: InsideOfSphere, course, start, g, x, v, radius, growth):
+    return first_touch(Gap(course, start, -1.0, -1, body.center, body.radius - radius, -growth, g, x, v))
+
+
+@time_to_moving.register
+def _(body: InsideOfCylinder, course, start, g, x, v, radius, growth):
+    free_radius = body.radius - radius
+    return first_touch(Gap(course, start, -1.0, body.axis, body.center, free_radius, -growth, g, x, v))
+
+
+@inner
+def at_rest(g):
+    """Return the course of what does not move."""
+    return Course(Still(), g, 0.0, 0.0, 0.0, NEVER)
+
+
+@inner
+def straight_growth(g, along, growth):
+    """Return whether a component grows, and no field acts on it but along one axis: it has no last time near
+    what it may touch by growing, and the contact is the root of a quadratic equation.
+    """
+    across = 0.0
+    for axis in range(len(g)):
+        if axis != along:
+            across += abs(g[axis])
+    return growth != 0.0 and across == 0.0
+
+
+@fall.register
+def _(obstacle: HalfSpace, g, x, v, radius, growth, now):
+    height, speed, acceleration = height_above(obstacle, g, x, v, radius, growth)
+    return first_landing(height, speed, acceleration)
+
+
+@fall.register
+def _(obstacle: SolidBall, g, x, v, radius, growth, now):
+    if straight_growth(g, -1, growth):
+        return encounter(obstacle, x, v, radius, growth)
+    return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
+
+
+@fall.register
+def _(obstacle: InsideOfSphere, g, x, v, radius, growth, now):
+    if straight_growth(g, -1, growth):
+        return encounter(obstacle, x, v, radius, growth)
+    return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
+
+
+@fall.register
+def _(obstacle: InsideOfCylinder, g, x, v, radius, growth, now):
+    if straight_growth(g, obstacle.axis, growth):
+        return encounter(obstacle, x, v, radius, growth)
+    return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
+
+
+@optional
+def landing_on_wall(walls, g, x, v, radius, growth):
+    """Return the time until a component on a parabola touches a wall of the box, and its number; as of
+    :func:`carom.models.questions.walls.soonest_wall`.
+    """
+    return NEVER, np.int64(-1)
+
+
+@landing_on_wall.register
+def _(walls: Cushions, g, x, v, radius, growth):
+    best = NEVER
+    number = np.int64(-1)
+    for axis in range(len(walls.edges)):
+        if walls.walled[axis] != 0:
+            low = first_landing(x[axis] - radius, v[axis] - growth, g[axis])
+            high = first_landing(walls.edges[axis] - x[axis] - radius, -v[axis] - growth, -g[axis])
+            if min(low, high) < best:
+                best = min(low, high)
+                number = np.int64(2 * axis + (high < low))
+    return best, number
+
+
+@landing_on_wall.register
+def _(walls: Faces, g, x, v, radius, growth):
+    best = NEVER
+    number = np.int64(-1)
+    for axis in range(len(walls.lows)):
+        if walls.lower[axis] != 0:
+            t = first_landing(x[axis] - walls.lows[axis] - radius, v[axis] - growth, g[axis])
+            if t < best:
+                best = t
+                number = np.int64(2 * axis)
+        if walls.upper[axis] != 0:
+            t = first_landing(walls.highs[axis] - x[axis] - radius, -v[axis] - growth, -g[axis])
+            if t < best:
+                best = t
+                number = np.int64(2 * axis + 1)
+    return best, number
+
+
+@landing_on_wall.register
+def _(walls: Yielding, g, x, v, radius, growth):
+    return landing_on_wall(walls.walls, g, x, v, radius, growth)

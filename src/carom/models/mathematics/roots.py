@@ -1,0 +1,127 @@
+"""The next time at which a smooth function is <= 0 and falling, with a proof that none before it is missed.
+
+A *curve* is a ``NamedTuple`` for whose type three questions are answered: its value, its slope, and a bound
+K on its second derivative. From a value f > 0 and a slope s the function stays above ``f + s t - K t^2 / 2``,
+so it cannot reach zero before that parabola does. The search goes from one such root to the next. As soon as
+K proves that the slope keeps its sign, the root lies alone between two times, and that bracket is narrowed to
+two neighbouring doubles.
+
+Where the function is <= 0 but not falling (a contact that has just been processed), it cannot fall before
+``s / K``: the search goes on from there. It is the stable event that Bannerman et al. (J. Chem. Phys. 141
+(2014) 041101) ask for: "<= 0 and falling" covers contacts, grazes and overlaps by rounding alike.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.registry import inner, required
+from carom.models.questions.particles import NEVER
+
+WIDER = 4.0
+"""The next interval over which K is asked for is so many times as long as the last step."""
+
+SHORTEST = 2.0**-50
+"""Part of the time searched by which a search goes on at least: two zeros nearer than that are one."""
+
+
+@required
+def value(curve, t):
+    """Return the function at the time t."""
+
+
+@required
+def slope(curve, t):
+    """Return its first derivative at the time t."""
+
+
+@required
+def curvature(curve, start, end):
+    """Return a bound on the magnitude of its second derivative between two times, finite between finite
+    ones.
+    """
+
+
+@inner
+def next_fall(curve, limit):
+    """Return the first time from 0 to a limit at which a function is <= 0 and falling, or NEVER.
+
+    Parameters
+    ----------
+    curve : NamedTuple
+        Answers ``value``, ``slope`` and ``curvature``.
+    limit : float
+        How far to look; finite. The fewer zeros the function has, the more steps it takes to get there.
+
+    Returns
+    -------
+    t : float
+        0 where it is <= 0 and falling now. Else the function is > 0 at the double before t, or begins to fall
+        at t: no such time was passed, but for what values that are rounded cannot tell.
+    """
+    t = 0.0
+    window = limit
+    least = SHORTEST * limit
+    while t <= limit:
+        f, s = value(curve, t), slope(curve, t)
+        if f <= 0.0 and s < 0.0:
+            return t
+        window = min(window, limit - t)
+        bound = curvature(curve, t, t + window)
+        if f > 0.0:
+            newton = f / -s if s < 0.0 else NEVER
+            if 2.0 * newton <= window and 2.0 * bound * newton <= -s:
+                return bracketed(curve, t, t + 2.0 * newton, newton)
+            root = np.sqrt(s * s + 2.0 * bound * f)
+            slow = (s + root) / bound if bound > 0.0 else NEVER
+            step = 2.0 * f / (root - s) if s < 0.0 else slow
+        else:
+            step = s / bound if bound > 0.0 else NEVER
+        step = max(min(step, window), least)
+        t += max(step, np.spacing(t))
+        window = WIDER * step
+    return NEVER
+
+
+@inner
+def bracketed(curve, low, high, newton):
+    """Return the time at which a function that falls from ``low`` to ``high`` reaches zero.
+
+    The function is > 0 at the double before it, and <= 0 there. ``newton`` is how far from ``low`` the
+    tangent says it is.
+    """
+    t = low + newton
+    for _ in range(8):  # quadratic from here: fewer are used
+        f, s = value(curve, t), slope(curve, t)
+        if f > 0.0:
+            low = max(low, t)
+        else:
+            high = min(high, t)
+        ahead = t - f / s if s < 0.0 else t
+        done = abs(ahead - t) <= 4.0 * np.spacing(t)
+        t = min(max(ahead, low), high)
+        if done:
+            break
+    # Newton's method comes from one side, and leaves the other end of the bracket where it was.
+    resolution = 2.0 * np.spacing(t)
+    while low < t - resolution:
+        if value(curve, t - resolution) > 0.0:
+            low = t - resolution
+            break
+        high = t - resolution
+        resolution *= 4.0
+    resolution = 2.0 * np.spacing(t)
+    while high > t + resolution:
+        if value(curve, t + resolution) <= 0.0:
+            high = t + resolution
+            break
+        low = t + resolution
+        resolution *= 4.0
+    while True:
+        middle = low + 0.5 * (high - low)
+        if not low < middle < high:
+            return high
+        if value(curve, middle) > 0.0:
+            low = middle
+        else:
+            high = middle

@@ -1,0 +1,4 @@
+"""How components move between two events.
+
+No contact is known here.
+"""

@@ -1,0 +1,289 @@
+"""Great circles: components on a sphere in R^d, each on its great circle between two events.
+
+The sphere has its centre in the middle of the box. A component keeps its position and velocity in R^d, with
+the velocity tangent to the sphere; relative to each other two components do not fly straight. The distance of
+a pair is that of R^d, along the chord. Two caps of angular diameter ``theta`` on the unit sphere touch where
+the chord of their centres is ``2 sin(theta / 2)``: hard spheres of this diameter whose centres ride on the
+sphere. Hard and growing cores, masses and contact laws are therefore used unchanged. The motion, the time of
+a meeting and the direction of the impulse are new.
+
+The paper names this billiard in section 10: Smith's search for optimal spherical codes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.compiling.registry import inner
+from carom.errors import InputError
+from carom.models.interactions.hard_cores import HardCores
+from carom.models.mathematics.roots import curvature, next_fall, slope, value
+from carom.models.questions.motion import carry, meeting_time, position, thrust, velocity
+from carom.models.questions.particles import NEVER, Particles
+
+NEARLY = 2.0**-30
+"""Part of the radius by which a position may be off the sphere, and of the speed by which a velocity may
+point out of it. Both are brought onto the sphere.
+"""
+
+
+@dataclass(frozen=True)
+class GreatCircles:
+    """Motion on a sphere in the middle of the box, on great circles.
+
+    Parameters
+    ----------
+    radius : float
+        Radius of the sphere [length]. Every edge of the box must be more than four times as long, so that no
+        image is near.
+
+    Raises
+    ------
+    InputError
+        If the radius is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from carom import Scene
+    >>> poles = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+    >>> scene = Scene(4.0 + poles, box=8.0, diameter=0.5, motion=GreatCircles())
+    >>> round(scene.packing_fraction, 4)  # three caps of the sphere
+    0.0476
+    """
+
+    radius: float = 1.0
+    straight = False
+    curved = True
+    """Two components do not fly straight relative to each other."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", checks.positive(self.radius, "radius of the sphere"))
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the arguments, for a file."""
+        return {"type": "great-circles", "radius": self.radius}
+
+    def conserves(self, axis: int) -> bool:
+        """Return False for every ``axis``: the forces that keep components on the sphere change momentum."""
+        return False
+
+    def check(self, scene: Any) -> None:
+        """Raise InputError if the scene does not fit on the sphere."""
+        if scene.dimension < 2:
+            raise InputError("Great circles need a sphere in two dimensions or more, found one.")
+        if not isinstance(scene.interaction, HardCores):
+            raise InputError(
+                f"On great circles hard cores meet, found the interaction {type(scene.interaction).__name__}."
+            )
+        if not all(scene.periodic) or scene.obstacles:
+            raise InputError("On great circles components meet no walls or obstacles: leave them out.")
+        if min(scene.box) <= 4.0 * self.radius:
+            raise InputError(
+                f"A sphere of radius {self.radius:g} needs edges of more than {4.0 * self.radius:g}, so that "
+                f"no image is near; the shortest is {min(scene.box):g}."
+            )
+        arms = scene.positions - 0.5 * np.asarray(scene.box)
+        lengths = np.linalg.norm(arms, axis=1)
+        off = int(np.abs(lengths - self.radius).argmax())
+        if abs(lengths[off] - self.radius) > NEARLY * self.radius:
+            raise InputError(
+                f"Component {off} is {lengths[off]:.9g} from the middle of the box; expected "
+                f"{self.radius:.9g}, the radius of the sphere."
+            )
+        if scene.velocities is not None:
+            speeds = np.linalg.norm(scene.velocities, axis=1)
+            out = np.abs(np.einsum("ij,ij->i", arms, scene.velocities)) / self.radius
+            worst = int((out - NEARLY * speeds).argmax())
+            if out[worst] > NEARLY * speeds[worst]:
+                raise InputError(
+                    f"The velocity of component {worst} points out of the sphere, by {out[worst]:.3g} of "
+                    f"{speeds[worst]:.3g}; take a tangent one, or none to have them drawn."
+                )
+
+    def degrees_of_freedom(self, n: int, dimension: int) -> int:
+        """Return the degrees of freedom of ``n`` velocities, ``n (dimension - 1)``."""
+        return n * (dimension - 1)
+
+    def tangent(self, positions: np.ndarray, velocities: np.ndarray, box: Sequence[float]) -> np.ndarray:
+        """Return the part of ``velocities`` (n, d) that is tangent to the sphere at ``positions`` (n, d)."""
+        arms = (positions - 0.5 * np.asarray(box)) / self.radius
+        return velocities - np.einsum("ij,ij->i", arms, velocities)[:, None] * arms
+
+    def packing_fraction(self, diameters: np.ndarray, box: Sequence[float]) -> float:
+        """Return the fraction of the sphere that caps of ``diameters`` (n,) cover."""
+        from scipy.special import betainc
+
+        sine = np.minimum(0.5 * np.asarray(diameters) / self.radius, 1.0)
+        return float(np.sum(0.5 * betainc(0.5 * (len(box) - 1), 0.5, sine * sine)))
+
+    def model(self, particles: Particles) -> Circles:
+        """Return the model that the engine compiles."""
+        return Circles(tuple(0.5 * edge for edge in particles.box), self.radius)
+
+
+class Circles(NamedTuple):
+    """Motion on a sphere."""
+
+    center: tuple
+    """Centre of the sphere [length]."""
+    radius: float
+    """Radius of the sphere [length]."""
+
+
+HALF_TURN_HIGH, HALF_TURN_LOW = 1.57079632673412561417, 6.07710050650619224932e-11
+"""pi / 2 in two parts: a small multiple of the first is exact."""
+
+
+@inner
+def cosine_and_sine(angle):
+    """Return cosine and sine of an ``angle`` by arithmetic alone, so that every machine has the same bits.
+
+    They are accurate to 1e-16 for angles up to 1e5. The polynomials are those of fdlibm (Sun Microsystems,
+    1993).
+    """
+    turns = np.rint(angle * (2.0 / math.pi))
+    x = (angle - turns * HALF_TURN_HIGH) - turns * HALF_TURN_LOW
+    z = x * x
+    s = 2.75573137070700676789e-06 + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
+    s = 8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * s)
+    sine = x + x * z * (-1.66666666666666324348e-01 + z * s)
+    c = 2.08757232129817482790e-09 + z * -1.13596475577881948265e-11
+    c = 2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07 + z * c)
+    c = 4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * c)
+    half = 0.5 * z
+    cosine = (1.0 - half) + (((1.0 - (1.0 - half)) - half) + z * z * c)
+    quarter = np.int64(turns) & 3
+    a = sine if quarter & 1 else cosine
+    b = cosine if quarter & 1 else sine
+    return (-a if (quarter == 1) | (quarter == 2) else a), (-b if quarter >= 2 else b)
+
+
+@inner
+def speed_of(v):
+    """Return the magnitude of the velocity ``v``, (d,)."""
+    square = 0.0
+    for axis in range(len(v)):
+        square += v[axis] * v[axis]
+    return np.sqrt(square)
+
+
+@carry.register
+def _(motion: Circles, x, v, t, there, then):
+    pace = speed_of(v) / motion.radius
+    c, s = cosine_and_sine(pace * t)
+    length = s / pace if pace > 0.0 else t
+    square = 0.0
+    out = 0.0
+    for axis in range(len(motion.center)):
+        arm = x[axis] - motion.center[axis]
+        u = v[axis]
+        there[axis] = arm * c + u * length
+        then[axis] = u * c - arm * (pace * s)
+        square += there[axis] * there[axis]
+        out += there[axis] * then[axis]
+    # Rounding does not add up: back onto the sphere, and tangent.
+    scale = motion.radius / np.sqrt(square)
+    out /= square
+    for axis in range(len(motion.center)):
+        then[axis] -= out * there[axis]
+        there[axis] = there[axis] * scale + motion.center[axis]
+    return there, then, 0.0
+
+
+@position.register
+def _(motion: Circles, axis, x, v, t):
+    return x  # carry() has moved it
+
+
+@velocity.register
+def _(motion: Circles, axis, v, t):
+    return v
+
+
+@thrust.register
+def _(motion: Circles, axis, x, r, rr):
+    # r without its part along the radius, so much longer that the chord shrinks as it would in free flight.
+    square = motion.radius * motion.radius
+    tangent = r + (x - motion.center[axis]) * (0.5 * rr / square)
+    return tangent / (1.0 - 0.25 * rr / square)
+
+
+class Gap(NamedTuple):
+    """The gap of two components: ``r.r - (contact + rate t)^2`` along their great circles."""
+
+    me: Any
+    """Old event of the one."""
+    other: Any
+    """Old event of the other."""
+    center: tuple
+    """Centre of the sphere [length]."""
+    mine: float
+    """Angular speed of the one [1 / time]."""
+    its: float
+    """Angular speed of the other [1 / time]."""
+    now: float
+    """Time since the beginning of the epoch."""
+    contact: float
+    """Distance of contact now [length]."""
+    rate: float
+    """Rate at which the distance of contact grows."""
+    bound: float
+    """Bound on the magnitude of the second derivative of the gap."""
+
+
+@value.register
+def _(curve: Gap, t):
+    me, other = curve.me, curve.other
+    c, s = cosine_and_sine(curve.mine * (curve.now + t - me.t))
+    e, z = cosine_and_sine(curve.its * (curve.now + t - other.t))
+    s = s / curve.mine if curve.mine > 0.0 else 0.0
+    z = z / curve.its if curve.its > 0.0 else 0.0
+    rr = 0.0
+    for axis in range(len(curve.center)):
+        x = (me.x[axis] - curve.center[axis]) * c + me.v[axis] * s
+        y = (other.x[axis] - curve.center[axis]) * e + other.v[axis] * z
+        rr += (y - x) * (y - x)
+    core = curve.contact + curve.rate * t
+    return rr - core * core
+
+
+@slope.register
+def _(curve: Gap, t):
+    me, other = curve.me, curve.other
+    c, s = cosine_and_sine(curve.mine * (curve.now + t - me.t))
+    e, z = cosine_and_sine(curve.its * (curve.now + t - other.t))
+    along = s / curve.mine if curve.mine > 0.0 else 0.0
+    its_along = z / curve.its if curve.its > 0.0 else 0.0
+    rv = 0.0
+    for axis in range(len(curve.center)):
+        mine, its = me.x[axis] - curve.center[axis], other.x[axis] - curve.center[axis]
+        x, y = mine * c + me.v[axis] * along, its * e + other.v[axis] * its_along
+        u = other.v[axis] * e - its * (curve.its * z) - (me.v[axis] * c - mine * (curve.mine * s))
+        rv += (y - x) * u
+    return 2.0 * (rv - (curve.contact + curve.rate * t) * curve.rate)
+
+
+@curvature.register
+def _(curve: Gap, start, end):
+    return curve.bound
+
+
+@meeting_time.register
+def _(motion: Circles, me, other, now, contact, rate, limit, span):
+    own, its = speed_of(me.v), speed_of(other.v)
+    # r.r = 2 R^2 - 2 x_i.x_j, and the second derivative of x_i.x_j is at most (|v_i| + |v_j|)^2.
+    bound = 2.0 * ((own + its) * (own + its) + rate * rate)
+    curve = Gap(me, other, motion.center, own / motion.radius, its / motion.radius, now, contact, rate, bound)
+    gap = value(curve, 0.0)
+    # Nothing shrinks the gap faster than both speeds and the growth together.
+    if gap > 0.0 and np.sqrt(gap + contact * contact) - contact > (own + its + rate) * limit:
+        return NEVER, False
+    t = next_fall(curve, span)
+    return t, (t == 0.0) & (gap < 0.0)

@@ -1,0 +1,80 @@
+"""The obstacles, by their names in files, and functions for all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models.obstacles.arcs import Arc
+from carom.models.obstacles.balls import Ball
+from carom.models.obstacles.blocks import Box
+from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
+from carom.models.obstacles.planes import Plane, walls
+from carom.models.obstacles.segments import Segment, polygon
+from carom.models.obstacles.triangles import Triangle
+from carom.models.questions.obstacle import Obstacle, anchor, outward, repeated
+
+__all__ = [
+    "Arc",
+    "Ball",
+    "Box",
+    "CylindricalContainer",
+    "Obstacle",
+    "Plane",
+    "Segment",
+    "SphericalContainer",
+    "Triangle",
+    "polygon",
+    "walls",
+]
+
+#: The kinds by the names that scene files and checkpoints use.
+KINDS: dict[str, type] = {
+    "plane": Plane,
+    "ball": Ball,
+    "sphere": SphericalContainer,
+    "cylinder": CylindricalContainer,
+    "segment": Segment,
+    "arc": Arc,
+    "box": Box,
+    "triangle": Triangle,
+}
+
+
+def checked(obstacles: Any, box: Sequence[float], periodic: Sequence[bool]) -> tuple[Obstacle, ...]:
+    """Return obstacles as a tuple, each of which can stand in the box and draws its own random numbers.
+
+    Raises
+    ------
+    InputError
+        If one is no obstacle, or does not fit the box.
+    """
+    if not isinstance(obstacles, Sequence) or isinstance(obstacles, str):
+        raise InputError(f"obstacles must be a tuple of obstacles, found {checks.describe(obstacles)}.")
+    standing: list[Obstacle] = []
+    for k, obstacle in enumerate(obstacles):
+        if isinstance(obstacle, type) or not isinstance(obstacle, Obstacle):
+            raise InputError(
+                f"Obstacle {k} must be one of {', '.join(c.__name__ for c in KINDS.values())}, or have name, "
+                f"gap, check and model as they do; found {checks.describe(obstacle)}."
+            )
+        obstacle.check(box, periodic)
+        drawing = getattr(obstacle, "drawing_apart", None)
+        standing.append(obstacle if drawing is None else drawing(standing, obstacles))
+    return tuple(standing)
+
+
+def outwards(
+    obstacle: Obstacle, positions: np.ndarray, box: Sequence[float], periodic: Sequence[bool]
+) -> np.ndarray:
+    """Return the unit vectors (n, d) along which an obstacle or its nearest image throws components back."""
+    model, d = obstacle.model(), len(box)
+    x = np.array(positions, dtype=np.float64).reshape(-1, d)
+    for axis in range(d):
+        if periodic[axis] and repeated(model):
+            x[:, axis] -= box[axis] * np.rint((x[:, axis] - anchor(model, axis)) / box[axis])
+    return np.array([[outward(model, tuple(each), axis) for axis in range(d)] for each in x]).reshape(-1, d)

@@ -1,0 +1,224 @@
+"""Arcs: pieces of circles in two dimensions, met from inside, from outside and at their ends.
+
+With segments they make the tables of billiards: stadium, mushroom, Sinai's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.compiling.registry import inner
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.obstacles.outlines import Arc as Drawn
+from carom.models.obstacles.outlines import images
+from carom.models.questions.obstacle import anchor, encounter, outward, repeated
+from carom.models.questions.particles import NEVER
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A piece of a circle in two dimensions, without thickness, with all its periodic images.
+
+    Parameters
+    ----------
+    center : 2 floats
+        Centre of the circle [length].
+    radius : float
+        Radius of the circle [length].
+    start, angle : float
+        Direction in which the arc begins, from the first axis, and its extent; counterclockwise [degrees].
+    name : str
+        Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range. The angle must be above 0 and at most 360.
+    """
+
+    center: tuple[float, float]
+    radius: float
+    start: float = 0.0
+    angle: float = 360.0
+    name: str = "arc"
+
+    def __post_init__(self) -> None:
+        fields.check_center_and_radius(self)
+        object.__setattr__(
+            self, "start", checks.number(self.start, "start of an arc", low=-360.0, high=360.0)
+        )
+        angle = checks.number(self.angle, "angle of an arc", low=0.0, high=360.0, open_low=True)
+        object.__setattr__(self, "angle", angle)
+
+    def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
+        """Raise InputError if the box is not two-dimensional, or if a periodic edge would cut the arc."""
+        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        if len(box) != 2:
+            raise InputError(f"{self.name} is for two dimensions, and the box has {len(box)}.")
+        for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
+            if repeats and not self.radius < self.center[axis] < edge - self.radius:
+                raise InputError(
+                    f"The circle of {self.name} crosses the edge of the box along axis {axis}, which is "
+                    "periodic. Set periodic to false for that axis, or move it."
+                )
+
+    def _middle(self) -> float:
+        return math.radians(self.start + 0.5 * self.angle)
+
+    def model(self) -> Bow:
+        """Return the model that the engine compiles."""
+        middle, half = self._middle(), math.radians(0.5 * self.angle)
+        ends = tuple(
+            self.center[k] + self.radius * opening(middle + sense * half)
+            for sense in (-1.0, 1.0)
+            for k, opening in enumerate((math.cos, math.sin))
+        )
+        # A whole circle has no ends: whatever the direction, its cosine is not below -2.
+        cosine_limit = -2.0 if self.angle == 360.0 else math.cos(half)
+        low, high = self.extent()
+        middle_angle = tuple((0.5 * (low + high)).tolist())
+        return Bow(
+            self.center, self.radius, (math.cos(middle), math.sin(middle)), cosine_limit, ends, middle_angle
+        )
+
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least and the largest coordinates on the arc [length]."""
+        quarters = (0.25 * math.tau * k for k in range(4))
+        first, opening = math.radians(self.start), math.radians(self.angle)
+        on = [first, first + opening, *(q for q in quarters if (q - first) % math.tau <= opening)]
+        points = np.array([(math.cos(q), math.sin(q)) for q in on])
+        center = np.array(self.center)
+        return center + self.radius * points.min(axis=0), center + self.radius * points.max(axis=0)
+
+    def spread(self) -> np.ndarray:
+        """Return the widths of the arc, (2,) [length]; zeros for a whole circle, whose images differ."""
+        low, high = self.extent()
+        return np.zeros(2) if self.angle == 360.0 else high - low
+
+    def gap(self, positions, radii, box, periodic):
+        """Return the distance of each surface from the nearest image of the arc, (n,) [length]."""
+        shifts = images(self.center, box, periodic)
+        return np.min([self._distance(positions - shift) for shift in shifts], axis=0) - radii
+
+    def _distance(self, positions: np.ndarray) -> np.ndarray:
+        """Return the distance of each position from the arc, (n,) [length]."""
+        bow = self.model()
+        r = positions - np.array(self.center)
+        distance = np.linalg.norm(r, axis=1)
+        along = r @ np.array(bow.middle) >= bow.cosine_limit * distance
+        ends = np.array(bow.ends).reshape(2, 2)
+        to_ends = np.linalg.norm(positions[:, None] - ends, axis=2).min(axis=1)
+        return np.where(along, np.abs(distance - self.radius), to_ends)
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
+        """Return the shapes to draw."""
+        return [Drawn(self.center, self.radius, math.radians(self.start), math.radians(self.angle))]
+
+
+class Bow(NamedTuple):
+    """A piece of a circle."""
+
+    center: tuple
+    radius: float
+    middle: tuple
+    """Unit vector from the center to the middle of the arc."""
+    cosine_limit: float
+    """Cosine of the angle between the middle and an end."""
+    ends: tuple
+    """Coordinates of the first end, then of the second."""
+    anchor: tuple
+    """Between its least and its largest coordinates [length]."""
+
+
+@inner
+def _on_arc(bow, x, v, t):
+    """Tell whether a component will be beside the arc itself, not beyond its ends, after a time t."""
+    along = 0.0
+    rr = 0.0
+    for axis in range(2):
+        r = x[axis] + v[axis] * t - bow.center[axis]
+        along += r * bow.middle[axis]
+        rr += r * r
+    return along >= bow.cosine_limit * np.sqrt(rr)
+
+
+@inner
+def _into(x0, x1, v0, v1, distance, growth):
+    """Return the time until a place that moves comes as near as a distance, which grows, or NEVER."""
+    c = x0 * x0 + x1 * x1 - distance * distance
+    b = x0 * v0 + x1 * v1 - distance * growth
+    a = v0 * v0 + v1 * v1 - growth * growth
+    discriminant = b * b - a * c
+    if discriminant < 0.0 or (b >= 0.0 and a >= 0.0):
+        return NEVER
+    return max(c / (np.sqrt(discriminant) - b), 0.0)
+
+
+@inner
+def _out_of(x0, x1, v0, v1, distance, growth):
+    """Return the time until a place that moves is as far away as a distance, which shrinks, or NEVER."""
+    c = x0 * x0 + x1 * x1 - distance * distance
+    b = x0 * v0 + x1 * v1 + distance * growth
+    a = v0 * v0 + v1 * v1 - growth * growth
+    if c >= 0.0 and b > 0.0:
+        return 0.0
+    discriminant = b * b - a * c
+    if discriminant < 0.0:
+        return NEVER
+    root = np.sqrt(discriminant)
+    if b > 0.0:
+        return max(-c / (b + root), 0.0)
+    return max((root - b) / a, 0.0) if a > 0.0 else NEVER
+
+
+@encounter.register
+def _(obstacle: Bow, x, v, radius, growth):
+    x0, x1 = x[0] - obstacle.center[0], x[1] - obstacle.center[1]
+    inside = x0 * x0 + x1 * x1 < obstacle.radius * obstacle.radius
+    best = NEVER
+    if not inside:
+        t = _into(x0, x1, v[0], v[1], obstacle.radius + radius, growth)
+        if t < NEVER and _on_arc(obstacle, x, v, t):
+            best = t
+    if best == NEVER and radius < obstacle.radius:
+        # From inside: now, or after coming in through where there is no arc.
+        t = _out_of(x0, x1, v[0], v[1], obstacle.radius - radius, growth)
+        if t < NEVER and (inside or t > 0.0) and _on_arc(obstacle, x, v, t):
+            best = t
+    if obstacle.cosine_limit >= -1.0:
+        for end in range(2):
+            e0, e1 = obstacle.ends[2 * end], obstacle.ends[2 * end + 1]
+            best = min(best, _into(x[0] - e0, x[1] - e1, v[0], v[1], radius, growth))
+    return best
+
+
+@outward.register
+def _(obstacle: Bow, x, axis):
+    r0, r1 = x[0] - obstacle.center[0], x[1] - obstacle.center[1]
+    distance = np.sqrt(r0 * r0 + r1 * r1)
+    if r0 * obstacle.middle[0] + r1 * obstacle.middle[1] >= obstacle.cosine_limit * distance:
+        sense = 1.0 if distance > obstacle.radius else -1.0
+        return sense * (r0 if axis == 0 else r1) / distance
+    first0, first1 = x[0] - obstacle.ends[0], x[1] - obstacle.ends[1]
+    second0, second1 = x[0] - obstacle.ends[2], x[1] - obstacle.ends[3]
+    first, second = first0 * first0 + first1 * first1, second0 * second0 + second1 * second1
+    if first <= second:
+        return (first0 if axis == 0 else first1) / np.sqrt(first)
+    return (second0 if axis == 0 else second1) / np.sqrt(second)
+
+
+@repeated.register
+def _(obstacle: Bow):
+    return True
+
+
+@anchor.register
+def _(obstacle: Bow, axis):
+    return obstacle.anchor[axis]

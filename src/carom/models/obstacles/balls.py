@@ -1,0 +1,150 @@
+"""Balls: fixed and solid, met under all their periodic images."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.densities import sphere_area
+from carom.models import fields
+from carom.models.mathematics.contact import MOST_DIAMETERS
+from carom.models.obstacles.outlines import Disk, SolidSphere, images
+from carom.models.questions.obstacle import anchor, encounter, member, members, outward, repeated
+from carom.models.questions.particles import NEVER
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A fixed solid ball (a disk for d = 2), with all its periodic images.
+
+    Parameters
+    ----------
+    center : d floats
+        Centre [length].
+    radius : float
+        Radius [length].
+    name : str
+        Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    center: tuple[float, ...]
+    radius: float
+    name: str = "ball"
+
+    def __post_init__(self) -> None:
+        fields.check_center_and_radius(self)
+
+    def gap(self, positions, radii, box, periodic):
+        """Return the distance of each surface from the nearest image of the ball, (n,) [length]."""
+        edges = np.where(periodic, box, np.inf)
+        separation = positions - np.array(self.center)
+        # A product with infinity would be no number along axes that are not periodic.
+        separation -= np.where(periodic, box, 0.0) * np.rint(separation / edges)
+        return np.linalg.norm(separation, axis=1) - self.radius - radii
+
+    def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
+        """Raise InputError if the center has another dimension."""
+        fields.check_dimensions(self.center, box, f"center of {self.name}")
+
+    def model(self) -> SolidBall:
+        """Return the model that the engine compiles."""
+        return SolidBall(self.center, self.radius)
+
+    def area(self, box: Sequence[float]) -> float:
+        """Return the surface area of the ball [length^(d-1)]."""
+        return sphere_area(len(box), self.radius)
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Disk]:
+        """Return the shapes to draw in two dimensions: all images that may reach into the box."""
+        return [Disk((x, y), radius) for (x, y, *_), radius in self.surface(box, periodic)]
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[SolidSphere]:
+        """Return the shapes to draw in three dimensions, in the same way."""
+        places = np.array(self.center) + images(self.center, box, periodic)
+        return [SolidSphere(tuple(place.tolist()), self.radius) for place in places]
+
+
+class SolidBall(NamedTuple):
+    """A solid ball, which stands in every image of the box."""
+
+    center: Any
+    """d floats."""
+    radius: float
+
+    @staticmethod
+    def together(balls: Sequence[SolidBall]) -> SolidBalls:
+        """Return many balls as one model."""
+        centers = np.array([ball.center for ball in balls])
+        return SolidBalls(centers, np.array([ball.radius for ball in balls]), np.zeros(centers.shape[1]))
+
+
+class SolidBalls(NamedTuple):
+    """Many solid balls, in arrays."""
+
+    centers: np.ndarray
+    """(k, d) float64."""
+    radii: np.ndarray
+    """(k,) float64."""
+    center: np.ndarray
+    """Room for a center, (d,)."""
+
+
+@members.register
+def _(crowd: SolidBalls):
+    return len(crowd.radii)
+
+
+@member.register
+def _(crowd: SolidBalls, k):
+    for axis in range(len(crowd.center)):
+        crowd.center[axis] = crowd.centers[k, axis]
+    return SolidBall(crowd.center, crowd.radii[k])
+
+
+@encounter.register
+def _(obstacle: SolidBall, x, v, radius, growth):
+    start = 0.0
+    for _ in range(2):
+        contact = obstacle.radius + radius + growth * start
+        c = -contact * contact
+        b = -contact * growth
+        a = -growth * growth
+        for axis in range(len(obstacle.center)):
+            r = x[axis] + v[axis] * start - obstacle.center[axis]
+            c += r * r
+            b += r * v[axis]
+            a += v[axis] * v[axis]
+        discriminant = b * b - a * c
+        if discriminant < 0.0 or (b >= 0.0 and a >= 0.0):
+            return NEVER
+        t = start + c / (np.sqrt(discriminant) - b)
+        if start > 0.0 or c < (MOST_DIAMETERS * contact) ** 2 or a <= 0.0:
+            break
+        start = max(t - 2.0 * contact / np.sqrt(a), 0.0)  # with the digits that are lost from so far away
+    return max(t, 0.0)
+
+
+@outward.register
+def _(obstacle: SolidBall, x, axis):
+    rr = 0.0
+    for k in range(len(obstacle.center)):
+        rr += (x[k] - obstacle.center[k]) ** 2
+    return (x[axis] - obstacle.center[axis]) / np.sqrt(rr)
+
+
+@repeated.register
+def _(obstacle: SolidBall):
+    return True
+
+
+@anchor.register
+def _(obstacle: SolidBall, axis):
+    return obstacle.center[axis]

@@ -1,0 +1,98 @@
+"""Blocks: boxes that stand in the way, with sharp or rounded edges, in any dimension."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
+from carom.models.questions.obstacle import anchor, encounter, outward, repeated
+
+
+@dataclass(frozen=True)
+class Box(Body):
+    """A block with edges along the axes, rounded if it has a radius.
+
+    Parameters
+    ----------
+    low, high : d floats
+        Two opposite corners [length].
+    radius : float
+        Thickness added on all sides [length].
+    name : str
+        Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If an edge is not positive, or a number is out of range.
+    """
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    radius: float = 0.0
+    name: str = "box"
+
+    def __post_init__(self) -> None:
+        low, high = points_of((self.low, self.high), "corners of a box")
+        if any(not a < b for a, b in zip(low, high, strict=True)):
+            raise InputError(f"low must be below high along every axis, found {low} and {high}.")
+        object.__setattr__(self, "low", low)
+        object.__setattr__(self, "high", high)
+        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a box", low=0.0))
+        fields.check_name(self)
+
+    def corners(self) -> np.ndarray:
+        """Return all corners, (2^d, d) [length]."""
+        return np.array(list(itertools.product(*zip(self.low, self.high, strict=True))))
+
+    def spread(self) -> np.ndarray:
+        """Return zeros (d,) [length]: sides that face each other tell the images of a block apart."""
+        return np.zeros(len(self.low))
+
+    def model(self) -> Block:
+        """Return the model that the engine compiles."""
+        middle = tuple(0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
+        return Block(middle, self.radius, self.low, self.high)
+
+
+class Block(NamedTuple):
+    """All places within a distance of a block."""
+
+    anchor: tuple
+    """Its middle [length]."""
+    round: float
+    """The distance [length]."""
+    low: tuple
+    high: tuple
+
+
+@closest.register
+def _(body: Block, x, v, t, axis):
+    return min(max(x[axis] + v[axis] * t, body.low[axis]), body.high[axis])
+
+
+@encounter.register
+def _(obstacle: Block, x, v, radius, growth):
+    return first_touch(obstacle, x, v, radius, growth)
+
+
+@outward.register
+def _(obstacle: Block, x, axis):
+    return away(obstacle, x, axis)
+
+
+@repeated.register
+def _(obstacle: Block):
+    return True
+
+
+@anchor.register
+def _(obstacle: Block, axis):
+    return obstacle.anchor[axis]

@@ -1,0 +1,231 @@
+"""Containers: hollow spheres and cylinders around everything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.densities import sphere_area
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.mathematics.contact import leave_round
+from carom.models.obstacles.outlines import Circle, HollowCylinder, HollowSphere, Line
+from carom.models.questions.obstacle import encounter, outward
+
+
+@dataclass(frozen=True)
+class SphericalContainer:
+    """A hollow sphere around everything; no axis may be periodic.
+
+    Parameters
+    ----------
+    center : d floats
+        Centre [length].
+    radius : float
+        Inner radius [length].
+    name : str
+        Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    center: tuple[float, ...]
+    radius: float
+    name: str = "sphere"
+
+    def __post_init__(self) -> None:
+        fields.check_center_and_radius(self)
+
+    def gap(self, positions, radii, box, periodic):
+        """Return the distance of each component's surface from the container's, (n,) [length]."""
+        return self.radius - np.linalg.norm(positions - np.array(self.center), axis=1) - radii
+
+    def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
+        """Raise InputError if the center has another dimension, or an axis is periodic."""
+        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        if any(periodic):
+            raise InputError(
+                f"Around {self.name}, a spherical container, no axis may be periodic, found axis "
+                f"{list(periodic).index(True)}. Set periodic to false."
+            )
+
+    def confines(self, normal: Sequence[float]) -> tuple[float, float]:
+        """Return the offset of the plane with a unit ``normal`` that touches the container, twice."""
+        offset = sum(a * b for a, b in zip(self.center, normal, strict=True)) - self.radius
+        return offset, offset
+
+    def model(self) -> InsideOfSphere:
+        """Return the model that the engine compiles."""
+        return InsideOfSphere(self.center, self.radius)
+
+    def inside(self, box: Sequence[float]) -> float:
+        """Return the inner width [length]."""
+        return 2.0 * self.radius
+
+    def area(self, box: Sequence[float]) -> float:
+        """Return the inner surface area [length^(d-1)]."""
+        return sphere_area(len(box), self.radius)
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Circle]:
+        """Return the shapes to draw in two dimensions."""
+        return [Circle((self.center[0], self.center[1]), self.radius)]
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HollowSphere]:
+        """Return the shapes to draw in three dimensions."""
+        return [HollowSphere(tuple(self.center), self.radius)]
+
+
+@dataclass(frozen=True)
+class CylindricalContainer:
+    """A hollow cylinder around everything, along one of the axes; the others may not be periodic.
+
+    Parameters
+    ----------
+    axis : int
+        Direction of the cylinder: the number of an axis.
+    center : d floats
+        Any point on the cylinder's axis [length].
+    radius : float
+        Inner radius [length].
+    name : str
+        Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If there is no such axis, a number is out of range, or the space has one dimension only.
+    """
+
+    axis: int
+    center: tuple[float, ...]
+    radius: float
+    name: str = "cylinder"
+
+    def __post_init__(self) -> None:
+        fields.check_center_and_radius(self)
+        axis = checks.integer(self.axis, "axis of a cylinder", low=0, high=len(self.center) - 1)
+        object.__setattr__(self, "axis", axis)
+        if len(self.center) < 2:
+            raise InputError("A cylindrical container needs two dimensions or more, found one.")
+
+    def gap(self, positions, radii, box, periodic):
+        """Return the distance of each component's surface from the container's, (n,) [length]."""
+        across = np.delete(positions - np.array(self.center), self.axis, axis=1)
+        return self.radius - np.linalg.norm(across, axis=1) - radii
+
+    def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
+        """Raise InputError if the center has another dimension, or another axis is periodic."""
+        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        for axis, repeats in enumerate(periodic):
+            if repeats and axis != self.axis:
+                raise InputError(
+                    f"Across {self.name}, a cylindrical container along axis {self.axis}, no axis may be "
+                    f"periodic, found axis {axis}. Set periodic to false for that axis."
+                )
+
+    def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
+        """Return the offset of the plane across the cylinder that touches it, twice, or None.
+
+        ``normal`` is the unit normal of that plane.
+        """
+        if normal[self.axis] != 0.0:
+            return None
+        offset = sum(a * b for a, b in zip(self.center, normal, strict=True)) - self.radius
+        return offset, offset
+
+    def model(self) -> InsideOfCylinder:
+        """Return the model that the engine compiles."""
+        return InsideOfCylinder(self.axis, self.center, self.radius)
+
+    def inside(self, box: Sequence[float]) -> float:
+        """Return the inner width [length]."""
+        return 2.0 * self.radius
+
+    def glides(self, axis: int) -> bool:
+        """Return whether the cylinder exchanges no momentum along an axis."""
+        return axis == self.axis
+
+    def area(self, box: Sequence[float]) -> float:
+        """Return the inner surface area [length^(d-1)]."""
+        return sphere_area(len(box) - 1, self.radius) * box[self.axis]
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Line]:
+        """Return the shapes to draw in two dimensions."""
+        middle = self.center[1 - self.axis]
+        return [Line(self.axis, middle + side * self.radius) for side in (-1, 1)]
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HollowCylinder]:
+        """Return the shapes to draw in three dimensions."""
+        return [HollowCylinder(self.axis, tuple(self.center), self.radius)]
+
+
+class InsideOfSphere(NamedTuple):
+    """The inside of a sphere is free."""
+
+    center: tuple
+    radius: float
+
+
+@encounter.register
+def _(obstacle: InsideOfSphere, x, v, radius, growth):
+    free_radius = obstacle.radius - radius
+    c = -free_radius * free_radius
+    b = free_radius * growth
+    a = -growth * growth
+    for axis in range(len(obstacle.center)):
+        r = x[axis] - obstacle.center[axis]
+        c += r * r
+        b += r * v[axis]
+        a += v[axis] * v[axis]
+    return leave_round(c, b, a)
+
+
+@outward.register
+def _(obstacle: InsideOfSphere, x, axis):
+    rr = 0.0
+    for k in range(len(obstacle.center)):
+        rr += (x[k] - obstacle.center[k]) ** 2
+    return (obstacle.center[axis] - x[axis]) / np.sqrt(rr)
+
+
+class InsideOfCylinder(NamedTuple):
+    """The inside of a cylinder along an axis is free."""
+
+    axis: int
+    """The coordinate along which it extends."""
+    center: tuple
+    """A point on its axis."""
+    radius: float
+
+
+@encounter.register
+def _(obstacle: InsideOfCylinder, x, v, radius, growth):
+    free_radius = obstacle.radius - radius
+    c = -free_radius * free_radius
+    b = free_radius * growth
+    a = -growth * growth
+    for axis in range(len(obstacle.center)):
+        if axis != obstacle.axis:
+            r = x[axis] - obstacle.center[axis]
+            c += r * r
+            b += r * v[axis]
+            a += v[axis] * v[axis]
+    return leave_round(c, b, a)
+
+
+@outward.register
+def _(obstacle: InsideOfCylinder, x, axis):
+    if axis == obstacle.axis:
+        return 0.0
+    rr = 0.0
+    for k in range(len(obstacle.center)):
+        if k != obstacle.axis:
+            rr += (x[k] - obstacle.center[k]) ** 2
+    return (obstacle.center[axis] - x[axis]) / np.sqrt(rr)

@@ -1,0 +1,129 @@
+"""Convex bodies with rounded edges: segments and capped cylinders, boxes, triangles, in any dimension.
+
+A body says which of its points is closest to a place. The distance of a component in straight flight from a
+convex body is a convex function of time. So Newton's method from the present never passes the first contact:
+it reaches it, to the last bit, or finds that the component passes by.
+"""
+
+from __future__ import annotations
+
+import itertools
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from carom.compiling.registry import inner, required
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.obstacles.outlines import Hull, images
+from carom.models.questions.particles import NEVER
+
+STEPS = 200
+"""Steps of Newton's method at most. A contact takes five; a graze, at which each step halves the way, 60."""
+
+
+@required
+def closest(body, x, v, t, axis):
+    """Return a coordinate of the point of a body's skeleton that is closest to ``x + v t``."""
+
+
+@inner
+def first_touch(body, x, v, radius, growth):
+    """Return the time until a sphere at x touches a convex body, or NEVER: the answer of ``encounter``."""
+    t = 0.0
+    for _ in range(STEPS):
+        rr = 0.0
+        rv = 0.0
+        for axis in range(len(body.anchor)):
+            r = x[axis] + v[axis] * t - closest(body, x, v, t, axis)
+            rr += r * r
+            rv += r * v[axis]
+        distance = np.sqrt(rr)
+        gap = distance - body.round - radius - growth * t
+        approach = growth - rv / distance
+        if approach <= 0.0:
+            return NEVER  # the gap is convex: from here on it grows
+        if gap <= 0.0:
+            return t
+        later = t + gap / approach
+        if later == t:
+            return t
+        t = later
+    return t
+
+
+@inner
+def away(body, x, axis):
+    """Return a coordinate of the unit vector from a convex body to x: the answer of ``outward``."""
+    rr = 0.0
+    for k in range(len(body.anchor)):
+        r = x[k] - closest(body, x, x, 0.0, k)
+        rr += r * r
+    return (x[axis] - closest(body, x, x, 0.0, axis)) / np.sqrt(rr)
+
+
+class Body(ABC):
+    """What all convex bodies have in common; each has ``corners()``, ``model()`` and ``radius``."""
+
+    name: str
+    radius: float
+
+    @abstractmethod
+    def corners(self) -> np.ndarray:
+        """Return the corners (k, d) of the body without its rounding."""
+
+    @abstractmethod
+    def model(self) -> Any:
+        """Return the model that the engine compiles."""
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Hull]:
+        """Return the shapes to draw in two dimensions: all images that may reach into the box."""
+        return self.surface(box, periodic)
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Hull]:
+        """Return the shapes to draw in three dimensions, in the same way."""
+        corners = self.corners()
+        shifts = images(corners.mean(axis=0), box, periodic)
+        return [Hull(tuple(map(tuple, (corners + shift).tolist())), self.radius) for shift in shifts]
+
+    def gap(self, positions, radii, box, periodic):
+        """Return the distance of each surface from the nearest image of the body, (n,) [length]."""
+        body = self.model()
+        d = len(box)
+        nearest = np.full(len(positions), np.inf)
+        for turn in itertools.product(*[(-1, 0, 1) if repeats else (0,) for repeats in periodic]):
+            # The anchor may lie in another box.
+            home = np.floor(np.array(body.anchor) / box) * np.where(periodic, 1.0, 0.0)
+            for k, place in enumerate(positions + (home + np.array(turn)) * np.array(box)):
+                x = tuple(place.tolist())
+                r = [x[axis] - closest(body, x, x, 0.0, axis) for axis in range(d)]
+                nearest[k] = min(nearest[k], float(np.linalg.norm(r)))
+        return nearest - self.radius - radii
+
+    def spread(self) -> np.ndarray:
+        """Return the widths of the body, (d,) [length]."""
+        return np.ptp(self.corners(), axis=0) + 2.0 * self.radius
+
+    def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
+        """Raise InputError if the body has another dimension, or is wider than half of a periodic box."""
+        corners = self.corners()
+        fields.check_dimensions(tuple(corners[0]), box, f"corners of {self.name}")
+        widths = np.ptp(corners, axis=0) + 2.0 * self.radius
+        for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
+            if repeats and not widths[axis] <= 0.5 * edge:
+                raise InputError(
+                    f"{self.name} is {widths[axis]:.6g} wide along axis {axis}, which is periodic with "
+                    f"{edge:.6g}; it must fit into half of that, or its images could not be told apart."
+                )
+
+
+def points_of(values: Any, what: str) -> tuple[tuple[float, ...], ...]:
+    """Return points as tuples of numbers, all of one dimension and none like another."""
+    points = tuple(fields.vector(each, what) for each in values)
+    if len({len(point) for point in points}) > 1:
+        raise InputError(f"{what} must have one number of coordinates, found {points}.")
+    if len(set(points)) < len(points):
+        raise InputError(f"{what} must differ, found {points}.")
+    return points

@@ -1,0 +1,137 @@
+"""Planes: flat walls in any orientation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.obstacles.outlines import HalfPlane, SolidBehind
+from carom.models.questions.obstacle import encounter, outward
+from carom.models.questions.particles import NEVER
+
+UNIT = 2.0**-50
+"""How much a coordinate of a unit vector may be off by rounding."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A flat wall in any orientation: surfaces stay where ``normal.x >= offset``.
+
+    Parameters
+    ----------
+    normal : d floats
+        Vector to the allowed side, of any length. It must be zero along periodic axes.
+    offset : float
+        ``normal . x`` of the points x on the plane, with this normal: the distance of the plane from the
+        origin [length] times the length of the normal.
+    name : str
+        Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If the normal is zero, or a number is not finite.
+    """
+
+    normal: tuple[float, ...]
+    offset: float
+    name: str = "plane"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", fields.vector(self.normal, "normal of a plane"))
+        object.__setattr__(self, "offset", checks.number(self.offset, "offset of a plane"))
+        fields.check_name(self)
+        if not any(self.normal):
+            raise InputError("The normal of a plane must not be zero: it points to the allowed side.")
+
+    def _unit(self) -> tuple[tuple[float, ...], float]:
+        """Return the normal of length 1, and the plane's distance from the origin along it."""
+        length = math.hypot(*self.normal)
+        return tuple(x / length for x in self.normal), self.offset / length
+
+    def gap(self, positions, radii, box, periodic):
+        """Return the distance of each component's surface from the plane, (n,) [length]."""
+        normal, distance = self._unit()
+        return positions @ np.array(normal) - distance - radii
+
+    def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
+        """Raise InputError if the normal has another dimension, or a component along a periodic axis."""
+        fields.check_dimensions(self.normal, box, f"normal of {self.name}")
+        for axis, (component, repeats) in enumerate(zip(self.normal, periodic, strict=True)):
+            if component and repeats:
+                raise InputError(
+                    f"The normal of {self.name} has a component along axis {axis}, which is periodic: the "
+                    "plane would end at the box. Set periodic to false for that axis."
+                )
+
+    def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
+        """Return the offset of the plane with a unit ``normal``, twice; None if its own is another."""
+        unit, distance = self._unit()
+        same = max(abs(a - b) for a, b in zip(unit, normal, strict=True)) <= UNIT
+        return (distance, distance) if same else None
+
+    def model(self) -> HalfSpace:
+        """Return the model that the engine compiles."""
+        return HalfSpace(*self._unit())
+
+    def glides(self, axis: int) -> bool:
+        """Return whether the plane exchanges no momentum along an axis."""
+        return self.normal[axis] == 0.0
+
+    def outline(self, box: Sequence[float], periodic: Sequence[bool]) -> list[HalfPlane]:
+        """Return the shapes to draw in two dimensions."""
+        ((point, normal),) = self.surface(box, periodic)
+        return [HalfPlane((point[0], point[1]), (normal[0], normal[1]))]
+
+    def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[SolidBehind]:
+        """Return the shapes to draw in three dimensions."""
+        normal, distance = self._unit()
+        centre = 0.5 * np.asarray(box)
+        point = centre - (np.dot(normal, centre) - distance) * np.asarray(normal)
+        return [SolidBehind(tuple(point.tolist()), normal)]
+
+
+def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
+    """Return the hard walls of the axes that are not periodic: at 0, then at the edge, axis after axis."""
+    result = []
+    for axis, side in sides(periodic):
+        normal = tuple((-1.0) ** side * (k == axis) for k in range(len(box)))
+        side_name = ("lower", "upper")[side]
+        result.append(Plane(normal, -box[axis] if side else 0.0, f"{side_name} wall of axis {axis}"))
+    return tuple(result)
+
+
+def sides(periodic: Sequence[bool]) -> list[tuple[int, int]]:
+    """Return the walls of the box in their order: the axis of each, and 0 for a lower, 1 for an upper one."""
+    return [(axis, side) for axis, wraps in enumerate(periodic) if not wraps for side in (0, 1)]
+
+
+class HalfSpace(NamedTuple):
+    """The half space ``normal . x >= offset`` is free."""
+
+    normal: tuple
+    """Unit vector into the free side."""
+    offset: float
+    """Distance from the origin along the normal [length]."""
+
+
+@encounter.register
+def _(obstacle: HalfSpace, x, v, radius, growth):
+    height = -obstacle.offset - radius
+    approach = growth
+    for axis in range(len(obstacle.normal)):
+        height += obstacle.normal[axis] * x[axis]
+        approach -= obstacle.normal[axis] * v[axis]
+    return max(height / approach, 0.0) if approach > 0.0 else NEVER
+
+
+@outward.register
+def _(obstacle: HalfSpace, x, axis):
+    return obstacle.normal[axis]

@@ -1,0 +1,145 @@
+"""Segments and capped cylinders in any dimension, and polygons made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.densities import unit_ball_volume
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
+from carom.models.questions.obstacle import anchor, encounter, outward, repeated
+
+
+@dataclass(frozen=True)
+class Segment(Body):
+    """A straight line between two points, thickened to a capped cylinder: a stick for d = 2.
+
+    Parameters
+    ----------
+    start, end : d floats
+        The two ends [length].
+    radius : float
+        Distance of the surface from the line [length]. With 0 the segment is a thin wall, which components
+        hit from both sides.
+    name : str
+        Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If the points are the same, or a number is out of range.
+    """
+
+    start: tuple[float, ...]
+    end: tuple[float, ...]
+    radius: float = 0.0
+    name: str = "segment"
+
+    def __post_init__(self) -> None:
+        start, end = points_of((self.start, self.end), "ends of a segment")
+        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "end", end)
+        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a segment", low=0.0))
+        fields.check_name(self)
+
+    def corners(self) -> np.ndarray:
+        """Return the two ends, (2, d) [length]."""
+        return np.array([self.start, self.end])
+
+    def model(self) -> Stick:
+        """Return the model that the engine compiles."""
+        start, end = self.corners()
+        along = end - start
+        return Stick(
+            tuple((0.5 * (start + end)).tolist()),
+            self.radius,
+            self.start,
+            tuple(along.tolist()),
+            float(along @ along),
+        )
+
+    def area(self, box: Sequence[float]) -> float:
+        """Return the surface area, for a thin wall that of both sides [length^(d-1)]."""
+        d, length = len(box), float(np.linalg.norm(np.subtract(self.end, self.start)))
+        ball = d * unit_ball_volume(d) * self.radius ** (d - 1)
+        return ball + length * (d - 1) * unit_ball_volume(d - 1) * self.radius ** (d - 2) if d > 1 else 2.0
+
+
+class Stick(NamedTuple):
+    """All places within a distance of a segment."""
+
+    anchor: tuple
+    """Its middle [length]."""
+    round: float
+    """The distance [length]."""
+    start: tuple
+    along: tuple
+    """From start to end [length]."""
+    square: float
+    """Length squared [length^2]."""
+
+
+@closest.register
+def _(body: Stick, x, v, t, axis):
+    part = 0.0
+    for k in range(len(body.along)):
+        part += (x[k] + v[k] * t - body.start[k]) * body.along[k]
+    return body.start[axis] + min(max(part / body.square, 0.0), 1.0) * body.along[axis]
+
+
+@encounter.register
+def _(obstacle: Stick, x, v, radius, growth):
+    return first_touch(obstacle, x, v, radius, growth)
+
+
+@outward.register
+def _(obstacle: Stick, x, axis):
+    return away(obstacle, x, axis)
+
+
+@repeated.register
+def _(obstacle: Stick):
+    return True
+
+
+@anchor.register
+def _(obstacle: Stick, axis):
+    return obstacle.anchor[axis]
+
+
+def polygon(
+    corners: Any, *, radius: float = 0.0, closed: bool = True, name: str = "polygon"
+) -> list[Segment]:
+    """Return the sides of a polygon in two dimensions, or a line of segments in any.
+
+    Parameters
+    ----------
+    corners : (k, d) array_like
+        Corners in order [length].
+    radius : float
+        Thickness of each side, as for :class:`Segment` [length].
+    closed : bool
+        Whether the last corner is joined to the first.
+    name : str
+        Name of the polygon; that of side k is "name, side k".
+
+    Raises
+    ------
+    InputError
+        If there are too few corners, or two in a row are the same.
+    """
+    points = [fields.vector(each, "corners of a polygon") for each in corners]
+    if len(points) < (3 if closed else 2):
+        raise InputError(f"A polygon needs three corners, and a line two; found {len(points)}.")
+    ends = points[1:] + points[:1] if closed else points[1:]
+    starts = points if closed else points[:-1]
+    return [
+        Segment(start, end, radius, f"{name}, side {k}")
+        for k, (start, end) in enumerate(zip(starts, ends, strict=True))
+    ]

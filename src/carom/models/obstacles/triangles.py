@@ -1,0 +1,139 @@
+"""Triangles: the pieces of which surfaces are made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.compiling.registry import inner
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
+from carom.models.questions.obstacle import anchor, encounter, outward, repeated
+
+
+@dataclass(frozen=True)
+class Triangle(Body):
+    """A flat triangle, thickened if it has a radius: the piece of which surfaces are made.
+
+    Parameters
+    ----------
+    a, b, c : d floats
+        Corners [length].
+    radius : float
+        Thickness added on all sides [length]; 0 is a thin wall in three dimensions.
+    name : str
+        Name, for messages and results.
+
+    Raises
+    ------
+    InputError
+        If the corners lie on a line, or a number is out of range.
+    """
+
+    a: tuple[float, ...]
+    b: tuple[float, ...]
+    c: tuple[float, ...]
+    radius: float = 0.0
+    name: str = "triangle"
+
+    def __post_init__(self) -> None:
+        a, b, c = points_of((self.a, self.b, self.c), "corners of a triangle")
+        for key, point in zip("abc", (a, b, c), strict=True):
+            object.__setattr__(self, key, point)
+        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a triangle", low=0.0))
+        fields.check_name(self)
+        u, v = np.subtract(b, a), np.subtract(c, a)
+        if not (u @ u) * (v @ v) - (u @ v) ** 2 > 1e-12 * (u @ u) * (v @ v):
+            raise InputError(f"The corners of {self.name} lie on a line: give a Segment.")
+
+    def corners(self) -> np.ndarray:
+        """Return the three corners, (3, d) [length]."""
+        return np.array([self.a, self.b, self.c])
+
+    def model(self) -> Facet:
+        """Return the model that the engine compiles."""
+        corners = self.corners()
+        a, b, c = corners
+        u, v = b - a, c - a
+        middle = tuple((0.5 * (corners.min(axis=0) + corners.max(axis=0))).tolist())
+        sides = tuple(u.tolist()), tuple(v.tolist())
+        return Facet(middle, self.radius, self.a, *sides, float(u @ u), float(u @ v), float(v @ v))
+
+
+class Facet(NamedTuple):
+    """All places within a distance of a triangle."""
+
+    anchor: tuple
+    """Between its least and its largest coordinates [length]."""
+    round: float
+    """The distance [length]."""
+    corner: tuple
+    u: tuple
+    """From the first corner to the second [length]."""
+    v: tuple
+    """From the first corner to the third [length]."""
+    uu: float
+    uv: float
+    vv: float
+
+
+@inner
+def _barycentric(body, x, v, t):
+    """Return how far along u and v the point of a triangle lies that is closest to ``x + v t``."""
+    pu = 0.0
+    pv = 0.0
+    for k in range(len(body.anchor)):
+        r = x[k] + v[k] * t - body.corner[k]
+        pu += r * body.u[k]
+        pv += r * body.v[k]
+    # Inside, or the closest of the three sides.
+    determinant = body.uu * body.vv - body.uv * body.uv
+    a = (pu * body.vv - pv * body.uv) / determinant
+    b = (pv * body.uu - pu * body.uv) / determinant
+    if a >= 0.0 and b >= 0.0 and a + b <= 1.0:
+        return a, b
+    best_a = min(max(pu / body.uu, 0.0), 1.0)
+    best_b = 0.0
+    best = body.uu * best_a * best_a - 2.0 * best_a * pu
+    other = min(max(pv / body.vv, 0.0), 1.0)
+    square = body.vv * other * other - 2.0 * other * pv
+    if square < best:
+        best, best_a, best_b = square, 0.0, other
+    length = body.uu - 2.0 * body.uv + body.vv
+    part = min(max((pv - pu + body.uu - body.uv) / length, 0.0), 1.0)
+    first = 1.0 - part
+    square = first * first * body.uu + 2.0 * first * part * body.uv + part * part * body.vv
+    square -= 2.0 * (first * pu + part * pv)
+    if square < best:
+        best_a, best_b = first, part
+    return best_a, best_b
+
+
+@closest.register
+def _(body: Facet, x, v, t, axis):
+    a, b = _barycentric(body, x, v, t)
+    return body.corner[axis] + a * body.u[axis] + b * body.v[axis]
+
+
+@encounter.register
+def _(obstacle: Facet, x, v, radius, growth):
+    return first_touch(obstacle, x, v, radius, growth)
+
+
+@outward.register
+def _(obstacle: Facet, x, axis):
+    return away(obstacle, x, axis)
+
+
+@repeated.register
+def _(obstacle: Facet):
+    return True
+
+
+@anchor.register
+def _(obstacle: Facet, axis):
+    return obstacle.anchor[axis]

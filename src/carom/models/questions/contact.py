@@ -1,0 +1,43 @@
+"""What the engine asks of a contact law."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from carom.compiling.registry import optional
+from carom.models.questions.particles import Particles
+
+
+class Impact(Protocol):
+    """What a contact of two components loses, as users write it.
+
+    It may also have ``check(scene)``, as an :class:`Interaction`, ``elastic = True``, if no contact loses
+    energy, and ``adds_energy = True``, if contacts may add some, of which a simulation warns otherwise.
+    """
+
+    def model(self, particles: Particles) -> Any:
+        """Return what the engine compiles, or None where contacts are elastic."""
+
+
+@optional
+def transfer(impact, rr, rv):
+    """Return the part of an elastic contact's momentum that is exchanged: ``(1 + e) / 2``.
+
+    Parameters
+    ----------
+    impact : model or None
+        The contact law.
+    rr, rv : float
+        r.r [length^2] and r.v of the surfaces; ``rv^2 / rr`` is the normal speed squared.
+    """
+    return 1.0
+
+
+@optional
+def exchanged_part(impact, i, j, rr, rv, now):
+    """Return :func:`transfer` for the components i and j at the time ``now`` of the epoch.
+
+    It is for contact laws with memory, and is asked once per contact. By default it does not depend on i, j
+    and ``now``.
+    """
+    return transfer(impact, rr, rv)

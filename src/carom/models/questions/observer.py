@@ -1,0 +1,119 @@
+"""What an observer of one's own is told of the events of a run: three questions, and what is handed over.
+
+An observer is a ``NamedTuple`` of arrays into which a run adds something up, and of numbers. Functions that
+are registered for its class are compiled into the main cycle. What they are told is in the units of the scene
+(``docs/models``). The arrays of an event are used again for the next one: copy what is to be kept.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import optional
+
+
+class PairEvent(NamedTuple):
+    """A collision of two components, or another event of a pair with steps."""
+
+    i: int | np.integer
+    """The first component."""
+    j: int | np.integer
+    """The second."""
+    time: float
+    """Time since the start of the run [time], rounded to a double."""
+    r: np.ndarray
+    """From i to the image of j that it meets, (d,) [length]."""
+    x: np.ndarray
+    """Positions of i and j in the box, (2, d) [length]."""
+    before: np.ndarray
+    """Velocities of i and j before the event, (2, d) [length / time]."""
+    after: np.ndarray
+    """Velocities after it, (2, d)."""
+    virial: float
+    """r.dp [mass length^2 / time]."""
+    kind: int | np.integer
+    """CORE for a collision; IN, OUT or BOUNCE for other events of steps (``carom.models.questions``)."""
+
+
+class ObstacleEvent(NamedTuple):
+    """A contact of a component with an obstacle or a wall."""
+
+    i: int | np.integer
+    """The component."""
+    obstacle: int
+    """Place of the obstacle or wall in ``Simulation.obstacles``."""
+    time: float
+    """Time since the start of the run [time], rounded to a double."""
+    normal: np.ndarray
+    """Unit vector away from the obstacle where it is touched, (d,)."""
+    x: np.ndarray
+    """Position of the component in the box, (d,) [length]."""
+    before: np.ndarray
+    """Velocity before the contact, (d,) [length / time]."""
+    after: np.ndarray
+    """Velocity after it, (d,)."""
+    momentum: float
+    """What the component gained along the normal [mass length / time]."""
+    energy: float
+    """What it gained [energy]."""
+
+
+class Epoch(NamedTuple):
+    """All components at the beginning of an epoch."""
+
+    time: float
+    """Time since the start of the run [time], rounded to a double."""
+    x: np.ndarray
+    """Positions in the box, (n, d) [length]."""
+    v: np.ndarray
+    """Velocities, (n, d) [length / time]."""
+
+
+@optional
+def at_pair(observer, event):
+    """Observe an event of two components; by default it is ignored.
+
+    Parameters
+    ----------
+    observer : NamedTuple
+        The observer that is told.
+    event : PairEvent
+        What happened.
+    """
+    return
+
+
+@optional
+def at_obstacle(observer, event):
+    """Observe the contact of a component with an obstacle or a wall; by default it is ignored.
+
+    Parameters
+    ----------
+    observer : NamedTuple
+        The observer that is told.
+    event : ObstacleEvent
+        What happened.
+    """
+    return
+
+
+@optional
+def at_epoch(observer, event):
+    """Observe all components at the beginning of an epoch; by default it is ignored.
+
+    Epochs begin at equal times, which the engine chooses: anew when velocities are rescaled.
+
+    Parameters
+    ----------
+    observer : NamedTuple
+        The observer that is told.
+    event : Epoch
+        All components.
+    """
+    return
+
+
+QUESTIONS = (at_pair, at_obstacle, at_epoch)
+"""What an observer may answer."""
