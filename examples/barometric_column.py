@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import carom
 from carom import theory
-from carom.models.motions.gravity import Gravity
+from carom.models import Gravity
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks and samples")

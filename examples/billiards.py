@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import carom
-from carom.obstacles import Arc, Ball, Segment, polygon
+from carom.models import Arc, Ball, Segment, polygon
 from carom.pictures.drawing import draw_obstacles
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])

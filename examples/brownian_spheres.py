@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import carom
-from carom.models.drives import Brownian
+from carom.models import Brownian
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few spheres and samples")

@@ -29,7 +29,7 @@ length = 2_000 if args.smoke else 100_000
 W, SIGMA = 0.3, 0.2
 a = 2.0 + W
 box = (a, math.sqrt(3.0) * a)
-scatterers = [carom.obstacles.Ball((x * a, x * box[1]), 1.0 - SIGMA / 2) for x in (0.25, 0.75)]
+scatterers = [carom.models.Ball((x * a, x * box[1]), 1.0 - SIGMA / 2) for x in (0.25, 0.75)]
 scene = carom.Scene(
     [[0.25 * a, 0.75 * box[1]]], box, diameter=SIGMA, velocities=[[0.8, 0.6]], obstacles=scatterers
 )

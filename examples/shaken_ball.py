@@ -13,12 +13,7 @@ from matplotlib.figure import Figure
 
 import carom
 from carom.io.events import read_events
-from carom.models.contacts.losses import Loss
-from carom.models.motions.gravity import Gravity
-from carom.models.obstacles.paths import Sine
-from carom.models.obstacles.planes import Plane
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface
+from carom.models import Gravity, Loss, Plane, Shaken, Sine, Surface
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few amplitudes and bounces")

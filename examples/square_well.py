@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.collections import EllipseCollection
 
 import carom
-from carom.wells import Bonds, SquareWell, chains
+from carom.models import Bonds, SquareWell, chains
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few events, a small picture")

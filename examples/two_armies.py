@@ -21,7 +21,7 @@ import numpy as np
 
 import carom
 from carom.io.events import read_events
-from carom.ranges import LEFT, TIMER, Kind, Ranges, draw
+from carom.models import LEFT, TIMER, Kind, Ranges, draw
 from carom.simulation.replay import Replay
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])

@@ -16,7 +16,7 @@ import numba
 import numpy as np
 
 import carom
-from carom.models.obstacles import Ball
+from carom.models import Ball
 
 SCENES = {
     "rods": (carom.Scene(np.arange(10.0)[:, None] * 1.5, box=15.0), {}),

@@ -17,7 +17,7 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 
 # What several modules offer is shown once, on the page of the first of these.
-ORDER = ("models.interface", "errors", "io", "observables", "reference", "studies", "theory", "")
+ORDER = ("models.own", "models", "errors", "io", "observables", "reference", "studies", "theory", "")
 REQUEST = re.compile(r"^\{\{ api (?P<module>[\w.]+)(?: as (?P<shown>[\w.]+))? \}\}$", re.MULTILINE)
 
 

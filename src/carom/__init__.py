@@ -36,14 +36,12 @@ _LAZY = {
 }
 _MODULES = {
     "io": "carom.io",
+    "models": "carom.models",
     "observables": "carom.observables",
-    "obstacles": "carom.models.obstacles",
     "plots": "carom.pictures.plots",
-    "ranges": "carom.ranges",
     "reference": "carom.reference",
     "studies": "carom.studies",
     "theory": "carom.theory",
-    "wells": "carom.wells",
 }
 
 

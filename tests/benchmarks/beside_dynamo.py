@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 import carom
-from carom.wells import SquareWell
+from carom.models import SquareWell
 
 KT = 2.0
 EVENTS = 100_000

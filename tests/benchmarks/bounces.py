@@ -14,8 +14,8 @@ import argparse
 import numpy as np
 
 import carom
+from carom.models import Ball, SphericalContainer
 from carom.models.motions.gravity import Gravity
-from carom.models.obstacles import Ball, SphericalContainer
 from carom.models.obstacles.planes import Plane
 
 

@@ -37,15 +37,14 @@ from rates import rate, size_of
 
 import carom
 from carom.block import Block
+from carom.models import ENTERED, Kind, Ranges, SquareWell, Steps, StepTable
 from carom.models.motions.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics
-from carom.ranges import ENTERED, Kind, Ranges
 from carom.simulation import run_loop
 from carom.simulation.run_state import RunState
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import StudySpec, scene_spec
 from carom.studies.eos.start import start as begin
-from carom.wells import SquareWell, Steps, StepTable
 
 
 def size(given: argparse.Namespace) -> None:

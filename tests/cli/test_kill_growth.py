@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from helpers.mixtures import mixture
 from carom import Scene, Simulation
-from carom.models.obstacles import Ball
+from carom.models import Ball
 
 folder = Path(sys.argv[1])
 state = folder / "checkpoint.h5"

@@ -18,7 +18,7 @@ from carom import Scene
 from carom.compiling.code_digest import Walk
 from carom.engine import cycle
 from carom.models.motions.gravity import Gravity
-from carom.models.obstacles import Ball
+from carom.models import Ball
 from carom.models.interactions.wells import SquareWell
 from carom.simulation.run_state import RunState
 

@@ -8,7 +8,7 @@ from helpers import oracle_scenes
 from helpers.marks import slow
 
 import carom
-from carom.models.obstacles import Ball
+from carom.models import Ball
 
 
 @pytest.mark.parametrize(("edge", "each"), [(2.5, 2), (9.0, 0)])

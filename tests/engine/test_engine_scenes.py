@@ -16,8 +16,8 @@ from helpers.oracle_scenes import CASES, assert_no_overlap, compare, moving, pla
 from helpers.plain import TESTS, plain_python
 
 import carom
+from carom.models import Ball, Plane
 from carom.models.motions.gravity import Gravity
-from carom.models.obstacles import Ball, Plane
 from carom.simulation.run_state import RunState
 
 
@@ -352,7 +352,7 @@ import numpy as np
 np.seterr(all="ignore")
 import carom
 from helpers.oracle_scenes import assert_no_overlap
-from carom.obstacles import Ball
+from carom.models import Ball
 obstacles = [Ball((0.1, 0.1, 0.1), 0.3), Ball((0.6, 0.6, 0.6), 0.3)]
 scene = carom.Scene.random(1, 3, box=1.0, diameter=0.06, obstacles=obstacles, seed=0)
 sim = carom.Simulation(scene, seed=0, neighbors="sectors")

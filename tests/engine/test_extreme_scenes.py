@@ -12,7 +12,7 @@ from helpers.plain import plain_python
 
 import carom
 from carom.errors import InputError
-from carom.models.obstacles import Ball, CylindricalContainer, SphericalContainer
+from carom.models import Ball, CylindricalContainer, SphericalContainer
 
 START = """
 import warnings
@@ -88,7 +88,7 @@ sim = carom.Simulation(scene, seed=1)
 def test_a_disk_that_slides_along_its_container_is_named(run):
     # It touches and moves along exactly: the next hit is always now.
     program = """
-from carom.obstacles import SphericalContainer
+from carom.models import SphericalContainer
 ring = SphericalContainer((2.0, 2.0), 1.5)
 scene = carom.Scene([[3.0, 2.0], [1.5, 2.0]], 4.0, periodic=False, velocities=[[0.0, 1.0], [0.0, 0.0]],
                     obstacles=[ring])
@@ -197,7 +197,7 @@ def test_unlike_rods_keep_a_distance_far_below_their_diameters(near):
 CROWD = """
 import sys
 from carom.engine import obstacles as obstacle
-from carom.obstacles import Ball, Plane
+from carom.models import Ball, Plane
 obstacle.CROWDED = int(sys.argv[1])
 balls = [Ball((2.0 * (k % 3) + 1.0, 2.0 * (k // 3) + 1.0), 0.5 + 0.02 * k) for k in range(9)]
 floor = Plane((0.0, 1.0), 0.1)

@@ -21,6 +21,7 @@ import numpy as np
 import carom
 from carom.errors import CaromError
 from carom.io import checkpoint
+from carom.models import Kind, Ranges, draw
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
@@ -28,7 +29,6 @@ from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
-from carom.ranges import Kind, Ranges, draw
 from helpers.mixtures import mixture
 
 SECONDS = 20
@@ -86,7 +86,7 @@ def _mixture(**more):
     return mixture([30, 30], diameters=[1.0, 0.5], dimension=2, packing_fraction=0.4, seed=1, **more)
 
 
-WELL = carom.wells.SquareWell(1.5, 1.0)
+WELL = carom.models.SquareWell(1.5, 1.0)
 
 SCENES: dict[str, Any] = {
     "disks": lambda: (_fluid(), {}),

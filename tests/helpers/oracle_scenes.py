@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import carom
+from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.files.to_tables import obstacle_to_table
-from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.reference import NaiveSystem
 from helpers.mixtures import mixture
 from helpers.oracle import EPS, NUDGE, ROUNDINGS

@@ -20,8 +20,8 @@ import numpy as np
 
 import carom
 from carom.io.events import read_events
+from carom.models import Ball, Plane, SphericalContainer
 from carom.models.contacts.losses import Loss
-from carom.models.obstacles import Ball, Plane, SphericalContainer
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal

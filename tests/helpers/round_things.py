@@ -1,8 +1,8 @@
 """A scene of several tests of fields: a disk between round things."""
 
 import carom
+from carom.models import Ball, SphericalContainer
 from carom.models.motions.gravity import Gravity
-from carom.models.obstacles import Ball, SphericalContainer
 
 
 def around_a_ball():

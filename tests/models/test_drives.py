@@ -10,6 +10,7 @@ from helpers.mixtures import mixture
 
 import carom
 from carom.errors import InputError
+from carom.models import SquareWell
 from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise, kick, next_time
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
@@ -17,7 +18,6 @@ from carom.models.questions.particles import NEVER
 from carom.observables.statistics import blocking
 from carom.plan.plan import Plan
 from carom.simulation.replay import Replay
-from carom.wells import SquareWell
 
 SLOW = pytest.mark.slow
 

@@ -9,9 +9,9 @@ from helpers.plain import plain_python
 from helpers.round_things import around_a_ball
 
 import carom
+from carom.models import SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Falling, Gravity
-from carom.models.obstacles import SphericalContainer
 from carom.models.obstacles.containers import InsideOfSphere
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.surfaces import Surface

@@ -9,9 +9,9 @@ from helpers.marks import slow
 
 import carom
 from carom.errors import InputError, OverlapError
+from carom.models import Ball
 from carom.models.files.to_tables import obstacle_to_table
 from carom.models.interactions.pinned import Pinned
-from carom.models.obstacles import Ball
 from carom.reference import NaiveSystem
 from carom.simulation.replay import Replay
 

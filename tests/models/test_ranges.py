@@ -17,8 +17,8 @@ from carom.bridges.palette import FACES, rgb
 from carom.compiling.compile_errors import reason
 from carom.errors import InputError
 from carom.io.events import read_events
+from carom.models import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.pictures import viewdata
-from carom.ranges import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.reference.rules import NaiveRules
 from carom.simulation.replay import Replay
 

@@ -12,7 +12,7 @@ from helpers.plain import plain_python
 
 import carom
 from carom.errors import InputError
-from carom.ranges import ENTERED, TIMER, Kind, Ranges, draw
+from carom.models import ENTERED, TIMER, Kind, Ranges, draw
 
 EDGE = 10.0
 

@@ -20,7 +20,7 @@ RULES = """
 import math
 import os
 
-from carom.ranges import ENTERED, TIMER, draw
+from carom.models import ENTERED, TIMER, draw
 
 HARE, FOX = 0, 1
 os.environ["CAROM_RULES_RAN"] = "yes"
@@ -117,7 +117,7 @@ def test_who_trusts_the_file_gets_its_rule_and_the_digest_of_what_was_read(files
     plan = Plan.load(files / "scene.toml").trusted()
     scene = plan.build_scene()
     assert os.environ["CAROM_RULES_RAN"] == "yes"
-    assert isinstance(scene.interaction, carom.ranges.Ranges)
+    assert isinstance(scene.interaction, carom.models.Ranges)
     assert [kind.name for kind in scene.interaction.kinds] == ["hare", "fox"]
     assert scene.interaction.kinds[0].circles == (0.3, 3.0)
     # The same source is the same function: it is compiled once.

@@ -16,12 +16,12 @@ from carom import cli
 from carom.engine.pair_steps import read_steps
 from carom.errors import InputError, OverlapError
 from carom.io.events import read_events
+from carom.models import Bonds, SquareWell, Steps, StepTable, chains, from_potential, rings
 from carom.observables.steps import heat_capacity
 from carom.plan.plan import Plan
 from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
 from carom.simulation.replay import Replay
-from carom.wells import Bonds, SquareWell, Steps, StepTable, chains, from_potential, rings
 
 INF = math.inf
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 import carom
-from carom.wells import SquareWell, Steps, StepTable
+from carom.models import SquareWell, Steps, StepTable
 
 INF = math.inf
 

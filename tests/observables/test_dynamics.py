@@ -180,7 +180,7 @@ def of_frames(sim, time, frames):
 
 LORENTZ = carom.Scene(
     [[0.5, 3.5]], (4.0, 4.0), diameter=0.5, velocities=[[0.8, 0.6]],
-    obstacles=[carom.obstacles.Ball((2.0, 2.0), 1.0)],
+    obstacles=[carom.models.Ball((2.0, 2.0), 1.0)],
 )  # fmt: skip
 SLIT = carom.Scene(
     [[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]], (4.0, 4.0), periodic=[True, False],

@@ -12,7 +12,7 @@ import carom
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.obstacles.segments import Segment
 from carom.observables import WallPressure
 from carom.observables.momentum_balance import weighted_momenta

@@ -12,7 +12,7 @@ import carom
 from carom import Species
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.models.obstacles import Ball, SphericalContainer
+from carom.models import Ball, SphericalContainer
 from carom.observables.packing import REACH, is_held, network_of, packing_network
 from carom.pictures import plots
 from carom.scene import lattices

@@ -13,6 +13,7 @@ import carom
 from carom import studies
 from carom.block import Block, Energy
 from carom.errors import InputError
+from carom.models import Bonds, SquareWell, Steps, StepTable, chains
 from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate
 from carom.plan.plan import Plan
@@ -20,7 +21,6 @@ from carom.scene.description import kind
 from carom.simulation.until_precise import merged
 from carom.studies.runs.report import _other_temperature
 from carom.studies.runs.stretch import Stretch
-from carom.wells import Bonds, SquareWell, Steps, StepTable, chains
 
 EDGE = 5.0
 

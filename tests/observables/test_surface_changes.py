@@ -9,7 +9,7 @@ import pytest
 
 import carom
 from carom.errors import CaromWarning
-from carom.models.obstacles import Ball, Plane, Segment
+from carom.models import Ball, Plane, Segment
 from carom.observables import WallPressure
 from carom.observables.statistics import ratio
 from carom.observables.surface_changes import MOST, freed, place_of, surface_sums

@@ -11,7 +11,7 @@ from helpers.frames import crystal, frame_of, frames_of
 import carom
 from carom.bridges.palette import FACES, rgb
 from carom.errors import InputError
-from carom.models.obstacles import Ball, Plane
+from carom.models import Ball, Plane
 from carom.pictures import plots
 from carom.pictures.movie import _colours
 from carom.pictures.render import Camera, rendered

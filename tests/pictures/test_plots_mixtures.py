@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, Polygon
 
 from carom import Species
 from carom.frame import Frame
-from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.pictures import plots
 from carom.pictures.drawing import FACES
 

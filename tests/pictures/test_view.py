@@ -23,9 +23,7 @@ import carom.io
 from carom.bridges.palette import FACES, rgb
 from carom.cli import files
 from carom.errors import CaromWarning, FileError, InputError
-from carom.models.contacts.losses import Loss
-from carom.models.motions.free_flight import FreeFlight
-from carom.models.obstacles import (
+from carom.models import (
     Arc,
     Ball,
     Box,
@@ -36,6 +34,8 @@ from carom.models.obstacles import (
     Triangle,
     polygon,
 )
+from carom.models.contacts.losses import Loss
+from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles.outlines import Hull
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken

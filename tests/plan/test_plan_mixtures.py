@@ -8,11 +8,10 @@ import pytest
 from carom import io
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.models.obstacles import Ball, Plane
+from carom.models import Ball, Plane, SquareWell
 from carom.plan.plan import Plan, template
 from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene.scene import Scene
-from carom.wells import SquareWell
 
 EVERYTHING = """
 [scene]

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from carom.errors import InputError, OverlapError
+from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.files.to_tables import obstacle_to_table
-from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.reference import NaiveSystem
 from carom.reference.arithmetic import make_arithmetic
 from carom.reference.meeting import contact_time

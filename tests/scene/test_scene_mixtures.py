@@ -13,7 +13,7 @@ import pytest
 from carom import Species
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
-from carom.models.obstacles import Ball, Plane
+from carom.models import Ball, Plane
 from carom.scene import lattices, overlaps
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene

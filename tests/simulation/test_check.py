@@ -13,13 +13,13 @@ from scipy.optimize import brentq
 
 import carom
 from carom.errors import CaromWarning, InputError
+from carom.models import Ball, Box, Plane, Segment, SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.steps import Steps
 from carom.models.interactions.wells import StepTable
 from carom.models.mathematics.contact import exchange, first_contact, leave_round
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
-from carom.models.obstacles import Ball, Box, Plane, Segment, SphericalContainer
 from carom.models.obstacles.paths import Sine, pace, place
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import carom
+from carom.models import Ball, Plane
 from carom.models.interactions.bonds import Bonds, chains
 from carom.models.interactions.wells import SquareWell
 from carom.models.mathematics.contact import exchange, first_contact
 from carom.models.motions.gravity import Gravity
-from carom.models.obstacles import Ball, Plane
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
 from carom.models.questions.interaction import core_square, growth, interaction_time, jump

@@ -6,7 +6,7 @@ from helpers.commands import carom as command
 
 import carom
 from carom.errors import InputError
-from carom.wells import SquareWell
+from carom.models import SquareWell
 
 PLAIN = carom.Scene.crystal(cells=5, packing_fraction=0.45)
 

@@ -13,9 +13,9 @@ from helpers.replays import assert_same_frame, round_up
 import carom
 from carom import Scene
 from carom.errors import FileError
+from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.interactions.wells import SquareWell
 from carom.models.motions.gravity import Gravity
-from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
 from carom.simulation.replay import Replay, replay, replays

@@ -14,7 +14,7 @@ from helpers.oracle_scenes import placed
 
 import carom
 from carom import theory
-from carom.models.obstacles import CylindricalContainer, Plane
+from carom.models import CylindricalContainer, Plane
 from carom.scene.temperature import conserved, peculiar, temperature
 
 EPS = np.finfo(float).eps

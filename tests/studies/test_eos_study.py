@@ -18,6 +18,7 @@ from scipy.stats import linregress, norm
 import carom
 from carom import studies, theory
 from carom.errors import CaromWarning, FileError, InputError
+from carom.models import SquareWell, Steps, StepTable
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.motions.gravity import Gravity
@@ -32,7 +33,6 @@ from carom.studies.eos.simulate import Planned, simulate
 from carom.studies.eos.start import start as start_of
 from carom.studies.eos.study import load
 from carom.studies.session import Failure
-from carom.wells import SquareWell, Steps, StepTable
 
 SMALL = {"n": 108, "collisions_per_particle": 100, "equilibration": 20, "blocks": 64, "executor": "serial"}
 

@@ -12,6 +12,7 @@ from helpers.commands import complaints
 import carom
 from carom import theory
 from carom.errors import FileError, InputError
+from carom.models import SquareWell
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
 from carom.plan.plan import Plan
@@ -23,7 +24,6 @@ from carom.studies.accuracy.diffusion import EinsteinSlope, looks
 from carom.studies.accuracy.methods import engine, naive, oracle, stepping
 from carom.studies.accuracy.picture import pareto
 from carom.studies.accuracy.trade import LYAPUNOV, median, melted, methods, simple_scene, small_scene, trade
-from carom.wells import SquareWell
 
 EPS = np.finfo(float).eps
 

@@ -15,7 +15,7 @@ from helpers.oracle_scenes import moving
 
 import carom
 from carom import theory
-from carom.models.obstacles import Ball
+from carom.models import Ball
 from carom.observables import blocking
 
 DATA = Path(__file__).parents[1] / "data"

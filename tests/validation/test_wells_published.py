@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import carom
-from carom.wells import SquareWell, Steps, StepTable
+from carom.models import SquareWell, Steps, StepTable
 
 INF = math.inf
 

@@ -120,7 +120,7 @@ class Pressure:
             Whether all particles are equal and elastic, and alone in a periodic box. Otherwise contact
             values and Z from the collision rate are left out.
         exchanges : bool
-            Whether kT changes in exchange with a potential energy (``carom.wells``), and not
+            Whether kT changes in exchange with a potential energy (``carom.models``), and not
             because contacts lose energy.
 
         Returns

@@ -56,7 +56,7 @@ def present(machine: RunState) -> UnitsNow:
     pair = machine.engine.model.rules
     if pair is None:
         raise InputError(
-            "No unit in this scene decides by rules: give it interaction=carom.ranges.Ranges(...)."
+            "No unit in this scene decides by rules: give it interaction=carom.models.Ranges(...)."
         )
     causes = ("entered", "left", "timer", "changed")
     return UnitsNow(

@@ -123,7 +123,7 @@ def check(
 
     Examples
     --------
-    >>> from carom.models.interactions.hard_cores import HardCores
+    >>> from carom.models import HardCores
     >>> check(HardCores()).passed
     True
     """

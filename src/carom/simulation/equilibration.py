@@ -102,7 +102,7 @@ def equilibrate(
     Examples
     --------
     >>> import carom
-    >>> from carom.wells import SquareWell
+    >>> from carom.models import SquareWell
     >>> scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
     >>> sim = carom.Simulation(scene, seed=1)
     >>> sim.equilibrate(2.0, collisions_per_particle=100)

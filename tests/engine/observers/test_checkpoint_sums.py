@@ -11,7 +11,7 @@ from carom import Scene, Simulation, Species, studies
 from carom.engine.observers.currents import Currents
 from carom.engine.observers.flights import Flights
 from carom.io.events import read_events
-from carom.models.obstacles import Ball
+from carom.models import Ball
 from carom.studies.packings import compression
 
 CLOCK = {"collisions_per_second"}

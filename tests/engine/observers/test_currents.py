@@ -8,7 +8,7 @@ import pytest
 import carom
 from carom.engine.build import arrays
 from carom.errors import InputError
-from carom.ranges import Kind, Ranges
+from carom.models import Kind, Ranges
 
 EPS = np.finfo(float).eps
 

@@ -9,11 +9,11 @@ import carom
 from carom import studies
 from carom.engine.observers.currents import Currents
 from carom.errors import InputError
+from carom.models import Steps, StepTable
 from carom.studies.coefficients.spec import TransportSpec, of_scene
 from carom.studies.eos import toml
 from carom.studies.eos.spec import scene_spec
 from carom.studies.eos.start import start
-from carom.wells import Steps, StepTable
 
 EPS = np.finfo(float).eps
 

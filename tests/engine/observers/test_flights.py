@@ -8,10 +8,10 @@ from carom import theory
 from carom.engine.observers.flights import Flights
 from carom.engine.observers.interface import PairEvent, before_pair
 from carom.errors import InputError
+from carom.models import Kind, Ranges
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.surfaces import Thermal
-from carom.ranges import Kind, Ranges
 from carom.simulation.run_state import RunState
 
 FIVE = 5.0

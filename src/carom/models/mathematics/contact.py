@@ -30,7 +30,7 @@ def first_contact(c, rv, vv):
 
 @inner
 def contact_time_known(c, rv, vv):
-    """Return the time until contact of a pair known to meet, and whether it was negative."""
+    """Return the time until r.r of a pair known to meet has fallen by ``c``, and if it is negative."""
     t = c / (np.sqrt(max(rv * rv - vv * c, 0.0)) - rv)
     return max(t, 0.0), t < 0.0
 

@@ -25,7 +25,7 @@ def mixed(bits64):
 
 @inner
 def uniform(seed, i, k):
-    """Return draw k of component i, in (0, 1], of 52 bits."""
+    """Return draw k of component i from the stream of a ``seed``, in (0, 1], of 52 bits."""
     bits64 = mixed(seed & WORD)
     bits64 = mixed(bits64 ^ ((seed >> 32) & WORD))
     bits64 = mixed(bits64 ^ i)
@@ -38,6 +38,6 @@ def uniform(seed, i, k):
 
 @inner
 def normal(seed, i, k):
-    """Return a normal number from the draws k and k + 1 of component i (Box and Muller)."""
+    """Return a normal number from the draws k and k + 1 of component i and a ``seed`` (Box and Muller)."""
     size = math.sqrt(-2.0 * math.log(uniform(seed, i, k)))
     return size * math.cos(2.0 * math.pi * uniform(seed, i, k + 1))

@@ -1,4 +1,7 @@
-"""The obstacles, by their names in files, and functions for all of them."""
+"""The obstacles, a file each; here their names in files, and functions for all of them.
+
+No obstacle knows another.
+"""
 
 from __future__ import annotations
 

@@ -63,8 +63,7 @@ class Shaken:
 
     Examples
     --------
-    >>> from carom.models.obstacles.paths import Sine
-    >>> from carom.models.obstacles.planes import Plane
+    >>> from carom.models import Plane, Sine
     >>> Shaken(Plane((0, 1), 0.0, "floor"), (0, 1), Sine(0.2, period=1.5)).name
     'floor'
     """

@@ -111,7 +111,7 @@ class Surface(_Covered):
 
     Examples
     --------
-    >>> from carom.models.obstacles.planes import Plane
+    >>> from carom.models import Plane
     >>> Surface(Plane((0, 1), 0.0, "floor"), Loss(0.8, contact_time=1e-3)).name
     'floor'
     """
@@ -166,7 +166,7 @@ class Thermal(_Covered):
 
     Examples
     --------
-    >>> from carom.models.obstacles.planes import Plane
+    >>> from carom.models import Plane
     >>> Thermal(Plane((0, 1), 0.0, "floor"), kT=2.0, seed=1).name
     'floor'
     """

@@ -1,4 +1,4 @@
-"""What the engine asks of a model: every question, with its default where there is one.
+"""What the engine asks of a model: every question, with its default where there is one, and no answer.
 
 A model is a ``NamedTuple`` of numbers, tuples and arrays: what the compiler sees. A question is answered for
 its type with ``@question.register``. The value that users write makes the model (:class:`Interaction`,
