@@ -96,12 +96,15 @@ def random(
     ----------
     n : int
         Number of spheres; may be left out where each species has a ``count``.
-    packing_fraction, density, box : optional
-        At most one of the three: the fraction of a cube's volume that is filled, the number of spheres per
-        diameter^d (of the largest), or the edges [length]. The default is the packing fraction 0.3, and from
-        d = 4 on half of random close packing.
+    packing_fraction : float, optional
+        Fraction of a cube's volume that is filled; by default 0.3, and from d = 4 on half of random close
+        packing.
     dimension : int, optional
         d; by default that of the box, or 3.
+    density : float, optional
+        Instead, the number of spheres per diameter^d (of the largest).
+    box : float or d floats, optional
+        Instead, the edges [length].
     species : sequence of :class:`carom.Species`, optional
         A mixture: each species has a ``fraction`` of the n, or a ``count``.
     diameter, mass : float
@@ -198,11 +201,12 @@ def crystal(
     ----------
     n : int
         Number of spheres, which must fill a block with equal cells along every axis; or give ``cells``.
-    packing_fraction, density : float
-        Exactly one of the two: the fraction of the volume that is filled, or the number of spheres per
-        diameter^d (of the largest).
+    packing_fraction : float
+        Fraction of the volume that is filled.
     dimension : int, optional
         d; by default that of the lattice, or 3.
+    density : float
+        Instead, the number of spheres per diameter^d (of the largest).
     lattice : str or carom.scene.lattices.Lattice, optional
         "fcc", "triangular", "cubic" or "dn"; by default the densest of the dimension: a row, triangular, fcc,
         D_n.

@@ -38,6 +38,9 @@ def uniform(seed, i, k):
 
 @inner
 def normal(seed, i, k):
-    """Return a normal number from the draws k and k + 1 of component i and a ``seed`` (Box and Muller)."""
+    """Return a normal number of the stream of a ``seed`` (Box and Muller).
+
+    It takes the draws k and k + 1 of component i.
+    """
     size = math.sqrt(-2.0 * math.log(uniform(seed, i, k)))
     return size * math.cos(2.0 * math.pi * uniform(seed, i, k + 1))
