@@ -31,7 +31,7 @@ def attempt(what: str, action: Callable[[], object]) -> None:
 
 # %% Spheres that overlap: the error names the pair and the depth.
 attempt("Two spheres too close", lambda: carom.Scene([[0.0, 0.0, 0.0], [0.9, 0.0, 0.0]], box=5.0))
-attempt("A box too full", lambda: carom.Scene.crystal(cells=4, packing_fraction=0.75))
+attempt("A box too full", lambda: carom.Scene.crystal(256, 0.75))
 attempt("Too full for random places", lambda: carom.Scene.random(n=100, packing_fraction=0.73, seed=1))
 
 # %% Numbers that are none.
@@ -41,7 +41,7 @@ attempt("A box of no size", lambda: carom.Scene([[0.0, 0.0]], box=(5.0, 0.0)))
 attempt("A box as wide as a sphere", lambda: carom.Scene([[0.0, 0.0]], box=1.0))
 
 # %% Runs without an end, or with an impossible one.
-sim = carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.3), seed=1)
+sim = carom.Simulation(carom.Scene.crystal(32, 0.3), seed=1)
 attempt("A run without a limit", lambda: sim.run())
 attempt("A negative time", lambda: sim.run(time=-1.0))
 attempt("A sample in the past", lambda: list(sim.sample(times=[-1.0])))

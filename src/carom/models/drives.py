@@ -28,7 +28,11 @@ from carom.models.questions.particles import NEVER, Particles
 
 
 class Drive(Protocol):
-    """What a scene takes as its ``drive``."""
+    """What a scene takes as its ``drive``.
+
+    It may also have ``check(scene)``, which raises :class:`carom.errors.InputError` if the scene cannot be
+    driven, and ``pace(scene)``, a speed that it gives to components that rest [length / time].
+    """
 
     def model(self, particles: Particles) -> Any:
         """Return the model that the engine compiles: a NamedTuple that answers the questions below."""
@@ -162,6 +166,10 @@ class _Bath:
                 f"kT of {type(self).__name__} holds {len(self.kT)} temperatures, and the scene has "
                 f"{scene.species_count} species: give one kT, or one a species."
             )
+
+    def pace(self, scene: Any) -> float:
+        """Return the speed of the lightest component of a ``scene`` in the hottest bath [length / time]."""
+        return math.sqrt(float(np.max(self.kT)) / float(scene.masses.min()))
 
     def _temperatures(self, particles: Particles) -> np.ndarray:
         """Return kT of each component's bath, (n,) [energy]."""
@@ -365,6 +373,10 @@ class WhiteNoise:
     def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
         return {"type": "white-noise", **asdict(self)}
+
+    def pace(self, scene: Any) -> float:
+        """Return the speed that a component gains in a kick, in any ``scene`` [length / time]."""
+        return math.sqrt(self.power / self.rate)
 
     def model(self, particles: Particles) -> Noise:
         """Return the model that the engine compiles."""

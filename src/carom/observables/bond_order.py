@@ -72,7 +72,7 @@ class BondOrder:
     Examples
     --------
     >>> import carom
-    >>> crystal = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.6), seed=1).frame()
+    >>> crystal = carom.Simulation(carom.Scene.crystal(108, 0.6), seed=1).frame()
     >>> order = carom.observables.BondOrder(6)
     >>> order.update(crystal)
     >>> round(order.result().global_order.mean, 5)

@@ -97,7 +97,7 @@ class Dynamics:
     Examples
     --------
     >>> import carom
-    >>> sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
+    >>> sim = carom.Simulation(carom.Scene.crystal(108, 0.3), seed=1)
     >>> found = sim.measure(carom.observables.Dynamics(blocks=64), time=16.0)
     >>> float(found.times[0])
     0.25

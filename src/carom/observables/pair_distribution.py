@@ -39,7 +39,7 @@ class PairDistribution:
     Examples
     --------
     >>> import carom
-    >>> sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
+    >>> sim = carom.Simulation(carom.Scene.crystal(108, 0.3), seed=1)
     >>> found = sim.measure(carom.observables.PairDistribution(rmax=2.0), time=16.0)
     >>> found.frames
     65

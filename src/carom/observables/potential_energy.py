@@ -37,7 +37,7 @@ class PotentialEnergy:
     --------
     >>> import carom
     >>> from carom.models import SquareWell
-    >>> scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+    >>> scene = carom.Scene.crystal(108, density=0.3, interaction=SquareWell(1.5, 1.0))
     >>> sim = carom.Simulation(scene, seed=1)
     >>> sim.equilibrate(3.0, collisions_per_particle=100)
     >>> sim.measure(PotentialEnergy(), collisions_per_particle=2000).per_particle.mean < -1.5

@@ -129,7 +129,7 @@ def view(
     Examples
     --------
     >>> import carom
-    >>> carom.view(carom.Scene.crystal(cells=3, packing_fraction=0.4)).title
+    >>> carom.view(carom.Scene.crystal(108, 0.4)).title
     '108 spheres'
     """
     if collisions is not None:

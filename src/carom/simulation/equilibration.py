@@ -103,7 +103,7 @@ def equilibrate(
     --------
     >>> import carom
     >>> from carom.models import SquareWell
-    >>> scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+    >>> scene = carom.Scene.crystal(108, density=0.3, interaction=SquareWell(1.5, 1.0))
     >>> sim = carom.Simulation(scene, seed=1)
     >>> sim.equilibrate(2.0, collisions_per_particle=100)
     >>> round(sim.tally.collisions / sim.scene.n)

@@ -21,7 +21,7 @@ class Thermometer:
 
     Species of different masses exchange energy slowly: a sphere a thousand times as heavy as its neighbours
     takes a thousand collisions. The test is not applied to species of one mass, to growing diameters, and to
-    inelastic contacts, which keep species at different temperatures.
+    inelastic contacts and drives, which keep species at different temperatures.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Thermometer:
         self.names: tuple[str, ...] = ()
         # Pinned components have no temperature; those that move among them are compared by nobody.
         system = machine.system
-        elastic = system.elastic and system.rates is None and scene.pinned is None
+        elastic = system.elastic and system.rates is None and scene.pinned is None and scene.drive is None
         if not elastic or scene.masses.min() == scene.masses.max():
             return
         if scene.species is None:

@@ -129,7 +129,7 @@ def explain(
     Examples
     --------
     >>> import carom
-    >>> found = carom.explain(carom.Scene.crystal(cells=8, packing_fraction=0.3), images=False)
+    >>> found = carom.explain(carom.Scene.crystal(2048, 0.3), images=False)
     >>> found.models["pair"]
     'EqualCores'
     >>> "masses of their own" in found.absent

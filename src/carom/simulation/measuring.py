@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
+from carom.frame import Frame
 from carom.notebook import watchable
 from carom.observables.precision import Goal, Prediction
 from carom.observables.protocol import outcome, sees
@@ -28,8 +30,7 @@ BLOCKS = 256
 @watchable("Measuring")
 def measure(
     sim: Running,
-    observable: Any,
-    *,
+    *observables: Any,
     collisions: int | None = None,
     collisions_per_particle: float | None = None,
     time: float | None = None,
@@ -38,17 +39,17 @@ def measure(
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ):
-    """Continue the run and measure :class:`~carom.observables.Pressure`, or another observable.
+    """Continue the run and measure :class:`~carom.observables.Pressure`, or other observables, in one pass.
 
-    The stretch is cut into ``observable.blocks`` blocks of equal *time*, for every kind of limit: blocks that
-    end with a collision would bias the mean. A number of collisions is converted to a time by the rate seen
-    so far, or by a short pilot. Where contacts lose energy, the time between collisions grows. A block then
+    The stretch is cut into blocks of equal *time*, as many as the observable that wants most. Blocks that end
+    with a collision would bias the mean. A number of collisions is converted to a time by the rate seen so
+    far, or by a short pilot. Where contacts lose energy, the time between collisions grows. A block then
     lasts as long as its collisions take at the temperature at its beginning, unless ``time`` is given.
     ``PressureEstimate.note`` says what is measured where kT or diameters change.
 
     Parameters
     ----------
-    observable : Pressure, WallPressure, or an object of your own class
+    *observables : Pressure, WallPressure, ..., or objects of your own class
         What is measured. Your own class has ``update(frame)`` or ``update(block)``, and ``result()`` unless
         ``update`` returns numbers (:class:`carom.observables.Observable`). Or it is an observer of events
         (``docs/models``), which sees those of this stretch.
@@ -67,9 +68,9 @@ def measure(
 
     Returns
     -------
-    The observable's estimate, with its error bar. For your own class: what its ``result()`` returns, or the
-    means of what its ``update`` returned, with error bars. For an observer of events: what its ``result()``
-    returns, or the observer with what it has added up.
+    The observable's estimate, with its error bar; of several observables a tuple of these. For your own
+    class: what its ``result()`` returns, or the means of what its ``update`` returned, with error bars. For
+    an observer of events: what its ``result()`` returns, or the observer with what it has added up.
 
     Raises
     ------
@@ -85,9 +86,12 @@ def measure(
         exchange energy too slowly for the stretch. One of a thousand runs in equilibrium is flagged as
         drifting, too (``carom.observables.equilibrium``).
     """
-    _check_observable(observable)
-    if callable(getattr(observable, "prepare", None)):
-        observable.prepare(sim.scene)  # before a run that would be in vain
+    if not observables:
+        raise InputError("measure() needs an observable, such as carom.Pressure(); found none.")
+    for each in observables:
+        _check_observable(each)
+        if callable(getattr(each, "prepare", None)):
+            each.prepare(sim.scene)  # before a run that would be in vain
     given = {
         "collisions": collisions,
         "collisions_per_particle": collisions_per_particle,
@@ -99,45 +103,119 @@ def measure(
     for name in ("collisions", "collisions_per_particle", "time"):
         if given[name] is not None:
             checks.number(given[name], name, low=0.0)
-    own = not hasattr(observable, "of_scene")
-    observes = own_observers.is_observer(observable)
-    if own and relative_error is not None:
-        raise InputError(
-            f"relative_error needs an estimate on the way, which {type(observable).__name__} does not give; "
-            "name a length instead."
-        )
     if relative_error is not None:
-        seconds = (
-            math.inf
-            if max_walltime is None
-            else checks.number(max_walltime, "max_walltime", low=0.0, open_low=True)
-        )
-        return until(
-            sim,
-            observable,
-            Goal(relative_error),
-            max_walltime=seconds,
-            progress=progress,
-            predicted=predicted,
-        )
+        return _until_precise(sim, observables, relative_error, max_walltime, progress, predicted)
     if max_walltime is not None or predicted is not None:
         raise InputError("max_walltime and predicted go with relative_error, which is missing.")
     if collisions_per_particle is not None:
         collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
-    if observes:
-        return _observe(sim, observable, time, collisions, progress)
-    if own:
-        return _follow(sim, observable, time, collisions, progress)
-    blocks = []
-    thermometer, relaxation = Thermometer(sim.machine), StructuralRelaxation(sim.machine)
-    for block in _blocks(sim, observable.blocks, time, collisions):
-        blocks.append(block)
-        thermometer.look()
-        if progress is not None:
-            progress(len(blocks) / observable.blocks)
-    result = sim.estimate(observable, blocks)
-    tell_doubts(result, thermometer, relaxation)
-    return result
+    if time is None and not cools(sim):
+        assert collisions is not None
+        time = sim.time_for(collisions)  # it may run a pilot, which nothing is measured of
+    # An observer of events needs no blocks.
+    seen = BLOCKS if progress is not None else 1
+    count = max(
+        seen if own_observers.is_observer(each) else getattr(each, "blocks", BLOCKS) for each in observables
+    )
+    with ExitStack() as stack:
+        parts = [_part_of(sim, each, stack) for each in observables]
+        for k, block in enumerate(_blocks(sim, count, time, collisions), start=1):
+            frame = sim.frame() if any(part.of_frames for part in parts) else None
+            for part in parts:
+                part.add(block, frame)
+            if progress is not None:
+                progress(k / count)
+        results = tuple(part.result() for part in parts)
+    return results[0] if len(results) == 1 else results
+
+
+def _until_precise(
+    sim: Running,
+    observables: tuple[Any, ...],
+    relative_error: float,
+    max_walltime: float | None,
+    progress: Callable[[float], object] | None,
+    predicted: Callable[[Prediction], object] | None,
+) -> Any:
+    """Run until the error bar of the one observable is small enough."""
+    if len(observables) > 1:
+        raise InputError("relative_error goes with one observable; name a length to measure several.")
+    (observable,) = observables
+    if not hasattr(observable, "of_scene"):
+        raise InputError(
+            f"relative_error needs an estimate on the way, which {type(observable).__name__} does not give; "
+            "name a length instead."
+        )
+    seconds = (
+        math.inf
+        if max_walltime is None
+        else checks.number(max_walltime, "max_walltime", low=0.0, open_low=True)
+    )
+    return until(
+        sim, observable, Goal(relative_error), max_walltime=seconds, progress=progress, predicted=predicted
+    )
+
+
+class _Whole:
+    """An observable that is estimated from all blocks at the end, with what casts doubt on them."""
+
+    of_frames = False
+
+    def __init__(self, sim: Running, observable: Any):
+        self._sim, self._observable = sim, observable
+        self._blocks: list[Block] = []
+        self._thermometer = Thermometer(sim.machine)
+        self._relaxation = StructuralRelaxation(sim.machine)
+
+    def add(self, block: Block, frame: Frame | None) -> None:
+        """Add a block."""
+        self._blocks.append(block)
+        self._thermometer.look()
+
+    def result(self) -> Any:
+        """Return the estimate."""
+        found = self._sim.estimate(self._observable, self._blocks)
+        tell_doubts(found, self._thermometer, self._relaxation)
+        return found
+
+
+class _Followed:
+    """An observable of one's own that is handed every block, or the frames between two of them."""
+
+    def __init__(self, sim: Running, observable: Any):
+        self._observable, self.of_frames = observable, sees(observable) == "frame"
+        self._values = [observable.update(sim.frame())] if self.of_frames else []
+
+    def add(self, block: Block, frame: Frame | None) -> None:
+        """Hand over a block or a frame."""
+        self._values.append(self._observable.update(frame if self.of_frames else block))
+
+    def result(self) -> Any:
+        """Return what the observable says, or the means of what it returned."""
+        return outcome(self._observable, self._values)
+
+
+class _Observer:
+    """An observer of one's own, which sees every event of the stretch."""
+
+    of_frames = False
+
+    def __init__(self, mine: Any):
+        self._mine = mine
+
+    def add(self, block: Block, frame: Frame | None) -> None:
+        """It has seen the block."""
+
+    def result(self) -> Any:
+        """Return what the observer says, or the observer with what it has added up."""
+        return self._mine.result() if callable(getattr(self._mine, "result", None)) else self._mine
+
+
+def _part_of(sim: Running, observable: Any, stack: ExitStack) -> _Whole | _Followed | _Observer:
+    """Return what is measured of one observable; observers of events are let in until the stack ends."""
+    if own_observers.is_observer(observable):
+        return _Observer(stack.enter_context(own_observers.observing(sim.machine, observable)))
+    return _Whole(sim, observable) if hasattr(observable, "of_scene") else _Followed(sim, observable)
 
 
 def _check_observable(observable: Any) -> None:
@@ -156,46 +234,6 @@ def _check_observable(observable: Any) -> None:
     checks.integer(getattr(observable, "blocks", BLOCKS), "the observable's blocks", low=1)
     if not whole:
         sees(observable)
-
-
-def _follow(
-    sim: Running,
-    observable: Any,
-    time: float | None,
-    collisions: int | None,
-    progress: Callable[[float], object] | None,
-) -> Any:
-    """Run on, and hand every stretch, or every frame between two of them, to an observable of one's own."""
-    count = getattr(observable, "blocks", BLOCKS)
-    of_frames = sees(observable) == "frame"
-    if time is None and not cools(sim):
-        assert collisions is not None
-        time = sim.time_for(collisions)  # it may run a pilot, so that the first frame comes after it
-    values = [observable.update(sim.frame())] if of_frames else []
-    for k, block in enumerate(_blocks(sim, count, time, collisions), start=1):
-        values.append(observable.update(sim.frame() if of_frames else block))
-        if progress is not None:
-            progress(k / count)
-    return outcome(observable, values)
-
-
-def _observe(
-    sim: Running,
-    observer: Any,
-    time: float | None,
-    collisions: int | None,
-    progress: Callable[[float], object] | None,
-) -> Any:
-    """Run on, and let an observer of one's own see every event."""
-    if time is None and not cools(sim):
-        assert collisions is not None
-        time = sim.time_for(collisions)  # it may run a pilot, of which nothing is observed
-    count = BLOCKS if progress is not None else 1
-    with own_observers.observing(sim.machine, observer) as mine:
-        for k, _ in enumerate(_blocks(sim, count, time, collisions), start=1):
-            if progress is not None:
-                progress(k / count)
-    return mine.result() if callable(getattr(mine, "result", None)) else mine
 
 
 def _blocks(sim: Running, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:

@@ -216,7 +216,7 @@ class RunState:
         speed = math.sqrt(float(np.mean(np.sum(v * v, axis=1))))
         if self.system.rates is not None:
             speed += 2.0 * float(self.system.rates.max())
-        if not self.system.straight or self.system.obstacles:
+        if not self.system.straight or self.system.obstacles or self.system.drive is not None:
             speed = max(speed, self.system.driven_speed)
         try:
             return choose(self.system, speed, *requested, rate)

@@ -344,5 +344,5 @@ class Running:
         """Tell whether nothing moves, and no field, obstacle, growth or rule will change that."""
         machine = self.machine
         starts = machine.system.rates is not None or machine.engine.model.rules is not None
-        starts = starts or driven_speed_of(self.scene) > 0.0
+        starts = starts or self.scene.drive is not None or driven_speed_of(self.scene) > 0.0
         return machine.start.energy == 0.0 and self.collisions == 0 and not starts

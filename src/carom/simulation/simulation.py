@@ -81,7 +81,7 @@ class Simulation(Running):
     Examples
     --------
     >>> import carom
-    >>> sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
+    >>> sim = carom.Simulation(carom.Scene.crystal(108, 0.3), seed=1)
     >>> block = sim.run(collisions_per_particle=10)
     >>> block.collisions
     540

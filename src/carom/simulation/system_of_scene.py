@@ -47,10 +47,12 @@ SLOWEST_GROWTH = 2.0**-512
 
 
 def driven_speed_of(scene: Scene) -> float:
-    """Return a speed that the motion, or what moves, gives to components that rest [length / time]."""
+    """Return a speed that motion, a drive, or what moves gives to components that rest [length / time]."""
     paces = [float(each.fastest) for each in scene.obstacles if hasattr(each, "fastest")]
     if hasattr(scene.motion, "pace"):
         paces.append(float(scene.motion.pace(scene.diameter)))
+    if scene.drive is not None and hasattr(scene.drive, "pace"):
+        paces.append(float(scene.drive.pace(scene)))
     return max(paces, default=0.0)
 
 

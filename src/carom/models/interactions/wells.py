@@ -34,7 +34,7 @@ class SquareWell(StepInteraction):
     Examples
     --------
     >>> import carom
-    >>> scene = carom.Scene.crystal(cells=4, packing_fraction=0.2).with_(interaction=SquareWell(1.5, 1.0))
+    >>> scene = carom.Scene.crystal(256, 0.2, interaction=SquareWell(1.5, 1.0))
     """
 
     width: float = 1.5
