@@ -36,11 +36,18 @@ def test_several_observables_are_measured_in_one_pass_and_each_as_alone():
     assert (together.frame().positions == alone.frame().positions).all()
 
 
-def test_the_observable_that_wants_most_blocks_has_them():
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")  # of few independent samples
+def test_blocks_suit_every_observable():
+    """An observable of frames sees as many as alone, one of blocks all of them."""
     few, many = fluid().measure(
         carom.Pressure(blocks=32), carom.Pressure(blocks=128), collisions_per_particle=40
     )
     assert repr(few) == repr(many)
+    counted = Fastest()
+    counted.blocks = 48
+    assert repr(fluid().measure(counted, time=3.0)) == repr(
+        fluid().measure(carom.Pressure(blocks=32), counted, time=3.0)[1]
+    )
 
 
 def test_progress_changes_no_number():

@@ -26,6 +26,11 @@ if TYPE_CHECKING:
 BLOCKS = 256
 """Blocks for an observable of one's own that does not say how many."""
 
+MOST_BLOCKS = 4096
+"""Up to so many blocks are made where several observables want different numbers, so that each number divides
+them.
+"""
+
 
 @watchable("Measuring")
 def measure(
@@ -41,10 +46,10 @@ def measure(
 ):
     """Continue the run and measure :class:`~carom.observables.Pressure`, or other observables, in one pass.
 
-    The stretch is cut into blocks of equal *time*, as many as the observable that wants most. Blocks that end
-    with a collision would bias the mean. A number of collisions is converted to a time by the rate seen so
-    far, or by a short pilot. Where contacts lose energy, the time between collisions grows. A block then
-    lasts as long as its collisions take at the temperature at its beginning, unless ``time`` is given.
+    The stretch is cut into blocks of equal *time*; of several observables, into as many as suit all. Blocks
+    that end with a collision would bias the mean. A number of collisions is converted to a time by the rate
+    seen so far, or by a short pilot. Where contacts lose energy, the time between collisions grows. A block
+    then lasts as long as its collisions take at the temperature at its beginning, unless ``time`` is given.
     ``PressureEstimate.note`` says what is measured where kT or diameters change.
 
     Parameters
@@ -114,15 +119,14 @@ def measure(
         time = sim.time_for(collisions)  # it may run a pilot, which nothing is measured of
     # An observer of events needs no blocks.
     seen = BLOCKS if progress is not None else 1
-    count = max(
-        seen if own_observers.is_observer(each) else getattr(each, "blocks", BLOCKS) for each in observables
-    )
+    counts = [seen if own_observers.is_observer(x) else getattr(x, "blocks", BLOCKS) for x in observables]
+    count = math.lcm(*counts) if math.lcm(*counts) <= MOST_BLOCKS else max(counts)
     with ExitStack() as stack:
-        parts = [_part_of(sim, each, stack) for each in observables]
+        parts = [_part_of(sim, x, count, stack) for x in observables]
         for k, block in enumerate(_blocks(sim, count, time, collisions), start=1):
-            frame = sim.frame() if any(part.of_frames for part in parts) else None
+            frame = sim.frame() if any(part.takes_frame(k) for part in parts) else None
             for part in parts:
-                part.add(block, frame)
+                part.add(k, block, frame)
             if progress is not None:
                 progress(k / count)
         results = tuple(part.result() for part in parts)
@@ -159,16 +163,18 @@ def _until_precise(
 class _Whole:
     """An observable that is estimated from all blocks at the end, with what casts doubt on them."""
 
-    of_frames = False
-
     def __init__(self, sim: Running, observable: Any):
         self._sim, self._observable = sim, observable
         self._blocks: list[Block] = []
         self._thermometer = Thermometer(sim.machine)
         self._relaxation = StructuralRelaxation(sim.machine)
 
-    def add(self, block: Block, frame: Frame | None) -> None:
-        """Add a block."""
+    def takes_frame(self, k: int) -> bool:
+        """Return whether it looks at the frame after block k."""
+        return False
+
+    def add(self, k: int, block: Block, frame: Frame | None) -> None:
+        """Add block k."""
         self._blocks.append(block)
         self._thermometer.look()
 
@@ -180,15 +186,27 @@ class _Whole:
 
 
 class _Followed:
-    """An observable of one's own that is handed every block, or the frames between two of them."""
+    """An observable that is handed every block, or frames at equal times.
 
-    def __init__(self, sim: Running, observable: Any):
-        self._observable, self.of_frames = observable, sees(observable) == "frame"
-        self._values = [observable.update(sim.frame())] if self.of_frames else []
+    Of frames it sees as many as it wants, if that number divides the ``count`` of blocks; else all.
+    """
 
-    def add(self, block: Block, frame: Frame | None) -> None:
-        """Hand over a block or a frame."""
-        self._values.append(self._observable.update(frame if self.of_frames else block))
+    def __init__(self, sim: Running, observable: Any, count: int):
+        self._observable, self._of_frames = observable, sees(observable) == "frame"
+        wanted = getattr(observable, "blocks", BLOCKS)
+        self._every = count // wanted if count % wanted == 0 else 1
+        self._values = [observable.update(sim.frame())] if self._of_frames else []
+
+    def takes_frame(self, k: int) -> bool:
+        """Return whether it looks at the frame after block k."""
+        return self._of_frames and k % self._every == 0
+
+    def add(self, k: int, block: Block, frame: Frame | None) -> None:
+        """Hand over block k, or the frame after it."""
+        if not self._of_frames:
+            self._values.append(self._observable.update(block))
+        elif self.takes_frame(k):
+            self._values.append(self._observable.update(frame))
 
     def result(self) -> Any:
         """Return what the observable says, or the means of what it returned."""
@@ -198,24 +216,26 @@ class _Followed:
 class _Observer:
     """An observer of one's own, which sees every event of the stretch."""
 
-    of_frames = False
-
     def __init__(self, mine: Any):
         self._mine = mine
 
-    def add(self, block: Block, frame: Frame | None) -> None:
-        """It has seen the block."""
+    def takes_frame(self, k: int) -> bool:
+        """Return whether it looks at the frame after block k."""
+        return False
+
+    def add(self, k: int, block: Block, frame: Frame | None) -> None:
+        """Let block k pass: its events have been seen."""
 
     def result(self) -> Any:
         """Return what the observer says, or the observer with what it has added up."""
         return self._mine.result() if callable(getattr(self._mine, "result", None)) else self._mine
 
 
-def _part_of(sim: Running, observable: Any, stack: ExitStack) -> _Whole | _Followed | _Observer:
+def _part_of(sim: Running, observable: Any, count: int, stack: ExitStack) -> _Whole | _Followed | _Observer:
     """Return what is measured of one observable; observers of events are let in until the stack ends."""
     if own_observers.is_observer(observable):
         return _Observer(stack.enter_context(own_observers.observing(sim.machine, observable)))
-    return _Whole(sim, observable) if hasattr(observable, "of_scene") else _Followed(sim, observable)
+    return _Whole(sim, observable) if hasattr(observable, "of_scene") else _Followed(sim, observable, count)
 
 
 def _check_observable(observable: Any) -> None:
