@@ -15,7 +15,7 @@ from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.containers import InsideOfSphere
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.surfaces import Surface
-from carom.models.questions.motion import push, thrown
+from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import outward
 from carom.simulation.replay import Replay
 
@@ -90,7 +90,7 @@ def test_bounces_on_a_circle_keep_their_energy_on_average():
         if math.hypot(x[0] - 5.0, x[1] - 5.0) < 4.0:
             continue
         v = rng.normal(size=2).tolist()
-        change = thrown(motion, -(normal[0] * v[0] + normal[1] * v[1]))
+        change = rebound_speed(motion, -(normal[0] * v[0] + normal[1] * v[1]))
         if change <= 1.0:  # it flies off, or grazes
             continue
         pushed = list(v)

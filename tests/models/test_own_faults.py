@@ -14,8 +14,8 @@ from carom.errors import FileError, InputError, OverlapError
 from carom.models.interactions.wells import SquareWell
 from carom.models.mathematics.contact import exchange, first_contact
 from carom.models.questions.contact import exchanged_part, transfer
-from carom.models.questions.interaction import core_square, interaction_time, jump, mass, taken_up
-from carom.models.questions.memory import age, take_over
+from carom.models.questions.interaction import core_square, interaction_time, jump, mass, record_impulse
+from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import position, velocity
 from carom.models.questions.particles import NEVER, lanes
 from carom.simulation.replay import Replay
@@ -440,17 +440,17 @@ for question in (interaction_time, jump):
         question.register(kind, question.registry[Two])
 
 
-@taken_up.register
+@record_impulse.register
 def _(pair: Counted, i, j, momentum):
     pair.radii[i] += momentum
 
 
-@age.register
+@shift_epoch.register
 def _(pair: Aged, duration):
     pair.radii[0] += duration
 
 
-@take_over.register
+@copy_state.register
 def _(pair: Aged, before, instant, passed, slower):
     pair.radii[:] = before.radii
 
@@ -475,7 +475,7 @@ def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
 def test_a_memory_that_cannot_be_copied_is_refused_where_models_are_made_anew(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     sim = carom.Simulation(SCENE.with_(interaction=Remembering()))
-    with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* answer to take_over"):
+    with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* answer to copy_state"):
         sim.machine.refit()
     with pytest.raises(InputError, match="Fading has a memory"):
         carom.Simulation(SCENE.with_(impact=Fades()), growth=0.1)
@@ -492,7 +492,7 @@ def _(impact: Fading, rr, rv):
     return 1.0
 
 
-@age.register
+@shift_epoch.register
 def _(impact: Fading, duration):
     impact.last[0] -= duration
 

@@ -22,7 +22,7 @@ from carom.models.obstacles.planes import HalfSpace, Plane
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.models.obstacles.walls import Cushions
-from carom.models.questions.memory import age, take_over
+from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import position
 from carom.models.questions.obstacle import arrival, encounter, fall, meeting, outward, recoil, surface_speed
 from carom.models.questions.particles import NEVER, Particles
@@ -170,7 +170,7 @@ def test_parabolas_close_and_know_their_bounds():
 def test_the_phase_does_not_drift():
     floor = Shaken(Plane((1.0,), 0.0), (1.0,), Sine(0.5, period=0.7)).live(particles(1))
     for _ in range(100_000):
-        age(floor, 4.0)
+        shift_epoch(floor, 4.0)
     from fractions import Fraction
 
     exact = Fraction(4.0) * 100_000 % Fraction(0.7)
@@ -277,14 +277,14 @@ def test_two_thermal_walls_of_one_seed_draw_different_numbers():
     scene = carom.Scene([[50.0, 3.0]], (100.0, 6.0), periodic=(True, False), obstacles=given)
     assert scene.obstacles == (given[0], Thermal(ceiling, kT=1.0, seed=2), given[2])
     motion, down = Falling((0.0, 0.0), 0.0), np.array([0.0, -1.0])
-    thrown = np.empty((2, 500))
-    for wall, speeds in zip(scene.obstacles[:2], thrown, strict=True):
+    rebound_speed = np.empty((2, 500))
+    for wall, speeds in zip(scene.obstacles[:2], rebound_speed, strict=True):
         model = wall.live(particles(2))
         for k in range(len(speeds)):
             v = np.array([0.1, 1.0])
             recoil(model, motion, 0, 1.0, np.zeros(2), v, down, 0.0, 0.0)
             speeds[k] = v[0]
-    assert abs(np.corrcoef(thrown)[0, 1]) < 6.0 / math.sqrt(500)
+    assert abs(np.corrcoef(rebound_speed)[0, 1]) < 6.0 / math.sqrt(500)
     # Scenes made of it, and its files, have the same seeds.
     assert scene.with_(box=(100.0, 7.0)).obstacles == scene.obstacles
     arrays, attributes = scene.to_arrays()
@@ -340,7 +340,7 @@ def _(obstacle: Piston, up, now):
     return obstacle.speed * up[1]
 
 
-@age.register
+@shift_epoch.register
 def _(obstacle: Piston, duration):
     obstacle.begun[0] += duration
 
@@ -351,7 +351,7 @@ class Clock(NamedTuple):
     told: np.ndarray
 
 
-@take_over.register
+@copy_state.register
 def _(obstacle: Clock, before, instant, passed, slower):
     obstacle.told[0] = before.told[0]
 

@@ -367,7 +367,7 @@ def test_bad_input_is_refused_in_a_sentence(make, words):
 def test_a_wrong_answer_of_a_rule_ends_the_run_in_a_sentence(rule, words, run):
     # What the rule leaves is looked at by apply(), compiled or not.
     from carom.models.interactions.units import apply, call_rule, fill_agent, fill_event
-    from carom.models.questions.memory import complaint
+    from carom.models.questions.memory import error_message
 
     pair = scattered().interaction.model(run[0].machine.system.particles)
     pair = pair._replace(rule=ranges(rule).model(run[0].machine.system.particles).rule)
@@ -377,5 +377,5 @@ def test_a_wrong_answer_of_a_rule_ends_the_run_in_a_sentence(rule, words, run):
     call_rule(pair.rule, pair.units[0], pair.told[0])
     assert apply(pair, 0, 3, v, 0.25) == -1
     assert (v == 1.0).all()
-    assert complaint(pair).startswith("The rule gave unit 3")
-    assert words in complaint(pair)
+    assert error_message(pair).startswith("The rule gave unit 3")
+    assert words in error_message(pair)

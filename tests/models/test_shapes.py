@@ -14,7 +14,7 @@ from carom.models.obstacles import Arc, Ball, Box, Segment, Triangle, outwards, 
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface
-from carom.models.questions.obstacle import encounter, outward, repeated
+from carom.models.questions.obstacle import encounter, is_periodic, outward
 from carom.models.questions.particles import NEVER
 
 EPS = np.finfo(float).eps
@@ -188,7 +188,7 @@ def test_an_arc_stands_in_every_image():
             carom.Scene([[9.8, 5.0]], 10.0, obstacles=[Arc((1.05, 5.0), 1.0, start=30.0, angle=angle)])
     gaps = arc.gap(np.array([[9.5, 5.0], [2.6, 5.0]]), np.full(2, 0.5), (10.0, 10.0), (True, True))
     np.testing.assert_allclose(gaps, [0.05, 0.05], rtol=1e-13)
-    assert repeated(arc.model())
+    assert is_periodic(arc.model())
     normals = outwards(arc, np.array([[9.55, 5.0], [2.55, 5.0]]), (10.0, 10.0), (True, True))
     np.testing.assert_allclose(normals, [[-1.0, 0.0], [1.0, 0.0]], atol=EPS)
     # A quarter of a circle: its images are told apart by its middle, not by the centre of the circle.

@@ -72,10 +72,10 @@ def test_errors_of_an_ideal_gas_are_those_of_independent_pairs():
 def test_correlated_frames_have_larger_errors():
     independent = ideal_gas(2, 100, 64, 2)
     once = rdf(independent, bins=10)
-    repeated = rdf([f for f in independent for _ in range(8)], bins=10)
-    np.testing.assert_array_equal(once.g, repeated.g)
+    is_periodic = rdf([f for f in independent for _ in range(8)], bins=10)
+    np.testing.assert_array_equal(once.g, is_periodic.g)
     # Eight copies of a frame are one sample. Each ratio is known to about 1 / sqrt(blocks) = 0.25.
-    assert np.mean(repeated.error / once.error) == pytest.approx(1.0, abs=SIX_SIGMA * 0.25 / math.sqrt(10))
+    assert np.mean(is_periodic.error / once.error) == pytest.approx(1.0, abs=SIX_SIGMA * 0.25 / math.sqrt(10))
 
 
 @pytest.mark.parametrize(
@@ -140,10 +140,10 @@ def test_contact_errors_of_rods_are_their_scatter():
 def test_contact_errors_do_not_shrink_when_frames_are_repeated():
     frames = list(tonks_frames(50, 0.6, 128, 8))
     once = rdf(frames, width=0.05, rmax=1.5).contact_value
-    repeated = rdf([f for f in frames for _ in range(16)], width=0.05, rmax=1.5).contact_value
+    is_periodic = rdf([f for f in frames for _ in range(16)], width=0.05, rmax=1.5).contact_value
     # The histogram is the same in proportion; the fit stops within a hundredth of its error.
-    assert repeated.mean == pytest.approx(once.mean, abs=0.05 * once.error)
-    assert repeated.error > 0.5 * once.error
+    assert is_periodic.mean == pytest.approx(once.mean, abs=0.05 * once.error)
+    assert is_periodic.error > 0.5 * once.error
 
 
 @pytest.mark.parametrize("rho", [0.5, 0.8])

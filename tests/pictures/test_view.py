@@ -421,8 +421,8 @@ def test_near_spheres_hide_far_ones_and_images_repeat_them(tmp_path):
     plain = shown(carom.view(frame), tmp_path)
     (_, _, far), (_, _, near) = (where(plain, rgb(FACES[k])) for k in (0, 1))
     assert near > far
-    repeated = shown(carom.view(frame), tmp_path, "images=1")
-    assert np.abs(repeated - plain).mean() > 0.01
+    is_periodic = shown(carom.view(frame), tmp_path, "images=1")
+    assert np.abs(is_periodic - plain).mean() > 0.01
     dark = shown(carom.view(frame), tmp_path, "dark=1")
     assert dark[5, -5].mean() < 0.3 < 0.9 < plain[5, -5].mean()
 

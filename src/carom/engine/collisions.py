@@ -21,9 +21,9 @@ from carom.engine.observers.interface import (
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
 from carom.engine.tallies import record
 from carom.models.questions.contact import exchanged_part
-from carom.models.questions.interaction import core_square, growth, jump, taken_up
-from carom.models.questions.memory import age
-from carom.models.questions.motion import thrust
+from carom.models.questions.interaction import core_square, growth, jump, record_impulse
+from carom.models.questions.memory import shift_epoch
+from carom.models.questions.motion import push_direction
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import CORE, step_core_square, step_jump
 
@@ -97,15 +97,15 @@ def collide(model, state, neighbors, tally, log, i, ref, now):
     before_pair(model.observers, model, state, event)
     for axis in range(len(model.boundary.edges)):
         r = separation(model.boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
-        me.v[axis] += a * thrust(model.motion, axis, me.x[axis], r, rr)
-        other.v[axis] += b * thrust(model.motion, axis, other.x[axis], -r, rr)
+        me.v[axis] += a * push_direction(model.motion, axis, me.x[axis], r, rr)
+        other.v[axis] += b * push_direction(model.motion, axis, other.x[axis], -r, rr)
     on_crossing(model.rules, model, state, neighbors, i, j, ref, kind, now)
     after_pair(model.observers, model, state, event)
     tally.collisions += 1
     tally.virial += virial
     tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
     count_pair(model.observers, np.int64(i), np.int64(j), virial)
-    taken_up(model.pair, np.int64(i), np.int64(j), virial / np.sqrt(rr))
+    record_impulse(model.pair, np.int64(i), np.int64(j), virial / np.sqrt(rr))
     record(log, state.clock[0], np.int64(i), logged(model.boundary, ref, kind), virial / np.sqrt(rr))
     rows[i].event_time = NEVER
     rows[j].event_time = NEVER
@@ -122,8 +122,8 @@ def new_epoch(model, state, neighbors):
     length = clock.length
     for i in range(np.uint64(len(state.partner))):
         into_next_epoch(model, state, neighbors, i, length)
-    age(model.pair, length)
-    age(model.impact, length)
+    shift_epoch(model.pair, length)
+    shift_epoch(model.impact, length)
     age_obstacles(model.obstacles, length)
     at_epoch(model.observers, model, state, length)
     clock.epoch += 1

@@ -15,10 +15,10 @@ from carom.compiling.registry import optional
 from carom.engine.observers.interface import listed
 from carom.engine.obstacles import Chain, Crowd, Obstacles, gained, normal_along, reflect
 from carom.models.questions.interaction import growth, mass
-from carom.models.questions.memory import age, take_over
+from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.obstacle import at_time, recoil, surface_speed
 
-QUESTIONS = (recoil, surface_speed, at_time, age, take_over)
+QUESTIONS = (recoil, surface_speed, at_time, shift_epoch, copy_state)
 """What is asked of live obstacles only."""
 
 
@@ -66,17 +66,17 @@ def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
 
 def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> None:
     """Copy what pairs, impact, drive, obstacles and observers remember from the model of an old engine."""
-    take_over(model.pair, old.pair, instant, passed, slower)
-    take_over(model.impact, old.impact, instant, passed, slower)
-    take_over(model.timers, old.timers, instant, passed, slower)
+    copy_state(model.pair, old.pair, instant, passed, slower)
+    copy_state(model.impact, old.impact, instant, passed, slower)
+    copy_state(model.timers, old.timers, instant, passed, slower)
     for mine, before in zip(listed(model.observers), listed(old.observers), strict=True):
-        take_over(mine, before, instant, passed, slower)
+        copy_state(mine, before, instant, passed, slower)
     if model.obstacles is None or model.obstacles.live is None:
         return
     model.obstacles.live.work[:] = np.ldexp(old.obstacles.live.work, 2 * slower)
     chains = (models_in(each.obstacles.chain) for each in (model, old))
     for mine, before in zip(*chains, strict=True):
-        take_over(mine, before, instant, passed, slower)
+        copy_state(mine, before, instant, passed, slower)
 
 
 @optional
@@ -111,7 +111,7 @@ def age_link(chain, duration):
 def _(chain: Chain, duration):
     age_link(chain.tail, duration)
     for k in range(len(chain.head)):
-        age(chain.head[k], duration)
+        shift_epoch(chain.head[k], duration)
 
 
 @age_link.register

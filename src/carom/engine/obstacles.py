@@ -14,8 +14,8 @@ import numpy as np
 from carom.compiling.registry import inner, optional
 from carom.engine.boundary import in_box
 from carom.models.questions.interaction import growth, mass, radius
-from carom.models.questions.motion import carry, position, push, thrown, velocity
-from carom.models.questions.obstacle import anchor, meeting, member, members, outward, repeated
+from carom.models.questions.motion import carry, position, push, rebound_speed, velocity
+from carom.models.questions.obstacle import anchor, is_periodic, meeting, member, members, outward
 from carom.models.questions.particles import NEVER
 from carom.models.questions.walls import wall_meeting, wall_normal, yields
 
@@ -196,7 +196,7 @@ def soonest_image(obstacle, obstacles, model, size, rate, every, now):
     """Return the time until a component touches an obstacle, in any image of the box in which it stands."""
     boundary = model.boundary
     t = NEVER
-    if repeated(obstacle):
+    if is_periodic(obstacle):
         for code in range(3 ** len(boundary.edges)):
             digits = code
             for axis in range(len(boundary.edges)):
@@ -235,7 +235,7 @@ def reflect(live, model, state, i, number, now):
     speed = 0.0
     for axis in range(len(model.boundary.edges)):
         speed += obstacles.image[axis] * me.v[axis]
-    change = thrown(model.motion, growth(model.pair, np.int64(i)) - speed)
+    change = rebound_speed(model.motion, growth(model.pair, np.int64(i)) - speed)
     push(model.motion, change, me.v, obstacles.image)
     return mass(model.pair, np.int64(i)) * change
 
@@ -271,7 +271,7 @@ def _(chain: Crowd, obstacles, boundary, number):
 @inner
 def touching_normal(obstacle, obstacles, boundary):
     """Put the normal of an obstacle that is touched into the room for an image."""
-    if repeated(obstacle):  # the image that is touched is the nearest one
+    if is_periodic(obstacle):  # the image that is touched is the nearest one
         for axis in range(len(boundary.edges)):
             turns = np.rint((obstacles.x[axis] - anchor(obstacle, axis)) * boundary.inverse[axis])
             obstacles.x[axis] -= turns * boundary.edges[axis]

@@ -16,7 +16,7 @@ from carom.engine.one_body import earlier_event, run_event
 from carom.engine.tallies import record
 from carom.models.drives import kick, next_time
 from carom.models.questions.interaction import mass
-from carom.models.questions.memory import take_over
+from carom.models.questions.memory import copy_state
 from carom.models.questions.motion import carry, position, velocity
 
 
@@ -108,7 +108,7 @@ def _(source: Timers, model, state, neighbors, log, i, code, now):
     return True
 
 
-@take_over.register
+@copy_state.register
 def _(model: Timers, before, instant, passed, slower):
     model.origin[0] = float(instant)
     model.events[:] = before.events

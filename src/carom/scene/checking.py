@@ -9,7 +9,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError, OverlapError
-from carom.models.questions.obstacle import repeated
+from carom.models.questions.obstacle import is_periodic
 from carom.scene import box, overlaps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
@@ -58,7 +58,7 @@ def refuse_tight(room: Room, diameters: np.ndarray) -> None:
     largest = float(diameters.max())
     for container in room.obstacles:
         spread = _asked(container, "spread")
-        if spread is not None and repeated(container.model()):
+        if spread is not None and is_periodic(container.model()):
             for axis in np.flatnonzero(room.periodic):
                 wide, edge = float(spread()[axis]), float(room.box[axis])
                 if wide + largest > edge:

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.models import model_checks
-from carom.models.questions.interaction import core_square, radius, taken_up
-from carom.models.questions.memory import age
+from carom.models.questions.interaction import core_square, radius, record_impulse
+from carom.models.questions.memory import shift_epoch
 from carom.models.questions.steps import step_core_square
 from carom.scene import overlaps
 from carom.scene.overlaps import Room
@@ -93,7 +93,9 @@ def _forgets(machine: Any) -> bool:
     pair = machine.engine.model.pair
     if not model_checks.is_own(machine.system.interaction):
         return False
-    return machine.system.stepped or any(model_checks.answers(question, pair) for question in (age, taken_up))
+    return machine.system.stepped or any(
+        model_checks.answers(question, pair) for question in (shift_epoch, record_impulse)
+    )
 
 
 def deepest(machine: Any, state: State) -> float:

@@ -21,10 +21,10 @@ from carom.models.questions.obstacle import (
     anchor,
     arrival,
     at_time,
+    is_periodic,
     meeting,
     outward,
     recoil,
-    repeated,
     surface_speed,
 )
 from carom.models.questions.particles import NEVER
@@ -150,7 +150,7 @@ class ObstacleTrial:
         return best
 
     def _images(self, x: np.ndarray) -> Iterator[np.ndarray]:
-        if not repeated(self.model):
+        if not is_periodic(self.model):
             yield x.copy()
             return
         turns = np.floor([self._turns(axis) for axis in range(len(x))])
@@ -163,7 +163,7 @@ class ObstacleTrial:
 
     def _facing(self, x: np.ndarray) -> np.ndarray:
         """Return the image of a place that is nearest to the obstacle."""
-        if not repeated(self.model):
+        if not is_periodic(self.model):
             return x.copy()
         gaps_nearby = x.copy()
         for axis in np.flatnonzero(self._edges):

@@ -10,7 +10,7 @@ import numpy as np
 from carom.errors import CaromError
 from carom.models import model_checks
 from carom.models.questions.interaction import core_square, growth, interaction_time, jump, mass
-from carom.models.questions.motion import meeting_time, thrust
+from carom.models.questions.motion import meeting_time, push_direction
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import BOUNCE, CORE, step_core_square, step_jump, step_time
 from carom.simulation import probes
@@ -310,8 +310,8 @@ class PairTrial:
     ) -> np.ndarray:
         """Return the velocities (2, d) after a jump of two."""
         motion, axes = self._setting.motion, range(self._setting.dimension)
-        mine = np.array([thrust(motion, axis, x[0, axis], r[axis], rr) for axis in axes])
-        its = np.array([thrust(motion, axis, x[1, axis], -r[axis], rr) for axis in axes])
+        mine = np.array([push_direction(motion, axis, x[0, axis], r[axis], rr) for axis in axes])
+        its = np.array([push_direction(motion, axis, x[1, axis], -r[axis], rr) for axis in axes])
         return np.array([v[0] + a * mine, v[1] + b * its])
 
     def _energy(

@@ -13,7 +13,7 @@ import numpy as np
 from carom.block import Block
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning, InputError
-from carom.models.questions.memory import complaint
+from carom.models.questions.memory import error_message
 from carom.scene.temperature import peculiar
 from carom.simulation.agents import refuse_rule
 from carom.simulation.call_budget import CYCLES
@@ -96,7 +96,7 @@ def _advance(
                 raise
         now = compile_listeners.running()
         machine.seconds += now - began
-        wrong = complaint(machine.engine.model.pair)
+        wrong = error_message(machine.engine.model.pair)
         if wrong is not None:
             raise InputError(wrong)
         clock, record = machine.clock, machine.engine.state.clock[0]

@@ -37,12 +37,12 @@ from carom.engine.state import aligned
 from carom.engine.tallies import TALLY
 from carom.models.motions.free_flight import Inertial
 from carom.models.motions.gravity import Falling
-from carom.models.questions.interaction import growth, taken_up
-from carom.models.questions.memory import age, complaint, take_over
+from carom.models.questions.interaction import growth, record_impulse
+from carom.models.questions.memory import copy_state, error_message, shift_epoch
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import start_steps
 
-MEMORY = (age, start_steps, complaint, growth, take_over, taken_up)
+MEMORY = (shift_epoch, start_steps, error_message, growth, copy_state, record_impulse)
 """Questions that only a pair model answers whose arrays change during a run."""
 
 

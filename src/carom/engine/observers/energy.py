@@ -13,7 +13,7 @@ import numpy as np
 from carom.compiling.registry import inner
 from carom.engine.observers.interface import at_epoch, at_rest, before_pair, gain
 from carom.models.questions.interaction import mass
-from carom.models.questions.memory import take_over
+from carom.models.questions.memory import copy_state
 
 
 class Balance(NamedTuple):
@@ -94,7 +94,7 @@ def _(observer: Balance, now, since):
     observer.since[0] = since
 
 
-@take_over.register
+@copy_state.register
 def _(model: Balance, before, instant, passed, slower):
     action = before.action[0] + before.energy[0] * (passed - before.since[0])
     model.action[0] = np.ldexp(action, slower)

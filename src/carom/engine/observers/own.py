@@ -12,7 +12,7 @@ from carom.compiling.registry import inner
 from carom.engine.boundary import separation
 from carom.engine.observers import interface
 from carom.engine.observers.interface import after_obstacle, after_pair, before_obstacle, before_pair, spared
-from carom.models.questions.memory import take_over
+from carom.models.questions.memory import copy_state
 from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
 
 
@@ -159,7 +159,7 @@ def _(observer: Own):
     return "places", "r", "normal", "x", "before", "after", "all_x", "all_v"
 
 
-@take_over.register
+@copy_state.register
 def _(model: Own, before, instant, passed, slower):
     # The arrays of the user's are those of before.
     model.origin[0] = float(instant)

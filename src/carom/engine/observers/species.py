@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.engine.observers.interface import count_pair, spared
-from carom.models.questions.memory import take_over
+from carom.models.questions.memory import copy_state
 
 
 class BySpecies(NamedTuple):
@@ -40,7 +40,7 @@ def _(observer: BySpecies):
     return ("kinds",)
 
 
-@take_over.register
+@copy_state.register
 def _(model: BySpecies, before, instant, passed, slower):
     model.collisions[:] = before.collisions
     model.virial[:] = np.ldexp(before.virial, slower)

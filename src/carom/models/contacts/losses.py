@@ -17,7 +17,7 @@ from carom import checks
 from carom.compiling.registry import inner
 from carom.errors import InputError
 from carom.models.questions.contact import exchanged_part, transfer
-from carom.models.questions.memory import age, take_over
+from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.particles import Particles
 
 
@@ -152,12 +152,12 @@ def _(impact: Losing, i, j, rr, rv, now):
     return part
 
 
-@age.register
+@shift_epoch.register
 def _(impact: Losing, duration):
     for i in range(len(impact.last)):
         impact.last[i] -= duration
 
 
-@take_over.register
+@copy_state.register
 def _(impact: Losing, before, instant, passed, slower):
     impact.last[:] = np.ldexp(before.last - passed, -slower)

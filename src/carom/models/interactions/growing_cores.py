@@ -17,7 +17,7 @@ from carom.models.questions.interaction import (
     jump,
     radius,
 )
-from carom.models.questions.memory import age
+from carom.models.questions.memory import shift_epoch
 from carom.models.questions.particles import NEVER, Particles, lanes
 
 
@@ -103,7 +103,7 @@ def _(pair: GrowingCores, i):
     return pair.rates[i]
 
 
-@age.register
+@shift_epoch.register
 def _(pair: GrowingCores, duration):
     for i in range(len(pair.radii)):
         pair.radii[i] += pair.rates[i] * duration

@@ -15,7 +15,13 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models.mathematics.contact import contact_time_known, first_contact
-from carom.models.questions.interaction import contact_time, core_square, interaction_time, jump, taken_up
+from carom.models.questions.interaction import (
+    contact_time,
+    core_square,
+    interaction_time,
+    jump,
+    record_impulse,
+)
 from carom.models.questions.particles import Particles, lanes
 
 
@@ -120,7 +126,7 @@ def _(pair: PinnedCores, i, j, rr, rv, now):
     return factor * ours, factor * theirs, -factor * rr
 
 
-@taken_up.register
+@record_impulse.register
 def _(pair: PinnedCores, i, j, momentum):
     pair.impulse[i] += momentum
     pair.impulse[j] += momentum

@@ -18,7 +18,7 @@ from carom import checks
 from carom.compiling.registry import inner, required
 from carom.models.interactions.step_pairs import end_of_step
 from carom.models.mathematics.counter_random import uniform
-from carom.models.questions.memory import age, complaint, take_over
+from carom.models.questions.memory import copy_state, error_message, shift_epoch
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import IN, OUT, start_steps, step_jump, step_time
 
@@ -302,7 +302,7 @@ def cause_of(pair, i, now):
     return TIMER, other
 
 
-@age.register
+@shift_epoch.register
 def _(pair: Units, duration):
     for i in range(len(pair.timers)):
         pair.timers[i] -= duration
@@ -319,7 +319,7 @@ def _(pair: Units, pairs, steps):
             _count(pair, j, i, crossed, 1)
 
 
-@take_over.register
+@copy_state.register
 def _(pair: Units, before, instant, passed, slower):
     for name in ("kinds", "present", "counts", "memory", "targets", "drawn", "news", "queue"):
         getattr(pair, name)[:] = getattr(before, name)
@@ -328,7 +328,7 @@ def _(pair: Units, before, instant, passed, slower):
     pair.timers[:] = np.ldexp(before.timers - passed, -slower)
 
 
-@complaint.register
+@error_message.register
 def _(pair: Units):
     fault, i = pair.fault.tolist()
     return f"The rule gave unit {i} {COMPLAINTS[fault]}." if fault else None

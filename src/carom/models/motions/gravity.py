@@ -12,7 +12,15 @@ from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.double_double import exact_product, exact_sum, with_product
 from carom.models.mathematics.parabolas import HOP, landing_on_wall
-from carom.models.questions.motion import exit_time, position, pull, push, rest_speed, thrown, velocity
+from carom.models.questions.motion import (
+    exit_time,
+    normal_acceleration,
+    position,
+    push,
+    rebound_speed,
+    rest_speed,
+    velocity,
+)
 from carom.models.questions.obstacle import fall, meeting
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.questions.walls import wall_meeting
@@ -138,7 +146,7 @@ def _(motion: Falling):
     return motion.rest
 
 
-@pull.register
+@normal_acceleration.register
 def _(motion: Falling, normal):
     down = 0.0
     for axis in range(len(motion.g)):
@@ -146,7 +154,7 @@ def _(motion: Falling, normal):
     return max(down, 0.0)
 
 
-@thrown.register
+@rebound_speed.register
 def _(motion: Falling, approach):
     return approach + max(approach, motion.rest)
 

@@ -24,7 +24,7 @@ from carom.compiling.registry import inner
 from carom.errors import InputError
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.mathematics.roots import curvature, next_fall, slope, value
-from carom.models.questions.motion import carry, meeting_time, position, thrust, velocity
+from carom.models.questions.motion import carry, meeting_time, position, push_direction, velocity
 from carom.models.questions.particles import NEVER, Particles
 
 NEARLY = 2.0**-30
@@ -207,7 +207,7 @@ def _(motion: Circles, axis, v, t):
     return v
 
 
-@thrust.register
+@push_direction.register
 def _(motion: Circles, axis, x, r, rr):
     # r without its part along the radius, so much longer that the chord shrinks as it would in free flight.
     square = motion.radius * motion.radius

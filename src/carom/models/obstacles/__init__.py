@@ -19,7 +19,7 @@ from carom.models.obstacles.containers import CylindricalContainer, SphericalCon
 from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.segments import Segment, polygon
 from carom.models.obstacles.triangles import Triangle
-from carom.models.questions.obstacle import Obstacle, anchor, outward, repeated
+from carom.models.questions.obstacle import Obstacle, anchor, is_periodic, outward
 
 __all__ = [
     "Arc",
@@ -78,6 +78,6 @@ def outwards(
     model, d = obstacle.model(), len(box)
     x = np.array(positions, dtype=np.float64).reshape(-1, d)
     for axis in range(d):
-        if periodic[axis] and repeated(model):
+        if periodic[axis] and is_periodic(model):
             x[:, axis] -= box[axis] * np.rint((x[:, axis] - anchor(model, axis)) / box[axis])
     return np.array([[outward(model, tuple(each), axis) for axis in range(d)] for each in x]).reshape(-1, d)

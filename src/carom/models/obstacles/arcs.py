@@ -18,7 +18,7 @@ from carom.errors import InputError
 from carom.models import fields
 from carom.models.obstacles.outlines import Arc as Drawn
 from carom.models.obstacles.outlines import images
-from carom.models.questions.obstacle import anchor, encounter, outward, repeated
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
 from carom.models.questions.particles import NEVER
 
 
@@ -214,7 +214,7 @@ def _(obstacle: Bow, x, axis):
     return (second0 if axis == 0 else second1) / np.sqrt(second)
 
 
-@repeated.register
+@is_periodic.register
 def _(obstacle: Bow):
     return True
 

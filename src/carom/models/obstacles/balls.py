@@ -12,7 +12,7 @@ from carom.densities import sphere_area
 from carom.models import fields
 from carom.models.mathematics.contact import MOST_DIAMETERS
 from carom.models.obstacles.outlines import Disk, SolidSphere, images
-from carom.models.questions.obstacle import anchor, encounter, member, members, outward, repeated
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, members, outward
 from carom.models.questions.particles import NEVER
 
 
@@ -140,7 +140,7 @@ def _(obstacle: SolidBall, x, axis):
     return (x[axis] - obstacle.center[axis]) / np.sqrt(rr)
 
 
-@repeated.register
+@is_periodic.register
 def _(obstacle: SolidBall):
     return True
 

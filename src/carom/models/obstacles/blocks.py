@@ -12,7 +12,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
-from carom.models.questions.obstacle import anchor, encounter, outward, repeated
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def _(obstacle: Block, x, axis):
     return away(obstacle, x, axis)
 
 
-@repeated.register
+@is_periodic.register
 def _(obstacle: Block):
     return True
 

@@ -13,7 +13,7 @@ from carom.densities import unit_ball_volume
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
-from carom.models.questions.obstacle import anchor, encounter, outward, repeated
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def _(obstacle: Stick, x, axis):
     return away(obstacle, x, axis)
 
 
-@repeated.register
+@is_periodic.register
 def _(obstacle: Stick):
     return True
 

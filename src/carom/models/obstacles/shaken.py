@@ -17,7 +17,7 @@ from carom.models.files.to_tables import obstacle_to_table, to_table
 from carom.models.mathematics.parabolas import HOP, Course, time_to_moving
 from carom.models.obstacles.outlines import shapes
 from carom.models.obstacles.paths import Path, pace, place
-from carom.models.questions.memory import age, take_over
+from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import push, rest_speed
 from carom.models.questions.obstacle import (
     anchor,
@@ -25,9 +25,9 @@ from carom.models.questions.obstacle import (
     at_time,
     encounter,
     fall,
+    is_periodic,
     outward,
     recoil,
-    repeated,
     surface_speed,
     surface_velocity,
 )
@@ -126,7 +126,7 @@ class Shaken:
             )
         far = max(abs(self.path.lowest), abs(self.path.highest))
         for edge, wraps in zip(box, periodic, strict=True):
-            if wraps and repeated(model) and 4.0 * far > edge:
+            if wraps and is_periodic(model) and 4.0 * far > edge:
                 raise InputError(
                     f"{self.name} moves {far:g} far; expected at most a quarter of the periodic edge, "
                     f"{edge:g}."
@@ -226,7 +226,7 @@ class Displaced(NamedTuple):
     """Room for a position, (d,)."""
 
 
-@age.register
+@shift_epoch.register
 def _(obstacle: Displaced, duration):
     # Products and remainders are exact: the phase does not drift, however many epochs there are.
     obstacle.epochs[0] += 1
@@ -235,7 +235,7 @@ def _(obstacle: Displaced, duration):
     obstacle.phase[0] = (obstacle.begin[0] + passed) % period
 
 
-@take_over.register
+@copy_state.register
 def _(obstacle: Displaced, before, instant, passed, slower):
     obstacle.begin[0] = obstacle.phase[0] = float(instant % Fraction(obstacle.course.period))
     obstacle.epochs[0] = 0
@@ -256,9 +256,9 @@ def _(obstacle: Displaced, g, x, v, radius, growth, now):
     return time_to_moving(obstacle.body, obstacle.course, obstacle.phase[0] + now, g, x, v, radius, growth)
 
 
-@repeated.register
+@is_periodic.register
 def _(obstacle: Displaced):
-    return repeated(obstacle.body)
+    return is_periodic(obstacle.body)
 
 
 @anchor.register

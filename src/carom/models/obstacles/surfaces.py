@@ -17,17 +17,17 @@ from carom.models.files.to_tables import obstacle_to_table
 from carom.models.mathematics.counter_random import normal as draw_normal
 from carom.models.mathematics.counter_random import uniform
 from carom.models.obstacles.outlines import shapes
-from carom.models.questions.memory import age, take_over
-from carom.models.questions.motion import pull, push, rest_speed
+from carom.models.questions.memory import copy_state, shift_epoch
+from carom.models.questions.motion import normal_acceleration, push, rest_speed
 from carom.models.questions.obstacle import (
     anchor,
     arrival,
     at_time,
     encounter,
     fall,
+    is_periodic,
     outward,
     recoil,
-    repeated,
     surface_speed,
     surface_velocity,
 )
@@ -258,9 +258,9 @@ def _passed_on(kind: type) -> None:
     def _(obstacle, x, axis):
         return outward(obstacle.body, x, axis)
 
-    @repeated.register(kind)
+    @is_periodic.register(kind)
     def _(obstacle):
-        return repeated(obstacle.body)
+        return is_periodic(obstacle.body)
 
     @anchor.register(kind)
     def _(obstacle, axis):
@@ -279,28 +279,28 @@ _passed_on(Lossy)
 _passed_on(Thermostat)
 
 
-@age.register
+@shift_epoch.register
 def _(obstacle: Lossy, duration):
-    age(obstacle.body, duration)
+    shift_epoch(obstacle.body, duration)
     for i in range(len(obstacle.last)):
         obstacle.last[i] -= duration
 
 
-@age.register
+@shift_epoch.register
 def _(obstacle: Thermostat, duration):
-    age(obstacle.body, duration)
+    shift_epoch(obstacle.body, duration)
 
 
-@take_over.register
+@copy_state.register
 def _(obstacle: Lossy, before, instant, passed, slower):
-    take_over(obstacle.body, before.body, instant, passed, slower)
+    copy_state(obstacle.body, before.body, instant, passed, slower)
     obstacle.last[:] = np.ldexp(before.last - passed, -slower)
     obstacle.spared[:] = before.spared
 
 
-@take_over.register
+@copy_state.register
 def _(obstacle: Thermostat, before, instant, passed, slower):
-    take_over(obstacle.body, before.body, instant, passed, slower)
+    copy_state(obstacle.body, before.body, instant, passed, slower)
     obstacle.drawn[:] = before.drawn
 
 
@@ -316,7 +316,9 @@ def _(obstacle: Lossy, motion, i, mass, x, v, normal, growth, now):
     obstacle.last[i] = now
     left = approach if spared else kept(law, approach) * approach
     least = max(rest_speed(motion), rest_speed(obstacle.body))
-    least = max(least, 0.25 * law.contact_time * pull(motion, normal), law.restitution * law.threshold)
+    least = max(
+        least, 0.25 * law.contact_time * normal_acceleration(motion, normal), law.restitution * law.threshold
+    )
     obstacle.spared[0] += np.int64(spared)
     obstacle.spared[1] += np.int64(left < least)
     push(motion, surface - speed + max(left, least), v, normal)

@@ -12,7 +12,7 @@ from carom.compiling.registry import inner
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
-from carom.models.questions.obstacle import anchor, encounter, outward, repeated
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def _(obstacle: Facet, x, axis):
     return away(obstacle, x, axis)
 
 
-@repeated.register
+@is_periodic.register
 def _(obstacle: Facet):
     return True
 

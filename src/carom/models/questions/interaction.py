@@ -123,7 +123,7 @@ def mass(pair, i):
 
 
 @optional
-def taken_up(pair, i, j, momentum):
+def record_impulse(pair, i, j, momentum):
     """Record the ``momentum`` that a contact of i and j exchanged [mass length / time].
 
     By default nothing is recorded.

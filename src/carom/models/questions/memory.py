@@ -6,7 +6,7 @@ from carom.compiling.registry import optional
 
 
 @optional
-def age(pair, duration):
+def shift_epoch(pair, duration):
     """Refer arrays that depend on time to the start of the next epoch, ``duration`` later.
 
     By default there are none.
@@ -15,17 +15,17 @@ def age(pair, duration):
 
 
 @optional
-def complaint(pair):
+def error_message(pair):
     """Return a sentence that says why the run cannot continue, or None; called often from Python."""
     return
 
 
 @optional
-def take_over(model, before, instant, passed, slower):
+def copy_state(model, before, instant, passed, slower):
     """Copy the memory of ``before``, a model of the same type that is replaced; called from Python.
 
-    :meth:`carom.Simulation.rescale` and growing diameters replace models. A model that answers :func:`age` or
-    :func:`taken_up` has to answer this, too.
+    :meth:`carom.Simulation.rescale` and growing diameters replace models. A model that answers
+    :func:`shift_epoch` or :func:`record_impulse` has to answer this, too.
 
     Parameters
     ----------

@@ -95,7 +95,7 @@ def carry(motion, x, v, t, there, then):
 
 
 @optional
-def thrust(motion, axis, x, r, rr):
+def push_direction(motion, axis, x, r, rr):
     """Return a coordinate of the direction in which a contact pushes a component.
 
     Parameters
@@ -154,13 +154,13 @@ def rest_speed(model):
 
 
 @optional
-def pull(motion, normal):
+def normal_acceleration(motion, normal):
     """Return the acceleration towards a surface with the unit ``normal``."""
     return 0.0
 
 
 @optional
-def thrown(motion, approach):
+def rebound_speed(motion, approach):
     """Return the normal velocity that an elastic contact adds, for a normal speed ``approach`` before it."""
     return 2.0 * approach
 

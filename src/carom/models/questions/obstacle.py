@@ -8,7 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from carom.compiling.registry import optional, required
-from carom.models.questions.motion import push, thrown
+from carom.models.questions.motion import push, rebound_speed
 
 
 @runtime_checkable
@@ -87,7 +87,7 @@ def outward(obstacle, x, axis):
 
 
 @optional
-def repeated(obstacle):
+def is_periodic(obstacle):
     """Return whether the ``obstacle`` stands in every image of the box; by default it does not."""
     return False
 
@@ -162,7 +162,7 @@ def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
     approach = growth + surface_speed(obstacle, normal, now)
     for axis in range(len(v)):
         approach -= normal[axis] * v[axis]
-    push(motion, thrown(motion, approach), v, normal)
+    push(motion, rebound_speed(motion, approach), v, normal)
 
 
 @optional

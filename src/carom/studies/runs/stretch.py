@@ -143,8 +143,8 @@ def _sums(sim: Simulation) -> tuple[Any, ...]:
     if not (scene.walls or scene.obstacles):
         return sums
     found = sim.obstacles
-    taken_up, given = (each.impulse for each in found), (each.work for each in found)
-    return *sums, *taken_up, *weighted_momenta(sim.frame(), scene), *given
+    record_impulse, given = (each.impulse for each in found), (each.work for each in found)
+    return *sums, *record_impulse, *weighted_momenta(sim.frame(), scene), *given
 
 
 def _rounded(duration: float) -> float:
