@@ -280,6 +280,15 @@ class PressureEstimate:
     def __str__(self) -> str:
         return f"Z = {self.compressibility_factor}" + (f". {self.note}" if self.note else "")
 
+    def __float__(self) -> float:
+        """Return the mean of Z."""
+        return self.Z.mean
+
+    @property
+    def Z(self) -> Estimate:
+        """The compressibility factor, P V / (n kT)."""
+        return self.compressibility_factor
+
     @property
     def primary(self) -> Estimate:
         """The quantity that a ``relative_error`` refers to: Z."""

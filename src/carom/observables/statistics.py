@@ -59,6 +59,10 @@ class Estimate:
     tau: float
     blocks: int
 
+    def __float__(self) -> float:
+        """Return the mean."""
+        return self.mean
+
     def _repr_html_(self) -> str:
         rows = [
             ("mean", self.value_text.replace("+-", "±")),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from carom import checks
@@ -61,6 +62,54 @@ def sample(
     step = Fraction(checks.number(every, "every", low=0.0, open_low=True))
     count = None if count is None else checks.integer(count, "count", low=0)
     return _frames(sim, step, count, progress)
+
+
+def write(
+    sim: Running,
+    path: str | PathLike[str],
+    *,
+    every: float | None = None,
+    count: int | None = None,
+    times: Iterable[float] | None = None,
+    overwrite: bool = False,
+    progress: Callable[[float], object] | bool | None = None,
+) -> int:
+    """Continue the run, and write frames at exactly the given times to a file; return how many.
+
+    Parameters
+    ----------
+    path : path
+        ``.h5md``, ``.extxyz`` or ``.gsd``: the suffix says the format.
+    every, count, times, progress
+        As for :meth:`carom.Simulation.sample`. With ``every`` a ``count`` is needed.
+    overwrite : bool
+        Replace a file that exists.
+
+    Raises
+    ------
+    InputError
+        If the times are not given as for :meth:`carom.Simulation.sample`, or would have no end.
+    FileError
+        If the file exists and is not to be replaced, or cannot be written.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(32, 0.1), seed=1)
+    >>> sim.write("fluid.extxyz", every=0.5, count=4)  # doctest: +SKIP
+    4
+    """
+    from carom.io.trajectory import open_writer
+
+    if every is not None and count is None:
+        raise InputError("write() needs count= with every=: without one the frames have no end.")
+    frames = sample(sim, every=every, count=count, times=times, progress=progress)
+    written = 0
+    with open_writer(path, "w" if overwrite else "x", sim.scene) as trajectory:
+        for frame in frames:
+            trajectory.write(frame)
+            written += 1
+    return written
 
 
 def _watched(

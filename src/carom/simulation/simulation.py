@@ -171,6 +171,7 @@ class Simulation(Running):
     # Long enough for modules of their own.
     equilibrate = equilibration.equilibrate
     sample = sampling.sample
+    write = sampling.write
     measure = measuring.measure
     helfand = helfand.helfand
     free_flights = flying.free_flights
