@@ -37,7 +37,7 @@ def test_an_edited_kernel_is_compiled_anew(tmp_path):
     settings = {"source": source, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     first = run_tiny(**settings)
     assert first == run_tiny()
-    pair = source / "carom" / "models" / "hard_cores.py"
+    pair = source / "carom" / "models" / "interactions" / "hard_cores.py"
     text = pair.read_text()
     # A little too elastic: half of the impulse would leave pairs at rest at contact, and the run never ends.
     edited = text.replace("    factor = rv / rr\n", "    factor = 1.0000001 * rv / rr\n")

@@ -22,16 +22,16 @@ from carom.models import Ball
 from carom.models.interactions.wells import SquareWell
 from carom.simulation.run_state import RunState
 
-fluid = Scene.fcc(2, packing_fraction=0.3)
+fluid = Scene.crystal(cells=2, packing_fraction=0.3)
 bumper = Ball((1.0, 3.0), 0.3)
-disks = Scene.random(12, 2, packing_fraction=0.3, periodic=[True, False], obstacles=[bumper], seed=1)
+disks = Scene.random(12, dimension=2, packing_fraction=0.3, periodic=[True, False], obstacles=[bumper], seed=1)
 RunState.schedule = lambda machine: None  # which would compile
 SCENES = {
     "fluid": (fluid, "lists"),
     "well": (fluid.with_(interaction=SquareWell(1.5, 1.0)), "lists"),
     "disks": (disks, "sectors"),
     "falling": (disks.with_(motion=Gravity((0.0, -1.0))), "sectors"),
-    "gas": (Scene.random(64, 3, packing_fraction=1e-6, seed=1), "all"),
+    "gas": (Scene.random(64, dimension=3, packing_fraction=1e-6, seed=1), "all"),
 }
 
 def kernels(name):
@@ -111,21 +111,21 @@ def test_every_kind_of_scene_has_kernels_of_its_own(digests):
 
 ALL = {"fluid", "well", "disks", "falling", "gas"}
 EDITS = {
-    "a model of some": ("models/step_pairs.py", "change = 2.0 *", "change = 2.5 *", {"well"}),
+    "a model of some": ("models/interactions/step_pairs.py", "change = 2.0 *", "change = 2.5 *", {"well"}),
     "the model of the others": (
-        "models/hard_cores.py",
+        "models/interactions/hard_cores.py",
         "factor = rv / rr",
         "factor = rr / rv",
         ALL - {"well"},
     ),
-    "what scenes are described with": ("models/wells.py", "low=1.0", "low=0.5", set()),
+    "what scenes are described with": ("models/interactions/wells.py", "low=1.0", "low=0.5", set()),
     "the search of lists and sectors": (
         "engine/search.py",
         "best = earliest",
         "best = earliest - 1",
         ALL - {"gas"},
     ),
-    "a number that is imported": ("models/contact.py", "= 32.0", "= 64.0", {"disks", "falling"}),
+    "a number that is imported": ("models/mathematics/contact.py", "= 32.0", "= 64.0", {"disks", "falling"}),
     "a comment": ("engine/search.py", "# what follows", "# What follows", set()),
     "what makes code": ("compiling/simd.py", "from llvmlite", "# Vectors.\nfrom llvmlite", ALL),
 }

@@ -262,7 +262,7 @@ import numpy as np
 np.seterr(all="ignore")
 import carom
 from helpers.oracle_scenes import moving
-scene = moving(carom.Scene.random(12, 1, packing_fraction=0.5, seed=1), 2).with_(restitution=0.1)
+scene = moving(carom.Scene.random(12, dimension=1, packing_fraction=0.5, seed=1), 2).with_(restitution=0.1)
 sim = carom.Simulation(scene, neighbors="sectors")
 before = sim.kT
 block = sim.run(time=200.0 / before**0.5, collisions=20_000)
@@ -354,7 +354,7 @@ import carom
 from helpers.oracle_scenes import assert_no_overlap
 from carom.models import Ball
 obstacles = [Ball((0.1, 0.1, 0.1), 0.3), Ball((0.6, 0.6, 0.6), 0.3)]
-scene = carom.Scene.random(1, 3, box=1.0, diameter=0.06, obstacles=obstacles, seed=0)
+scene = carom.Scene.random(1, dimension=3, box=1.0, diameter=0.06, obstacles=obstacles, seed=0)
 sim = carom.Simulation(scene, seed=0, neighbors="sectors")
 for frame in sim.sample(every=0.05, count=2000):
     assert_no_overlap(scene, frame)

@@ -273,7 +273,7 @@ import resource, sys
 import carom
 from carom.io import checkpoint
 
-scene = carom.Scene.random(2000, 2, packing_fraction=0.1, seed=1)
+scene = carom.Scene.random(2000, dimension=2, packing_fraction=0.1, seed=1)
 sim = carom.Simulation(scene, seed=1)
 frame = sim.frame()
 log = carom.Simulation(scene, seed=1, event_log="events.h5")

@@ -74,10 +74,12 @@ def more_scenes():
     places = [[1.0 + 1.6 * (k % 3), 2.0 + 1.6 * (k // 3)] for k in range(8)]
     falling = {"motion": Gravity((0.0, -1.0)), "obstacles": [floor], "periodic": (True, False)}
     return {
-        "rods": Scene.random(10, 1, packing_fraction=0.5),
-        "small box with walls": Scene.random(5, 2, box=(2.1, 5.0), periodic=[True, False]),
-        "small box with a ball": Scene.random(3, 2, box=(2.6, 3.2), obstacles=[Ball((0.1, 0.2), 0.3)]),
-        "well": Scene.random(12, 2, packing_fraction=0.2).with_(interaction=SquareWell(1.5, 1.0)),
+        "rods": Scene.random(10, dimension=1, packing_fraction=0.5),
+        "small box with walls": Scene.random(5, dimension=2, box=(2.1, 5.0), periodic=[True, False]),
+        "small box with a ball": Scene.random(
+            3, dimension=2, box=(2.6, 3.2), obstacles=[Ball((0.1, 0.2), 0.3)]
+        ),
+        "well": Scene.random(12, dimension=2, packing_fraction=0.2).with_(interaction=SquareWell(1.5, 1.0)),
         "shaken floor": Scene(places, (5.0, 9.0), **falling),
     }
 

@@ -150,7 +150,7 @@ import sys
 import carom.engine.neighbors.contact_cache as contacts
 contacts.CAPACITY = int(sys.argv[1])
 import carom
-sim = carom.Simulation(carom.Scene.random(8, 2, packing_fraction=0.03, seed=2), seed=3, neighbors="all")
+sim = carom.Simulation(carom.Scene.random(8, dimension=2, packing_fraction=0.03, seed=2), seed=3, neighbors="all")
 sim.run(collisions=25)
 print([sim.statistics.advancements, sim.time, *sim.frame().positions.ravel().tolist()])
 """
